@@ -18,6 +18,7 @@ from codegen.paths import parted
 from codegen.region import RegionSpec
 
 HUGE = 1e30  # drawing beyond it overflows; paths that demand more get their own bounds
+DRAWN_AT_ONCE = 4_096  # of random observations, which bounds the memory of doubles
 FILLINGS = 16  # random completions of each boundary value
 
 
@@ -112,23 +113,36 @@ def random(
     features: tuple[ir.FeatureSpec, ...], count: int, rng: np.random.Generator, numbers: str = FLOAT32
 ) -> Floats:
     """Uniform in the features' ranges, half in the inner third, where most thresholds lie. [count, n_features]"""
-    low = np.array([feature.low for feature in features])
-    high = np.array([feature.high for feature in features])
-    rows = _uniform(rng, low, high, (count, len(features)))
-    middle, inner = (low + high) / 2, slice(0, count // 2)
-    rows[inner] = middle + (rows[inner] - middle) / 3
-    return rows.astype(numbers)
+    return _drawn(_ends(features), count, rng, numbers)
+
+
+def _ends(features: tuple[ir.FeatureSpec, ...]) -> Float64:
+    """The features' ranges, [2, n_features]."""
+    return np.array([[feature.low for feature in features], [feature.high for feature in features]])
+
+
+def _drawn(within: Float64, count: int, rng: np.random.Generator, numbers: str = FLOAT32) -> Floats:
+    """As `random`, between the ends [2, n_features]."""
+    (low, high), found = within, np.empty((count, within.shape[1]), dtype=numbers)
+    middle = (low + high) / 2
+    for start in range(0, count, DRAWN_AT_ONCE):
+        rows = _uniform(rng, low, high, (min(DRAWN_AT_ONCE, count - start), within.shape[1]))
+        inner = slice(0, max(0, count // 2 - start))
+        rows[inner] = middle + (rows[inner] - middle) / 3
+        found[start : start + len(rows)] = rows
+    return found
 
 
 def doubles(tree: Tree, features: tuple[ir.FeatureSpec, ...], rng: np.random.Generator) -> Float64:
     """Double observations at and beside the doubles that decide: they must act as the tree's numbers say."""
     rows: list[Float64] = [np.zeros((0, len(features)))]
+    within = _ends(features)
     for node in ir.splits(tree):
         turning = float(tree.threshold[node])
         if tree.numbers == FLOAT32:
             turning = deciding_double(turning)
         for value in neighbours(turning, FLOAT64):
-            filled = random(features, FILLINGS, rng).astype(np.float64)
+            filled = _drawn(within, FILLINGS, rng).astype(np.float64)
             filled[:, int(tree.feature[node])] = value
             rows.append(filled)
     return np.concatenate(rows)
@@ -144,8 +158,14 @@ def typed(rows: Float64) -> list[Any]:
         found: list[Any] = [few.astype(kind) for kind in (np.float16, np.float32)]
         found.append(np.nextafter(few.astype(np.longdouble), np.longdouble(np.inf)))
     finite = few[np.isfinite(few).all(axis=1)]  # no fraction is infinite, as what lies beside the largest double
-    above = [[Fraction(x) + abs(Fraction(x)) / 2**70 for x in row] for row in finite.tolist()]
+    above = [[_above(x) for x in row] for row in finite.tolist()]
     return [*found, np.array(above)]
+
+
+def _above(x: float) -> Fraction:
+    """A little more than a double: by a part of 2^70."""
+    over, under = x.as_integer_ratio()
+    return Fraction((over << 70) + abs(over), under << 70)
 
 
 def worlds(profile: ir.PolicyProfile, rng: np.random.Generator) -> Float64:

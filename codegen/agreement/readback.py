@@ -21,6 +21,7 @@ import numpy as np
 from codegen.agreement import misuse
 from codegen.agreement.entries import Asked, Told
 from codegen.agreement.programs import run
+from codegen.agreement.rows import listed
 from codegen.check import identifier
 from codegen.errors import DisagreementError, MissingToolError
 from codegen.ir import Float64, Floats, Int32
@@ -47,7 +48,7 @@ def json_act(text: str, agent: str, rows: Any) -> list[int]:
     number: dict[str, int] = {action["name"]: place for place, action in enumerate(policy["actions"])}
     nodes = cast(list[dict[str, Any]], policy["tree"])
     decisions: list[int] = []
-    for row in cast(list[list[float]], rows.tolist()):
+    for row in listed(rows):
         place = 0
         while "feature" in nodes[place]:
             node = nodes[place]
@@ -67,7 +68,7 @@ def shipped_reader(reader: str, text: str, agent: str) -> Callable[[Any], int]:
 def shipped_reader_act(reader: str, text: str, agent: str, rows: Any) -> list[int]:
     """Decisions of the reference reader."""
     act = shipped_reader(reader, text, agent)
-    return [act(row) for row in rows.tolist()]
+    return [act(row) for row in listed(rows)]
 
 
 def load_python(text: str) -> Mapping[str, Any]:
@@ -89,7 +90,7 @@ def python_told(module: Mapping[str, Any], asked: Asked) -> Told:
     let = [each for function in functions for each in misuse.accepted(function, wrong)]
     states, bordering = asked.states.tolist(), asked.bordering.tolist()
     checks = {
-        agent: np.array([finite[agent](row) + 2 * in_range[agent](row) for row in asked.rows[agent].tolist()])
+        agent: np.array([finite[agent](row) + 2 * in_range[agent](row) for row in listed(asked.rows[agent])])
         for agent in agents
     }
     return Told(

@@ -5,8 +5,9 @@ Assumes: compiled.py builds the C where there is a compiler.
 Does not: trust the emitters: each target is read back from its text by means that the emitter does not use.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import reduce
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from codegen.agreement import entries, misuse, probes, readback
 from codegen.agreement.build import Build
 from codegen.agreement.compiled import ensure_strict
 from codegen.agreement.entries import CONSTANTS, OBSERVE, SEED, Agreement, Asked, Told
+from codegen.agreement.rows import Kept, listed
 from codegen.equivalence import structure
 from codegen.errors import DisagreementError, MissingToolError
 from codegen.ir import Floats, Int32
@@ -61,15 +63,16 @@ class Report:
 
 def observations(policy: ir.AgentPolicy, random: int = RANDOM_OBSERVATIONS) -> Floats:
     """What every target is asked: boundaries of the deployed and the grown tree, special values, random ones."""
+    return np.concatenate(list(_parts(policy, random)))
+
+
+def _parts(policy: ir.AgentPolicy, random: int) -> Iterator[Floats]:
     rng = np.random.default_rng(SEED)
-    parts = [
-        probes.boundary(policy.tree, policy.features, rng),
-        probes.special(policy.features, rng, policy.numbers),
-        probes.random(policy.features, random, rng, policy.numbers),
-    ]
+    yield probes.boundary(policy.tree, policy.features, rng)
+    yield probes.special(policy.features, rng, policy.numbers)
+    yield probes.random(policy.features, random, rng, policy.numbers)
     if policy.grown is not None:
-        parts.append(probes.boundary(policy.grown, policy.features, rng))
-    return np.concatenate(parts)
+        yield probes.boundary(policy.grown, policy.features, rng)
 
 
 def compare(target: str, policy: ir.AgentPolicy, rows: Any, wanted: Int32, found: Any) -> Agreement:
@@ -104,11 +107,21 @@ def check(build: Build, random: int = RANDOM_OBSERVATIONS) -> Report:
 
     `random`: random observations per agent, beside all boundary and special ones.
     """
+    with Kept() as asked:
+        wanted: dict[str, Int32] = {}
+        for policy in build.profile.agents:
+            acted: list[Int32] = []
+            for rows in _parts(policy, random):
+                acted.append(ir.act(policy, rows))
+                asked.keep(policy.agent, rows)
+            wanted[policy.agent] = np.concatenate(acted)
+        return _checked(build, asked, wanted)
+
+
+def _checked(build: Build, asked: Kept, wanted: Mapping[str, Int32]) -> Report:
     profile, model, files = build.profile, build.model, build.files
     found: list[Agreement] = []
     skipped: list[str] = []
-    asked = {policy.agent: observations(policy, random) for policy in profile.agents}
-    wanted = {policy.agent: ir.act(policy, asked[policy.agent]) for policy in profile.agents}
     header, module = (build.text(ending) for ending in ("h", "py"))
     if header is not None and build.compiler is None:
         skipped.append("C: no compiler found (cc, gcc, clang or $CC)")
@@ -134,28 +147,39 @@ def check(build: Build, random: int = RANDOM_OBSERVATIONS) -> Report:
     return Report(tuple(found), tuple(skipped), " ".join(build.compiler or []))
 
 
-def _check_c(
-    build: Build, asked: Mapping[str, Floats], wanted: Mapping[str, Int32], skipped: list[str]
-) -> list[Agreement]:
+def _check_c(build: Build, asked: Kept, wanted: Mapping[str, Int32], skipped: list[str]) -> list[Agreement]:
     profile, model, compiled = build.profile, build.model, build.library
     found: list[Agreement] = []
     for policy in profile.agents:
         rows, expected = asked[policy.agent], wanted[policy.agent]
         # by its contract, the style that compares bits is not asked about NaN
-        held = ~np.isnan(rows).any(axis=1) if model.style == ORDERED else np.ones(len(rows), dtype=bool)
+        held = ~np.isnan(rows).any(axis=1) if model.style == ORDERED else slice(None)
         acted = compiled.act(policy.agent, rows[held])
         found.append(compare("c", policy, rows[held], expected[held], acted))
         for name, actions in zip(("c rows", "c columns"), compiled.batch(policy.agent, rows), strict=True):
             found.append(compare(name, policy, rows, expected, actions))
         wrong = int((compiled.checks(policy.agent, rows) != entries.checks(policy, rows)).sum())
         found.append(Agreement(INPUT_CHECK, policy.agent, len(rows), wrong, "a check is wrong" if wrong else ""))
-    n = min(len(rows) for rows in asked.values())
-    seen = [asked[policy.agent][:n] for policy in profile.agents]
-    if model.style == ORDERED and not model.side_by_side:  # the functions of that style, one after the other
-        seen = [np.nan_to_num(rows) for rows in seen]
-    for policy, rows, actions in zip(profile.agents, seen, compiled.all(seen).T, strict=True):
-        found.append(compare(ALL, policy, rows, ir.act(policy, rows), actions))
-    return found + _check_c_entries(build, skipped)
+    return found + _check_c_all(build, asked, min(map(len, wanted.values()))) + _check_c_entries(build, skipped)
+
+
+def _check_c_all(build: Build, asked: Kept, count: int) -> list[Agreement]:
+    """What the call for all agents does, for the first observations of each."""
+    agents, model = build.profile.agents, build.model
+    found: list[list[Agreement]] = []
+    for seen in asked.together([policy.agent for policy in agents], count):
+        if model.style == ORDERED and not model.side_by_side:  # the functions of that style, one after the other
+            seen = [np.nan_to_num(rows) for rows in seen]
+        acted = build.library.all(seen).T
+        each = zip(agents, seen, acted, strict=True)
+        found.append([compare(ALL, policy, rows, ir.act(policy, rows), actions) for policy, rows, actions in each])
+    return [reduce(_joined, parts) for parts in zip(*found, strict=True)]
+
+
+def _joined(one: Agreement, other: Agreement) -> Agreement:
+    """Two parts of one comparison."""
+    asked, wrong = one.observations + other.observations, one.differences + other.differences
+    return Agreement(one.target, one.agent, asked, wrong, one.first or other.first)
 
 
 def _check_c_entries(build: Build, skipped: list[str]) -> list[Agreement]:
@@ -243,13 +267,13 @@ def _check_python(
     for policy, agent in zip(profile.agents, model.agents, strict=True):
         rows = asked[policy.agent]
         act, batch = namespace["ACT"][agent.name], namespace["ACT_BATCH"][agent.name]
-        one_by_one = [act(row) for row in rows.tolist()]
+        one_by_one = [act(row) for row in listed(rows)]
         found.append(compare("python", policy, rows, wanted[policy.agent], one_by_one))
         found.append(compare("python batch", policy, rows, wanted[policy.agent], batch(rows)))
         near = probes.doubles(policy.tree, policy.features, np.random.default_rng(SEED))
         if len(near):
             expected = ir.act(policy, near)
-            found.append(compare("python doubles", policy, near, expected, [act(row) for row in near.tolist()]))
+            found.append(compare("python doubles", policy, near, expected, [act(row) for row in listed(near)]))
             typed = probes.typed(near)
             rows = [row for part in typed for row in part]
             expected = ir.act(policy, [[float(value) for value in row] for row in rows])
