@@ -73,6 +73,11 @@ def at_most(threshold: Any, numbers: str) -> Any:
     return round_down(threshold) if numbers == FLOAT32 else np.asarray(threshold, dtype=np.float64)[()]
 
 
+def below_zero(numbers: str) -> float:
+    """The last of the numbers below 0: `x <= below_zero` says `x < 0`. It is subnormal, and so code writes `x < 0`."""
+    return -float(np.finfo(numbers).smallest_subnormal)
+
+
 def round_down(threshold: Any) -> Any:
     """The largest float32 that is not above a finite float64, element by element.
 

@@ -17,6 +17,7 @@ from pycparser import CParser, c_ast, c_generator
 from pycparser.c_parser import ParseError
 
 from codegen import ir
+from codegen.floats import below_zero
 from codegen.ir import NO_FEATURE, ROOT, Tree
 from codegen.lowering.model import Model
 
@@ -176,10 +177,12 @@ def _differences(tree: Tree, node: int, feature: int, threshold: np.floating) ->
 
 
 def tested(condition: c_ast.BinaryOp, numbers: Mapping[str, int]) -> tuple[int, np.floating]:
-    """Feature and threshold of `x[F] <= t`, or of its form by bits: signed for t >= 0, unsigned and turned below."""
+    """Feature and threshold of `x[F] <= t`, of `x[F] < 0`, or of a test by bits: signed for t >= 0, unsigned and turned
+    below.
+    """
     left, right = condition.left, condition.right
-    if condition.op == "<=" and isinstance(left, c_ast.ArrayRef) and left.name.name == "x":
-        return numbers[left.subscript.name], number(right)
+    if condition.op in ("<=", "<") and isinstance(left, c_ast.ArrayRef) and left.name.name == "x":
+        return numbers[left.subscript.name], _threshold(condition)
     turned = isinstance(left, c_ast.Cast)
     call: Any = left.expr if turned else left
     if isinstance(left, c_ast.Cast) and left.to_type.type.type.names != ["uint32_t"]:
@@ -190,6 +193,16 @@ def tested(condition: c_ast.BinaryOp, numbers: Mapping[str, int]) -> tuple[int, 
     if (condition.op, right.name.name, bits >> 31) != ((">=", "UINT32_C", 1) if turned else ("<=", "INT32_C", 0)):
         raise ValueError("bits compared in another way")
     return numbers[call.args.exprs[0].subscript.name], np.uint32(bits).view(np.float32)
+
+
+def _threshold(condition: c_ast.BinaryOp) -> np.floating:
+    """The t of `<= t`, and of `< 0` the last number below 0."""
+    found = number(condition.right)
+    if condition.op == "<=":
+        return found
+    if condition.op != "<" or found != 0:
+        raise ValueError(f"compared by {condition.op} with {found}")
+    return found.dtype.type(below_zero(found.dtype.name))
 
 
 def number(item: Any) -> np.floating:
@@ -288,9 +301,9 @@ def _columns(function: c_ast.FuncDef, tree: Tree, numbers: Mapping[str, int]) ->
         yield f"selects for {sorted(set(splits) ^ wanted)[:3]} too many or too few"
     for name, select in splits.items():
         node = int(name[1:])
-        if select.cond.op != "<=" or _text(select.cond.left.subscript) != "first + row;":
+        if _text(select.cond.left.subscript) != "first + row;":
             yield f"node {node} is compared in another way"
-        yield from _differences(tree, node, columns[select.cond.left.name.name], number(select.cond.right))
+        yield from _differences(tree, node, columns[select.cond.left.name.name], _threshold(select.cond))
         for side, child in ((select.iftrue, tree.left[node]), (select.iffalse, tree.right[node])):
             found = side.name if isinstance(side, c_ast.ID) else float(side.value.rstrip("f"))
             if found != (f"n{child}" if tree.feature[child] != NO_FEATURE else float(tree.action[child])):

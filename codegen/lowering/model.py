@@ -12,6 +12,7 @@ from typing import Literal
 from codegen.floats import FLOAT32
 from codegen.lowering.names import AgentNames, Names
 
+SINGLE_BITS = 32
 TILED = 5  # tested features from which on numpy copies columns faster in tiles than one by one
 _BYTES = {"unsigned char": 1, "unsigned short": 2, "unsigned int": 4, "float": 4, "double": 8}
 _KINDS = ("unsigned char", "unsigned short", "unsigned int")
@@ -105,6 +106,35 @@ class Node:
     def hex_bits(self) -> str:
         """`bits` in hexadecimal digits, all of them."""
         return f"0x{self.bits:0{self.width // 4}x}"
+
+    @property
+    def below_zero(self) -> bool:
+        """Whether what is asked is x < 0. Code says so: compared with the last number below 0, a 0 would go left where
+        a thread takes subnormal numbers for zero.
+        """
+        return self.bits == (1 << self.width - 1) + 1
+
+    @property
+    def in_c(self) -> str:
+        """Sign and number of the test as C and C++ write it."""
+        if self.below_zero:
+            return "< 0x0p+0" + ("f" if self.width == SINGLE_BITS else "")
+        return f"<= {self.literal}"
+
+    @property
+    def in_rust(self) -> str:
+        """The same in Rust."""
+        return "< 0.0" if self.below_zero else f"<= f{self.width}::from_bits({self.hex_bits})"
+
+    @property
+    def of_numbers(self) -> str:
+        """The same where numbers are of the agent's type, in Python."""
+        return "< 0.0" if self.below_zero else f"<= {self.double}"
+
+    @property
+    def of_doubles(self) -> str:
+        """The same for doubles that are not rounded before, in Python and JavaScript."""
+        return self.of_numbers if self.width > SINGLE_BITS else f"<= {self.double}"
 
     @property
     def negative(self) -> bool:
@@ -273,6 +303,11 @@ class Model:
     def doubled(self) -> str:
         """The agents that compare float64, in words."""
         return ", ".join(agent.name for agent in self.agents if not agent.single)
+
+    @property
+    def asks_below_zero(self) -> bool:
+        """Whether any tree asks x < 0."""
+        return any(node.feature and node.below_zero for agent in self.agents for node in agent.nodes)
 
     @property
     def signed(self) -> bool:

@@ -22,6 +22,7 @@ from maviper.files import kinds, runs
 from maviper.files.regions import find_region
 from maviper.options import SystemOptions, completed, table_of
 from maviper.options import VerifyOptions as Options
+from maviper.verification.observed_atoms import as_compared
 from maviper.worlds import find
 from maviper.worlds.matching import ensure_places
 from verify.claims.catalogue import (
@@ -36,7 +37,7 @@ from verify.claims.catalogue import (
     usual,
 )
 from verify.claims.claim import Parameter
-from verify.claims.files import Stated, read_properties
+from verify.claims.files import Reading, Stated, read_properties
 from verify.claims.language import parameters
 from verify.claims.language.parameters import Form
 from verify.claims.observed import View
@@ -204,7 +205,8 @@ def questions(profile: ir.PolicyProfile, profile_name: str, options: VerifyOptio
     region = find_region(options.region, about)
     found: list[Asked] = []
     if options.file is not None:
-        asked = from_file(options.file, about, region)
+        reading = None if viewed is None else as_compared(about, options.semantics)
+        asked = from_file(options.file, about, region, reading)
         words = ["maviper", "verify", profile_name, "--properties", options.file.name]
         words += [] if region.name == "start" else ["--region", region.name]
         for claim, where, zones in asked:
@@ -306,8 +308,10 @@ def _given(names: Sequence[str], options: VerifyOptions) -> list[dict[str, Any]]
     return found
 
 
-def from_file(path: Path, profile: ir.PolicyProfile, default: Region) -> list[Stated]:
-    """The claims of a property file; it names region files as seen from its own folder."""
+def from_file(path: Path, profile: ir.PolicyProfile, default: Region, reading: Reading | None = None) -> list[Stated]:
+    """The claims of a property file; it names region files as seen from its own folder. `reading`: what its formulas
+    mean.
+    """
     try:
         data = runs.read(path, MAX_FILE_BYTES)
         kinds.ensure(data, str(path), kinds.PROPERTIES.called, kinds.PROPERTIES)
@@ -318,7 +322,7 @@ def from_file(path: Path, profile: ir.PolicyProfile, default: Region) -> list[St
     def region(name: str) -> Region:
         return find_region(name if name == "start" else str(path.parent / name), profile)
 
-    return read_properties(source, profile, path.name, region, default)
+    return read_properties(source, profile, path.name, region, default, reading)
 
 
 def command(profile: str, question: Question[Claim]) -> str:

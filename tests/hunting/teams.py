@@ -13,6 +13,7 @@ from functools import cache
 import numpy as np
 
 from codegen import ir
+from codegen.floats import below_zero
 from maviper.worlds import find
 
 WORLDS = {  # and how often
@@ -25,7 +26,7 @@ WORLDS = {  # and how often
 }
 TEAMS = {"physical-deception": "defenders", "cooperative-navigation": "agents", "predator-prey": "predators"}
 RIGHT, LEFT, UP, DOWN = 2, 1, 4, 3
-SHARP = (0.0, -0.0, 0.1, -0.1, 0.05, -0.05, 0.5, -0.5, 0.25, 1.0, -1.0, 0.7, -0.3, 1 / 3)
+SHARP = (0.0, -0.0, -(2.0**-149), 0.1, -0.1, 0.05, -0.05, 0.5, -0.5, 0.25, 1.0, -1.0, 0.7, -0.3, 1 / 3)
 EXTREME = (1.1754944e-38, -1.1754944e-38, 3.4028235e38, -3.4028235e38, 1e30, 1e-30, -1e-30, 65536.0)
 NOBODY = ir.Provenance("", "", 0, "", "")
 
@@ -100,12 +101,14 @@ def threshold(rng: np.random.Generator, known: Sequence[float] = ()) -> float:
 
 
 def _beside(value: np.float32, side: np.float32) -> np.float32:
-    """The neighbouring float32 number that is finite and not subnormal."""
+    """The neighbouring float32 number that is finite and not subnormal, unless it is that of x < 0."""
     with np.errstate(over="ignore"):
         found = np.nextafter(value, side)
     tiny = np.finfo(np.float32).tiny
     if not np.isfinite(found):
         return value
+    if found == below_zero("float32"):
+        return np.float32(found)
     return np.float32(np.copysign(tiny, found)) if 0 < abs(found) < tiny else found
 
 
@@ -119,6 +122,8 @@ def doubled(rng: np.random.Generator, *profiles: ir.PolicyProfile) -> list[ir.Po
 
     def moved(value: float) -> float:
         count = steps.setdefault(value, int(rng.choice([0, 0, 0, 1, -1, 2, -2])))
+        if value == below_zero("float32") or (value == 0 and count < 0):
+            return below_zero("float64")
         for _ in range(abs(count) if abs(value) > 1e-300 else 0):  # beside 0 are subnormal numbers, which claims refuse
             value = math.nextafter(value, math.copysign(math.inf, count))
         return value

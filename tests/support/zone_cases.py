@@ -140,7 +140,7 @@ def near_roles(rng, profile):
             else:
                 side = np.float32(rng.choice([-np.inf, np.inf]))
                 beside = np.nextafter(tree.threshold[node], side)
-                change["threshold"][node] = beside if abs(beside) > 1e-30 else 0.001  # subnormal ones are refused
+                change["threshold"][node] = beside if abs(beside) > 1e-30 or beside < 0 else 0.001  # subnormal, refused
             pair[place] = replace(tree, **change)
     claim = BUILT_IN[str(rng.choice(PROPERTIES[:2]))]("defenders", radius=Fraction(int(rng.integers(4, 12)), 100))
     return team(profile, *pair), claim

@@ -16,7 +16,7 @@ from math import ldexp
 from typing import NamedTuple, TypeAlias
 
 from codegen.errors import InputError
-from codegen.floats import FLOAT32, FLOAT64
+from codegen.floats import FLOAT32, FLOAT64, below_zero
 from codegen.ir import FeatureSpec
 from verify.claims.formula import FALSE, TRUE, And, Formula, Linear, Or
 from verify.semantics import MACHINE, REAL
@@ -117,6 +117,8 @@ def sides(
         return _of_function(meaning.function, terms, threshold, eps)
     if semantics == REAL:
         return _cut(terms, Fraction(threshold), False, eps)
+    if FORMATS[numbers] is DOUBLE and threshold == below_zero(numbers) and not eps:
+        return _cut(terms, Fraction(0), True)  # a sum of two float64 numbers rounds to 0 only from 0
     ends = rounded_once if len(meaning.terms) == 1 and not eps else rounded_twice
     end = ends(threshold, numbers)
     return _cut(terms, end.value(), end.strict, eps)

@@ -31,6 +31,7 @@ LISTS, TEXTS = of_form(Form.NAMES), of_form(Form.NAME)
 KEYS = ("name", "label", "team", *NUMBERS, *COUNTS, *TEXTS, *LISTS, "region", "formula", "assume")
 OF_FORMULAS = ("margin", "radius", "eps")  # the parameters of a user's formula
 ADVICE = "`maviper properties new WORLD` writes a file to start from"
+Reading = Callable[[Formula], Formula]  # what a formula of a file means
 FindRegion = Callable[[str], Region]  # what a file names -> the region
 
 
@@ -43,9 +44,15 @@ class Stated(NamedTuple):
 
 
 def read_properties(
-    source: str, profile: PolicyProfile, where: str, find_region: FindRegion, default: Region | None = None
+    source: str,
+    profile: PolicyProfile,
+    where: str,
+    find_region: FindRegion,
+    default: Region | None = None,
+    reading: Reading | None = None,
 ) -> list[Stated]:
-    """The claims of a TOML text with their regions; `default` (else the start region) where one names none.
+    """The claims of a TOML text with their regions; `default` (else the start region) where one names none; `reading`:
+    what formulas mean, unless what they say.
 
     InputError with the line of each table that cannot be read, and the column in a formula.
     """
@@ -54,14 +61,14 @@ def read_properties(
         if key != "property":
             raise UnknownNameError("key", key, ("property",), file / key)
     tables = properties(document, file)
-    return read_each(tables, lambda table, place: _Table(table, profile, place).question(find_region, default))
+    return read_each(tables, lambda table, place: _Table(table, profile, place, reading).question(find_region, default))
 
 
 class _Table:
     """One `[[property]]` table."""
 
-    def __init__(self, table: Mapping[str, Any], profile: PolicyProfile, place: Place) -> None:
-        self._table, self._profile, self._place = table, profile, place
+    def __init__(self, table: Mapping[str, Any], profile: PolicyProfile, place: Place, reading: Reading | None) -> None:
+        self._table, self._profile, self._place, self._reading = table, profile, place, reading
         for key in table:
             if key not in KEYS:
                 raise UnknownNameError("key", key, KEYS, place / key)
@@ -176,7 +183,8 @@ class _Table:
             margin=margin,
             radius=radius,
         )
-        return formula_of(text, vocabulary, lambda place: self._where(key).of_offset(text, place))
+        found = formula_of(text, vocabulary, lambda place: self._where(key).of_offset(text, place))
+        return found if self._reading is None or "eps" in self._table else self._reading(found)
 
     def _region(self, find_region: FindRegion) -> Region:
         region = self._table["region"]

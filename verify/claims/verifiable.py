@@ -12,7 +12,7 @@ import numpy as np
 
 from codegen.dynamics import FORK, PHYSICS
 from codegen.errors import InputError, UnknownNameError
-from codegen.floats import FLOAT32
+from codegen.floats import FLOAT32, below_zero
 from codegen.ir import NO_FEATURE, AgentPolicy, PolicyProfile
 from verify.claims.claim import ensure_team
 
@@ -54,12 +54,13 @@ def readable(policy: AgentPolicy) -> None:
             what = f"feature {feature.name} of {policy.agent}, which compares {policy.numbers}, has a weight below 1"
             raise InputError(what, str(feature.meaning), "claims about it need weights of at least 1")
     threshold = policy.tree.threshold
-    tiny = (threshold != 0) & (np.abs(threshold) < np.finfo(policy.numbers).tiny)
+    plain = (threshold == 0) | (threshold == below_zero(policy.numbers))  # x <= 0, and x < 0, which code writes so
+    tiny = ~plain & (np.abs(threshold) < np.finfo(policy.numbers).tiny)
     for node in np.flatnonzero(tiny):
         raise InputError(
             f"node {node} of {policy.agent} has a subnormal threshold",
             "",
-            "processors may flush such numbers to zero; round the threshold to 0 or to a normal number",
+            "processors may flush such numbers to zero: write x <= 0, x < 0, or a normal number",
         )
 
 

@@ -42,6 +42,7 @@ from verify.solver.terms import (
 )
 from verify.states.state import error_name, measurable
 
+LAST_BELOW_ZERO = -(2.0**-1074)  # of float64: what is at most it is below 0
 UNDERFLOW = Fraction(1, 2**1000)  # more than all products with a weight can lose
 ROUNDED_ONCE = 2  # a sum of so many coordinates rounds once before it becomes a float32
 
@@ -334,6 +335,8 @@ def _line(meaning: ir.Meaning, threshold: float, by: _Arithmetic) -> HalfLine | 
         return _sign_line(threshold) if meaning.function == "sign" else _positive_line(threshold)
     if by.semantics == REAL:
         return HalfLine(Fraction(threshold), strict=False)
+    if threshold == LAST_BELOW_ZERO and not (by.single or by.noisy):
+        return HalfLine(Fraction(0), strict=True)  # what is rounded is float64, or a sum of two: 0 only from 0
     alone = len(meaning.terms) == 1 and not by.noisy
     return last_double(threshold, by.single) if alone else half_line(threshold, by.single)
 

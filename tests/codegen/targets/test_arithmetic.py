@@ -18,7 +18,7 @@ from codegen import ir
 from codegen.agreement import selfcheck
 from codegen.agreement.build import build
 from codegen.agreement.compiled import STRICT, CompiledC, find_compiler
-from codegen.floats import neighbour
+from codegen.floats import below_zero, neighbour
 from codegen.observe import observe
 from codegen.region import RegionSpec
 from codegen.targets import c
@@ -133,21 +133,42 @@ void flushed(const float *rows, long n, int *actions, int *checks)
 """
 
 
+FLUSHES = pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="sets the MXCSR of x86-64")
+
+
 @pytest.mark.compile
-@pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="sets the MXCSR of x86-64")
+@FLUSHES
 @pytest.mark.parametrize(("style", "holds"), [("nested", False), ("walk", False), ("ordered", True)])
 def test_the_ordered_style_alone_decides_alike_where_subnormals_are_flushed(style, holds, team, tmp_path):
     policy = replace(team.agents[0], tree=_ladder([-(2.0**-149), 0.0, 2.0**-149, 2.0**-127, 2.0**-126]))
-    made = build(replace(team, agents=(policy,)), ["c"], style=style)
+    bits = np.array([0, 1, 2, 3, 2**22, 2**23 - 1, 2**23, 2**23 + 1], dtype=np.uint32)
+    rows = np.concatenate([bits, bits | 2**31]).view(np.float32)
+    assert (_flushed(replace(team, agents=(policy,)), style, rows, tmp_path) == _wanted(policy, rows)).all() == holds
+
+
+@pytest.mark.compile
+@FLUSHES
+@pytest.mark.parametrize(("style", "holds"), [("nested", True), ("walk", False)])
+def test_below_zero_decides_zero_alike_where_subnormals_are_flushed(style, holds, team, tmp_path):
+    """The code says x < 0: compared with the last number below 0, which is flushed to it, a 0 would go left."""
+    policy = replace(team.agents[0], tree=_ladder([below_zero("float32"), 0.0, 0.5]))
+    rows = np.array([0.0, -0.0, 2.0**-126, -(2.0**-126), 0.5, -0.5, 1.0, np.inf, -np.inf, np.nan], dtype=np.float32)
+    assert (_flushed(replace(team, agents=(policy,)), style, rows, tmp_path) == _wanted(policy, rows)).all() == holds
+
+
+def _wanted(policy, rows):
+    return ir.act(policy, rows[:, None])
+
+
+def _flushed(profile, style, rows, tmp_path):
+    """The actions of the one agent of a profile in a thread that takes subnormal numbers for zero."""
+    made = build(profile, ["c"], style=style)
     for name, text in {**made.files, "harness.c": c.harness(made.model)}.items():
         (tmp_path / name).write_text(text)
     (tmp_path / "flushed.c").write_text(FLUSHING % {"name": made.model.agents[0].names.exported_rows})
     command = [*find_compiler(), *STRICT, "-O2", "-fPIC", "-shared", "harness.c", "flushed.c", "-o", "flushed.so"]
     subprocess.run(command, cwd=tmp_path, check=True)
-    bits = np.array([0, 1, 2, 3, 2**22, 2**23 - 1, 2**23, 2**23 + 1], dtype=np.uint32)
-    rows = np.concatenate([bits, bits | 2**31]).view(np.float32)
-    wanted = ir.act(policy, rows[:, None])
     actions, checks = np.zeros((2, len(rows)), dtype=np.int32)
     given = [array.ctypes.data_as(ctypes.c_void_p) for array in (rows, actions, checks)]
     ctypes.CDLL(str(tmp_path / "flushed.so")).flushed(given[0], ctypes.c_long(len(rows)), *given[1:])
-    assert (actions == wanted).all() == holds
+    return actions

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from codegen import ir
 from codegen.errors import InputError
-from codegen.floats import FLOAT32, FLOAT64
+from codegen.floats import FLOAT32, FLOAT64, below_zero
 from codegen.observe import observe
 from maviper.worlds import find
 from tests.faults import sharp_pairs
@@ -81,7 +81,8 @@ def left_of(meaning, threshold, position):
 
 
 @pytest.mark.parametrize(
-    "threshold", [0.1, float(np.nextafter(np.float32(0.1), np.float32(1))), 0.0, -0.7, 0.5, -1.0, 1.0]
+    "threshold",
+    [0.1, float(np.nextafter(np.float32(0.1), np.float32(1))), 0.0, below_zero(FLOAT32), -0.7, 0.5, -1.0, 1.0],
 )
 @pytest.mark.parametrize("kind", range(14))
 def test_sides_are_what_the_machine_does_at_and_beside_every_tie(kind, threshold):
@@ -142,7 +143,7 @@ def test_float64_agents_round_once_or_not_at_all(threshold, b, steps):
 @pytest.mark.parametrize("terms", [((1.0, "agent_0.x"),), ((1.0, "goal.x"), (-1.0, "agent_0.x"))])
 def test_sides_of_float64_agents_are_what_machines_do(terms):
     rng, meaning, names = np.random.default_rng(0), ir.Meaning(terms), WORLD.coordinates()
-    for threshold in [0.1, -0.3, 0.0, 1.0, *rng.uniform(-2, 2, 20)]:
+    for threshold in [0.1, -0.3, 0.0, below_zero(FLOAT64), 1.0, *rng.uniform(-2, 2, 20)]:
         left, right = sides(spec(meaning), threshold, FLOAT64)
         for _ in range(20):
             row = rng.uniform(-2, 2, (1, len(names)))

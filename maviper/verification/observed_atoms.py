@@ -1,0 +1,59 @@
+"""Formulas over observations in which a number is what an agent compares, as in its own tests.
+
+Does: reads an inequality over one observed number as a test of the agent that observes it.
+Assumes: a view, whose variables are features.
+Does not: touch sums of several numbers, or variables that agents observe in unlike types.
+
+A claim says x < 0 of the float32 that an agent compares. Read of the float64 number before it is rounded, the claim
+would fail at -1e-46, which the agent sees as 0; read as a test, both mean the same numbers.
+"""
+
+from collections.abc import Callable, Mapping
+from fractions import Fraction
+from math import inf
+
+from codegen.floats import nearest_double, neighbour
+from codegen.ir import FeatureSpec, PolicyProfile
+from verify.checker.thresholds import sides
+from verify.claims.formula import And, Formula, Linear, Not, Or, conjunction, disjunction
+
+Observed = Mapping[str, tuple[FeatureSpec, str]]  # variable -> a feature that is it, and what its agents compare
+
+
+def as_compared(view: PolicyProfile, semantics: str) -> Callable[[Formula], Formula]:
+    """What reads formulas about a view so."""
+    found: dict[str, tuple[FeatureSpec, str]] = {}
+    unlike = set[str]()
+    for policy in view.agents:
+        for feature in policy.features:
+            assert feature.meaning is not None, feature
+            ((_, variable),) = feature.meaning.terms
+            if found.setdefault(variable, (feature, policy.numbers))[1] != policy.numbers:
+                unlike.add(variable)
+    known = {name: each for name, each in found.items() if name not in unlike}
+    return lambda formula: _read(formula, known, semantics)
+
+
+def _read(formula: Formula, known: Observed, semantics: str) -> Formula:
+    match formula:
+        case And(parts):
+            return conjunction(*(_read(part, known, semantics) for part in parts))
+        case Or(parts):
+            return disjunction(*(_read(part, known, semantics) for part in parts))
+        case Not(part):
+            return Not(_read(part, known, semantics))
+        case Linear(((weight, name),), bound, strict) if name in known:
+            feature, numbers = known[name]
+            # up to an end, or the opposite of what is below it
+            last = last_of(bound / weight, numbers, below=strict == (weight > 0))
+            return sides(feature, last, numbers, semantics)[0 if weight > 0 else 1]
+        case _:
+            return formula
+
+
+def last_of(end: Fraction, numbers: str, below: bool) -> float:
+    """The largest of the `numbers` that is at most `end`, or, where `below`, that is below it."""
+    near = neighbour(neighbour(nearest_double(end), inf, numbers), inf, numbers)
+    while Fraction(float(near)) > end or (below and Fraction(float(near)) == end):
+        near = neighbour(near, -inf, numbers)
+    return float(near)
