@@ -17,7 +17,7 @@ from maviper import siblings as siblings  # first: it says what is in the way of
 # isort: split
 from codegen.process import flags
 from maviper import claims, options
-from maviper.files.verbs import from_file, from_onnx, from_sklearn
+from maviper.importing.verbs import from_file, from_onnx, from_sklearn
 from maviper.options.profiles import TARGETS
 from maviper.reproduction.verb import reproduce
 from maviper.verification.verb import diff, robust, verify_system

@@ -20,7 +20,7 @@ VERBS = (
     "maviper",
     "maviper.__main__",
     "maviper.cli",
-    "maviper.files.verbs",
+    "maviper.importing.verbs",
     "maviper.reproduction.verb",
     "maviper.verification.verb",
 )  # load what they do when they are called

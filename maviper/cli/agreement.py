@@ -25,7 +25,7 @@ def say_agreement(compiled: "Compiled", console: Console) -> None:
         console.line(
             "fidelity", f"share of {states:,} on-policy states in which a tree acts as its expert: {', '.join(texts)}"
         )
-    for reason in report.skipped:
+    for reason in (*report.skipped, *filter(None, [compiled.elsewhere])):
         console.line("SKIPPED", reason)
 
 

@@ -1,7 +1,7 @@
 """The command import.
 
 Does: has trees of other programs read and replayed, writes the profile, and says what was compared.
-Assumes: `maviper.files.importing` reads them.
+Assumes: `maviper.importing.trees` reads them.
 Does not: read or compare anything itself.
 """
 
@@ -66,7 +66,7 @@ def import_verb(
     console.line("importing", "" if file is None else str(file))
     from codegen import policy_json
     from maviper.files import runs
-    from maviper.files.importing import import_trees
+    from maviper.importing.trees import import_trees
 
     runs.target(runs.ensure_other(output, [*(agents or {}).values(), *([] if file is None else [file])]))
     profile = import_trees(file, agents, **options)

@@ -1,7 +1,7 @@
 """Compiling a profile: text, then the proof by replay that text, profile and learned tree decide alike.
 
 Does: emits the targets and joins codegen's self-check with on-policy observations and whole episodes.
-Assumes: the profile's world is one of ours; otherwise on-policy checks are reported as skipped.
+Assumes: the profile's world is one of ours; for others there is no replay of episodes, which is said.
 Does not: write files.
 """
 
@@ -26,7 +26,7 @@ from maviper.episodes.on_policy import on_policy
 from maviper.episodes.play import Episodes, Policies
 from maviper.evaluation.fidelity import Fidelity, fidelity
 from maviper.worlds import World
-from maviper.worlds.matching import NO_WORLD, matching_world
+from maviper.worlds.matching import NO_WORLD, matching_world, not_ours
 
 if TYPE_CHECKING:
     from maviper.compilation.proofs import Proofs
@@ -42,6 +42,7 @@ class Compiled:
     build: Build
     report: Report
     faithful: tuple[Fidelity, ...] = ()  # how far each tree acts as the expert; nothing where nobody has the expert
+    elsewhere: str = ""  # why no episode was replayed, where the game is none of ours: nothing that failed
     notes: tuple[str, ...] = ()  # what each pass did before
     proofs: "Proofs | None" = None  # None: not asked
     beside: Mapping[str, str | bytes] = field(default_factory=dict)  # test vectors and proofs
@@ -82,16 +83,17 @@ def checked(made: Build) -> Compiled:
     if missing:
         skipped.append(f"the tree as grown: the profile does not hold it for {', '.join(missing)}")
     world = matching_world(profile)
-    if world is None:
+    elsewhere = not_ours(profile.world)
+    if world is None and not elsewhere:
         skipped.append(f"on-policy observations and episodes: {NO_WORLD}")
-    else:
+    if world is not None:
         episodes = on_policy(profile, world)
         faithful = fidelity(profile, world, episodes)
         agreements += _grown(profile, episodes)
         if made.compilable:
             agreements += _driven(made, world, episodes)
     agreements += asked(made)
-    return Compiled(made, Report(tuple(agreements), tuple(skipped), report.compiler).ensure(), faithful)
+    return Compiled(made, Report(tuple(agreements), tuple(skipped), report.compiler).ensure(), faithful, elsewhere)
 
 
 def asked(made: Build) -> list[Agreement]:
@@ -150,6 +152,9 @@ def evidence(compiled: Compiled) -> str:
         {"target": item.target, "agent": item.agent, "observations": item.observations, "differences": item.differences}
         for item in compiled.report.agreements
     ]
-    profile, skipped = compiled.build.model.content_hash, list(compiled.report.skipped)
+    profile, skipped = (
+        compiled.build.model.content_hash,
+        [*compiled.report.skipped, *filter(None, [compiled.elsewhere])],
+    )
     document = {"profile": profile, "agreement": rows, "skipped": skipped}
     return layout(document | {"expert": [item.document() for item in compiled.faithful]}) + "\n"

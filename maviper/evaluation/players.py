@@ -21,7 +21,7 @@ from maviper.experts.foreign.named import is_file
 from maviper.experts.scripted import scripted
 from maviper.files.profiles import load
 from maviper.worlds import World
-from maviper.worlds.matching import NO_WORLD, matching_world, plays
+from maviper.worlds.matching import NO_WORLD, matching_world, not_ours, plays
 from maviper.worlds.outside.sources import named_by_user
 from maviper.worlds.world import FEATURES, plain_name, world_name
 
@@ -90,12 +90,15 @@ def _profile(text: str, where: str, world: World | None) -> tuple[Player, World]
     profile = load(text)
     played = world or matching_world(profile)
     if played is None:
-        advice = "extract it again, or name your environment: --world module:function"
-        raise InputError("the profile's world cannot be played", f"{where}: {text}: {NO_WORLD}", advice)
+        if not_ours(profile.world):
+            reference = profile.world.reference
+            what = f"the profile is for {reference or 'no game'}, which has to be named to be played"
+            raise InputError(what, f"{where}: {text}", f"add --world {reference or 'gymnasium:NAME'}")
+        raise InputError("the profile's world cannot be played", f"{where}: {text}: {NO_WORLD}", "extract it again")
     for policy in profile.agents:
         if policy.numbers != FLOAT32:
             what = f"{policy.agent} compares {policy.numbers}, and worlds show float32 observations"
-            raise InputError(what, f"{where}: {text}", "import the tree with --numbers float32")
+            raise InputError(what, f"{where}: {text}", "import the tree with --world: its observations are float32 then")
     if not plays(profile, played):
         theirs = world_name(profile.world)
         found = f"{theirs}, not {played.name}" if theirs != played.name else f"{theirs} in another version"

@@ -164,7 +164,7 @@ def request(text: str, **options: Unpack[EvaluateOptions]) -> Request:
         alike = [player for player in known if player.id == origin]
         expert = alike[0] if alike else shipped_expert(origin, world)
     if expert is None:
-        why = "the expert of the profile is not a shipped one" if origins else "nothing to compare with"
+        why = "the expert of the profile is not a shipped one" if origins - {""} else "nothing to compare with"
         notes.append(f"no ratios, no fidelity: {why}; --expert names it")
     elif origins - {expert.id, ""}:
         notes.append("another expert than the one that the profile was extracted from")

@@ -28,7 +28,16 @@ class ImportOptions(TypedDict, total=False):
     action_names: Annotated[
         Sequence[str] | None, Option(None, NAMES, "Names of the actions.", "NAMES", called="actions", commas=True)
     ]
-    name: Annotated[str, Option("imported", NAMES, "Name of the world.", "NAME", called="world")]
+    name: Annotated[
+        str,
+        Option(
+            "imported",
+            NAMES,
+            "The game whose agents the trees become, such as gymnasium:CartPole-v1; else a name for their world.",
+            "NAME",
+            called="world",
+        ),
+    ]
     numbers: Annotated[
         Literal["float32"] | None,
         Option(

@@ -5,16 +5,19 @@ Assumes: a checked profile.
 Does not: play.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 from codegen import ir
 from codegen.errors import InputError
 from codegen.floats import FLOAT32
 from codegen.ir import FeatureSpec
-from maviper.worlds import ParticleWorld, World, built_in
+from maviper.worlds import WORLDS, ParticleWorld, World, built_in
 from maviper.worlds.world import world_name
 
 NO_WORLD = "no world of this version has the profile's spec, agents, features and actions, and float32 observations"
+REPLAYED = "episode replay: only built-in games can be replayed"
+OWN_NAMES = "names"  # in a provenance: of features and actions, where the world has no more than numbers
 FEATURES_FILE = "features_file"  # in a provenance: the hash of a file that named the features
 OBSERVED = "claim what agents do over observations: see `maviper guide claims`"
 
@@ -26,6 +29,15 @@ def matching_world(profile: ir.PolicyProfile) -> World | None:
     except InputError:  # another's world, or options of another version
         return None
     return world if plays(profile, world) else None
+
+
+def not_ours(world: ir.WorldSpec) -> str:
+    """Why no episode of a game can be replayed that is none of ours; "" for one of ours, in whatever version."""
+    if world.name in WORLDS:
+        return ""
+    return (
+        f"{REPLAYED}, and {world.reference or 'an imported tree plays none'}{' is not one' if world.reference else ''}"
+    )
 
 
 def matching_places(profile: ir.PolicyProfile) -> ParticleWorld | None:
@@ -43,16 +55,28 @@ def ensure_places(world: ir.WorldSpec, features: Iterable[FeatureSpec], advice: 
 
 def plays(profile: ir.PolicyProfile, world: World) -> bool:
     """Whether a world has exactly the profile's spec, agents, teams, features and actions, and shows agents what they
-    compare. Where a file named the profile's features, they are what the world has by their number alone.
+    compare. Where a file named the profile's features, they are what the world has by their number alone; where an
+    imported tree did, by their number and ranges.
     """
-    named = FEATURES_FILE in profile.provenance.training
+    facts = profile.provenance.training
+    named, own = FEATURES_FILE in facts, OWN_NAMES in facts
     ours = [
-        (agent, world.team_of(agent), len(features) if named else features, actions)
+        (agent, world.team_of(agent), len(features) if named else _nameless(features, own), _nameless(actions, own))
         for agent, features, actions in zip(world.agents, world.features, world.actions, strict=True)
     ]
     theirs = [
-        (policy.agent, policy.team, len(policy.features) if named else policy.features, policy.actions)
+        (
+            policy.agent,
+            policy.team,
+            len(policy.features) if named else _nameless(policy.features, own),
+            _nameless(policy.actions, own),
+        )
         for policy in profile.agents
     ]
     single = all(policy.numbers == FLOAT32 for policy in profile.agents)  # as worlds show what agents observe
     return single and world.spec == profile.world and ours == theirs
+
+
+def _nameless(specs: Sequence[FeatureSpec] | Sequence[ir.ActionSpec], own: bool) -> tuple[object, ...]:
+    """Features or actions; without their names where these are a tree's `own`."""
+    return tuple(replace(each, name="") for each in specs) if own else tuple(specs)

@@ -21,7 +21,7 @@ from maviper.experts.training import run as training
 from maviper.extraction import bundles, exploiting
 from maviper.extraction import run as extraction
 from maviper.extraction.settings import PRESETS, SELECTIONS, Settings, part_settings
-from maviper.files import importing
+from maviper.importing import trees
 from maviper.options import (
     CompileOptions,
     DiffOptions,
@@ -79,7 +79,7 @@ REQUESTS = {
     CompileOptions: compilation.CompileRequest,
     EvaluateOptions: evaluation.EvaluateRequest,
     ExploitOptions: exploiting.ExploitRequest,
-    ImportOptions: importing.ImportRequest,
+    ImportOptions: trees.ImportRequest,
     ReproduceOptions: reproduction.Request,
     TrainOptions: training.TrainRequest,
 }

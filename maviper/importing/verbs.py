@@ -32,7 +32,7 @@ def from_file(file: str | Path | Mapping[str, str | Path], **asked: Unpack[Impor
     """
     from pathlib import Path
 
-    from maviper.files.importing import import_trees
+    from maviper.importing.trees import import_trees
 
     if isinstance(file, str | Path):
         return import_trees(Path(file), **asked)

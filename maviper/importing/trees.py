@@ -1,6 +1,7 @@
 """Trees of others, from files to a profile.
 
-Does: reads the trees of a file, or one file for each agent of a team, and makes a profile of them.
+Does: reads the trees of a file, or one file for each agent of a team, and makes a profile of them, of its own or of the
+  agents of a game.
 Assumes: `codegen.importers` recognises, reads and replays them.
 Does not: write anything.
 """
@@ -15,7 +16,10 @@ from codegen.importers import kinds as foreign
 from codegen.importers.origin import Names, Origin, Said, profile_of
 from codegen.ir import PolicyProfile
 from maviper.files import kinds, runs
+from maviper.importing.tying import Spoken, tied
 from maviper.options import ImportOptions, completed
+from maviper.worlds import WORLDS, find
+from maviper.worlds.outside.sources import named_by_user
 
 
 @dataclass(frozen=True)
@@ -24,7 +28,7 @@ class ImportRequest:
 
     feature_names: tuple[str, ...] | None
     action_names: tuple[str, ...] | None
-    name: str  # of the world
+    name: str  # of the world; where it names one to play, the trees become its agents
     numbers: str | None  # that agents compare: float32, or as the files do
     arrays: str | None  # of which numbers if/else Python is given arrays; None: it is given Python's floats
     scores: bool  # whether a list of numbers holds a score for each action
@@ -37,10 +41,14 @@ def import_trees(
     asked = ImportRequest(**completed(ImportOptions, options))
     said, names = Said(asked.scores, asked.arrays or ""), Names(asked.feature_names, asked.action_names, asked.name)
     if file is not None and agents is None:
-        return profile_of(_read(file, said), names, asked.numbers)
-    if file is not None or not agents:
+        origins = _read(file, said)
+    elif file is not None or not agents:
         raise InputError("nothing or too much is given", "", "give a file, or --agents with a file for each agent")
-    return profile_of({agent: _one(agent, path, said) for agent, path in agents.items()}, names, asked.numbers)
+    else:
+        origins = {agent: _one(agent, path, said) for agent, path in agents.items()}
+    if asked.name in WORLDS or named_by_user(asked.name):
+        return tied(origins, find(asked.name), Spoken(asked.feature_names, asked.action_names))
+    return profile_of(origins, names, asked.numbers)
 
 
 def _read(path: Path, said: Said) -> dict[str, Origin]:

@@ -1,0 +1,183 @@
+"""Trees of others as agents of a game: a profile that is played, verified and compared like an extracted one.
+
+Does: gives each agent of a world its tree; ties features by name or place and actions by number or name; refuses what
+  does not fit.
+Assumes: trees that were read in full; a world that a user named.
+Does not: play, or guess: a name that the world does not know is an error.
+
+Features are tied by name where the source knows some by the world's names, else by place. A whole number that a source
+returns is the action of that number. Where the world calls its features feature_0, feature_1, ... or its actions
+action_0, ..., the names that the source has for them are kept.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from codegen import ir
+from codegen.check import ensure, identifier
+from codegen.errors import InputError, UnknownNameError, shown
+from codegen.floats import FLOAT32
+from codegen.importers.names import NUMBERED, Renaming, legal, renaming
+from codegen.importers.origin import Names, Origin, profile_of
+from maviper.worlds import World
+from maviper.worlds.matching import OWN_NAMES
+
+MAP = "write --{kind}s NEW=OLD for each that the world calls otherwise"
+
+
+@dataclass(frozen=True)
+class Spoken:
+    """What a user says of names: those of features and of actions, in order or as new=old."""
+
+    features: Sequence[str] | None = None
+    actions: Sequence[str] | None = None
+
+
+def tied(origins: Mapping[str, Origin], world: World, said: Spoken) -> ir.PolicyProfile:
+    """The profile of a world's agents, each with one of the trees; observations are float32, as worlds show them.
+
+    InputError where the world has other agents, features or actions than the trees.
+    """
+    found: list[ir.AgentPolicy] = []
+    facts: dict[str, Any] = {"observations": FLOAT32, OWN_NAMES: "the trees' own where the world has numbers"}
+    kinds: list[str] = []
+    for place, (agent, origin) in enumerate(zip(world.agents, _by_agent(origins, world), strict=True)):
+        policy, told = _tied(origin, agent, world, place, said)
+        found.append(policy)
+        facts |= told
+        kinds.append(origin.kind)
+    provenance = ir.Provenance("imported", "none", 0, "", ", ".join(dict.fromkeys(kinds)), facts)
+    return ensure(ir.PolicyProfile(world.spec, tuple(found), provenance))
+
+
+def _by_agent(origins: Mapping[str, Origin], world: World) -> list[Origin]:
+    """The tree of each agent. A single tree is that of a single agent, whatever it is called."""
+    if len(origins) == len(world.agents) == 1:
+        return list(origins.values())
+    known = {identifier(agent): agent for agent in world.agents}
+    trees = {known.get(identifier(name), name): origin for name, origin in origins.items()}
+    for name in trees:
+        if name not in world.agents:
+            raise UnknownNameError("agent", name, world.agents, world.name)
+    missing = [agent for agent in world.agents if agent not in trees]
+    if missing:
+        what = f"{world.name} has {len(world.agents)} agents, and {', '.join(missing)} has no tree"
+        files = ",".join(f"{agent}=FILE" for agent in world.agents)
+        raise InputError(what, "", f"give each one a tree: --agents {files}")
+    return [trees[agent] for agent in world.agents]
+
+
+def _tied(
+    origin: Origin, agent: str, world: World, place: int, said: Spoken
+) -> tuple[ir.AgentPolicy, dict[str, float | int | str]]:
+    """An agent's policy, and what is told of it."""
+    specs, choices = world.features[place], world.actions[place]
+    features = _features(origin, agent, [each.name for each in specs], renaming(said.features))
+    numbers = _numbers(origin, agent, [each.name for each in choices], renaming(said.actions))
+    actions = _action_names(origin, numbers, [each.name for each in choices], renaming(said.actions))
+    source = replace(features.origin, labels=tuple(numbers), called={})
+    profile = profile_of({agent: source}, Names(features.names, actions), FLOAT32)
+    (policy,) = profile.agents
+    kept = zip(specs, policy.features, strict=True), zip(choices, policy.actions, strict=True)
+    policy = replace(
+        policy,
+        agent=agent,
+        team=world.team_of(agent),
+        features=tuple(replace(spec, name=own.name) for spec, own in kept[0]),
+        actions=tuple(replace(spec, name=own.name) for spec, own in kept[1]),
+    )
+    returned = dict(zip(numbers, origin.labels, strict=True))
+    lines = (
+        f"{k} {each.name} <- {returned[k]}" if k in returned else f"{k} {each.name} (no leaf)"
+        for k, each in enumerate(policy.actions)
+    )
+    (before, *_) = {key.rpartition(" ")[0] for key in profile.provenance.training if key.endswith(" given")}
+    told = {f"{agent}{key.removeprefix(before)}": value for key, value in profile.provenance.training.items()}
+    return policy, {**told, f"{agent} actions": ", ".join(lines)}
+
+
+# --- features
+
+
+@dataclass(frozen=True)
+class _Features:
+    origin: Origin  # that looks them up by these names, or by place
+    names: list[str]
+
+
+def _features(origin: Origin, agent: str, known: list[str], given: Renaming) -> _Features:
+    """The features of a source among those of the world, and what they are called."""
+    if given.plain is not None:  # the user's names for the world's features
+        _ensure_count(len(given.plain), known, agent, "feature")
+        known = list(given.plain)
+    own = [given.renamed(each) for each in origin.features]
+    keys = {identifier(legal(each, "x")): each for each in known}
+    inside = [identifier(legal(each, "x")) in keys for each in own]
+    if origin.keyed or any(inside):
+        for name, there in zip(own, inside, strict=True):
+            if not there:
+                raise UnknownNameError("feature", shown(name), known, f"{agent}: {MAP.format(kind='feature')}")
+        return _Features(replace(origin, features=tuple(own), keyed=True), known)
+    if own or origin.n_features:
+        _ensure_count(len(own) or origin.n_features, known, agent, "feature")
+    read = max(int(origin.grown.feature.max()) + 1, origin.n_read)
+    if read > len(known):
+        what = f"the source reads feature {read - 1}, and {agent} observes {len(known)}, from 0 on"
+        raise InputError(what, agent, f"the world shows {', '.join(known)}")
+    names = own if own and _numbered(known) else known
+    return _Features(replace(origin, features=(), n_features=len(known)), names)
+
+
+def _ensure_count(count: int, known: Sequence[str], agent: str, kind: str) -> None:
+    if count != len(known):
+        what = f"{count} {kind}{'s' if count != 1 else ''} for {agent}, who has {len(known)} in this world"
+        raise InputError(what, agent, f"they are {', '.join(known[:30])}")
+
+
+def _numbered(names: Sequence[str]) -> bool:
+    """Whether names say no more than places."""
+    parts = [NUMBERED.fullmatch(each) for each in names]
+    return all(part is not None and int(part[2]) == k for k, part in enumerate(parts))
+
+
+# --- actions
+
+
+def _numbers(origin: Origin, agent: str, known: list[str], given: Renaming) -> list[int]:
+    """The number in the world of each action that a source returns."""
+    if given.plain is not None:
+        _ensure_count(len(given.plain), known, agent, "action")
+        known = list(given.plain)
+    keys = {identifier(legal(each, "action")): k for k, each in enumerate(known)}
+    found = [_number(label, str(origin.called.get(label, "")), keys, given) for label in origin.labels]
+    for label, number in zip(origin.labels, found, strict=True):
+        if number is None or number >= len(known):
+            what = f"the source returns {shown(str(label))}, which is no action of {agent}"
+            all_of = ", ".join(f"{k} {name}" for k, name in enumerate(known[:30]))
+            raise InputError(what, f"{agent}: its actions are {all_of}", MAP.format(kind="action"))
+    numbers = [number for number in found if number is not None]
+    if len(set(numbers)) < len(numbers):
+        raise InputError("two of the source's answers are the same action", agent, MAP.format(kind="action"))
+    return numbers
+
+
+def _number(label: Any, called: str, keys: Mapping[str, int], given: Renaming) -> int | None:
+    """The number of one action: as the user says, as the number that it is, or by its name."""
+    plain = label.item() if hasattr(label, "item") else label
+    for old in (str(plain), called):
+        if old in given.pairs:
+            return keys.get(identifier(legal(given.pairs[old], "action")))
+    if isinstance(plain, int | float):
+        return int(plain) if plain >= 0 and plain == plain // 1 else None
+    return keys.get(identifier(legal(plain, "action"))) if isinstance(plain, str) else None
+
+
+def _action_names(origin: Origin, numbers: Sequence[int], known: list[str], given: Renaming) -> list[str]:
+    """What the world's actions are called: as the user says, or the source where the world has numbers."""
+    if given.plain is not None:
+        return list(given.plain)
+    if not _numbered(known):
+        return known
+    called = dict(zip(numbers, (origin.called.get(label, "") for label in origin.labels), strict=True))
+    return [str(called.get(k) or name) for k, name in enumerate(known)]
