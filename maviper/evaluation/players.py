@@ -98,7 +98,9 @@ def _profile(text: str, where: str, world: World | None) -> tuple[Player, World]
     for policy in profile.agents:
         if policy.numbers != FLOAT32:
             what = f"{policy.agent} compares {policy.numbers}, and worlds show float32 observations"
-            raise InputError(what, f"{where}: {text}", "import the tree with --world: its observations are float32 then")
+            raise InputError(
+                what, f"{where}: {text}", "import the tree with --world: its observations are float32 then"
+            )
     if not plays(profile, played):
         theirs = world_name(profile.world)
         found = f"{theirs}, not {played.name}" if theirs != played.name else f"{theirs} in another version"

@@ -1,0 +1,102 @@
+"""Trees of others as agents of a game: numbers stay, names are tied, what does not fit is refused."""
+
+import numpy as np
+import pytest
+
+import maviper
+from codegen.errors import ExitCode, InputError, UnknownNameError
+from codegen.ir import act
+from codegen.policy_json import dumps
+from maviper.worlds import find
+from maviper.worlds.matching import not_ours, plays
+from tests.support.verifying import run
+
+CAR = "gymnasium:MountainCar-v0"
+NUMBERS = "def car(obs):\n    position, velocity = obs\n    if velocity < 0:\n        return 0\n    return 2\n"
+TEXTS = "def car({}):\n    if {} < 0:\n        return 'left'\n    return 'right'\n"
+
+
+@pytest.fixture
+def bring(tmp_path):
+    """Imports a text into a game."""
+
+    def brought(source, world=CAR, **said):
+        (tmp_path / "car.py").write_text(source)
+        return maviper.from_file(tmp_path / "car.py", name=world, **said)
+
+    return brought
+
+
+def test_numbers_of_actions_stay_and_the_game_is_played(bring, tmp_path, capsys):
+    profile = bring(NUMBERS)
+    (policy,) = profile.agents
+    world = find(CAR)
+    assert plays(profile, world) and profile.world == world.spec and policy.numbers == "float32"
+    assert [each.name for each in policy.features] == ["position", "velocity"]
+    assert act(policy, np.array([[0, -0.1], [0, 0], [0, 0.1]])).tolist() == [0, 2, 2]
+    (tmp_path / "car.json").write_text(dumps(profile))
+    file = str(tmp_path / "car.json")
+    code, out, _ = run(capsys, "evaluate", file, "--world", CAR, "--episodes", "3")
+    assert code == ExitCode.DONE and "-1" in out
+    code, _, err = run(capsys, "evaluate", file)
+    assert code == ExitCode.INPUT and f"add --world {CAR}" in err
+
+
+def test_features_are_tied_by_name_or_by_place(bring):
+    by_name = bring("def car(velocity, position):\n    if velocity < 0:\n        return 0\n    return 2\n")
+    by_place = bring("def car(x):\n    if x[1] < 0:\n        return 0\n    return 2\n")
+    keyed = bring("def car(obs):\n    if obs['velocity'] < 0:\n        return 0\n    return 2\n")
+    rows = np.array([[0.5, -0.1], [-0.5, 0.1], [-0.5, -0.1], [0.5, 0.0]])
+    for profile in (by_name, by_place, keyed):
+        assert act(profile.agents[0], rows).tolist() == [0, 2, 0, 2]
+        assert [each.name for each in profile.agents[0].features] == ["position", "velocity"]
+
+
+def test_names_that_a_user_ties(bring):
+    said = {"feature_names": ["velocity=speed"], "action_names": ["accelerate_left=left", "accelerate_right=right"]}
+    (policy,) = bring(TEXTS.format("position, speed", "speed"), **said).agents
+    assert act(policy, np.array([[1, -0.1], [-1, 0.1]])).tolist() == [0, 2]
+    assert [each.name for each in policy.actions] == ["accelerate_left", "coast", "accelerate_right"]
+
+
+@pytest.mark.parametrize(
+    ("source", "said", "message"),
+    [
+        (TEXTS.format("position, speed", "speed"), {}, "unknown feature 'speed'"),
+        (TEXTS.format("position, velocity", "velocity"), {}, "the source returns left"),
+        ("def car(x):\n    return 3 if x[0] < 0 else 0\n", {}, "the source returns 3"),
+        ("def car(x):\n    return -1 if x[0] < 0 else 0\n", {}, "the source returns -1"),
+        ("def car(x):\n    return 1 if x[4] < 0 else 0\n", {}, "reads feature 4"),
+        ("def car(a, b, c):\n    return 1 if b < 0 else 0\n", {}, "3 features"),
+        (NUMBERS, {"feature_names": ["a"]}, "1 feature"),
+        (NUMBERS, {"action_names": ["a", "b"]}, "2 actions"),
+        (
+            TEXTS.format("position, velocity", "velocity"),
+            {"action_names": ["coast=left", "coast=right"]},
+            "same action",
+        ),
+    ],
+)
+def test_what_does_not_fit_is_refused(bring, source, said, message):
+    with pytest.raises((InputError, UnknownNameError), match=message):
+        bring(source, **said)
+
+
+def test_each_agent_has_a_tree(tmp_path):
+    (tmp_path / "both.py").write_text("".join(f"def {name}(x):\n    return 1 if x[0] < 0 else 0\n" for name in "ab"))
+    with pytest.raises(UnknownNameError, match="unknown agent 'a'"):
+        maviper.from_file(tmp_path / "both.py", name="physical-deception")
+    one = tmp_path / "one.py"
+    one.write_text("def f(x):\n    return 1 if x[0] < 0 else 0\n")
+    world = find("physical-deception")
+    with pytest.raises(InputError, match="has no tree"):
+        maviper.from_file({world.agents[0]: one}, name="physical-deception")
+    profile = maviper.from_file(dict.fromkeys(world.agents, one), name="physical-deception")
+    assert plays(profile, world) and not not_ours(profile.world)
+
+
+def test_a_game_that_is_not_ours_is_no_failed_check(bring, tmp_path, capsys):
+    (tmp_path / "car.json").write_text(dumps(bring(NUMBERS)))
+    code, _, err = run(capsys, "compile", str(tmp_path / "car.json"), "--target", "python", "-o", str(tmp_path / "out"))
+    assert code == ExitCode.DONE
+    assert f"SKIPPED     episode replay: only built-in games can be replayed, and {CAR} is not one" in err
