@@ -62,11 +62,19 @@ class Episodes:
     returns: Float64  # [n_agents, batch] summed rewards
 
 
-def play(world: World, controllers: Sequence[Controller], start: Any) -> Episodes:
-    """Plays one episode from each start state. `controllers`: one for each agent, in the world's order."""
-    shared: dict[int, list[int]] = {}  # a controller of several agents is asked once for all of them
+def chosen(controllers: Sequence[Controller], observations: Sequence[Float32], state: Any) -> Int:
+    """Everybody's actions in states, [batch, n_agents]; a controller of several agents is asked once for them all."""
+    shared: dict[int, list[int]] = {}
     for agent, controller in enumerate(controllers):
         shared.setdefault(id(controller), []).append(agent)
+    acted = np.empty((len(state), len(controllers)), dtype=np.int64)
+    for agents in shared.values():
+        acted[:, agents] = controllers[agents[0]].act(agents, observations, state)
+    return acted
+
+
+def play(world: World, controllers: Sequence[Controller], start: Any) -> Episodes:
+    """Plays one episode from each start state. `controllers`: one for each agent, in the world's order."""
     states = [start]
     observations: list[tuple[Float32, ...]] = []
     actions: list[Int] = []
@@ -74,13 +82,11 @@ def play(world: World, controllers: Sequence[Controller], start: Any) -> Episode
     returns = np.zeros((len(controllers), len(start)))
     for _ in range(world.spec.episode_steps):
         seen = world.observe(states[-1])
-        chosen = np.empty((len(states[-1]), len(controllers)), dtype=np.int64)
-        for agents in shared.values():
-            chosen[:, agents] = controllers[agents[0]].act(agents, seen, states[-1])
-        states.append(world.step(states[-1], chosen))
+        acted = chosen(controllers, seen, states[-1])
+        states.append(world.step(states[-1], acted))
         returns += world.rewards(states[-1]).T
         observations.append(seen)
-        actions.append(chosen)
+        actions.append(acted)
         alive.append(world.alive(states[-1]))
         if not world.playing(states[-1]).any():
             break

@@ -7,7 +7,7 @@ Does not: play or count anything itself (crossplay.py), or find controllers (pla
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import count
 from typing import Any, Unpack
 
@@ -33,6 +33,7 @@ from maviper.evaluation.crossplay import (
     tree_facts,
 )
 from maviper.evaluation.players import RANDOM, Player, find_player, shipped_expert
+from maviper.evaluation.why import Causes, causes, ensure_branched
 from maviper.options import EvaluateOptions, completed
 from maviper.worlds import World, find
 from maviper.worlds.world import Int
@@ -49,6 +50,7 @@ class Evaluation:
     episodes: int
     against: Mapping[str, tuple[Standing, ...]]  # opponents' name -> every measure of every team against them
     trees: Mapping[str, TreeFacts]  # agent -> its tree, where it has one
+    why: Mapping[str, tuple[Causes, ...]] = field(default_factory=dict)  # as `against`, where it was asked for
 
 
 @dataclass(frozen=True)
@@ -60,6 +62,7 @@ class Contest:
     opponents: Mapping[str, Sequence[Controller]]
     expert: Controller | None = None
     trees: Sequence[ir.AgentPolicy] = ()  # the subject's, where agents have them
+    why: bool = False  # whether the gap to the expert is split into its causes
 
 
 def evaluate(
@@ -82,6 +85,8 @@ def evaluate(
             raise UnknownNameError("team", team, world.teams, "--team")
     asked = [team for team in world.teams if team in (teams or world.teams)]
     casts = {name: [cast(world, team, subject, others, expert) for team in asked] for name, others in opponents.items()}
+    for each in [each for found in casts.values() for each in found] if contest.why else ():
+        ensure_branched(world, each)
     lineups = {key(lineup): lineup for found in casts.values() for each in found for lineup in each.lineups}
     placed = {world.agents.index(tree.agent): tree for tree in trees if world.team_of(tree.agent) in asked}
     own: Lineup = tuple(subject)
@@ -97,8 +102,12 @@ def evaluate(
         seen[name] = stage.play(lineup, watches.get(name))
         on_played(len(seen), len(lineups))
     against = {name: tuple(row for each in found for row in standings(stage, each)) for name, found in casts.items()}
+    why = {
+        name: tuple(row for each in found for row in causes(world, each, stage.seeds))
+        for name, found in (casts.items() if contest.why else ())
+    }
     facts = tree_facts(placed, seen[key(own)], seen[key(experts)] if experts else None) if placed else {}
-    return Evaluation(world.name, episodes, against, facts)
+    return Evaluation(world.name, episodes, against, facts, why)
 
 
 def ensure_episodes(episodes: int) -> None:
@@ -123,6 +132,7 @@ class EvaluateRequest:
     world: str | None  # of a user's own
     team: str | None  # None: all
     episodes: int  # held out
+    why: bool  # the gap to the expert is split into its causes
 
 
 @dataclass(frozen=True)
@@ -137,6 +147,7 @@ class Request:
     notes: tuple[str, ...]  # what was left out, and why
     teams: tuple[str, ...] = ()  # (): all
     episodes: int = EPISODES
+    why: bool = False
 
     @property
     def players(self) -> list[Player]:
@@ -170,7 +181,7 @@ def request(text: str, **options: Unpack[EvaluateOptions]) -> Request:
         notes.append("another expert than the one that the profile was extracted from")
     against = _against(asked.against, world) or ({expert.name: expert} if expert else {})
     teams = (asked.team,) if asked.team else ()
-    return Request(world, subject, replaced, against, expert, tuple(notes), teams, asked.episodes)
+    return Request(world, subject, replaced, against, expert, tuple(notes), teams, asked.episodes, asked.why)
 
 
 def _against(texts: Sequence[str], world: World) -> dict[str, Player]:
@@ -202,7 +213,7 @@ def evaluate_named(asked: Request, on_played: Callable[[int, int], None] = lambd
     opponents = {name: [player.controller for _ in everybody] for name, player in asked.against.items()}
     expert = asked.expert and asked.expert.controller
     trees = [player.trees[agent] for agent, player in enumerate(players) if player.trees]
-    contest = Contest(asked.world, subject, opponents or {asked.subject.name: subject}, expert, trees)
+    contest = Contest(asked.world, subject, opponents or {asked.subject.name: subject}, expert, trees, asked.why)
     return evaluate(contest, asked.teams, asked.episodes, on_played)
 
 
@@ -219,6 +230,10 @@ def lines(asked: Request, found: Evaluation) -> list[str]:
         lower = dict.fromkeys(row.measure.name for row in rows if row.measure.lower_is_better)
         if lower and asked.expert:
             said += [f"lower is better, and the ratio the expert's over the subject's, in {', '.join(lower)}"]
+    for name, rows in found.why.items():
+        opponents = f"against {asked.against.get(name, 'itself')}, " if len(asked.world.teams) > 1 else ""
+        said += ["", f"why, {opponents}gap = individual + shift + interaction; positive: worse than the expert"]
+        said += _aligned(_causes(rows))
     if found.trees:
         said += ["", *_aligned(_trees(found.trees))]
     return said
@@ -236,6 +251,16 @@ def _standings(rows: Sequence[Standing]) -> list[list[str]]:
         for kind, value, ratio in kinds:
             numbers = [str(value), str(row.expert), _or(ratio, "no ratio")]
             table.append([row.measure.team, row.measure.name, kind, *numbers])
+    return table
+
+
+def _causes(rows: Sequence[Causes]) -> list[list[str]]:
+    table = [["team", "measure", "gap", "individual", "shift", "interaction"]]
+    for row in rows:
+        terms = (row.gap, row.individual, row.shift, row.interaction)
+        table.append([row.measure.team, row.measure.name, *map(str, terms)])
+        if len(row.agents) > 1:
+            table += [["", f"  {agent} alone", "", str(own), "", ""] for agent, own in row.agents.items()]
     return table
 
 
@@ -278,7 +303,7 @@ def document(asked: Request, found: Evaluation) -> dict[str, Any]:
             for name, rows in found.against.items()
         },
         "trees": {agent: _tree(tree) for agent, tree in found.trees.items()},
-    }
+    } | ({"why": {name: [_cause(row) for row in rows] for name, rows in found.why.items()}} if found.why else {})
 
 
 def _player(player: Player) -> dict[str, str]:
@@ -301,6 +326,18 @@ def _row(row: Standing) -> dict[str, Any]:
 
 def _alone(alone: Alone) -> dict[str, Any]:
     return {"subject": _plain(alone.value), "ratio": _plain(alone.ratio)}
+
+
+def _cause(row: Causes) -> dict[str, Any]:
+    return {
+        "team": row.measure.team,
+        "measure": row.measure.name,
+        "gap": _plain(row.gap),
+        "individual": _plain(row.individual),
+        "shift": _plain(row.shift),
+        "interaction": _plain(row.interaction),
+        "agents": {agent: _plain(own) for agent, own in row.agents.items()},
+    }
 
 
 def _tree(tree: TreeFacts) -> dict[str, Any]:

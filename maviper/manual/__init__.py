@@ -18,6 +18,7 @@ TOPICS = (
     "reproduce",
     "importing",
     "pseudocode",
+    "theory",
     "claims",
     "verdicts",
     "systems",

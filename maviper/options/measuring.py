@@ -35,6 +35,10 @@ class EvaluateOptions(TypedDict, total=False):
     ]
     team: Annotated[str | None, Option(None, MEASURED, "Measure one team only.", "NAME")]
     episodes: Annotated[int, Option(1_000, MEASURED, "Held-out episodes, at most 100,000.")]
+    why: Annotated[
+        bool,
+        Option(False, MEASURED, "Split each team's gap to the expert: individual, shift, interaction (`theory`)."),
+    ]
 
 
 class ExploitOptions(TypedDict, total=False):
