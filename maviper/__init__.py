@@ -263,9 +263,6 @@ def repair(
     `Repaired.cost` has the measures before and after. InputError for what cannot be asked.
     """
     from codegen.check import ensure
-    from maviper.verification.ask import number
-    from maviper.verification.repair import RepairOptions, repaired
+    from maviper.verification.repair import repaired, request
 
-    given = options.completed(options.RepairOptions, asked)
-    given |= {name: number(given[name], name) for name in ("margin", "radius")}
-    return repaired(ensure(profile), RepairOptions(name=claim, region=str(region), **given))
+    return repaired(ensure(profile), claim, str(region), request(**asked))

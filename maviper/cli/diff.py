@@ -13,7 +13,7 @@ import click
 
 from maviper.cli.group import Verb
 from maviper.cli.options import PATH, REGION, RESULTS, console_of, option, options_of
-from maviper.options import DiffOptions, completed
+from maviper.options import DiffOptions
 
 if TYPE_CHECKING:
     from maviper.console import Console
@@ -54,8 +54,7 @@ def diff(
     from maviper.cli.results import exit_code
     from maviper.files import outputs, runs
     from maviper.files.profiles import load
-    from maviper.verification.diff import AGAINST_FILE, compared
-    from maviper.verification.diff import DiffOptions as Request
+    from maviper.verification.diff import AGAINST_FILE, compared, request
     from verify.progress import listening
     from verify.reports.differences import as_json as written
 
@@ -66,7 +65,7 @@ def diff(
         texts = {runs.PROFILE_FILE: dumps(one), AGAINST_FILE: dumps(other)}
         outputs.ensure_own(output, outputs.without_given(output, texts, given), outputs.DIFF)
     with console.following("comparing") as listener, listening(listener):
-        comparison = compared(one, other, Request(region=region, **completed(DiffOptions, options)))
+        comparison = compared(one, other, region, request(**options))
     for label, text in comparison.lines:
         console.line(label, text)
     if output is not None:

@@ -14,7 +14,7 @@ from codegen.errors import ExitCode
 from codegen.wording import counted
 from maviper.cli.group import Verb
 from maviper.cli.options import PROFILE, REGION, console_of, option, options_of, output
-from maviper.options import RepairOptions, completed
+from maviper.options import RepairOptions
 from maviper.options.verification import QUESTION
 
 
@@ -56,27 +56,26 @@ def repair(
     from maviper.files.profiles import load
     from maviper.page.page import FILE, unplayable
     from maviper.page.results import page_of
-    from maviper.verification.repair import RepairOptions as Request
-    from maviper.verification.repair import repaired
+    from maviper.verification.repair import repaired, request
     from verify.progress import listening
 
     console = console_of(context)
-    asked = Request(name=name, region=region, **completed(RepairOptions, options)).checked()
+    asked = request(**options)
     before = load(profile)
     outputs.ensure_own(output, {runs.PROFILE_FILE: dumps(before)}, outputs.REPAIR)
     with console.following("repairing") as listener, listening(listener):
-        outcome = repaired(before, asked, profile.name)
+        outcome = repaired(before, name, region, asked, profile.name)
     if outcome.after is None:
         subject = f"{outcome.claim.name} of the {outcome.claim.team}, region {outcome.region.name}"
         console.line("not repaired", f"{subject}: {outcome.repair.reason}")
         console.line("", f"{counted(len(outcome.repair.guards), 'guard')} set; nothing was written")
-        if outputs.clear(output, outputs.REPAIR, [profile, Path(asked.region)]):
+        if outputs.clear(output, outputs.REPAIR, [profile, Path(region)]):
             console.line("removed", f"the files of an earlier repair in {output}")
         return ExitCode.INCONCLUSIVE
     say_repair(outcome, console)
     say_results(outcome.after, outcome.results, console)
     page = {} if unplayable(outcome.after) else {FILE: page_of(outcome.after, outcome.results)}
-    outputs.write_set(output, {**outcome.files, **page}, outputs.REPAIR, keep=[profile, Path(asked.region)])
+    outputs.write_set(output, {**outcome.files, **page}, outputs.REPAIR, keep=[profile, Path(region)])
     console.line("wrote", f"{output / runs.PROFILE_FILE}  id {content_hash(outcome.after)[:16]}")
     for name in outcome.certificates:
         console.line("certificate", f"{output / name}; maviper check {output / name}")

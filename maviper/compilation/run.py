@@ -6,33 +6,19 @@ Does not: emit or compare anything itself, print or write files.
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
-from pathlib import Path
+from dataclasses import replace
 from typing import Unpack
 
 from codegen import ir
 from codegen.agreement import vectors
 from maviper.compilation.compile import Compiled, compile_profile
 from maviper.compilation.passes import transformed
-from maviper.options import CompileOptions, completed
-
-
-@dataclass(frozen=True)
-class CompileRequest:
-    """What a compilation is asked for besides its targets."""
-
-    prefix: str | None  # of every public name; None: the world's name
-    style: str  # how the C decides
-    test_vectors: bool
-    passes: tuple[str, ...]  # over the trees first
-    region: Path | None  # of the pass drop
-    prove: bool  # equal to the trees for all observations
-    solver_units: int | None  # for each proof; None: as usual
+from maviper.options import CompileOptions, requested
 
 
 def compile_and_prove(profile: ir.PolicyProfile, targets: Iterable[str], **options: Unpack[CompileOptions]) -> Compiled:
     """Code for a profile. DisagreementError when any decision differs; InputError for options that cannot be used."""
-    asked, targets = CompileRequest(**completed(CompileOptions, options)), tuple(targets)
+    asked, targets = requested(CompileOptions, options), tuple(targets)
     if asked.prove:
         from maviper.compilation import proofs  # here, so that compiling alone loads no solver
 

@@ -1,8 +1,7 @@
 """The options of `maviper evaluate` and `maviper exploit`, and of the functions of these names.
 
 Does: says each option once: its name, type, default, heading and help; None: as usual.
-Assumes: they are the fields of `maviper.evaluation.run.EvaluateRequest` and of
-  `maviper.extraction.exploiting.ExploitRequest`.
+Assumes: `maviper.evaluation.run` and `maviper.extraction.exploiting` read them.
 Does not: check values beyond their types.
 """
 

@@ -1,7 +1,7 @@
 """The options of the verbs that make a profile of a file, or compile, repair or compare profiles.
 
 Does: says each option once: its name, type, default, heading and help; None: as usual.
-Assumes: they are the fields of these verbs' requests, beside those that the functions take as parameters of their own.
+Assumes: the functions take what else there is as parameters of their own.
 Does not: check values beyond their types.
 """
 

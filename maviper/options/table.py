@@ -8,7 +8,7 @@ Does not: make options of the command line (`maviper.cli.options`), or check wha
 
 import inspect
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, make_dataclass, replace
 from fractions import Fraction
 from functools import cache
 from numbers import Integral, Real
@@ -121,6 +121,16 @@ def completed(options: type, given: Mapping[str, Any]) -> dict[str, Any]:
             raise TypeError(f"there is no option {name}; {suggestion(name, list(table))}")
     said = {name: option.default if given.get(name) is None else given[name] for name, option in table.items()}
     return {name: option.read(said[name]) for name, option in table.items()}
+
+
+def requested(options: type, given: Mapping[str, Any]) -> Any:
+    """As `completed`, each option as an attribute that stays as it is."""
+    return _request(options)(**completed(options, given))
+
+
+@cache
+def _request(options: type) -> type:
+    return make_dataclass(options.__name__, list(table_of(options)), frozen=True)
 
 
 def spelled_out(options: type) -> Callable[[Verb], Verb]:

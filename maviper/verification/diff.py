@@ -9,7 +9,7 @@ Does not: decide, print or write files.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, Unpack
 
 from codegen import ir
 from codegen.check import ensure
@@ -21,6 +21,7 @@ from maviper.episodes.on_policy import ON_POLICY_EPISODES, on_policy
 from maviper.evaluation.comparison import differing
 from maviper.files import runs
 from maviper.files.regions import find_region
+from maviper.options import DiffOptions, requested
 from maviper.verification.ask import MAX_CELLS
 from maviper.verification.files.certificates import AGAINST_FILE
 from maviper.worlds import ParticleWorld, WorldState
@@ -29,7 +30,7 @@ from verify.certificates.decisions import to_json
 from verify.question import UNITS_A_NODE, Budgets
 from verify.reports import differences as report
 from verify.result import Verdict
-from verify.semantics import MACHINE, SEMANTICS
+from verify.semantics import SEMANTICS
 from verify.states.shares import SAMPLE_SEED, SAMPLES
 from verify.states.state import sample
 from verify.verdicts.differences import Difference, difference
@@ -42,33 +43,25 @@ ONE_TEAM = (  # the way out for trees that know no places
 )
 
 
-@dataclass(frozen=True)
-class DiffOptions:
-    """What is compared; None: as usual."""
+def request(**options: Unpack[DiffOptions]) -> Any:
+    """The options of a comparison. InputError for one that cannot be used."""
+    asked = requested(DiffOptions, options)
+    budgets = _budgets(asked)
+    if asked.semantics not in SEMANTICS:
+        raise InputError("the semantics must be machine or real", "--semantics")
+    if not 0 < budgets.max_nodes <= MAX_NODES:
+        raise InputError(f"the number of nodes must be between 1 and {MAX_NODES}", "--max-nodes")
+    if not 0 < budgets.max_cells <= MAX_CELLS:
+        raise InputError(f"the number of zones must be between 1 and {MAX_CELLS}", "--max-cells")
+    return asked
 
-    agents: tuple[str, ...] = ()  # none: all, which must be the same in both profiles
-    region: str = "start"
-    semantics: str = MACHINE
-    max_nodes: int | None = None  # of each search
-    max_cells: int | None = None  # zones of an agent
 
-    def checked(self) -> "DiffOptions":
-        """The options themselves; InputError for a limit that is out of its range."""
-        if self.semantics not in SEMANTICS:
-            raise InputError("the semantics must be machine or real", "--semantics")
-        if not 0 < self.budgets.max_nodes <= MAX_NODES:
-            raise InputError(f"the number of nodes must be between 1 and {MAX_NODES}", "--max-nodes")
-        if not 0 < self.budgets.max_cells <= MAX_CELLS:
-            raise InputError(f"the number of zones must be between 1 and {MAX_CELLS}", "--max-cells")
-        return self
-
-    @property
-    def budgets(self) -> Budgets:
-        """What may be spent; Z3 gets as much as it does where it decides beside the zones."""
-        usual = Budgets()
-        nodes = usual.max_nodes if self.max_nodes is None else self.max_nodes
-        cells = usual.max_cells if self.max_cells is None else self.max_cells
-        return Budgets(min(nodes * UNITS_A_NODE, 2**32 - 1), nodes, cells, option="--max-nodes")
+def _budgets(asked: Any) -> Budgets:
+    """What may be spent; Z3 gets as much as it does where it decides beside the zones."""
+    usual = Budgets()
+    nodes = usual.max_nodes if asked.max_nodes is None else asked.max_nodes
+    cells = usual.max_cells if asked.max_cells is None else asked.max_cells
+    return Budgets(min(nodes * UNITS_A_NODE, 2**32 - 1), nodes, cells, option="--max-nodes")
 
 
 @dataclass(frozen=True)
@@ -104,14 +97,14 @@ class Compared:
         return found
 
 
-def compared(first: ir.PolicyProfile, second: ir.PolicyProfile, options: DiffOptions) -> Compared:
-    """Where two profiles act differently. InputError for profiles or options that cannot be compared."""
-    options, agents = options.checked(), options.agents or _common(first, second)
+def compared(first: ir.PolicyProfile, second: ir.PolicyProfile, region: str, asked: Any) -> Compared:
+    """Where two profiles act differently, see `request`. InputError for profiles that cannot be compared."""
+    agents = asked.agents or _common(first, second)
     for profile in (ensure(first), ensure(second)):
         ensure_places(profile.world, [one for policy in profile.agents for one in policy.features], ONE_TEAM)
-    region = find_region(options.region, first)
-    found = difference(first, second, agents, region, options.semantics, options.budgets)
-    coordinates, _ = sample(region, first.world, SAMPLES, SAMPLE_SEED)
+    where = find_region(region, first)
+    found = difference(first, second, agents, where, asked.semantics, _budgets(asked))
+    coordinates, _ = sample(where, first.world, SAMPLES, SAMPLE_SEED)
     uniform = _counted(first, second, agents, coordinates)
     world = matching_places(first)
     if world is None:

@@ -9,10 +9,9 @@ Does not: choose guards, decide verdicts, print or write files.
 import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from fractions import Fraction
 from itertools import chain
 from pathlib import Path
-from typing import Any
+from typing import Any, Unpack
 
 from codegen import ir, policy_json
 from codegen.check import ensure
@@ -26,7 +25,8 @@ from maviper.evaluation.players import Player, shipped_expert
 from maviper.evaluation.run import MAX_EPISODES
 from maviper.files import runs
 from maviper.files.regions import find_region
-from maviper.verification.ask import command, with_option_names
+from maviper.options import RepairOptions, requested
+from maviper.verification.ask import command, number, with_option_names
 from maviper.verification.diff import met_states
 from maviper.verification.join import certificate_files, digests, report_files, verify_claims
 from maviper.worlds import ParticleWorld
@@ -44,27 +44,16 @@ COST_FILE = "repair.json"
 PARAMETERS = ("margin", "radius", "landmarks")
 
 
-@dataclass(frozen=True)
-class RepairOptions:
-    """What a repair is asked for; None: as usual."""
-
-    name: str = "distinct_targets"  # the property
-    team: str | None = None
-    region: str = "start"
-    margin: Fraction | None = None
-    radius: Fraction | None = None
-    landmarks: tuple[str, ...] | None = None
-    max_depth: int | None = None  # repairs within it are preferred
-    episodes: int = 1_000  # held out, for the measures before and after
-
-    def checked(self) -> "RepairOptions":
-        """The options themselves; InputError for one that cannot be used."""
-        episodes, most = self.episodes, self.max_depth
-        if not 1 <= episodes <= MAX_EPISODES:
-            raise InputError(f"the number of episodes must be from 1 to {MAX_EPISODES}, not {episodes}", "--episodes")
-        if most is not None and not 1 <= most <= ir.MAX_DEPTH:
-            raise InputError(f"the depth must be from 1 to {ir.MAX_DEPTH}, not {most}", "--max-depth")
-        return self
+def request(**options: Unpack[RepairOptions]) -> Any:
+    """The options of a repair, with exact numbers. InputError for one that cannot be used."""
+    exact = {name: number(options.get(name), name) for name in ("margin", "radius")}
+    asked = requested(RepairOptions, {**options, **exact})
+    episodes, most = asked.episodes, asked.max_depth
+    if not 1 <= episodes <= MAX_EPISODES:
+        raise InputError(f"the number of episodes must be from 1 to {MAX_EPISODES}, not {episodes}", "--episodes")
+    if most is not None and not 1 <= most <= ir.MAX_DEPTH:
+        raise InputError(f"the depth must be from 1 to {ir.MAX_DEPTH}, not {most}", "--max-depth")
+    return asked
 
 
 @dataclass(frozen=True)
@@ -86,40 +75,44 @@ class Repaired:
         return certificate_files(self.results)
 
 
-def repaired(before: ir.PolicyProfile, options: RepairOptions, name: str = runs.PROFILE_FILE) -> Repaired:
-    """The repair of a profile, which a user calls `name`. InputError for options that cannot be used."""
-    options = options.checked()
+def repaired(
+    before: ir.PolicyProfile, claimed: str, region_name: str, asked: Any, name: str = runs.PROFILE_FILE
+) -> Repaired:
+    """The repair of a profile, which a user calls `name`, by the property `claimed`, see `request`. InputError where it
+    cannot be asked for.
+    """
     ensure_places(before.world, chain.from_iterable(policy.features for policy in before.agents))
-    region = find_region(options.region, before)
-    given = {name: getattr(options, name) for name in PARAMETERS if getattr(options, name) is not None}
+    region = find_region(region_name, before)
+    given = {name: getattr(asked, name) for name in PARAMETERS if getattr(asked, name) is not None}
     with with_option_names():
-        claim = find_property(options.name, before, options.team, **given)
-    if Path(options.region).name in (runs.PROFILE_FILE, COST_FILE):
+        claim = find_property(claimed, before, asked.team, **given)
+    if Path(region_name).name in (runs.PROFILE_FILE, COST_FILE):
         raise InputError("the region file would be overwritten by a result", "--region", "give it another name")
     world, question = matching_places(before), Question(Game(before), claim, region, budgets=Budgets(option=""))
-    found = repair(question, None if world is None else met_states(before, world), options.max_depth)
+    found = repair(question, None if world is None else met_states(before, world), asked.max_depth)
     unmeasured = Repaired(before, claim, region, found)
     if not found.ended:
         return unmeasured
     expert = None if world is None else shipped_expert(before.provenance.expert, world)
     after = _with_provenance(unmeasured, world, expert)
-    cost = measured(before, after, claim.team, region, world, expert, options.episodes)
+    cost = measured(before, after, claim.team, region, world, expert, asked.episodes)
     done = replace(unmeasured, after=after, cost=cost, results=tuple(verify_claims([question.of(after)])))
-    return replace(done, files=_files(done, name, options))
+    return replace(done, files=_files(done, name, region_name, asked))
 
 
-def _files(done: Repaired, name: str, options: RepairOptions) -> dict[str, str | bytes]:
+def _files(done: Repaired, name: str, region_name: str, asked: Any) -> dict[str, str | bytes]:
     """Profile, costs, region, report and certificate, name -> text."""
     assert done.after is not None
-    asked = command(runs.PROFILE_FILE, Question(Game(done.after), done.claim, done.region))
-    made = ["maviper", "repair", name, *shlex.split(asked)[3:], "--episodes", str(options.episodes)]
-    made += ["--max-depth", str(options.max_depth)] if options.max_depth is not None else []
+    verified = command(runs.PROFILE_FILE, Question(Game(done.after), done.claim, done.region))
+    made = ["maviper", "repair", name, *shlex.split(verified)[3:], "--episodes", str(asked.episodes)]
+    made += ["--max-depth", str(asked.max_depth)] if asked.max_depth is not None else []
     files: dict[str, str | bytes] = {
         runs.PROFILE_FILE: policy_json.dumps(done.after),
         COST_FILE: layout(document(done, shlex.join(made))) + "\n",
     }
-    files |= {} if options.region == "start" else {Path(options.region).name: done.region.toml()}
-    return files | report_files(report.document(done.after, done.results, [asked], digests(files))) | done.certificates
+    files |= {} if region_name == "start" else {Path(region_name).name: done.region.toml()}
+    facts = report.document(done.after, done.results, [verified], digests(files))
+    return files | report_files(facts) | done.certificates
 
 
 def _with_provenance(done: Repaired, world: ParticleWorld | None, expert: Player | None) -> ir.PolicyProfile:

@@ -45,10 +45,9 @@ def diff(
     `Compared.facts` has shares, zones and examples, `Compared.found` the certificate. InputError for profiles whose
     worlds, agents, features or actions differ.
     """
-    from maviper.verification.diff import DiffOptions as Request
-    from maviper.verification.diff import compared
+    from maviper.verification.diff import compared, request
 
-    return compared(first, second, Request(region=str(region), **completed(DiffOptions, asked)))
+    return compared(first, second, str(region), request(**asked))
 
 
 @flags.defaults

@@ -14,14 +14,12 @@ from codegen.errors import InputError, RefusedError, UnknownNameError
 from maviper import claims
 from maviper.cli import main
 from maviper.verification.ask import VerifyOptions, number
-from maviper.verification.diff import DiffOptions
-from maviper.verification.repair import RepairOptions
 from verify.result import Verdict
 
 ROOT = Path(__file__).parents[2]
 PROVED = ROOT / "generated" / "proved_defenders"
 CERTIFICATE = PROVED / "certificate-1-distinct_targets.json"
-OPTIONS = {"diff": DiffOptions, "repair": RepairOptions, "verify": VerifyOptions}  # of all verbs, see test_options.py
+OPTIONS = {"verify": VerifyOptions}  # of all verbs, see test_options.py
 # by the command: an empty tuple is what nobody gave
 SAME = {(): None, "": None, "start": "start"}
 

@@ -15,10 +15,8 @@ import maviper
 from codegen.errors import InputError
 from maviper import claims, manual
 from maviper.cli import main
-from maviper.compilation import run as compilation
 from maviper.evaluation import run as evaluation
-from maviper.experts.training import run as training
-from maviper.extraction import bundles, exploiting
+from maviper.extraction import bundles
 from maviper.extraction import run as extraction
 from maviper.extraction.settings import PRESETS, SELECTIONS, Settings, part_settings
 from maviper.importing import trees
@@ -76,12 +74,9 @@ OWN = {
     "repair": {"name", "region"},
 }
 REQUESTS = {
-    CompileOptions: compilation.CompileRequest,
     EvaluateOptions: evaluation.EvaluateRequest,
-    ExploitOptions: exploiting.ExploitRequest,
     ImportOptions: trees.ImportRequest,
     ReproduceOptions: reproduction.Request,
-    TrainOptions: training.TrainRequest,
 }
 VERBS = {name: maviper.from_file if name == "import" else getattr(maviper, name) for name in TABLES}
 CLAIMS = {each.name: each for each in vars(claims).values() if isinstance(each, type) and hasattr(each, "name")}

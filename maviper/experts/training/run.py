@@ -8,7 +8,7 @@ Does not: know how an algorithm learns.
 import math
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple, Unpack
@@ -21,26 +21,10 @@ from maviper.experts.training import train as training
 from maviper.files import resuming, runs
 from maviper.files.jobs import side_by_side
 from maviper.files.seeds import Scored, best_of, ensure_counts, folder_of, resumed
-from maviper.options import TrainOptions, completed
+from maviper.options import TrainOptions, requested
 from maviper.worlds import World, find
 
 MAX_SEED = 2**32
-
-
-@dataclass(frozen=True)
-class TrainRequest:
-    """What a training is asked for."""
-
-    algorithm: str  # "": the recipe's
-    recipe: str
-    steps: int | None  # joint steps of the environment; None: the recipe's
-    settings: tuple[str, ...]  # further ones, each NAME=VALUE
-    seed: int
-    seeds: int  # from `seed` on; the best is kept
-    device: str
-    jobs: int  # seeds trained at the same time
-    resume: bool
-    against: tuple[str, ...]  # experts that the learner meets
 
 
 def train_expert(name: str, folder: Path, console: Console, **options: Unpack[TrainOptions]) -> dict[str, Any]:
@@ -48,7 +32,7 @@ def train_expert(name: str, folder: Path, console: Console, **options: Unpack[Tr
 
     The card says `stopped` where a training had to stop early.
     """
-    asked = TrainRequest(**completed(TrainOptions, options))
+    asked = requested(TrainOptions, options)
     overrides: dict[str, Any] = {"seed": asked.seed}
     overrides |= {} if asked.steps is None else {"steps": asked.steps}
     overrides |= dict(_setting(text) for text in asked.settings)
