@@ -19,9 +19,8 @@ import re
 import weakref
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
-from itertools import count
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -30,57 +29,23 @@ from codegen import ir
 from codegen.check import check
 from codegen.dynamics import motionless
 from codegen.errors import InputError, UnknownNameError
-from codegen.ir import MAX_LENGTH, ActionSpec, Bool, FeatureSpec, Float32, Float64, WorldSpec
-from maviper.worlds.outside.branching import Pasts, continued, copies_of, ensure_copies, started
+from codegen.ir import MAX_LENGTH, ActionSpec, Bool, FeatureSpec, WorldSpec
+from maviper.worlds.outside.branching import continued, copies_of, ensure_copies, started
 from maviper.worlds.outside.flattening import legal_names
 from maviper.worlds.outside.making import imported, made
+from maviper.worlds.outside.playing import MOMENTS, PAST, EnvStates, OutsideWorld
 from maviper.worlds.outside.processes import Copies, Copy, copies_at_once, undisturbed
 from maviper.worlds.outside.sources import MAX_STEPS, Source, action_names, attribute, parsed, space, table, told_legal
-from maviper.worlds.seeds import TRAINING, folded
-from maviper.worlds.world import RETURN, Int, Measure, Outcome, World
+from maviper.worlds.seeds import folded
+from maviper.worlds.world import RETURN, Int, Measure, Outcome
 
 DEFAULT_STEPS = 25  # where nobody knows how long an episode is
 GAMES_HERE = 32  # copies of an environment that says it `plays_here`
 PROBE_STEPS = 1_000  # of the episode that is played to find out
 LONGEST_NAME = 40  # of a world: generated code starts with it
-PAST = -1  # the moment of a state that cannot be stepped: a part of one, or several joined
-_moments = count()  # unlike in all worlds
 
 
-@dataclass(frozen=True)
-class EnvStates:
-    """What is known of a batch of games at one step; the games themselves live in their copies."""
-
-    observations: tuple[Float32, ...]  # per agent [batch, n_features]
-    rewards: Float64  # [batch, n_agents] on entering the state
-    done: Bool  # [batch, n_agents] whose episode has ended
-    terminated: Bool  # [batch, n_agents] ... and was not just cut
-    acting: Bool  # [batch, n_agents] who acts in the next step
-    moment: int = PAST
-    pasts: Pasts | None = None  # how each game got here, where it may be branched
-    copies: tuple[Copy, ...] = ()  # of its own, where it was branched
-
-    def __len__(self) -> int:
-        return len(self.rewards)
-
-    def __getitem__(self, rows: Any) -> "EnvStates":
-        observations = tuple(seen[rows] for seen in self.observations)
-        pasts = None if self.pasts is None else self.pasts[rows]
-        ends = self.done[rows], self.terminated[rows], self.acting[rows]
-        return EnvStates(observations, self.rewards[rows], *ends, pasts=pasts)
-
-    @staticmethod
-    def joined(states: Sequence["EnvStates"]) -> "EnvStates":
-        """Several batches as one, in their order."""
-        observations = zip(*(state.observations for state in states), strict=True)
-        parts = zip(*((state.rewards, state.done, state.terminated, state.acting) for state in states), strict=True)
-        rewards, done, terminated, acting = map(np.concatenate, parts)
-        known = [state.pasts for state in states if state.pasts is not None]
-        pasts = np.concatenate(known) if len(known) == len(states) else None
-        return EnvStates(tuple(map(np.concatenate, observations)), rewards, done, terminated, acting, pasts=pasts)
-
-
-class PettingZooWorld(World):
+class PettingZooWorld(OutsideWorld):
     """The environment that `function` returns; `text` is its name, `module:function,option=value`.
 
     `games`: how many copies play at once, more than one each in a process of its own; None: one per core, or 1 where
@@ -117,11 +82,6 @@ class PettingZooWorld(World):
         self._moment, self.branches = PAST, False
         weakref.finalize(self, self._copies.close)
 
-    @property
-    def name(self) -> str:
-        """`module:function,option=value`."""
-        return self.source.text
-
     def _at_once(self, env: Any) -> tuple[int, bool | None]:
         """How many copies play at once, and whether each in a process of its own; None: to be tried."""
         here = attribute(env, "plays_here", self.source)
@@ -149,10 +109,6 @@ class PettingZooWorld(World):
             advice = "fix its `features` or `action_names`"
             raise InputError("a profile cannot hold what the environment declares", wrong, advice)
 
-    def start(self, n: int, rng: np.random.Generator) -> EnvStates:
-        """`n` random start states, `n` at most `games`: every copy is reset with a seed of its own."""
-        return self.start_from_seeds(rng.integers(*TRAINING, size=n))
-
     def start_from_seeds(self, seeds: Sequence[int] | Int) -> EnvStates:
         """The start states after `reset(seed=...)`, one for each of at most `games` seeds, which are `folded`."""
         assert 0 < len(seeds) <= self.games, f"{len(seeds)} games asked of {self.games} copies"
@@ -177,7 +133,7 @@ class PettingZooWorld(World):
     def _entered(self, verb: str, arguments: Sequence[Any]) -> EnvStates:
         self._moment = PAST  # in case the copies fail
         found = _states(self._copies.ask(verb, arguments))
-        self._moment = next(_moments)
+        self._moment = next(MOMENTS)
         return replace(found, moment=self._moment)
 
     def branch(self) -> None:
@@ -195,30 +151,9 @@ class PettingZooWorld(World):
     def _copy(self) -> Copy:
         return Copy(self.reference_env(), self.source)
 
-    def observe(self, state: EnvStates) -> tuple[Float32, ...]:
-        """Each agent's observation, [batch, n_features] float32."""
-        return state.observations
-
-    def rewards(self, state: EnvStates) -> Float64:
-        """The environment's rewards on entering `state`, [batch, n_agents]; 0 at the start and for who is done."""
-        return state.rewards
-
-    def alive(self, state: EnvStates) -> Bool:
-        """Who acts in `state`, [batch, n_agents]."""
-        return state.acting
-
     def playing(self, state: EnvStates) -> Bool:
         """Whose episode goes on, [batch, n_agents]; nobody's where nobody can act."""
         return ~state.done & state.acting.any(axis=1, keepdims=True)
-
-    def terminated(self, state: EnvStates) -> Bool:
-        """Whose episode has ended by itself, [batch, n_agents]: the environment did not say that it was cut."""
-        return state.terminated
-
-    def values(self, states: Sequence[EnvStates]) -> Float64:
-        """Each team's return, [n_teams, batch]: the mean over its agents of the rewards of an episode, summed."""
-        total = np.sum([state.rewards for state in states], axis=0)
-        return np.stack([total[:, self.members(team)].mean(axis=1) for team in self.teams])
 
     def reference_env(self) -> Any:
         """A fresh environment."""

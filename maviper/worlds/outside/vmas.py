@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from copy import copy
 from importlib import import_module
-from itertools import count, product
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -23,19 +23,19 @@ from codegen.errors import InputError, MissingToolError, UnknownNameError
 from codegen.ir import MAX_LENGTH, ActionSpec, Bool, FeatureSpec, Float32, Float64
 from codegen.process.unwarned import FILTERS
 from maviper.worlds.outside.flattening import MAX_FEATURES, legal_names
-from maviper.worlds.outside.pettingzoo import PAST, EnvStates, teams_by_name
+from maviper.worlds.outside.pettingzoo import teams_by_name
+from maviper.worlds.outside.playing import MOMENTS, PAST, EnvStates, OutsideWorld
 from maviper.worlds.outside.silence import output_aside
 from maviper.worlds.outside.sources import MAX_STEPS, fault, parsed, value_of
-from maviper.worlds.seeds import TRAINING, folded
-from maviper.worlds.world import RETURN, Int, Measure, World
+from maviper.worlds.seeds import folded
+from maviper.worlds.world import RETURN, Int, Measure
 
 GAMES = 256  # in a batch
 USUAL_STEPS = 100  # most scenarios go on until somebody stops them
 OURS = ("device", "num_envs", "continuous_actions", "seed", "wrapper", "dict_spaces", "multidiscrete_actions")
-_moments = count()  # unlike in all worlds
 
 
-class VmasWorld(World):
+class VmasWorld(OutsideWorld):
     """The scenario that `text` names, GAMES games of it at once. Seeds of games are `folded`.
 
     MissingToolError without the package; UnknownNameError or InputError for what cannot be played.
@@ -111,15 +111,6 @@ class VmasWorld(World):
         bounds = -MAX_LENGTH, MAX_LENGTH
         return tuple(FeatureSpec(name, "none", *bounds, None) for name in legal_names(names, "feature"))
 
-    @property
-    def name(self) -> str:
-        """`vmas:SCENARIO,option=value`."""
-        return self.source.text
-
-    def start(self, n: int, rng: np.random.Generator) -> EnvStates:
-        """`n` random start states, `n` at most `games`."""
-        return self.start_from_seeds(rng.integers(*TRAINING, size=n))
-
     def start_from_seeds(self, seeds: Sequence[int] | Int) -> EnvStates:
         """The start states of at most `games` games, each after VMAS's `seed` and its `reset_at`."""
         assert 0 < len(seeds) <= self.games, f"{len(seeds)} games asked of {self.games}"
@@ -152,7 +143,7 @@ class VmasWorld(World):
         return self._entered(found, np.where(over, 0.0, rewards), over | (_array(ended)[:n, None] != 0))
 
     def _entered(self, observations: tuple[Float32, ...], rewards: Float64, done: Bool) -> EnvStates:
-        self._moment = next(_moments)
+        self._moment = next(MOMENTS)
         return EnvStates(observations, rewards, done, done, ~done, self._moment)
 
     def _rows(self, seen: Any, n: int) -> Float32:
@@ -160,27 +151,6 @@ class VmasWorld(World):
         parts = seen.values() if isinstance(seen, Mapping) else [seen]
         found = [_array(part)[:n].reshape(n, -1) for part in parts]
         return np.concatenate(found, axis=1).astype(np.float32)
-
-    def observe(self, state: EnvStates) -> tuple[Float32, ...]:
-        """Each agent's observation, [batch, n_features] float32."""
-        return state.observations
-
-    def rewards(self, state: EnvStates) -> Float64:
-        """VMAS's rewards on entering `state`, [batch, n_agents]; 0 at the start and in games that had ended."""
-        return state.rewards
-
-    def alive(self, state: EnvStates) -> Bool:
-        """Who acts in `state`, [batch, n_agents]."""
-        return state.acting
-
-    def terminated(self, state: EnvStates) -> Bool:
-        """Whose episode has ended by itself, [batch, n_agents]."""
-        return state.terminated
-
-    def values(self, states: Sequence[EnvStates]) -> Float64:
-        """Each team's return, [n_teams, batch]: the mean over its agents of the rewards of an episode, summed."""
-        total = np.sum([state.rewards for state in states], axis=0)
-        return np.stack([total[:, self.members(team)].mean(axis=1) for team in self.teams])
 
     def reference_env(self) -> Any:
         """A fresh batch of one game, as VMAS makes it."""

@@ -29,7 +29,8 @@ from maviper.worlds.checking import Mark, check, usable
 from maviper.worlds.matching import NO_WORLD, matching_world
 from maviper.worlds.outside.flattening import legal_names
 from maviper.worlds.outside.making import imported
-from maviper.worlds.outside.pettingzoo import DEFAULT_STEPS, EnvStates, PettingZooWorld
+from maviper.worlds.outside.pettingzoo import DEFAULT_STEPS, PettingZooWorld
+from maviper.worlds.outside.playing import EnvStates
 from maviper.worlds.outside.sources import named_by_user, parsed
 from maviper.worlds.seeds import TRAINING, folded
 from maviper.worlds.world import world_name
