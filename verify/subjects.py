@@ -7,8 +7,8 @@ Does not: decide.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Self
 
 if TYPE_CHECKING:
     from codegen.ir import PolicyProfile
@@ -16,59 +16,31 @@ if TYPE_CHECKING:
     from verify.systems.system import System
 
 
-class Subject(Protocol):
+@dataclass(frozen=True, eq=False)
+class Subject:
     """Trees, and what their observations and actions mean."""
 
-    @property
-    def profile(self) -> PolicyProfile:
-        """Whose trees are asked about."""
-        ...
-
-    @property
-    def origin(self) -> PolicyProfile:
-        """The profile that was given: the one whose view is asked about, or else the one asked about."""
-        ...
-
-    @property
-    def viewed(self) -> Viewed | None:
-        """The view that is asked about; None where it is not about observations alone."""
-        ...
-
-    def of(self, profile: PolicyProfile) -> Subject:
-        """The same about other trees."""
-        ...
-
-
-@dataclass(frozen=True, eq=False)
-class Game:
-    """Agents in the world that their profile states."""
-
-    profile: PolicyProfile
-    viewed: Viewed | None = None  # where the profile is the view of another one, over whose observations is asked
+    profile: PolicyProfile  # whose trees are asked about
+    # the view that is asked about, whose profile this is; None where it is not about observations alone
+    viewed: Viewed | None = field(default=None, kw_only=True)
 
     @property
     def origin(self) -> PolicyProfile:
         """The profile that was given: the one whose view is asked about, or else the one asked about."""
         return self.profile if self.viewed is None else self.viewed.origin
 
-    def of(self, profile: PolicyProfile) -> Game:
-        """Other agents in their world."""
-        return Game(profile, self.viewed)
+    def of(self, profile: PolicyProfile) -> Self:
+        """The same about other trees."""
+        return replace(self, profile=profile)
 
 
 @dataclass(frozen=True, eq=False)
-class ClosedLoop:
+class Game(Subject):
+    """Agents in the world that their profile states."""
+
+
+@dataclass(frozen=True, eq=False)
+class ClosedLoop(Subject):
     """Agents in a system that somebody states, which they observe and move."""
 
-    profile: PolicyProfile
     system: System
-    viewed: None = None  # claims are about the state
-
-    @property
-    def origin(self) -> PolicyProfile:
-        """The profile that was given."""
-        return self.profile
-
-    def of(self, profile: PolicyProfile) -> ClosedLoop:
-        """Other agents in the system."""
-        return ClosedLoop(profile, self.system)

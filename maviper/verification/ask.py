@@ -246,7 +246,7 @@ def _question(
     if viewed is None:
         return Question(Game(profile), claim, region, options.semantics, budgets)
     seen = Viewed(viewed.origin, claim.of_view(viewed.view))
-    return Question(Game(seen.profile, seen), claim, carried(region, seen), options.semantics, budgets)
+    return Question(Game(seen.profile, viewed=seen), claim, carried(region, seen), options.semantics, budgets)
 
 
 def number(value: Fraction | float | str | None, parameter: str) -> Fraction | None:

@@ -137,7 +137,7 @@ def _question(
         assert feature.meaning is not None, feature
         box[feature.meaning.terms[0][1]] = Fraction(value) - size, Fraction(value) + size
     claim = OwnFormula(policy.team, statement=Acts(policy.agent, found.action))
-    return Question(Game(viewed.profile, viewed), claim, Region(box, ()))
+    return Question(Game(viewed.profile, viewed=viewed), claim, Region(box, ()))
 
 
 def _certificate(question: DecisionQuestion, row: int) -> Certificate:

@@ -2,7 +2,7 @@
 
 Does: joins their verdicts with rollouts; certificates and counterexamples as text.
 Assumes: a bench for the profile that is asked about. Such claims are of the deployed arithmetic.
-Does not: decide.
+Does not: decide. No files: the report has the share of starts that fail, and zones decide without a solver.
 """
 
 from __future__ import annotations
@@ -40,21 +40,4 @@ def _counterexample(profile: PolicyProfile, result: EpisodeResult) -> tuple[dict
     return None if result.evidence.state is None else (episode_files.document(profile, result), "from its start")
 
 
-def _places(profile: PolicyProfile, place: int, result: EpisodeResult) -> dict[str, str]:
-    """None: the share of starts that fail stands in the report."""
-    return {}
-
-
-def _solver_files(number: int, question: EpisodeQuestion) -> dict[str, str]:
-    """None: zones decide without a solver."""
-    return {}
-
-
-PROCEDURE = Procedure(
-    answer=_answer,
-    verdict=_verdict,
-    certificate=to_json,
-    counterexample=_counterexample,
-    places=_places,
-    solver_files=_solver_files,
-)
+PROCEDURE = Procedure(_answer, _verdict, to_json, _counterexample)

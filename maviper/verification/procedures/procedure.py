@@ -24,5 +24,6 @@ class Procedure:
     verdict: Callable[[Any, Any], tuple[Verdict, str]]  # of a question, by its bench, with the reason
     certificate: Callable[[Any], str]  # a certificate as text
     counterexample: Callable[[PolicyProfile, Any], tuple[dict[str, Any], str] | None]  # and where it is, in words
-    places: Callable[[PolicyProfile, int, Any], dict[str, str]]  # files of where a result holds, which has a number
-    solver_files: Callable[[int, Any], dict[str, str]]  # what the solver is asked of a question, which has a number
+    # files of where a result holds, which has a number; and what the solver is asked of a question, which has one
+    places: Callable[[PolicyProfile, int, Any], dict[str, str]] = lambda *_: {}
+    solver_files: Callable[[int, Any], dict[str, str]] = lambda *_: {}

@@ -35,9 +35,4 @@ def _counterexample(profile: PolicyProfile, result: SystemResult) -> tuple[dict[
     return None if found is None else (counterexample_document(result.question, found), "from its start, in world.toml")
 
 
-def _none(*_: object) -> dict[str, str]:
-    """Neither files of where a claim holds, nor queries: the solver is asked for a second opinion alone."""
-    return {}
-
-
-PROCEDURE = Procedure(_answer, _verdict, to_json, _counterexample, _none, _none)
+PROCEDURE = Procedure(_answer, _verdict, to_json, _counterexample)  # the solver gives a second opinion alone

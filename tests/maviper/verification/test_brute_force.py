@@ -175,7 +175,7 @@ def test_agents_that_share_features_agree_where_every_cell_says_so(cases):
         profile = blind(trees, features, float(SPAN))
         viewed = Viewed(profile, View(tuple(shared)))
         claim = find_claim("agree", viewed.profile, agents=("a", "b"))
-        found = decisions.verdict(Question(Game(viewed.profile, viewed), claim, everywhere(viewed.profile)))[0]
+        found = decisions.verdict(Question(Game(viewed.profile, viewed=viewed), claim, everywhere(viewed.profile)))[0]
         own = {agent: [name if name in shared else f"{agent}.{name}" for name in features[agent]] for agent in "ab"}
         some = False
         for cell in cells_of([(trees[agent], own[agent]) for agent in "ab"], box_of(own)):
@@ -229,7 +229,7 @@ def test_a_query_has_a_state_just_where_the_verdict_says_violated(cases):
         viewed = Viewed(profile, View(("angle",)))
         own = {agent: ["angle" if name == "angle" else f"{agent}.{name}" for name in features[agent]] for agent in "ab"}
         claim = random_claim(rng, own)
-        question = Question(Game(viewed.profile, viewed), claim, everywhere(viewed.profile), REAL)
+        question = Question(Game(viewed.profile, viewed=viewed), claim, everywhere(viewed.profile), REAL)
         verdict = decisions.verdict(question)[0]
         (text,) = [text for name, text in vnnlib_files([question]).items() if name.endswith(".vnnlib")]
         some = any(holds(text, viewed.profile, trees, own, point) for point in grid(claim, trees, own))

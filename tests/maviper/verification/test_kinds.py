@@ -97,7 +97,7 @@ def _registered(monkeypatch):
     monkeypatch.setattr(catalogue, "FAMILIES", [*catalogue.FAMILIES, found])
     telling = Telling(facts, lambda _profile, _results: ["Names are no deeds."], ("the count",))
     monkeypatch.setattr(kinds, "TELLINGS", {**kinds.TELLINGS, KIND: lambda: telling})
-    done = Procedure(answer, verdict, str, lambda *_: None, lambda *_: {}, lambda *_: {})
+    done = Procedure(answer, verdict, str, lambda *_: None)
     monkeypatch.setattr(table, "PROCEDURES", {**table.PROCEDURES, KIND: lambda: done})
     environment = render._environment()
     monkeypatch.setattr(environment, "loader", ChoiceLoader([DictLoader(TEMPLATES), environment.loader]))
