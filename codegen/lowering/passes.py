@@ -77,18 +77,6 @@ def grafted(tree: Tree, parts: Mapping[int, Tree]) -> Tree:
     return _arrays(_nested(tree, parts), tree.numbers)
 
 
-def average_tests(tree: Tree, seen: Floats) -> float:
-    """The mean number of tests on the paths of observations [n, n_features]."""
-    nested = _nested(tree)
-    tests = sorted(set(_tests(nested)))
-    number = tree.threshold.dtype.type
-    signs = np.column_stack(
-        [np.ones(len(seen), dtype=bool), *(seen[:, feature] <= number(threshold) for feature, threshold in tests)]
-    )
-    column = {test: 1 + place for place, test in enumerate(tests)}
-    return _asked(nested, np.arange(len(seen)), _Seen(signs, np.ones(len(seen)), column)) / max(1, len(seen))
-
-
 def difference(a: Tree, b: Tree, n_features: int, aside: Collection[int] = ()) -> Floats | None:
     """An observation [n_features] for which two trees act differently, or None: a proof that there is none.
 

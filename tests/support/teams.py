@@ -26,3 +26,8 @@ def towards(k, index):
 
 def team(profile, first, second):
     return with_trees({"agent_0": first, "agent_1": second}, profile)
+
+
+def average_tests(one, seen):
+    """The mean number of tests that observations [n, n_features] meet: the depth of the leaf that each ends in."""
+    return float(ir.depth(one)[ir.apply(one, seen)].mean())

@@ -82,11 +82,6 @@ def statement_of(source: str, name: str) -> Statement:
     return Statement(system, agents, rules, names, stated, where, state)
 
 
-def system_of(source: str, name: str) -> System:
-    """The system that a world file states, as `statement_of`."""
-    return statement_of(source, name).system
-
-
 def _constants(document: Mapping[str, object], where: Place) -> Names:
     """`dt` and the constants, by name."""
     given = dict(table(document, "constants", where))

@@ -62,10 +62,6 @@ class HalfSpace:
         value = self.form.at(state)
         return value < 0 if self.strict else value <= 0
 
-    def complement(self) -> HalfSpace:
-        """All other states."""
-        return HalfSpace(Affine().plus(self.form, Fraction(-1)), not self.strict)
-
 
 Polytope = tuple[HalfSpace, ...]  # the states that lie in all of them
 

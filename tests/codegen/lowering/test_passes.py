@@ -17,7 +17,7 @@ from codegen.lowering.deploy import deployed
 from codegen.region import RegionSpec
 from codegen.targets import USUAL, emit
 from tests.support.strategies import grown_trees
-from tests.support.teams import LEFT, RIGHT, STAY, UP, tree
+from tests.support.teams import LEFT, RIGHT, STAY, UP, average_tests, tree
 
 N_FEATURES = 10
 
@@ -48,7 +48,7 @@ def test_merging_and_reordering_keep_every_decision(grown, seed):
         assert passes.difference(one, other, N_FEATURES) is None
     assert len(better.feature) <= len(merged.feature) <= len(one.feature)
     assert ir.depth(better).max() <= ir.depth(merged).max() <= ir.depth(one).max()
-    assert passes.average_tests(better, seen) <= passes.average_tests(merged, seen)
+    assert average_tests(better, seen) <= average_tests(merged, seen)
     assert passes.merged(merged).feature.tolist() == merged.feature.tolist()
 
 
@@ -90,7 +90,7 @@ def test_a_rare_test_goes_last():
     seen = np.random.default_rng(0).normal(size=(500, 2)).astype(np.float32)
     found = passes.reordered(rare, seen)
     assert found.feature[0] == 1 and len(found.feature) == 5
-    assert passes.average_tests(found, seen) < 1.6 < passes.average_tests(rare, seen) == 2.0
+    assert average_tests(found, seen) < 1.6 < average_tests(rare, seen) == 2.0
 
 
 def test_a_wrong_pass_is_caught(monkeypatch):

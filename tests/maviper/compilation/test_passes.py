@@ -15,7 +15,7 @@ from maviper.compilation import compile
 from maviper.compilation.passes import transformed
 from maviper.episodes.on_policy import on_policy
 from maviper.worlds.matching import matching_world
-from tests.support.teams import DOWN, LEFT, RIGHT, UP, team, tree
+from tests.support.teams import DOWN, LEFT, RIGHT, UP, average_tests, team, tree
 from verify.claims.region_files import read_region
 from verify.states.state import sample
 
@@ -125,7 +125,7 @@ def test_reordering_the_shipped_trees_asks_fewer_tests(profile):
     found = transformed(profile, ["merge", "reorder"]).profile
     for old, new, rows in zip(profile.agents, found.agents, seen, strict=True):
         rows = rows.reshape(-1, rows.shape[-1])
-        assert passes.average_tests(new.tree, rows) <= passes.average_tests(old.tree, rows)
+        assert average_tests(new.tree, rows) <= average_tests(old.tree, rows)
 
 
 @pytest.mark.solver

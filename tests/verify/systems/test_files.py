@@ -6,7 +6,7 @@ import pytest
 
 from codegen.errors import InputError
 from tests.support.systems import CART, CURVED
-from verify.systems.files import statement_of, system_of
+from verify.systems.files import statement_of
 from verify.systems.system import Affine, Feature, Measure
 
 
@@ -16,6 +16,10 @@ def cart(**changes):
         assert old in text
         text = text.replace(old, new)
     return text
+
+
+def system_of(text, name):
+    return statement_of(text, name).system
 
 
 def changed(old, new, text=CART):
@@ -138,7 +142,7 @@ def test_a_world_without_dynamics():
         (MATRICES.replace("B.cart", "B.card"), "unknown agent 'card'", "B"),
         # shapes
         (MATRICES.replace("[0, 1]]", "[0, 1, 0]]"), "a row of 3, and there are 2 variables", "dynamics.A 2"),
-        (MATRICES.replace("[[1, 0.2], [0, 1]]", "[[1, 0.2]]"), "A has 1 rows, and there are 2 variables", "A"),
+        (MATRICES.replace("[[1, 0.2], [0, 1]]", "[[1, 0.2]]"), "A has 1 row, and there are 2 variables", "A"),
         (MATRICES.replace("[0, -0.1]", "[0]"), "a list of 1, where 2 are needed", "B.cart.left"),
         (MATRICES.replace("A =", "c = [1]\nA ="), "a list of 1, where 2 are needed", "dynamics.c"),
         (MATRICES.replace("A =", 'next = { x = "x", v = "v" }\nA ='), "both next and A", "dynamics"),
