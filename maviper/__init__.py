@@ -223,10 +223,10 @@ def check(
     """
     from pathlib import Path
 
-    from maviper.verification.files.certificates import checked
+    from maviper.verification.files.certificates import check_file
 
     first, second = (Path(one) if isinstance(one, str) else one for one in (profile, against))
-    return checked(Path(certificate), first, second, None if world is None else Path(world))
+    return check_file(Path(certificate), first, second, None if world is None else Path(world))
 
 
 @flags.defaults
@@ -242,10 +242,10 @@ def replay(
     """
     from pathlib import Path
 
-    from maviper.files.profiles import loaded
+    from maviper.files.profiles import find_profile
     from maviper.verification.files.counterexamples import replay as replayed
 
-    about = loaded(profile, beside=Path(counterexample))
+    about = find_profile(profile, beside=Path(counterexample))
     return replayed(Path(counterexample), about, None if world is None else Path(world))
 
 
@@ -263,6 +263,6 @@ def repair(
     `Repaired.cost` has the measures before and after. InputError for what cannot be asked.
     """
     from codegen.check import ensure
-    from maviper.verification.repair import repaired, request
+    from maviper.verification.repair import repair_profile, request
 
-    return repaired(ensure(profile), claim, str(region), request(**asked))
+    return repair_profile(ensure(profile), claim, str(region), request(**asked))

@@ -58,10 +58,10 @@ def check(
     file cannot be read or is about another profile.
     """
     from maviper.console import say
-    from maviper.verification.files.certificates import checked
+    from maviper.verification.files.certificates import check_file
     from verify.progress import listening
 
     with console_of(context).following("checking") as listener, listening(listener):
-        proof = checked(certificate, profile, against, world)
+        proof = check_file(certificate, profile, against, world)
     say(f"accepted  {proof.subject}: {counted(proof.closed, 'branch')} closed, {counted(proof.size, 'byte')} of proof")
     return ExitCode.DONE

@@ -54,7 +54,7 @@ def diff(
     from maviper.cli.results import exit_code
     from maviper.files import outputs, runs
     from maviper.files.profiles import load
-    from maviper.verification.diff import AGAINST_FILE, compared, request
+    from maviper.verification.diff import AGAINST_FILE, compare_profiles, request
     from verify.progress import listening
     from verify.reports.differences import as_json as written
 
@@ -65,7 +65,7 @@ def diff(
         texts = {runs.PROFILE_FILE: dumps(one), AGAINST_FILE: dumps(other)}
         outputs.ensure_own(output, outputs.without_given(output, texts, given), outputs.DIFF)
     with console.following("comparing") as listener, listening(listener):
-        comparison = compared(one, other, region, request(**options))
+        comparison = compare_profiles(one, other, region, request(**options))
     for label, text in comparison.lines:
         console.line(label, text)
     if output is not None:

@@ -56,7 +56,7 @@ def repair(
     from maviper.files.profiles import load
     from maviper.page.page import FILE, unplayable
     from maviper.page.results import page_of
-    from maviper.verification.repair import repaired, request
+    from maviper.verification.repair import repair_profile, request
     from verify.progress import listening
 
     console = console_of(context)
@@ -64,7 +64,7 @@ def repair(
     before = load(profile)
     outputs.ensure_own(output, {runs.PROFILE_FILE: dumps(before)}, outputs.REPAIR)
     with console.following("repairing") as listener, listening(listener):
-        outcome = repaired(before, name, region, asked, profile.name)
+        outcome = repair_profile(before, name, region, asked, profile.name)
     if outcome.after is None:
         subject = f"{outcome.claim.name} of the {outcome.claim.team}, region {outcome.region.name}"
         console.line("not repaired", f"{subject}: {outcome.repair.reason}")

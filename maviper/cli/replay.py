@@ -35,11 +35,11 @@ def replay(context: click.Context, counterexample: Path, profile: Path | None, w
 
     Exits with 1 if the claim fails there, and with 0 if it holds, as it should for a repaired profile.
     """
-    from maviper.files.profiles import loaded
+    from maviper.files.profiles import find_profile
     from maviper.verification.files.counterexamples import replay as replayed
 
     console = console_of(context)
-    found = replayed(counterexample, loaded(profile, beside=counterexample), world)
+    found = replayed(counterexample, find_profile(profile, beside=counterexample), world)
     if not found.same_policy:
         console.line("profile", "not the one that the counterexample was made from")
     for agent, action in found.actions.items():

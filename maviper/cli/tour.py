@@ -21,7 +21,7 @@ from maviper.extraction.run import Found, extract_live
 from maviper.extraction.settings import Settings
 from maviper.files import outputs, runs
 from maviper.tour import handout
-from maviper.verification.files.certificates import checked
+from maviper.verification.files.certificates import check_file
 from maviper.verification.repair import Repaired
 from maviper.verification.run import Verified
 from maviper.worlds import World
@@ -104,7 +104,7 @@ def _say_repair(repair: Repaired, world: World, folder: Path, console: Console) 
     for result in repair.results:
         console.line(result.verdict.value, as_lines(repair.after, result)[0])
     for name in repair.certificates:
-        proof = checked(folder / name)
+        proof = check_file(folder / name)
         size = f"{counted(proof.closed, 'branch')}, {counted(proof.size, 'byte')}"
         console.line("accepted", f"the proof, by the independent checker: {size}")
 

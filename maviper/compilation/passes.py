@@ -32,7 +32,7 @@ class Transformed:
     notes: tuple[str, ...]
 
 
-def transformed(profile: ir.PolicyProfile, names: Sequence[str], region: str | None = None) -> Transformed:
+def run_passes(profile: ir.PolicyProfile, names: Sequence[str], region: str | None = None) -> Transformed:
     """`profile` after the named passes, in the order of PASSES.
 
     `region`: `start` or a region file; `drop` needs one, and no other pass may have one. `reorder` needs a world that

@@ -12,7 +12,7 @@ from typing import Unpack
 from codegen import ir
 from codegen.agreement import vectors
 from maviper.compilation.compile import Compiled, compile_profile
-from maviper.compilation.passes import transformed
+from maviper.compilation.passes import run_passes
 from maviper.options import CompileOptions, requested
 
 
@@ -25,7 +25,7 @@ def compile_and_prove(profile: ir.PolicyProfile, targets: Iterable[str], **optio
         proofs.ensure_askable(targets, asked.solver_units)
     notes: tuple[str, ...] = ()
     if asked.passes or asked.region is not None:
-        better = transformed(profile, asked.passes, None if asked.region is None else str(asked.region))
+        better = run_passes(profile, asked.passes, None if asked.region is None else str(asked.region))
         profile, notes = better.profile, better.notes
     code = compile_profile(profile, targets, asked.prefix, asked.style)
     more = vectors.files(code.build, targets) if asked.test_vectors else {}

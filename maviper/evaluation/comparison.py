@@ -88,7 +88,7 @@ class Cost:
             console.line("measured", f"{one.measure.team} {one.measure.name}: {told}, {played}")
 
 
-def measured(
+def measure_cost(
     before: ir.PolicyProfile,
     after: ir.PolicyProfile,
     team: str,

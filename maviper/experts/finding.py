@@ -11,12 +11,12 @@ from codegen.errors import InputError, UnknownNameError
 from maviper.experts import store
 from maviper.experts.expert import Expert
 from maviper.experts.foreign import named
-from maviper.experts.given import given
+from maviper.experts.given import import_expert
 from maviper.experts.measured import Measured
 from maviper.experts.scripted import SCRIPTS, scripted
 from maviper.experts.wrapped import Narrowed, Unweighted, lawful_expert
 from maviper.worlds import WORLDS, ParticleWorld, World, built_in, find
-from maviper.worlds.outside.sources import named_by_user, parsed
+from maviper.worlds.outside.sources import named_by_user, parse_source
 from maviper.worlds.world import FEATURES, plain_name
 
 LEARNED, MEASURED, NONE = "learned", "measured", "none"
@@ -78,6 +78,6 @@ def _found(text: str, world: World | None) -> tuple[Expert, World]:
         game = built_in(text)
         return (Measured(game, scripted(game)), game) if game.name not in store.SHIPPED else store.load(game.name)
     if named_by_user(text):
-        expert = given(parsed(text))
+        expert = import_expert(parse_source(text))
         return expert, expert.world
     return store.load(text, world)

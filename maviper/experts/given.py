@@ -15,7 +15,7 @@ from codegen.errors import InputError
 from codegen.ir import Float32, Float64
 from maviper.experts.wrapped import Wrapped
 from maviper.worlds import World
-from maviper.worlds.outside.making import imported
+from maviper.worlds.outside.making import import_maker
 from maviper.worlds.outside.silence import output_aside
 from maviper.worlds.outside.sources import Source, fault
 from maviper.worlds.world import Int
@@ -98,9 +98,9 @@ class Given(Wrapped):
         return _run(lambda: np.array(getattr(self.expert, verb)(*given)), self.source, doing)
 
 
-def given(source: Source) -> Given:
+def import_expert(source: Source) -> Given:
     """The expert that the function of a module returns. InputError when it raises, or returns something else."""
-    function = imported(source)
+    function = import_maker(source)
     expert = _run(lambda: function(**source.options), source, source.function)
     missing = [name for name in MEMBERS if not hasattr(expert, name)]
     if missing:

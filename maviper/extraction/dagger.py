@@ -22,7 +22,7 @@ from maviper.extraction.extraction import Extraction
 from maviper.extraction.growth.growing import Growth, pooled
 from maviper.extraction.growth.lawful import Labelled, lawful
 from maviper.extraction.growth.weights import iviper_weights, maviper_weights
-from maviper.extraction.journal import Arrays, packed, unpacked
+from maviper.extraction.journal import Arrays, pack_trees, unpack_trees
 from maviper.extraction.selection.selection import Selection
 from maviper.extraction.selection.stack import merged
 from maviper.extraction.settings import Settings
@@ -118,7 +118,7 @@ class _Group:
         known = self.examples.before(world, self.data, self.agents)
         given = (world, known, asked.settings, self.growth, self.agents, iteration)
         arrays = asked.journal.arrays(f"{iteration:04d}-trees{self.name}", _grown, *given)
-        grown = unpacked({name: array for name, array in arrays.items() if name != FIGURES})
+        grown = unpack_trees({name: array for name, array in arrays.items() if name != FIGURES})
         names = figure_names(whole_teams(world, self.agents))
         self.figures = dict(zip(names, map(float, arrays[FIGURES]), strict=True))
         if asked.settings.rollouts_by != EXPERTS:
@@ -160,7 +160,7 @@ def _grown(
     figures = [
         figure for team in whole_teams(world, agents) for figure in (kept[team], *accuracies(world, data, grown, team))
     ]
-    return packed(trees) | {FIGURES: np.array(figures)}
+    return pack_trees(trees) | {FIGURES: np.array(figures)}
 
 
 def accuracies(world: World, data: Dataset, trees: Mapping[int, GrownTree], team: str) -> tuple[float, float]:

@@ -47,7 +47,7 @@ class Journal:
 
     def trees(self, name: str, compute: Callable[..., Sequence[GrownTree]], *arguments: Any) -> list[GrownTree]:
         """As `arrays`, for a step whose result is some trees."""
-        return unpacked(self.arrays(name, lambda: packed(compute(*arguments))))
+        return unpack_trees(self.arrays(name, lambda: pack_trees(compute(*arguments))))
 
     def met(self, name: str, compute: Callable[..., Met], *arguments: Any) -> Met:
         """As `arrays`, for rollouts."""
@@ -61,7 +61,7 @@ class Journal:
 NOTHING_KEPT = Journal()
 
 
-def packed(trees: Sequence[GrownTree]) -> dict[str, np.ndarray]:
+def pack_trees(trees: Sequence[GrownTree]) -> dict[str, np.ndarray]:
     """Trees as named arrays."""
     return {
         f"{place:03d}.{item.name}": getattr(tree, item.name)
@@ -70,8 +70,8 @@ def packed(trees: Sequence[GrownTree]) -> dict[str, np.ndarray]:
     }
 
 
-def unpacked(arrays: Arrays) -> list[GrownTree]:
-    """The trees of `packed`."""
+def unpack_trees(arrays: Arrays) -> list[GrownTree]:
+    """The trees of `pack_trees`."""
     names = [item.name for item in fields(GrownTree)]
     places = sorted({key.partition(".")[0] for key in arrays})
     return [GrownTree(*(arrays[f"{place}.{name}"] for name in names)) for place in places]

@@ -28,7 +28,7 @@ def load(path: str | Path) -> PolicyProfile:
     return policy_json.loads(data, Path(path).name)
 
 
-def loaded(profile: PolicyProfile | str | Path | None, beside: Path) -> PolicyProfile:
+def find_profile(profile: PolicyProfile | str | Path | None, beside: Path) -> PolicyProfile:
     """A profile that is given, or that lies in a file; None: profile.json beside another file."""
     if profile is None:
         return load(beside.parent / runs.PROFILE_FILE)

@@ -21,7 +21,7 @@ from maviper.page.page import FILE
 from maviper.page.results import page_of
 from maviper.verification import join, run
 from maviper.verification.ask import VerifyOptions, questions
-from maviper.verification.repair import Repaired, repaired, request
+from maviper.verification.repair import Repaired, repair_profile, request
 
 MANIFEST = "manifest.json"
 EXTRACTED = "extracted"  # the folder of the team before its repair, inside the tour's
@@ -52,7 +52,7 @@ def violated(profile: ir.PolicyProfile) -> run.Verified:
 
 def mended(profile: ir.PolicyProfile) -> Repaired:
     """As `maviper repair --max-depth 6`."""
-    return repaired(profile, "distinct_targets", "start", request(max_depth=MAX_DEPTH, episodes=EPISODES))
+    return repair_profile(profile, "distinct_targets", "start", request(max_depth=MAX_DEPTH, episodes=EPISODES))
 
 
 def toured(before: run.Verified, repair: Repaired) -> Toured:

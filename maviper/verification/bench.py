@@ -21,13 +21,13 @@ from maviper.episodes.on_policy import on_policy
 from maviper.episodes.play import Episodes
 from maviper.verification.replays import rollouts, state_of
 from maviper.worlds import ParticleWorld, WorldState
-from maviper.worlds.games.particle import placed
+from maviper.worlds.games.particle import place_entities
 from maviper.worlds.matching import NO_WORLD, matching_places
 from verify.claims.formula import Formula
 from verify.claims.observed import RAISED, View, over
 from verify.claims.region import Region
-from verify.states.acting import Acted, Replay, acted
-from verify.states.episodes import Episode, agreed
+from verify.states.acting import Acted, Replay, confirm_actions
+from verify.states.episodes import Episode, agree_on_course
 from verify.states.state import State, contains, observed
 from verify.verdicts.decisions import Visited
 
@@ -102,7 +102,7 @@ def _in_reference(
     env = world.reference_env()
     env.reset(seed=0)
     world_state = state_of(profile, state)
-    placed(env, world_state)
+    place_entities(env, world_state)
     found = []
     for policy in team:
         agent = world.agents.index(policy.agent)
@@ -131,7 +131,7 @@ def replayed(
     """A team's actions in a state, by everything that can replay it here: of a view by the compiled C alone."""
     profile, world = (origin, matching_places(origin)) if view is None else (over(origin, view), None)
     with ReplayBuild.of(origin) as made:
-        return acted(profile, claim, team, state, state_replays(made, profile, team, world), semantics)
+        return confirm_actions(profile, claim, team, state, state_replays(made, profile, team, world), semantics)
 
 
 def replayed_course(profile: ir.PolicyProfile, state: State, steps: int) -> tuple[Episode, tuple[str, ...]]:
@@ -141,4 +141,4 @@ def replayed_course(profile: ir.PolicyProfile, state: State, steps: int) -> tupl
     """
     with ReplayBuild.of(profile) as made:
         players = rollouts(made, matching_places(profile))
-        return agreed(profile, state, steps, players), tuple(players)
+        return agree_on_course(profile, state, steps, players), tuple(players)

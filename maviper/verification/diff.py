@@ -97,7 +97,7 @@ class Compared:
         return found
 
 
-def compared(first: ir.PolicyProfile, second: ir.PolicyProfile, region: str, asked: Any) -> Compared:
+def compare_profiles(first: ir.PolicyProfile, second: ir.PolicyProfile, region: str, asked: Any) -> Compared:
     """Where two profiles act differently, see `request`. InputError for profiles that cannot be compared."""
     agents = asked.agents or _common(first, second)
     for profile in (ensure(first), ensure(second)):

@@ -19,7 +19,7 @@ from codegen.errors import InputError, visible
 from codegen.json_layout import layout
 from codegen.policy_json import content_hash
 from maviper.compilation import compile
-from maviper.evaluation.comparison import Cost, measured, sizes_document
+from maviper.evaluation.comparison import Cost, measure_cost, sizes_document
 from maviper.evaluation.held_out import evaluation
 from maviper.evaluation.players import Player, shipped_expert
 from maviper.evaluation.run import MAX_EPISODES
@@ -75,7 +75,7 @@ class Repaired:
         return certificate_files(self.results)
 
 
-def repaired(
+def repair_profile(
     before: ir.PolicyProfile, claimed: str, region_name: str, asked: Any, name: str = runs.PROFILE_FILE
 ) -> Repaired:
     """The repair of a profile, which a user calls `name`, by the property `claimed`, see `request`. InputError where it
@@ -95,7 +95,7 @@ def repaired(
         return unmeasured
     expert = None if world is None else shipped_expert(before.provenance.expert, world)
     after = _with_provenance(unmeasured, world, expert)
-    cost = measured(before, after, claim.team, region, world, expert, asked.episodes)
+    cost = measure_cost(before, after, claim.team, region, world, expert, asked.episodes)
     done = replace(unmeasured, after=after, cost=cost, results=tuple(verify_claims([question.of(after)])))
     return replace(done, files=_files(done, name, region_name, asked))
 

@@ -17,7 +17,7 @@ from codegen.agreement.build import Build
 from codegen.errors import shown
 from codegen.ir import Float32, Int32, PolicyProfile
 from maviper.worlds import ParticleWorld, WorldState
-from maviper.worlds.games.particle import placed
+from maviper.worlds.games.particle import place_entities
 from verify.states.episodes import Episode, EpisodeReplay
 from verify.states.state import State
 
@@ -80,7 +80,7 @@ def _in_reference(profile: PolicyProfile, world: ParticleWorld, state: State, st
     env = world.reference_env()
     env.reset(seed=0)
     world_state = state_of(profile, state)
-    placed(env, world_state)
+    place_entities(env, world_state)
     inner = env.aec_env.unwrapped
     inner.max_cycles = steps + 1
     episode, actions = [world.coordinates(world_state)[0]], []

@@ -29,10 +29,10 @@ def robust(
     `agent`: default, the only one; `certify`: each radius is proved, and its certificate checked. InputError for a file
     that is no table of finite observations of that agent.
     """
-    from maviper.files.profiles import loaded
+    from maviper.files.profiles import find_profile
     from maviper.verification.robust import robust as radii
 
-    return radii(loaded(profile, beside=Path(observations)), Path(observations), agent, certify)
+    return radii(find_profile(profile, beside=Path(observations)), Path(observations), agent, certify)
 
 
 @flags.defaults
@@ -45,9 +45,9 @@ def diff(
     `Compared.facts` has shares, zones and examples, `Compared.found` the certificate. InputError for profiles whose
     worlds, agents, features or actions differ.
     """
-    from maviper.verification.diff import compared, request
+    from maviper.verification.diff import compare_profiles, request
 
-    return compared(first, second, str(region), request(**asked))
+    return compare_profiles(first, second, str(region), request(**asked))
 
 
 @flags.defaults

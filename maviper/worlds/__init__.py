@@ -19,7 +19,7 @@ from maviper.worlds.games.particle import ParticleWorld, WorldState
 from maviper.worlds.games.physical_deception import PhysicalDeception
 from maviper.worlds.games.predator_prey import PredatorPrey
 from maviper.worlds.outside.making import add_maker
-from maviper.worlds.outside.sources import SYSTEM, VMAS, named_by_user, parsed
+from maviper.worlds.outside.sources import SYSTEM, VMAS, named_by_user, parse_source
 from maviper.worlds.world import Measure, World
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ def find(name: str) -> World:
     """
     if not named_by_user(name):
         return built_in(name)
-    if parsed(name).module == VMAS:
+    if parse_source(name).module == VMAS:
         from maviper.worlds.outside.vmas import VmasWorld
 
         return VmasWorld(name)

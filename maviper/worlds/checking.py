@@ -20,7 +20,7 @@ from codegen.wording import counted
 from maviper.files import runs
 from maviper.worlds import World, built_in
 from maviper.worlds.findings import Finding, Mark, usable
-from maviper.worlds.outside.making import imported, made
+from maviper.worlds.outside.making import import_maker, make_environment
 from maviper.worlds.outside.pettingzoo import PROBE_STEPS, PettingZooWorld, faults
 from maviper.worlds.outside.processes import Copy
 from maviper.worlds.outside.silence import output_aside
@@ -32,17 +32,17 @@ from maviper.worlds.outside.sources import (
     attribute,
     fault,
     named_by_user,
-    parsed,
+    parse_source,
     space,
 )
 from maviper.worlds.outside.vmas import VmasWorld
-from maviper.worlds.seeds import folded
+from maviper.worlds.seeds import fold_seed
 from maviper.worlds.stated.statements import measured, stated
 from maviper.worlds.stated.systems import read
 from maviper.worlds.world import Int, Outcome
 
 WORLD_FILE = ".toml"  # how the name of a world file ends
-SEED = folded(2_000_000_000_000_000)  # as large as those of an extraction
+SEED = fold_seed(2_000_000_000_000_000)  # as large as those of an extraction
 COMPARED = 10  # episode seeds whose first observations are compared with the reference's
 FIRST_STEPS = 5  # played before the episode that is repeated, so that what an environment keeps would show
 
@@ -54,7 +54,7 @@ def check(name: str, run_reference: bool = False) -> list[Finding]:
     They end where a fault leaves nothing more to look at. UnknownNameError or InputError for a name that is neither.
     """
     name = f"{SYSTEM}:{name}" if name.endswith(WORLD_FILE) and not named_by_user(name) else name
-    steps = _named(parsed(name), run_reference) if named_by_user(name) else _built_in(name)
+    steps = _named(parse_source(name), run_reference) if named_by_user(name) else _built_in(name)
     found: list[Finding] = []
     try:
         with output_aside():  # whatever an environment prints
@@ -83,9 +83,9 @@ def _named(source: Source, run_reference: bool) -> Iterator[Finding]:
 
 
 def _user(source: Source) -> Iterator[Finding]:
-    function = imported(source)
+    function = import_maker(source)
     yield Finding(Mark.OK, f"import: {source.reference}")
-    env = made(function, source)
+    env = make_environment(function, source)
     yield Finding(Mark.OK, "environment: a PettingZoo parallel environment")
     wrong = [Finding(Mark.WRONG, each.what, each.next_step) for each in faults(env)]
     if wrong:
@@ -99,7 +99,7 @@ def _user(source: Source) -> Iterator[Finding]:
     try:
         yield from _length(world)
         yield from _names(world)
-        yield from _play(env, world, partial(_by_world, world), Copy(made(function, source), source))
+        yield from _play(env, world, partial(_by_world, world), Copy(make_environment(function, source), source))
     finally:
         world.close()
     yield from _meanings(world)
@@ -111,11 +111,11 @@ def _stated(source: Source, run_reference: bool) -> Iterator[Finding]:
     yield from stated(statement)
     if not statement.rules:
         return
-    function = imported(source)
+    function = import_maker(source)
     world = PettingZooWorld(function, source.text)
     try:
-        env = made(function, source)
-        yield from _play(env, world, partial(_by_world, world), Copy(made(function, source), source))
+        env = make_environment(function, source)
+        yield from _play(env, world, partial(_by_world, world), Copy(make_environment(function, source), source))
     finally:
         world.close()
     if statement.system.reference:

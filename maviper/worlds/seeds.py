@@ -26,7 +26,7 @@ PURPOSE = 10**15
 GAMMA = np.uint64(0x9E3779B97F4A7C15)  # SplitMix64's step
 
 
-def folded(seed: int) -> int:
+def fold_seed(seed: int) -> int:
     """The seed that the environment is reset with."""
     return seed if seed < WHOLE else FOLDED + min(seed // PURPOSE, 3) * ROOM + seed % ROOM
 

@@ -17,9 +17,9 @@ from pathlib import Path
 
 import numpy as np
 
-from maviper.worlds.outside.making import imported
+from maviper.worlds.outside.making import import_maker
 from maviper.worlds.outside.pettingzoo import PettingZooWorld
-from maviper.worlds.outside.sources import parsed
+from maviper.worlds.outside.sources import parse_source
 
 REACH, STRETCH = 0.5, 0.8
 EXAMPLE = Path(__file__).parents[2] / "generated" / "foraging"
@@ -58,8 +58,8 @@ def door(world, seeds, actions):
 
 def measured(text, rounds, episodes):
     """Steps a second of both, and the middle of the rounds' ratios."""
-    source = parsed(text)
-    world = PettingZooWorld(imported(source), source.text, games=1)
+    source = parse_source(text)
+    world = PettingZooWorld(import_maker(source), source.text, games=1)
     env, rng = world.reference_env(), np.random.default_rng(0)
     sizes = [len(choices) for choices in world.actions]
     shape = (episodes, world.spec.episode_steps, len(sizes))

@@ -57,7 +57,7 @@ def share(profile, claim):
 
 def row(kind, first, profile, claim, player, seconds, states):
     world = matching_world(profile)
-    cost = comparison.measured(first, profile, claim.team, everywhere(profile), world, player, EPISODES)
+    cost = comparison.measure_cost(first, profile, claim.team, everywhere(profile), world, player, EPISODES)
     sizes = comparison.sizes(profile, [policy.agent for policy in profile.team(claim.team)])
     return {
         "kind": kind,

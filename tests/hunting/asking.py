@@ -195,7 +195,7 @@ def _seen(case: Case, zoned: Zoned, told: Told) -> bool:
 def _violated(asked: Asked, zoned: Zoned, told: Told, confirm: bool, settle: bool) -> None:
     """The counterexample of a violated claim must be one; where nobody saw one, the front door is asked."""
     if zoned.state is not None and confirm:
-        found, _ = search.confirmed(asked.question, zoned.goal, Answer(True, dict(zoned.state), 0))
+        found, _ = search.confirm_point(asked.question, zoned.goal, Answer(True, dict(zoned.state), 0))
         if found is not None:
             told.judged = "violated"
             _shown(asked.case, found, told)

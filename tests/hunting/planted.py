@@ -54,7 +54,12 @@ def _nobody(patch: Any) -> None:
 
 def _real(patch: Any) -> None:
     """States that violate a claim in real arithmetic are sought by it, but judged and simplified by the machine's."""
-    violates, violating, shortfall, confirmed = search.violates, shares.violating, search.shortfall, search.confirmed
+    violates, violating, shortfall, confirmed = (
+        search.violates,
+        shares.violating,
+        search.shortfall,
+        search.confirm_point,
+    )
 
     def float_states_only(question: DecisionQuestion, *given: Any) -> Any:
         try:
@@ -68,8 +73,8 @@ def _real(patch: Any) -> None:
     patch.setattr(search, "shortfall", lambda question, state: shortfall(question.by(MACHINE), state))
     patch.setattr(search, "_failing_in_both", lambda *given: [])
     patch.setattr(search, "_settled", lambda question, goal, model: (None, 0))
-    patch.setattr(search, "confirmed", float_states_only)
-    patch.setattr(judging, "confirmed", float_states_only)
+    patch.setattr(search, "confirm_point", float_states_only)
+    patch.setattr(judging, "confirm_point", float_states_only)
 
 
 PLANTED = (

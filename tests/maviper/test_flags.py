@@ -11,8 +11,8 @@ from sklearn.tree import DecisionTreeClassifier
 import maviper
 from codegen.policy_json import dumps
 from codegen.process.flags import defaults
-from maviper.worlds.outside.making import imported
-from maviper.worlds.outside.sources import parsed
+from maviper.worlds.outside.making import import_maker
+from maviper.worlds.outside.sources import parse_source
 from tests.support.small import small_profile
 
 PYTHON = "def act(x):\n    if x[0] <= 1e-46 or x[1] < 1e300: return 1\n    return 0 if x[2] < 0 else 2\n"
@@ -83,5 +83,5 @@ def test_what_an_environments_own_file_sets_ends_with_its_import(tmp_path, monke
     monkeypatch.chdir(tmp_path)
     Path("raising_file.py").write_text("import numpy as np\nnp.seterr(all='raise')\ndef make():\n    pass\n")
     before = np.geterr()
-    imported(parsed("raising_file:make"))
+    import_maker(parse_source("raising_file:make"))
     assert np.geterr() == before

@@ -3,9 +3,9 @@
 import numpy as np
 
 from maviper.experts.expert import AS_GIVEN
-from maviper.worlds.outside.making import imported
+from maviper.worlds.outside.making import import_maker
 from maviper.worlds.outside.pettingzoo import PettingZooWorld
-from maviper.worlds.outside.sources import parsed
+from maviper.worlds.outside.sources import parse_source
 
 PLACE, TIME, OVER = range(3)  # what everybody observes in tests.support.environments.Relay
 LEFT = 2  # what the expert does for those who have left, and for nobody else
@@ -13,7 +13,7 @@ LEFT = 2  # what the expert does for those who have left, and for nobody else
 
 def world_of(text):
     text = f"tests.support.environments:{text}"
-    return PettingZooWorld(imported(parsed(text)), text, 1)
+    return PettingZooWorld(import_maker(parse_source(text)), text, 1)
 
 
 class Expert:

@@ -23,7 +23,7 @@ def varint(number: int) -> bytes:
     return bytes(found)
 
 
-def encoded(numbers: Iterable[int]) -> bytes:
+def encode_numbers(numbers: Iterable[int]) -> bytes:
     """Natural numbers as a proof has them."""
     return b"".join(map(varint, numbers))
 

@@ -15,7 +15,7 @@ from codegen.dynamics import COINCIDENT, partners
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import PolicyProfile, WorldSpec
 from verify.claims.claim import Parameter, check_range, ensure_team, teams
-from verify.claims.decisions import PLAIN, STEADY, WITH_ERRORS, DecisionClaim, checked, ensure_steady
+from verify.claims.decisions import PLAIN, STEADY, WITH_ERRORS, DecisionClaim, ensure_askable, ensure_steady
 from verify.claims.episodes import EPISODE_CLAIMS, EpisodeClaim
 from verify.claims.language.parameters import Form, of_form
 from verify.claims.relations import RELATIONS
@@ -68,7 +68,7 @@ def find_property(
     if "agent" in kind.reads and not given.get("agent") and len(members := profile.team(team)) == 1:
         given |= {"agent": members[0].agent}
     given |= {"eps": given.get("eps", EPS)} if name == STEADY else {}
-    claim = checked(profile, kind(team, **given))
+    claim = ensure_askable(profile, kind(team, **given))
     ensure_steady(name, claim)
     return claim
 

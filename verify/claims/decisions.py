@@ -272,7 +272,7 @@ def formula(profile: PolicyProfile, claim: DecisionClaim) -> Formula:
     return stated if claim.assume == TRUE else disjunction(negated(claim.assume), stated)
 
 
-def checked(profile: PolicyProfile, claim: DecisionClaim) -> DecisionClaim:
+def ensure_askable(profile: PolicyProfile, claim: DecisionClaim) -> DecisionClaim:
     """The claim itself, if it is about a team of the profile and its parameters are in their ranges."""
     claim.ensure(profile)
     return claim

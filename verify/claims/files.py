@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, cast
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import GOAL, PolicyProfile
 from verify.claims.catalogue import NAMES, ZONES, Claim, check_read, checked_zones, find_claim, readable
-from verify.claims.decisions import RADIUS, ZERO, DecisionClaim, checked
+from verify.claims.decisions import RADIUS, ZERO, DecisionClaim, ensure_askable
 from verify.claims.formula import TRUE, Formula, agents
 from verify.claims.language.formulas import Vocabulary, formula_of
 from verify.claims.language.parameters import Form, of_form
@@ -148,7 +148,7 @@ class _Table:
             )
         claim = OwnFormula(team, **given, statement=statement, written=written)
         try:
-            return self._with_words(checked(self._profile, claim))
+            return self._with_words(ensure_askable(self._profile, claim))
         except InputError as error:
             error.where = str(self._where(error.where)) if error.where in self._table else error.where
             raise

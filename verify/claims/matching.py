@@ -32,7 +32,7 @@ def matchings(n_agents: int, n_landmarks: int) -> list[tuple[int, ...]]:
     return list(permutations(range(n_landmarks), n_agents))
 
 
-def matched(related: Bool) -> Bool:
+def has_matching(related: Bool) -> Bool:
     """Whether every agent can have a landmark of its own. `related`: [..., n_agents, n_landmarks]. Returns [...].
 
     After each agent, the sets of landmarks (as bits) that the agents so far can hold.

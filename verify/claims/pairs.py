@@ -23,7 +23,7 @@ def counterpart(agent: str) -> str:
     return agent + SECOND
 
 
-def paired(first: PolicyProfile, second: PolicyProfile) -> PolicyProfile:
+def pair_profiles(first: PolicyProfile, second: PolicyProfile) -> PolicyProfile:
     """Both profiles as one, whose world has the places of the first. No file holds it."""
     others = tuple(replace(policy, agent=counterpart(policy.agent)) for policy in second.agents)
     return replace(first, agents=(*first.agents, *others))

@@ -20,9 +20,9 @@ from verify.claims.formula import agents
 from verify.question import DecisionQuestion
 from verify.semantics import MACHINE, REAL
 from verify.solver.encode import in_both, query, there
-from verify.solver.pinning import pinned
+from verify.solver.pinning import pin_model
 from verify.solver.solve import Answer, ask
-from verify.states.acting import Deployed, Replay, acted
+from verify.states.acting import Deployed, Replay, confirm_actions
 from verify.states.noise import mistaken
 from verify.states.path import Step, path
 from verify.states.real import Value, value_of
@@ -75,7 +75,7 @@ class Counterexample:
     deployed: Deployed | None = None  # of real arithmetic; None where the state is no float64 state
 
 
-def confirmed(question: DecisionQuestion, goal: str | None, answer: Answer) -> tuple[State | None, int]:
+def confirm_point(question: DecisionQuestion, goal: str | None, answer: Answer) -> tuple[State | None, int]:
     """A shrunk point that violates the claim; None when only a real-valued model exists, of the deployed arithmetic.
 
     Tries answers to stronger questions, the model itself, then sampled states. Returns the point and the resource
@@ -125,7 +125,7 @@ def _failing_in_both(question: DecisionQuestion, goal: str | None) -> Iterator[t
         return
     for answer in chain([exact], (ask(in_both(question, goal, slack), units) for slack in SLACKS)):
         yield _nearest(question, answer, goal), answer.resources
-    found, spent = pinned(in_both(question, goal), region, exact.model, units)
+    found, spent = pin_model(in_both(question, goal), region, exact.model, units)
     yield exact_point(found, region, goal), spent
 
 
@@ -142,7 +142,7 @@ def _settled(question: DecisionQuestion, goal: str | None, model: Mapping[str, F
     acting = agents(question.formula)
     leaves = {agent: leaf for agent, leaf in leaves_at(profile, claim.team, state, REAL).items() if agent in acting}
     units = question.budgets.solver_units
-    found, spent = pinned(there(question, goal, leaves), region, exact, units)
+    found, spent = pin_model(there(question, goal, leaves), region, exact, units)
     for each in (state, exact_point(found, region, goal)):
         if not _stands([question], each):
             raise AssertionError(f"{claim.name}: the referee does not confirm {each}")
@@ -258,7 +258,7 @@ def explain(question: DecisionQuestion, state: State, replays: Mapping[str, Repl
     DisagreementError when one of them acts differently: then there is a bug, and no verdict.
     """
     profile, claim, semantics = question.profile, question.claim, question.semantics
-    did = acted(profile, question.formula, claim.team, state, replays, semantics)
+    did = confirm_actions(profile, question.formula, claim.team, state, replays, semantics)
     engaged = engaged_with(profile, claim, state, did.actions)
     views: list[AgentView] = []
     for policy in profile.team(claim.team):

@@ -21,7 +21,7 @@ from verify.counterexamples.search import SLACKS, shrink, violating_samples
 from verify.question import DecisionQuestion
 from verify.semantics import REAL
 from verify.solver.encode import Query, elsewhere, there
-from verify.solver.pinning import pinned
+from verify.solver.pinning import pin_model
 from verify.solver.solve import Answer, ask
 from verify.states.real import written_all
 from verify.states.state import State, exact_point, inside, leaves_at, nearest, violates
@@ -138,7 +138,7 @@ class _Search:
     def settled(self, goal: str | None, model: Mapping[str, Fraction]) -> State:
         """An exact model of real arithmetic as a point with few digits. AssertionError when the referee refuses it."""
         asked, units = self.question, self.question.budgets.solver_units
-        found, spent = pinned(elsewhere(asked, goal, self.leaves), asked.region, model, units)
+        found, spent = pin_model(elsewhere(asked, goal, self.leaves), asked.region, model, units)
         self.spent += spent
         state = exact_point(found, asked.region, goal)
         if not self.fails_elsewhere(state):

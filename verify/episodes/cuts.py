@@ -12,7 +12,7 @@ from itertools import product
 import numpy as np
 
 from codegen.ir import Bool
-from verify.claims.matching import matched
+from verify.claims.matching import has_matching
 from verify.episodes.contacts import Pair
 from verify.episodes.unroll import Group
 from verify.episodes.zones import GRID_SLACK, SCALE, Int64, Zones, constrained
@@ -74,12 +74,12 @@ def unmatched(zones: Zones, group: Group, agents: Sequence[str], landmarks: Sequ
     waiting, found = [(zones, np.zeros((len(agents), len(landmarks)), dtype=bool), 0)], [zones.take(slice(0))]
     while waiting:
         zones, arrived, asked = waiting.pop()
-        if not zones.count or matched(arrived):
+        if not zones.count or has_matching(arrived):
             continue
         may = np.repeat(arrived[None], zones.count, axis=0)
         for agent, landmark in pairs[asked:]:
             may[:, agent, landmark] = targets[agent][landmark].possible(zones)
-        matchable = matched(may)
+        matchable = has_matching(may)
         found.append(zones.take(~matchable))
         if matchable.any():
             apart, near = _told_apart(zones.take(matchable), targets[pairs[asked][0]][pairs[asked][1]])

@@ -15,7 +15,7 @@ from collections.abc import Callable
 import numpy as np
 
 from codegen.ir import Float64
-from verify.certificates.proofs import encoded
+from verify.certificates.proofs import encode_numbers
 from verify.checker.systems.rows import Branch, Row
 from verify.checker.systems.walk import Answers, SideAnswer
 from verify.reach.programs import TOLERANCE, Least, Programs, Used, end_of, floats, multipliers, related
@@ -68,7 +68,7 @@ class SystemProver(Answers):
     @property
     def proof(self) -> bytes:
         """The answers so far."""
-        return encoded(self.numbers)
+        return encode_numbers(self.numbers)
 
     def visited(self, branch: Branch) -> None:
         """Counts; BudgetError."""

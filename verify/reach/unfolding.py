@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from codegen.ir import PolicyProfile
-from verify.certificates.proofs import encoded
+from verify.certificates.proofs import encode_numbers
 from verify.checker.systems.rows import Branch
 from verify.checker.systems.walk import FollowedPart, Hull, SystemQuestions
 from verify.reach.hulls import Hulls
@@ -58,7 +58,7 @@ class Unfolding:
                 level = self._merged(level, merging.parts)
                 roots += level
         numbers = [number for root in roots for number in self._written(root)]
-        return self._part._replace(hulls=tuple(self._made), proof=encoded(numbers))
+        return self._part._replace(hulls=tuple(self._made), proof=encode_numbers(numbers))
 
     def _followed(self, node: _Node) -> list[_Node]:
         self._prover.numbers = node.numbers

@@ -20,7 +20,7 @@ from verify.question import Budgets, DecisionQuestion, Question
 from verify.result import Verdict
 from verify.semantics import REAL
 from verify.solver.encode import Query, reaching
-from verify.solver.pinning import pinned
+from verify.solver.pinning import pin_model
 from verify.solver.solve import ask
 from verify.states.shares import SAMPLE_SEED, SAMPLES
 from verify.states.state import State, exact_point, inside, leaf_at, nearest, reached, sample, state_at
@@ -104,7 +104,7 @@ def _asked(question: DecisionQuestion, policy: AgentPolicy, leaf: int) -> tuple[
             if state is not None and _reaches(question, policy, leaf, state):
                 return Verdict.PROVED, state, "", spent
         if semantics == REAL and exact.model is not None:
-            model, more = pinned(asked(), region, exact.model, budget)
+            model, more = pin_model(asked(), region, exact.model, budget)
             state = exact_point(model, region, goal)
             if not _reaches(question, policy, leaf, state):
                 raise AssertionError(f"the referee does not confirm that {state} reaches leaf {leaf}")

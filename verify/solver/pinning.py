@@ -19,7 +19,7 @@ DENOMINATORS = (10, 100, 1_000)
 MAX_ASKED = 100  # questions an order
 
 
-def pinned(
+def pin_model(
     question: Query, region: Region, model: Mapping[str, Fraction], budget: int
 ) -> tuple[dict[str, Fraction], int]:
     """A model of the question, of float64 numbers where such a one was found, and the resource units spent.
@@ -39,7 +39,7 @@ def pinned(
 def _in_order(
     order: Sequence[str], question: Query, region: Region, model: Mapping[str, Fraction], budget: int
 ) -> tuple[dict[str, Fraction], int]:
-    """As `pinned`, coordinates in this order."""
+    """As `pin_model`, coordinates in this order."""
     found, values, spent, queries = dict(model), dict[str, Fraction](), 0, 0
     for name in order:
         for value in _simpler(found[name], region.box[name]):

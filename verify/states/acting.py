@@ -38,7 +38,7 @@ class Acted:
     deployed: Deployed | None = None  # of real arithmetic; None where the state is no float64 state
 
 
-def acted(
+def confirm_actions(
     profile: PolicyProfile,
     claim: Formula,
     team: str,

@@ -192,7 +192,7 @@ def first_failing(question: EpisodeQuestion, states: Sequence[State]) -> State |
     return next((p for row, p in enumerate(states) if fails(profile, claim, coordinates[:, row])), None)
 
 
-def agreed(profile: PolicyProfile, state: State, steps: int, rollouts: Mapping[str, EpisodeReplay]) -> Episode:
+def agree_on_course(profile: PolicyProfile, state: State, steps: int, rollouts: Mapping[str, EpisodeReplay]) -> Episode:
     """The course from a start; DisagreementError where a caller's world takes another one, by a single bit."""
     coordinates, actions = courses(profile, [state], steps)
     episode = Episode(coordinates[:, 0], actions[:, 0])

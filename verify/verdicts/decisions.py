@@ -15,7 +15,7 @@ from codegen.intervals import Share
 from verify.checker.decisions.certificates import Certificate
 from verify.claims.decisions import DecisionClaim
 from verify.counterexamples.explanation import Explanation, explained
-from verify.counterexamples.search import Counterexample, confirmed, explain, near, violating_samples
+from verify.counterexamples.search import Counterexample, confirm_point, explain, near, violating_samples
 from verify.question import DecisionQuestion
 from verify.result import SETTLED, Cost, Evidence, Margin, Opinion, Result, Verdict
 from verify.solver import solve
@@ -158,7 +158,7 @@ def _shuffled(control: DecisionQuestion) -> Verdict:
     found = decide(control)
     if found.answer is None or found.exact:
         return found.verdict
-    state, _ = confirmed(found.part or control, found.goal, found.answer)
+    state, _ = confirm_point(found.part or control, found.goal, found.answer)
     return Verdict.UNKNOWN if state is None else found.verdict
 
 
@@ -202,7 +202,7 @@ def _settled(question: DecisionQuestion, zoned: Zoned) -> tuple[Verdict, str, in
     while decision.answer is not None:
         asked = decision.part or question
         asked = asked.spending(solver_units=question.budgets.detail_units)
-        state, extra = confirmed(asked, decision.goal, decision.answer)
+        state, extra = confirm_point(asked, decision.goal, decision.answer)
         spent += extra
         if state is None and zoned.state is not None and zoned.goal == decision.goal:
             state = near(question, decision.goal, zoned.state)

@@ -5,8 +5,8 @@ Does: for each agent every zone of states in which the profiles act differently,
 Assumes: profiles that can be compared (claims/pairs.py).
 Does not: write reports; play episodes.
 
-The profiles are read as one team with twice the agents (`paired`), and "acts alike" is a claim about it. So the engines
-for claims about single decisions answer: zones, and Z3 where a test bounds no difference of two coordinates.
+The profiles are read as one team with twice the agents (`pair_profiles`), and "acts alike" is a claim about it. So the
+engines for claims about single decisions answer: zones, and Z3 where a test bounds no difference of two coordinates.
 """
 
 from collections.abc import Iterator, Sequence
@@ -17,10 +17,10 @@ from itertools import islice, pairwise
 from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash
 from verify.checker.decisions.certificates import FORM, PARTED, Certificate, accepted
-from verify.claims.pairs import alike, counterpart, ensure_comparable, paired
+from verify.claims.pairs import alike, counterpart, ensure_comparable, pair_profiles
 from verify.claims.region import Region
 from verify.claims.uncertified.own import OwnFormula
-from verify.counterexamples.search import MAX_PLACES, confirmed
+from verify.counterexamples.search import MAX_PLACES, confirm_point
 from verify.extent.violations import ExactShare, Failing, exact_share, united, violations
 from verify.question import Budgets, DecisionQuestion, Question
 from verify.result import Verdict
@@ -121,7 +121,7 @@ def difference(
     """
     ensure_comparable(first, second, agents)
     agents = [policy.agent for policy in first.agents if policy.agent in agents]  # each once, as certificates have them
-    pair = paired(first, second)
+    pair = pair_profiles(first, second)
 
     def asked(*names: str) -> DecisionQuestion:
         claim = OwnFormula(first.policy(names[0]).team, statement=alike(first, names))
@@ -226,7 +226,7 @@ def _rounded(question: DecisionQuestion, zone: Zone, state: State) -> State:
 def _confirmed(question: DecisionQuestion, zone: Zone) -> State | None:
     """A state near a zone that no state of its middle represents, as Z3 finds one."""
     answer = solver.decide(question.for_one_goal(zone.failing.goal)).answer
-    return None if answer is None else confirmed(question, zone.failing.goal, answer)[0]
+    return None if answer is None else confirm_point(question, zone.failing.goal, answer)[0]
 
 
 def _by_solver(question: DecisionQuestion, agent: str) -> AgentDifference:
@@ -234,7 +234,7 @@ def _by_solver(question: DecisionQuestion, agent: str) -> AgentDifference:
     found = solver.decide(question)
     if found.answer is None:
         return AgentDifference(agent, found.verdict, found.reason or WITHOUT_ZONES)
-    state, _ = confirmed(question, found.goal, found.answer)
+    state, _ = confirm_point(question, found.goal, found.answer)
     if state is None:
         return AgentDifference(agent, Verdict.UNKNOWN, ONLY_REAL)
     return AgentDifference(agent, Verdict.VIOLATED, WITHOUT_ZONES, example=state)

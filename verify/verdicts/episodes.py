@@ -39,7 +39,7 @@ from verify.states.episodes import (
     Episode,
     EpisodeReplay,
     Way,
-    agreed,
+    agree_on_course,
     at_rest,
     coinciding,
     courses,
@@ -116,7 +116,7 @@ def verify_episodes(
     state = episode = None
     if decision.state is not None:
         state = simplest(profile.world, decision.state, partial(_stands, question))
-        episode = agreed(profile, state, claim.steps, rollouts)
+        episode = agree_on_course(profile, state, claim.steps, rollouts)
     evidence = EpisodeEvidence(
         followed=decision.followed,
         violating=judged.violating,

@@ -21,7 +21,7 @@ from maviper.episodes.measures import estimate, score
 from maviper.extraction.examples import NO_EXAMPLES, Examples
 from maviper.extraction.extraction import QUIETLY, Extraction, Running
 from maviper.extraction.growth.lawful import Labelled, lawful
-from maviper.extraction.journal import Arrays, packed, unpacked
+from maviper.extraction.journal import Arrays, pack_trees, unpack_trees
 from maviper.extraction.selection.arena import Arena, Candidate
 from maviper.extraction.selection.progress import REFINING, OnProgress, Progress, count_leaves
 from maviper.extraction.selection.stack import merged, reaching, with_leaf, with_new_split, with_split
@@ -110,7 +110,7 @@ def _team(task: _Task, on_progress: OnProgress) -> tuple[Trees, int, Progress | 
         rng = np.random.default_rng([settings.seed, *task.agents, number])
         name = f"refine-{list(asked.world.teams).index(task.team)}-{number:04d}"  # a user's team may have any name
         step = asked.journal.arrays(name, _round, arena, trees, others, limits, rng, asked.examples)
-        trees = unpacked({name: array for name, array in step.items() if "." in name})
+        trees = unpack_trees({name: array for name, array in step.items() if "." in name})
         arena.used, arena.played = int(step["used"][0]), int(step["played"][0])
         found = {task.team: estimate(arena.primary, step["values"])}
         mean = float(score(arena.primary, step["values"]).mean())
@@ -129,7 +129,7 @@ def _round(
 ) -> Arrays:
     trees, values = refine_once(arena, trees, others, limits, rng, examples)
     spent = {"used": np.array([arena.used]), "played": np.array([arena.played]), "values": values}
-    return packed(trees) | spent
+    return pack_trees(trees) | spent
 
 
 def check(settings: Settings) -> None:

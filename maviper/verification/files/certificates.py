@@ -14,7 +14,7 @@ from pathlib import Path
 from codegen.errors import InputError, RefusedError, shown
 from codegen.ir import PolicyProfile
 from maviper.files import kinds, runs
-from maviper.files.profiles import loaded
+from maviper.files.profiles import find_profile
 from maviper.verification.files.reading import FollowedProof
 from maviper.verification.files.words import formula_words, region_words
 from verify.checker.decisions import certificates as certificate
@@ -42,7 +42,7 @@ class Checked:
     size: int  # bytes of proof
 
 
-def checked(
+def check_file(
     path: Path,
     profile: PolicyProfile | Path | None = None,
     against: PolicyProfile | Path | None = None,
@@ -63,7 +63,7 @@ def checked(
     if world is not None:
         raise InputError("the certificate is not about a stated system", "--world", "leave it out")
     try:
-        found, about = _read(text, str(path)), loaded(profile, beside=path)
+        found, about = _read(text, str(path)), find_profile(profile, beside=path)
         if isinstance(found, Certificate):
             other = _second(found, against, path)
             closed, subject = certificate.accepted(found, about, other), _subject(found, about)
@@ -82,7 +82,7 @@ def _second(found: Certificate, against: PolicyProfile | Path | None, path: Path
         if against is not None:
             raise InputError("the certificate is about one profile", "--against", "leave it out")
         return None
-    return loaded(path.parent / AGAINST_FILE if against is None else against, beside=path)
+    return find_profile(path.parent / AGAINST_FILE if against is None else against, beside=path)
 
 
 def _read(text: bytes, where: str) -> Certificate | EpisodeCertificate:

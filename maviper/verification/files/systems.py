@@ -17,7 +17,7 @@ from codegen.errors import InputError, RefusedError, UnknownNameError, shown
 from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash
 from maviper.files import runs
-from maviper.files.profiles import loaded
+from maviper.files.profiles import find_profile
 from maviper.verification.files.reading import FollowedProof, tell_shown
 from maviper.worlds.stated.systems import read
 from verify.certificates.systems import claim_document
@@ -95,7 +95,7 @@ def checked(path: Path, profile: PolicyProfile | Path | None, world: Path | None
     text = runs.read(path, MAX_BYTES)
     statement = read(world or path.parent / WORLD_FILE)
     try:
-        found, about = system_certificates.from_json(text, str(path)), loaded(profile, beside=path)
+        found, about = system_certificates.from_json(text, str(path)), find_profile(profile, beside=path)
         ensure_plays(about, statement)
         ensure_enclosed(statement, tell_shown)
         followed = replace(found, parts=tuple(part._replace(proof=FollowedProof(part.proof)) for part in found.parts))

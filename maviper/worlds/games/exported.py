@@ -20,7 +20,7 @@ from pettingzoo import ParallelEnv
 
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import FeatureSpec, Float32
-from maviper.worlds.games.particle import ParticleWorld, placed
+from maviper.worlds.games.particle import ParticleWorld, place_entities
 from maviper.worlds.seeds import TRAINING
 from maviper.worlds.world import World
 
@@ -111,7 +111,7 @@ class WorldEnv(ParallelEnv[str, Any, Any]):
             return None
         if self._state is None:
             raise InputError("there is no state to draw", self.world.name, "call reset first")
-        return placed(self._reference(), self._state).aec_env.unwrapped.render()
+        return place_entities(self._reference(), self._state).aec_env.unwrapped.render()
 
     def close(self) -> None:
         """Lets the drawing environment go."""

@@ -24,7 +24,7 @@ from codegen.ir import ActionSpec, Bool, EntitySpec, FeatureSpec, Float32, Float
 from codegen.observe import Observer
 from maviper.worlds.games.features import COASTING, extended, groups_of
 from maviper.worlds.world import FEATURES, Int, Options, World
-from verify.claims.matching import matched
+from verify.claims.matching import has_matching
 
 # mpe2's discrete actions, in its order
 ACTIONS = (
@@ -237,7 +237,7 @@ def covered(near: Bool) -> Bool:
     possible = np.asarray(near.any(axis=0).all(axis=0))
     rows = np.flatnonzero(possible)
     if len(near) <= MAX_MATCHED:
-        possible[rows] = matched(near[..., rows].transpose(2, 0, 1))
+        possible[rows] = has_matching(near[..., rows].transpose(2, 0, 1))
     else:
         possible[rows] = [_matched_one(near[..., row]) for row in rows]
     return possible
@@ -281,7 +281,7 @@ def mpe2_spec(
     )
 
 
-def placed(env: Any, state: WorldState) -> Any:
+def place_entities(env: Any, state: WorldState) -> Any:
     """Puts the reference environment into one world state (`state` has batch 1) and returns the environment."""
     world = env.aec_env.unwrapped.world
     for entity, position in zip(world.agents + world.landmarks, state.position[0], strict=True):

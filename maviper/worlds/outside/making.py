@@ -28,7 +28,7 @@ def add_maker(kind: str, maker: Maker) -> None:
     _MAKERS[kind] = maker
 
 
-def imported(source: Source) -> Callable[..., Any]:
+def import_maker(source: Source) -> Callable[..., Any]:
     """The function, or what makes a registered environment of Gymnasium or that of a file. InputError when it cannot be
     imported.
 
@@ -64,7 +64,7 @@ def _module(source: Source) -> ModuleType:
         raise fault(error, source, f"importing {source.module}") from error
 
 
-def made(function: Callable[..., Any], source: Source) -> Any:
+def make_environment(function: Callable[..., Any], source: Source) -> Any:
     """A fresh environment; InputError when the function raises or returns something else."""
     known = _parameters(function)
     mine = [key for key in (MAX_STEPS, WRAP) if key not in (known or ())]

@@ -32,11 +32,20 @@ from codegen.errors import InputError, UnknownNameError
 from codegen.ir import MAX_LENGTH, ActionSpec, Bool, FeatureSpec, WorldSpec
 from maviper.worlds.outside.branching import continued, copies_of, ensure_copies, started
 from maviper.worlds.outside.flattening import legal_names
-from maviper.worlds.outside.making import imported, made
+from maviper.worlds.outside.making import import_maker, make_environment
 from maviper.worlds.outside.playing import MOMENTS, PAST, EnvStates, OutsideWorld
 from maviper.worlds.outside.processes import Copies, Copy, copies_at_once, undisturbed
-from maviper.worlds.outside.sources import MAX_STEPS, Source, action_names, attribute, parsed, space, table, told_legal
-from maviper.worlds.seeds import folded
+from maviper.worlds.outside.sources import (
+    MAX_STEPS,
+    Source,
+    action_names,
+    attribute,
+    parse_source,
+    space,
+    table,
+    told_legal,
+)
+from maviper.worlds.seeds import fold_seed
 from maviper.worlds.world import RETURN, Int, Measure, Outcome
 
 DEFAULT_STEPS = 25  # where nobody knows how long an episode is
@@ -57,7 +66,7 @@ class PettingZooWorld(OutsideWorld):
     games: int
 
     def __init__(self, function: Callable[..., Any], text: str, games: int | None = None) -> None:
-        self.source = parsed(text)
+        self.source = parse_source(text)
         self._function = function
         env = self.reference_env()
         wrong = list(faults(env))
@@ -77,7 +86,7 @@ class PettingZooWorld(OutsideWorld):
         self.games, apart = self._at_once(env) if games is None else (games, games > 1)
         with suppress(Exception):  # it has said what it had to
             env.close()
-        self._copies = Copies(self.source, partial(made, function, self.source), self.games, apart)
+        self._copies = Copies(self.source, partial(make_environment, function, self.source), self.games, apart)
         self.plays_here = apart is False and self.games > 1
         self._moment, self.branches = PAST, False
         weakref.finalize(self, self._copies.close)
@@ -110,9 +119,9 @@ class PettingZooWorld(OutsideWorld):
             raise InputError("a profile cannot hold what the environment declares", wrong, advice)
 
     def start_from_seeds(self, seeds: Sequence[int] | Int) -> EnvStates:
-        """The start states after `reset(seed=...)`, one for each of at most `games` seeds, which are `folded`."""
+        """The start states after `reset(seed=...)`, one for each of at most `games` seeds, see `fold_seed`."""
         assert 0 < len(seeds) <= self.games, f"{len(seeds)} games asked of {self.games} copies"
-        given = [folded(int(seed)) for seed in seeds]
+        given = [fold_seed(int(seed)) for seed in seeds]
         found = self._entered("reset", given)
         return replace(found, pasts=started(given)) if self.branches else found
 
@@ -157,7 +166,7 @@ class PettingZooWorld(OutsideWorld):
 
     def reference_env(self) -> Any:
         """A fresh environment."""
-        return made(self._function, self.source)
+        return make_environment(self._function, self.source)
 
     def close(self) -> None:
         """Ends the copies; a later start makes fresh ones."""
@@ -173,8 +182,8 @@ def _states(outcomes: Sequence[Outcome]) -> EnvStates:
 
 def user_world(text: str) -> PettingZooWorld:
     """The world `module:function,option=value`. It runs the user's code: never call it with a name from a data file."""
-    source = parsed(text)
-    return PettingZooWorld(imported(source), source.text)
+    source = parse_source(text)
+    return PettingZooWorld(import_maker(source), source.text)
 
 
 # --- what an environment must be

@@ -22,9 +22,9 @@ import numpy as np
 from codegen.errors import InputError, MaviperError
 from codegen.ir import Float32
 from codegen.legality import Mask
-from maviper.worlds.outside.making import imported, made
+from maviper.worlds.outside.making import import_maker, make_environment
 from maviper.worlds.outside.silence import output_aside
-from maviper.worlds.outside.sources import Source, fault, parsed, space, table, told_legal
+from maviper.worlds.outside.sources import Source, fault, parse_source, space, table, told_legal
 from maviper.worlds.world import Outcome, drawn_legally
 
 BESIDE = "beside"  # the request that `_beside` answers
@@ -272,14 +272,18 @@ def serve(pipe: Connection, text: str, folder: str) -> None:
     """A copy's process: answers (raised, outcome or the error's three parts) until the pipe or a None ends it."""
     os.dup2(2, 1)  # standard output is for results
     os.chdir(folder)  # spawned processes start where their parent did
-    source = parsed(text)
+    source = parse_source(text)
     copy = None
     with suppress(EOFError, OSError):  # nobody asks any more
         while (request := pipe.recv()) is not None:
             try:
-                copy = copy or Copy(made(imported(source), source), source)
+                copy = copy or Copy(make_environment(import_maker(source), source), source)
                 beside = request[0] == BESIDE
-                found = _beside(copy, Copy(made(imported(source), source), source)) if beside else copy.ask(*request)
+                found = (
+                    _beside(copy, Copy(make_environment(import_maker(source), source), source))
+                    if beside
+                    else copy.ask(*request)
+                )
                 answer: tuple[bool, Any] = (False, found)
             except InputError as error:
                 answer = (True, (error.what, error.where, error.next_step))

@@ -58,7 +58,7 @@ def named_by_user(name: str) -> bool:
     return ":" in name.split(",")[0]
 
 
-def parsed(text: str) -> Source:
+def parse_source(text: str) -> Source:
     """The parts of `module:function,option=value`; InputError when it has another form."""
     reference, *choices = text.split(",")
     module, _, function = reference.partition(":")

@@ -26,8 +26,8 @@ from maviper.worlds.outside.flattening import MAX_FEATURES, legal_names
 from maviper.worlds.outside.pettingzoo import teams_by_name
 from maviper.worlds.outside.playing import MOMENTS, PAST, EnvStates, OutsideWorld
 from maviper.worlds.outside.silence import output_aside
-from maviper.worlds.outside.sources import MAX_STEPS, fault, parsed, value_of
-from maviper.worlds.seeds import folded
+from maviper.worlds.outside.sources import MAX_STEPS, fault, parse_source, value_of
+from maviper.worlds.seeds import fold_seed
 from maviper.worlds.world import RETURN, Int, Measure
 
 GAMES = 256  # in a batch
@@ -36,7 +36,7 @@ OURS = ("device", "num_envs", "continuous_actions", "seed", "wrapper", "dict_spa
 
 
 class VmasWorld(OutsideWorld):
-    """The scenario that `text` names, GAMES games of it at once. Seeds of games are `folded`.
+    """The scenario that `text` names, GAMES games of it at once. Seeds of games: see `fold_seed`.
 
     MissingToolError without the package; UnknownNameError or InputError for what cannot be played.
     """
@@ -44,7 +44,7 @@ class VmasWorld(OutsideWorld):
     games: int = GAMES
 
     def __init__(self, text: str) -> None:
-        self.source = parsed(text)
+        self.source = parse_source(text)
         self._env = self._made(GAMES)
         agents = legal_names([agent.name for agent in self._env.agents], "agent")
         steps = self.source.options.get(MAX_STEPS)
@@ -117,7 +117,7 @@ class VmasWorld(OutsideWorld):
         self._moment = PAST
         with self._at_work("reset"):
             for place, seed in enumerate(seeds):
-                self._env.seed(folded(int(seed)))
+                self._env.seed(fold_seed(int(seed)))
                 self._env.reset_at(place, return_observations=False)
             self._env.seed(0)
             seen, ended = self._env.get_from_scenario(

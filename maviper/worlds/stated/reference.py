@@ -16,9 +16,9 @@ import numpy as np
 from codegen.errors import InputError
 from codegen.ir import Float32
 from codegen.wording import counted
-from maviper.worlds.outside.making import imported, made
+from maviper.worlds.outside.making import import_maker, make_environment
 from maviper.worlds.outside.processes import Copy
-from maviper.worlds.outside.sources import GYMNASIUM, fault, named_by_user, parsed
+from maviper.worlds.outside.sources import GYMNASIUM, fault, named_by_user, parse_source
 from maviper.worlds.stated.systems import Floats
 from verify.systems.statement import Statement
 from verify.systems.system import Affine, Measure
@@ -38,8 +38,8 @@ class Reference:
         if not named_by_user(self._where):
             advice = "write gymnasium:ID or module:function"
             raise InputError("the reference is no environment that can be played", self._where, advice)
-        source = parsed(self._where)
-        self._copy = Copy(made(imported(source), source), source)
+        source = parse_source(self._where)
+        self._copy = Copy(make_environment(import_maker(source), source), source)
         self.actions = {agent.name: tuple(agent.actions) for agent in statement.agents}
         self._names = [each.name for each in statement.system.variables]
         self._ensure_agents()
@@ -95,7 +95,7 @@ class Reference:
                 return {name: float(given[name]) for name in self._names}
             numbers = np.asarray(given, dtype=np.float64).reshape(-1)
         except (Exception, SystemExit) as error:
-            raise fault(error, parsed(self._where), f"the reference's {self._statement.state}") from error
+            raise fault(error, parse_source(self._where), f"the reference's {self._statement.state}") from error
         if len(numbers) != len(self._names):
             what = f"{self._statement.state} holds {len(numbers)} numbers, and there are {len(self._names)} variables"
             raise InputError(what, self._where, "list the variables in its order")

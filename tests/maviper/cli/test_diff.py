@@ -12,7 +12,7 @@ from codegen.errors import ExitCode
 from codegen.policy_json import dumps
 from maviper.cli.main import run as command
 from maviper.page.differences import page_of
-from maviper.verification.diff import compared, request
+from maviper.verification.diff import compare_profiles, request
 from tests.maviper.page.browsers import in_chromium, in_node
 from tests.support.pages import STATE, starts
 from verify.result import Verdict
@@ -114,7 +114,7 @@ def test_real_arithmetic_is_said(files, tmp_path, capsys):
 
 
 def test_bounds_of_a_share_that_are_the_same_float_are_not_exact(profile):
-    found = compared(profile, with_other_leaf(profile), "start", request())
+    found = compare_profiles(profile, with_other_leaf(profile), "start", request())
     (place,) = (place for place, one in enumerate(found.found.agents) if one.verdict is Verdict.VIOLATED)
     one = found.found.agents[place]
     failing = (replace(one.failing[0], complete=False), *one.failing[1:])
@@ -136,7 +136,7 @@ def test_different_agents_are_an_error_that_says_what_to_do(files, profile, tmp_
 @pytest.mark.parametrize("run", [in_node, in_chromium])
 def test_the_page_says_where_the_trees_differ(run, profile, world, tmp_path):
     second = with_other_leaf(profile)
-    html = page_of(compared(profile, second, "start", request()))
+    html = page_of(compare_profiles(profile, second, "start", request()))
     given = list(starts(world, 500))
     script = STATE + "const at = stateIn(game); return given.map((one) => judges.map((judge) => judge(at(...one))));"
     told = np.array(run(html, script, given, tmp_path))

@@ -12,7 +12,7 @@ from codegen.lowering import passes
 from codegen.policy_json import content_hash, dumps, loads
 from maviper.cli.main import cli
 from maviper.compilation import compile
-from maviper.compilation.passes import transformed
+from maviper.compilation.passes import run_passes
 from maviper.episodes.on_policy import on_policy
 from maviper.worlds.matching import matching_world
 from tests.support.teams import DOWN, LEFT, RIGHT, UP, average_tests, team, tree
@@ -43,7 +43,7 @@ def region(tmp_path):
 
 
 def test_merging_and_reordering_keep_the_profile_and_say_what_they_did(wide):
-    found = transformed(wide, ["reorder", "merge"])
+    found = run_passes(wide, ["reorder", "merge"])
     assert [note.split(":")[0] for note in found.notes] == ["merge", "reorder"]
     assert "agent_0 4 to 3 leaves" in found.notes[0]
     assert found.profile.provenance.training["passes"] == "merge, reorder"
@@ -55,7 +55,7 @@ def test_merging_and_reordering_keep_the_profile_and_say_what_they_did(wide):
 
 @pytest.mark.solver
 def test_what_no_state_of_the_region_reaches_is_dropped_and_nothing_else(wide, region):
-    found = transformed(wide, ["drop", "merge"], region)
+    found = run_passes(wide, ["drop", "merge"], region)
     kept = found.profile.policy("agent_0").tree
     assert kept.feature.tolist() == [3, -1, -1] and kept.action.tolist() == [-1, DOWN, UP]
     assert loads(dumps(found.profile)).region == found.profile.region
@@ -85,7 +85,7 @@ def test_the_command_writes_the_code_of_the_smaller_trees(wide, region, tmp_path
 def test_fractions_of_a_region_become_part_of_the_contract(wide, tmp_path):
     path = tmp_path / "thirds.toml"
     path.write_text('[box]\n"agent_0.x" = ["-1/3", 1]\n[apart]\n"agent_0 - agent_1" = "1/7"\n')
-    spec = transformed(wide, ["drop"], str(path)).profile.region
+    spec = run_passes(wide, ["drop"], str(path)).profile.region
     assert spec is not None and spec.box["agent_0.x"] == ("-1/3", "1") and spec.apart == {"agent_0 - agent_1": "1/7"}
 
 
@@ -94,35 +94,35 @@ def test_a_region_may_fix_a_coordinate(wide, tmp_path):
     """At 0, where the upper bound may be written -0."""
     path = tmp_path / "fixed.toml"
     path.write_text('[box]\n"agent_0.x" = [0, 0]\n"landmark_1.y" = [0.25, 0.25]\n')
-    found = transformed(wide, ["drop"], str(path)).profile
+    found = run_passes(wide, ["drop"], str(path)).profile
     assert compile.compile_profile(found).complete
 
 
 def test_bad_requests_are_told(wide, tmp_path, profile):
     with pytest.raises(UnknownNameError, match="reorder"):
-        transformed(wide, ["reoder"])
+        run_passes(wide, ["reoder"])
     with pytest.raises(InputError, match="needs a region"):
-        transformed(wide, ["drop"])
+        run_passes(wide, ["drop"])
     with pytest.raises(InputError, match="is only for the pass drop"):
-        transformed(wide, ["merge"], "start")
+        run_passes(wide, ["merge"], "start")
     empty = tmp_path / "empty.toml"
     empty.write_text('[difference]\n"agent_0.x - agent_1.x" = [3, 4]\n')
     with pytest.raises(InputError, match="contains no state"):
-        transformed(wide, ["drop"], str(empty))
+        run_passes(wide, ["drop"], str(empty))
     thin = tmp_path / "thin.toml"
     thin.write_text('[box]\n"agent_0.x" = ["1/3", "1/3"]\n')
     with pytest.raises(InputError, match="no double") as raised:
-        transformed(wide, ["drop"], str(thin))
+        run_passes(wide, ["drop"], str(thin))
     assert raised.value.where == "--region: box.agent_0.x"
     elsewhere = replace(wide, world=replace(wide.world, dt=0.2))
     with pytest.raises(InputError, match="on-policy"):
-        transformed(elsewhere, ["reorder"])
+        run_passes(elsewhere, ["reorder"])
 
 
 def test_reordering_the_shipped_trees_asks_fewer_tests(profile):
     world = matching_world(profile)
     seen = on_policy(profile, world).observations
-    found = transformed(profile, ["merge", "reorder"]).profile
+    found = run_passes(profile, ["merge", "reorder"]).profile
     for old, new, rows in zip(profile.agents, found.agents, seen, strict=True):
         rows = rows.reshape(-1, rows.shape[-1])
         assert average_tests(new.tree, rows) <= average_tests(old.tree, rows)
@@ -131,6 +131,6 @@ def test_reordering_the_shipped_trees_asks_fewer_tests(profile):
 @pytest.mark.solver
 def test_a_profile_for_a_region_is_not_given_another(wide, region):
     """Trees that were cut for one region may act otherwise in a larger one."""
-    once = transformed(wide, ["drop"], region).profile
+    once = run_passes(wide, ["drop"], region).profile
     with pytest.raises(InputError, match="already has a region"):
-        transformed(once, ["drop"], "start")
+        run_passes(once, ["drop"], "start")

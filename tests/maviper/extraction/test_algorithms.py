@@ -22,7 +22,7 @@ from maviper.extraction.extraction import Extraction, Running
 from maviper.extraction.growth.grow import CartTree, grow_jointly
 from maviper.extraction.growth.histogram import BINS, Bins, HistogramTree, best_splits, projected
 from maviper.extraction.growth.weights import SAMPLED_JOINT, iviper_weights, joint_actions, maviper_weights
-from maviper.extraction.journal import Journal, unpacked
+from maviper.extraction.journal import Journal, unpack_trees
 from maviper.extraction.released import released
 from maviper.extraction.selection.choices import KINDS, common
 from maviper.extraction.settings import EXACT, HISTOGRAM, PRESETS, Settings
@@ -376,7 +376,7 @@ def test_metrics_tell_how_far_the_team_is_right_together(world, expert, tmp_path
         for mine, seen in zip(observations, met.observations, strict=True):
             mine += seen.tolist()
         arrays = journal.arrays(f"{step:04d}-trees", pytest.fail)
-        trees = unpacked({name: array for name, array in arrays.items() if "." in name})
+        trees = unpack_trees({name: array for name, array in arrays.items() if "." in name})
 
         def act(tree, row):
             node = 0

@@ -24,7 +24,7 @@ from maviper.evaluation import held_out
 from maviper.experts.finding import find_expert
 from maviper.extraction.algorithms import extract
 from maviper.extraction.extraction import Extraction, Running, unseen
-from maviper.extraction.journal import Journal, packed, unpacked
+from maviper.extraction.journal import Journal, pack_trees, unpack_trees
 from maviper.extraction.released import released
 from maviper.extraction.selection import arena, refine
 from maviper.extraction.selection.arena import Arena, halving
@@ -357,7 +357,7 @@ def test_run_folders_are_the_runs_own(quick, tmp_path, capsys):
 
 @given(TREES)
 def test_trees_are_kept_as_they_are(trees):
-    assert all(same(a, b) for a, b in zip(trees, unpacked(packed(trees)), strict=True))
+    assert all(same(a, b) for a, b in zip(trees, unpack_trees(pack_trees(trees)), strict=True))
 
 
 def test_each_team_takes_its_own_best(quick, world, expert):

@@ -14,7 +14,7 @@ from maviper.episodes.play import play
 from maviper.experts.scripted import scripted
 from maviper.worlds import PhysicalDeception, WorldState, find
 from maviper.worlds.games import physical_deception
-from maviper.worlds.games.particle import SQUARED_RADII, placed
+from maviper.worlds.games.particle import SQUARED_RADII, place_entities
 from maviper.worlds.games.predator_prey import PREDATORS, PREY
 from tests.support.games import crowded, states
 
@@ -66,7 +66,7 @@ class Reference:
     def place(self, state):
         """Into a state of one game; returns the agents' observations there."""
         self.env.reset(seed=0)
-        placed(self.env, state)
+        place_entities(self.env, state)
         return [self.env.aec_env.unwrapped.observe(agent) for agent in self.world.agents]
 
     def step(self, acted):

@@ -23,7 +23,7 @@ from verify.checker.episodes.certificates import EpisodeCertificate
 from verify.checker.episodes.reading import ProofPart
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import find_claim, find_property
-from verify.claims.decisions import PLAIN, DistinctTargets, NoDouble, checked, formula
+from verify.claims.decisions import PLAIN, DistinctTargets, NoDouble, ensure_askable, formula
 from verify.claims.episodes import EPISODE_CLAIMS, Covers, KeepsApart
 from verify.claims.formula import TRUE
 from verify.claims.region import Region
@@ -55,7 +55,7 @@ def test_no_property_is_about_nobody(name, property_name):
         find_property(property_name, PAIR, name)
     for ask in (
         lambda: formula(PAIR, claim),
-        lambda: checked(PAIR, claim),
+        lambda: ensure_askable(PAIR, claim),
         lambda: verifiable(PAIR, name),
         lambda: decide(Question(Game(PAIR), claim, start)),
         lambda: decisions.verify(Question(Game(PAIR), claim, start), {}),
@@ -69,7 +69,7 @@ def test_no_property_is_about_nobody(name, property_name):
 def test_no_formula_of_a_users_and_no_repair_is_about_nobody():
     own = OwnFormula("nobody", statement=TRUE)
     for ask in (
-        lambda: checked(PAIR, own),
+        lambda: ensure_askable(PAIR, own),
         lambda: decisions.verify(Question(Game(PAIR), own, everywhere(PAIR)), {}),
         lambda: search.repair(Question(Game(PAIR), DistinctTargets("nobody"), everywhere(PAIR))),
         lambda: violates(from_start(PAIR, own), State({}, None)),
@@ -107,7 +107,7 @@ def test_a_claim_needs_the_landmarks_that_it_speaks_of():
     bare = replace(PAIR.world, landmarks=(), goals=())
     policies = tuple(replace(one, features=one.features[:0]) for one in PAIR.agents)
     with pytest.raises(InputError, match="landmark for each agent"):
-        checked(replace(PAIR, world=bare, agents=policies), NoDouble("defenders"))
+        ensure_askable(replace(PAIR, world=bare, agents=policies), NoDouble("defenders"))
 
 
 def test_every_agent_acts_in_an_episode():

@@ -15,7 +15,7 @@ from codegen.intervals import Share
 from maviper.worlds import find
 from tests.support.strategies import WORLD
 from verify.claims.formula_json import read_number
-from verify.claims.matching import matched
+from verify.claims.matching import has_matching
 from verify.claims.region import Region
 from verify.claims.region_files import read_region
 from verify.claims.uncertified.starts import positions, start_region
@@ -188,7 +188,7 @@ def test_matching_against_all_permutations(n, data):
 
     related = np.array(data.draw(st.lists(st.lists(st.booleans(), min_size=n, max_size=n), min_size=n, max_size=n)))
     expected = any(all(related[i, p[i]] for i in range(n)) for p in permutations(range(n)))
-    assert bool(matched(related)) == expected
+    assert bool(has_matching(related)) == expected
 
 
 def test_wilson_interval_against_scipy():

@@ -7,7 +7,7 @@ import pytest
 
 from tests.support.system_cases import balancing, double_integrator, form, pendulum, stays, switching
 from tests.verify.reach.random_systems import case
-from verify.certificates.proofs import encoded
+from verify.certificates.proofs import encode_numbers
 from verify.checker.envelope import numbers
 from verify.checker.reading import RejectedError
 from verify.checker.systems.certificates import BITS
@@ -76,7 +76,7 @@ def test_no_proof_with_another_length_or_fewer_hulls_is_followed(merging):
     claim = stays(system, steps, **bounds)
     part, _ = proved(system, profile, claim, merging)
     answers = list(numbers(part.proof, BITS))
-    wrong = [(part, encoded(answers[:-1])), (part, encoded([*answers, 0]))]
+    wrong = [(part, encode_numbers(answers[:-1])), (part, encode_numbers([*answers, 0]))]
     wrong += [(part._replace(hulls=part.hulls[:-1]), part.proof)] * bool(part.hulls)
     narrow = tuple(hull._replace(region=(*hull.region, HalfSpace(form(1)))) for hull in part.hulls)
     wrong += [(part._replace(hulls=narrow), part.proof)] * bool(part.hulls)

@@ -131,7 +131,7 @@ def test_how_an_agent_fares():
     """agent_0 goes right past landmark_0, which is at 0.5; agent_1 rests on landmark_1."""
     at = start(landmark_0__x=0.5)
     claim = Reaches("defenders", 8, radius=F(1, 10), landmarks=tuple(MARKS))
-    episode = episodes.agreed(PROFILE, at, 8, {})
+    episode = episodes.agree_on_course(PROFILE, at, 8, {})
     first, second = episodes.ways_of(PROFILE, claim, episode)
     xs = [x for x, _ in first.places]
     gaps = [abs(x - 0.5) for x in xs]
@@ -142,14 +142,14 @@ def test_how_an_agent_fares():
 
 def test_another_world_that_differs_by_one_bit_is_a_disagreement():
     at = start()
-    same = episodes.agreed(PROFILE, at, 5, {})
+    same = episodes.agree_on_course(PROFILE, at, 5, {})
     for change, word in ((("coordinates", (4, 0)), "positions"), (("actions", (2, 1)), "actions")):
         name, place = change
         data = getattr(same, name).copy()
         data[place] = np.nextafter(data[place], 9) if name == "coordinates" else data[place] + 1
         other = replace(same, **{name: data})
         with pytest.raises(DisagreementError, match="another episode") as raised:
-            episodes.agreed(
+            episodes.agree_on_course(
                 PROFILE, at, 5, {"copy": lambda *_, other=other: same, "other": lambda *_, other=other: other}
             )
         assert word in raised.value.where

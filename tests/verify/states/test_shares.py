@@ -15,7 +15,7 @@ from verify.claims.catalogue import find_property
 from verify.claims.decisions import formula
 from verify.claims.files import read_properties
 from verify.claims.formula import given, holds
-from verify.claims.matching import matched, matchings, preventable
+from verify.claims.matching import has_matching, matchings, preventable
 from verify.claims.uncertified.starts import everywhere
 from verify.question import Question, from_start
 from verify.states import shares
@@ -83,7 +83,7 @@ def test_preventable_is_what_trying_all_choices_finds():
     wanted = np.zeros(400, dtype=bool)
     for joint in product(*choices):
         allowed = np.logical_and.reduce([one for one, _ in joint])
-        wanted |= allowed & ~matched(np.stack([related for _, related in joint], axis=1))
+        wanted |= allowed & ~has_matching(np.stack([related for _, related in joint], axis=1))
     assert (preventable(choices, 3) == wanted).all() and 0 < wanted.sum() < 400
 
 

@@ -6,7 +6,7 @@ import pytest
 
 from codegen import policy_json
 from maviper.cli import main
-from maviper.verification.repair import repaired, request
+from maviper.verification.repair import repair_profile, request
 from tests.support.strategies import with_trees
 from tests.support.teams import LEFT, RIGHT, team, towards, tree
 from verify.claims.catalogue import find_claim
@@ -68,5 +68,5 @@ def test_a_repair_names_no_option_that_it_does_not_have(profile):
     wrong = team(profile, towards(0, 0), towards(0, 1))
     found = repair(asked(wrong, max_nodes=1, option=""), None)
     assert found.reason.endswith("smaller trees or a smaller region may be decided")
-    found = repaired(wrong, "distinct_targets", "start", request(episodes=1))
+    found = repair_profile(wrong, "distinct_targets", "start", request(episodes=1))
     assert "--solver-units" not in found.repair.reason

@@ -20,7 +20,7 @@ DEPLOYED = {
     "maviper.evaluation.comparison.differing",
     "maviper.verification.robust._question",
     "maviper.extraction.refitting._outcome",
-    "maviper.verification.repair.repaired",
+    "maviper.verification.repair.repair_profile",
     "maviper.verification.repair._files",
 }
 OTHERWISE = {

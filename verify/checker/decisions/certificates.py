@@ -27,11 +27,11 @@ from verify.checker.envelope import (
 from verify.checker.reading import RejectedError, region_formula
 from verify.checker.thresholds import NO_ERROR
 from verify.claims.claim import check_range
-from verify.claims.decisions import BY_NAME, KAPPA, PLAIN, STEADY, DecisionClaim, checked, ensure_steady, formula
+from verify.claims.decisions import BY_NAME, KAPPA, PLAIN, STEADY, DecisionClaim, ensure_askable, ensure_steady, formula
 from verify.claims.formula import Formula, agents, conjuncts, coordinates, for_goal, holds, names_goal
 from verify.claims.formula_json import read_formula, read_number
 from verify.claims.observed import View, over, view_from
-from verify.claims.pairs import alike, ensure_comparable, paired
+from verify.claims.pairs import alike, ensure_comparable, pair_profiles
 from verify.claims.region import Region, goal_of, goal_text
 from verify.claims.relations import RELATIONS
 from verify.claims.verifiable import read_by, verifiable
@@ -93,7 +93,7 @@ def accepted(certificate: Certificate, profile: PolicyProfile, against: PolicyPr
             same = False
         if not same:
             raise RejectedError(f"the formula is not the one that {claim.name} has for this profile")
-        checked(profile, claim)
+        ensure_askable(profile, claim)
         if claim.eps != certificate.eps:
             raise RejectedError(
                 f"{claim.name} is about errors up to {claim.eps}, but the proof about errors up to {certificate.eps}"
@@ -139,7 +139,7 @@ def _pair(certificate: Certificate, first: PolicyProfile, second: PolicyProfile 
     other = certificate.claim is not None or certificate.eps or certificate.view is not None
     if other or certificate.formula != alike(first, compared):
         raise RejectedError("the formula is not that agents act alike in both profiles")
-    return paired(first, second)
+    return pair_profiles(first, second)
 
 
 def compared_agents(certificate: Certificate, first: PolicyProfile) -> list[str]:

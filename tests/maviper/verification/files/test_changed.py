@@ -8,7 +8,7 @@ import pytest
 from codegen import policy_json
 from codegen.errors import MaviperError
 from maviper.cli import main
-from maviper.verification.files.certificates import checked
+from maviper.verification.files.certificates import check_file
 from tests.support.observations import blind
 from tests.support.small import small_profile
 from tests.support.teams import team, towards, tree
@@ -36,11 +36,11 @@ def proved(tmp_path):
 
 def test_another_property_or_region_file_changes_nothing_that_is_said(proved):
     certificate = proved / "out" / "certificate-1-formula.json"
-    before = checked(certificate, proved / "profile.json").subject
+    before = check_file(certificate, proved / "profile.json").subject
     assert "angle in [-1, 1]" in before and "-1 * angle <= -0.25" in before and "acts(cart) == left" in before
     (proved / "q.toml").write_text(CLAIM.format("3/4"))  # which is violated
     (proved / "near.toml").write_text(REGION.format(-2))
-    assert checked(certificate, proved / "profile.json").subject == before
+    assert check_file(certificate, proved / "profile.json").subject == before
     again = ["verify", proved / "profile.json", "--properties", proved / "q.toml", "-o", proved / "out"]
     assert run(*again) == 1 and not certificate.exists()
 
@@ -82,14 +82,14 @@ def test_every_value_of_a_profile_is_under_the_certificate(game, tmp_path):
     asked = ["--property", "distinct_targets"] if game else ["--properties", tmp_path / "q.toml"]
     assert run("verify", tmp_path / "profile.json", *asked, "-o", tmp_path / "out") == 0
     (certificate,) = (tmp_path / "out").glob("certificate-1-*.json")
-    checked(certificate, tmp_path / "profile.json")
+    check_file(certificate, tmp_path / "profile.json")
     accepted = set()
     for path in leaves(json.loads(text)):
         if path[0] in HIDDEN:
             continue
         (tmp_path / "profile.json").write_text(changed(text, path))
         try:
-            checked(certificate, tmp_path / "profile.json")
+            check_file(certificate, tmp_path / "profile.json")
             accepted.add(re.sub(r"\d+", "N", ".".join(map(str, path))))
         except MaviperError:
             pass

@@ -11,7 +11,7 @@ import pytest
 
 from codegen.errors import ExitCode, MaviperError
 from maviper.cli.main import run as command
-from maviper.verification.files.certificates import checked
+from maviper.verification.files.certificates import check_file
 from tests.support.stated import BRAKES, profile
 from verify.systems.files import statement_of
 from verify.systems.language.expressions import value
@@ -137,12 +137,15 @@ def proved(tmp_path_factory):
 def sweep(folder):
     """(how many changed files are refused, how many are accepted)."""
     (certificate,) = (folder / "out").glob("certificate-*.json")
-    before, meant = checked(certificate, None, None, folder / "world.toml").subject, meaning(statement_of(WORLD, "w"))
+    before, meant = (
+        check_file(certificate, None, None, folder / "world.toml").subject,
+        meaning(statement_of(WORLD, "w")),
+    )
     changed, refused, accepted = folder / "changed.toml", 0, 0
     for text in edits():
         changed.write_text(text)
         try:
-            subject = checked(certificate, None, None, changed).subject
+            subject = check_file(certificate, None, None, changed).subject
         except MaviperError:
             refused += 1
             continue

@@ -19,9 +19,9 @@ from maviper.worlds import built_in, find, parallel_env
 from maviper.worlds.checking import Mark, check
 from maviper.worlds.games.exported import WorldEnv
 from maviper.worlds.games.physical_deception import PhysicalDeception
-from maviper.worlds.outside.making import imported
+from maviper.worlds.outside.making import import_maker
 from maviper.worlds.outside.pettingzoo import PettingZooWorld
-from maviper.worlds.outside.sources import parsed
+from maviper.worlds.outside.sources import parse_source
 from maviper.worlds.seeds import TRAINING
 
 with warnings.catch_warnings():
@@ -216,7 +216,7 @@ def test_pictures_show_the_state():
 @pytest.mark.parametrize("options", ["", ",defenders=3,velocity=1", ",game=predator-prey,obstacles=1"])
 def test_our_own_environment_is_read_as_a_users(options):
     text = f"tests.support.environments:ours{options}"
-    world = PettingZooWorld(imported(parsed(text)), text, games=1)
+    world = PettingZooWorld(import_maker(parse_source(text)), text, games=1)
     ours = world.reference_env().world
     assert world.agents == ours.agents and world.teams == ours.teams and world.length_known
     assert world.spec.episode_steps == ours.spec.episode_steps

@@ -8,7 +8,7 @@ from codegen.errors import InputError
 from maviper.episodes.play import Policies, points, rollout
 from maviper.experts.measured import FAR, FAR_GAMMA, Measured
 from maviper.worlds import find
-from maviper.worlds.seeds import folded
+from maviper.worlds.seeds import fold_seed
 
 
 def lean(seen):
@@ -18,7 +18,7 @@ def lean(seen):
 def returned(seed, acted, first):
     """By gymnasium alone: the discounted rewards after some actions, then `first`, then the controller's."""
     env = gymnasium.make("CartPole-v1")
-    env.reset(seed=int(folded(seed)))
+    env.reset(seed=int(fold_seed(seed)))
     for action in acted:
         env.step(int(action))
     total, action = 0.0, first

@@ -28,11 +28,11 @@ from maviper.worlds import built_in, find
 from maviper.worlds.checking import Mark, check, usable
 from maviper.worlds.matching import NO_WORLD, matching_world
 from maviper.worlds.outside.flattening import legal_names
-from maviper.worlds.outside.making import imported
+from maviper.worlds.outside.making import import_maker
 from maviper.worlds.outside.pettingzoo import DEFAULT_STEPS, PettingZooWorld
 from maviper.worlds.outside.playing import EnvStates
-from maviper.worlds.outside.sources import named_by_user, parsed
-from maviper.worlds.seeds import TRAINING, folded
+from maviper.worlds.outside.sources import named_by_user, parse_source
+from maviper.worlds.seeds import TRAINING, fold_seed
 from maviper.worlds.world import world_name
 
 SEEDS = (3, 2_000_000_000_000_000)
@@ -54,7 +54,7 @@ def here(monkeypatch):
 
 def world_of(text, games=1):
     text = f"tests.support.environments:{text}"
-    return PettingZooWorld(imported(parsed(text)), text, games)
+    return PettingZooWorld(import_maker(parse_source(text)), text, games)
 
 
 def played(world, state, actions):
@@ -74,7 +74,7 @@ def test_deception_is_our_own_world_bit_for_bit_in_processes_of_its_own():
     for _ in range(3):
         seeds = rng.integers(2**60, size=2)
         actions = rng.integers(5, size=(ours.spec.episode_steps, 2, 3))
-        expected = played(ours, ours.start_from_seeds([folded(int(seed)) for seed in seeds]), actions)
+        expected = played(ours, ours.start_from_seeds([fold_seed(int(seed)) for seed in seeds]), actions)
         found = played(theirs, theirs.start_from_seeds(seeds), actions)
         for a, b in zip(expected, found, strict=True):
             for seen, wanted in zip(theirs.observe(b), ours.observe(a), strict=True):
@@ -93,7 +93,7 @@ def test_spread_is_our_own_world_with_options():
     assert theirs.name == "tests.support.environments:spread,N=2" and theirs.spec.options == {"N": 2}
     actions = np.random.default_rng(1).integers(5, size=(25, 1, 2))
     for seed in SEEDS:
-        expected = played(ours, ours.start_from_seeds([folded(seed)]), actions)
+        expected = played(ours, ours.start_from_seeds([fold_seed(seed)]), actions)
         found = played(theirs, theirs.start_from_seeds([seed]), actions)
         for a, b in zip(expected, found, strict=True):
             for seen, wanted in zip(theirs.observe(b), ours.observe(a), strict=True):
@@ -191,12 +191,12 @@ def test_seeds_that_are_too_large_are_refused_before_any_work(tmp_path, capsys):
 def test_seeds_of_different_purposes_stay_apart():
     """Held-out ones are as they are told; those of one extraction are as many as before; trainings have their own."""
     held_out = range(max(measures.ON_POLICY_SEEDS, measures.MEASUREMENT_SEEDS) + 10**6)
-    assert all(folded(seed) == seed for seed in (0, held_out.stop, 2**31 - 1)) and held_out.stop < TRAINING[0]
+    assert all(fold_seed(seed) == seed for seed in (0, held_out.stop, 2**31 - 1)) and held_out.stop < TRAINING[0]
     purposes = (measures.ROLLOUT_SEEDS, measures.SELECTION_SEEDS, measures.REFINEMENT_SEEDS)
     places = []
     for purpose in purposes:
         for seed in (0, 1, 2_684, 2**32 - 1):
-            found = {folded(each) for each in Settings(seed=seed).episodes(purpose)}
+            found = {fold_seed(each) for each in Settings(seed=seed).episodes(purpose)}
             assert len(found) == EPISODES_PER_SEED and TRAINING[1] <= min(found) and max(found) < 2**31
             places.append((purpose, min(found) // 2**28, max(found) // 2**28))
     blocks = [{block for name, *both in places if name == purpose for block in both} for purpose in purposes]

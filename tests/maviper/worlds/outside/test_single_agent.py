@@ -13,7 +13,7 @@ from maviper.episodes.play import Policies, rollout
 from maviper.worlds import find
 from maviper.worlds.checking import check, usable
 from maviper.worlds.outside.pettingzoo import GAMES_HERE
-from maviper.worlds.seeds import folded
+from maviper.worlds.seeds import fold_seed
 
 
 def test_cartpole_is_played_as_gymnasium_plays_it():
@@ -27,7 +27,7 @@ def test_cartpole_is_played_as_gymnasium_plays_it():
     returns = np.concatenate([part.returns[0] for part in rollout(world, [policies], seeds)])
     env = gymnasium.make("CartPole-v1")
     for seed, found in zip(seeds, returns, strict=True):
-        (seen, _), total, over = env.reset(seed=folded(seed)), 0.0, False
+        (seen, _), total, over = env.reset(seed=fold_seed(seed)), 0.0, False
         while not over:
             seen, reward, ended, cut, _ = env.step(int(np.float32(seen[2]) + np.float32(seen[3]) > 0))
             total, over = total + reward, ended or cut

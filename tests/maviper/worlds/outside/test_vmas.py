@@ -14,7 +14,7 @@ from maviper.extraction.settings import Settings
 from maviper.worlds import find
 from maviper.worlds.checking import Mark, check, usable
 from maviper.worlds.matching import plays
-from maviper.worlds.seeds import folded
+from maviper.worlds.seeds import fold_seed
 
 BALANCE = "vmas:balance,n_agents=2,max_steps=20"
 
@@ -33,7 +33,7 @@ def test_games_are_those_of_vmas_itself():
     theirs = []
     for seed in seeds:
         env = vmas.make_env("balance", num_envs=1, continuous_actions=False, n_agents=2)
-        env.seed(folded(seed))
+        env.seed(fold_seed(seed))
         env.reset_at(0)
         theirs.append(env)
     rng = np.random.default_rng(0)

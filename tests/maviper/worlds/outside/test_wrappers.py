@@ -14,9 +14,9 @@ from maviper.worlds import find
 from maviper.worlds.checking import check, usable
 from maviper.worlds.outside.flattening import names_of
 from maviper.worlds.outside.pettingzoo import PettingZooWorld
-from maviper.worlds.outside.sources import parsed
+from maviper.worlds.outside.sources import parse_source
 from maviper.worlds.outside.wrappers import Flattened
-from maviper.worlds.seeds import folded
+from maviper.worlds.seeds import fold_seed
 from tests.support.environments import Line
 
 LINE = "tests.support.environments:early"
@@ -87,7 +87,7 @@ def test_masks_in_infos_are_observed():
     world = find("gymnasium:Taxi-v4,wrap=masks")
     state = world.start_from_seeds([3])
     env = gymnasium.make("Taxi-v4")
-    _, info = env.reset(seed=folded(3))
+    _, info = env.reset(seed=fold_seed(3))
     assert len(world.features[0]) == 506
     for _ in range(20):
         obs = world.observe(state)[0]
@@ -102,7 +102,7 @@ def masked(mask):
     env = Line(goal=3)
     seen, _ = env.reset(seed=0)
     env.reset = lambda seed=None, options=None: (seen, {each: {"action_mask": mask} for each in env.possible_agents})
-    return Flattened(env, True, parsed("tests.support.environments:early,wrap=masks"))
+    return Flattened(env, True, parse_source("tests.support.environments:early,wrap=masks"))
 
 
 @pytest.mark.parametrize("mask", [[1, 0, 1], np.array([True, False, True]), np.array([[1.0], [-0.0], [1.0]])])
@@ -211,6 +211,6 @@ def test_what_an_environment_says_of_legal_actions_is_not_lost():
     """Its features are flattened, and the one that it names goes on to say whether the second action is legal."""
     env = Line(goal=3)
     env.legal = {"runner_1": ["", "feature_0", ""]}
-    world = PettingZooWorld(lambda: Flattened(env, False, parsed(LINE)), LINE, 1)
+    world = PettingZooWorld(lambda: Flattened(env, False, parse_source(LINE)), LINE, 1)
     assert world.mask(1) == (None, 0, None) and world.mask(0) is None
     assert len(world.features[1]) == 3

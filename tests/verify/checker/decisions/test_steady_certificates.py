@@ -10,7 +10,7 @@ import pytest
 
 from codegen.errors import InputError
 from codegen.policy_json import content_hash, dumps
-from maviper.verification.files.certificates import checked
+from maviper.verification.files.certificates import check_file
 from tests.support.certificates import changed_proof, changed_region, changed_tree, rehashed
 from tests.support.teams import STAY, UP, team, towards, tree
 from tests.support.zone_cases import noisy, noisy_roles, random_region, stated
@@ -334,7 +334,7 @@ def test_the_check_says_what_was_proved(profile, tmp_path, capsys):
     for name, (asked, line) in said.items():
         path = tmp_path / f"{name}.json"
         path.write_text(to_json(proved(pair, asked, start_region(pair.world))))
-        assert line in checked(path).subject
+        assert line in check_file(path).subject
 
 
 def test_a_region_of_one_point_is_enough_for_a_refusal(profile):
