@@ -6,6 +6,7 @@ Does not: decide a claim (verdicts.py), or read results.
 """
 
 import hashlib
+import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
@@ -31,6 +32,7 @@ ROBUSTNESS, EACH, SHARE_EACH = "robustness", "robustness by opponent", "share by
 APART, TO_THE_GOAL, EXPLOITABILITY = "attention apart", "attention to the goal", "exploitability"
 STATISTICS = (INDIVIDUAL, JOINT, LESS_JOINT, ROBUSTNESS, EACH, SHARE_EACH, APART, TO_THE_GOAL, EXPLOITABILITY)
 PLAYED = (INDIVIDUAL, JOINT, LESS_JOINT, ROBUSTNESS, EACH, SHARE_EACH)  # which a measure is needed for
+FIGURE = re.compile(r"\bfigure (\d+)")
 CHOICES = ("game", "preset", "depth", "leaves", "splits", "seed", "lineup", "measure", "expert")  # of cells
 
 
@@ -119,7 +121,20 @@ def read(path: Path = FILE) -> Register:
     _check(content.claim, path)
     rest = {name: getattr(content, name) for name in _File.__struct_fields__ if name not in ("format", "claim")}
     rest |= {"experts": MappingProxyType(content.experts), "tables": MappingProxyType(content.tables)}
-    return Register(tuple(content.claim), sha256=hashlib.sha256(data).hexdigest(), **rest)
+    claims = tuple(map(_numbered_as_in_the_paper, content.claim))
+    return Register(claims, sha256=hashlib.sha256(data).hexdigest(), **rest)
+
+
+def _numbered_as_in_the_paper(claim: Claim) -> Claim:
+    """A claim whose figures have the paper's numbers. In the file all of them are one too high; it stays as it is,
+    since its hash stands in every cell and record.
+    """
+
+    def corrected(text: str) -> str:
+        return FIGURE.sub(lambda found: f"figure {int(found[1]) - 1}", text)
+
+    paper = claim.published and msgspec.structs.replace(claim.published, place=corrected(claim.published.place))
+    return msgspec.structs.replace(claim, place=corrected(claim.place), published=paper)
 
 
 def _check(claims: Iterable[Claim], path: Path) -> None:

@@ -126,7 +126,8 @@ def _shown(verdict: Verdict) -> dict[str, Any]:
     rows = []
     for each in verdict.comparisons:
         shown = sections.shown(each.number)
-        rows.append([each.label, shown, _state(each)])
+        beside = [each.size, verdicts.UNTESTABLE if each.untestable else ""]
+        rows.append([each.label, shown, _state(each), "; ".join(filter(None, beside))])
     published = "" if paper is None else f"{paper.number} ({paper.place})" if paper.number else paper.place
     return {
         "id": claim.id,
@@ -139,10 +140,17 @@ def _shown(verdict: Verdict) -> dict[str, Any]:
         "family": claim.family,
         "expert": verdict.expert,
         "reason": verdict.reason,
-        "notes": list(verdict.notes),
+        "notes": [*verdict.notes, *_by_depth(verdict)],
         "published": published,
         "rows": rows,
     }
+
+
+def _by_depth(verdict: Verdict) -> list[str]:
+    """The words of a claim depth by depth, where it is about several depths or sizes are known."""
+    words = verdict.by_depth
+    told = ", ".join(f"{depth} {text}" for depth, text in words.items())
+    return [f"by depth: {told}"] if len(words) > 1 or "(" in told else []
 
 
 def _state(comparison: verdicts.Comparison) -> str:
@@ -165,5 +173,10 @@ def summary(judged: Sequence[Verdict], facts: dict[str, Any]) -> list[str]:
         name = claim.id if len(experts) == 1 else f"{claim.id} ({verdict.expert})"
         notes = "; ".join([text for text in (verdict.reason, *verdict.notes) if text])
         line = f"{SIGNS[verdict.word]} {verdict.word:<14} {'*' if claim.main else ' '} {name}: {notes or claim.says}"
-        lines.append(line if len(line) <= WIDTH else line[: WIDTH - 1] + "…")
+        lines.append(_cut(line))
+        lines += [_cut(f"{'':<19}{text}") for text in _by_depth(verdict)]
     return [*lines, f"* main comparison; the whole: {PAGE}, {CLAIMS}"]
+
+
+def _cut(line: str) -> str:
+    return line if len(line) <= WIDTH else line[: WIDTH - 1] + "…"

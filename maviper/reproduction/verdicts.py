@@ -11,17 +11,22 @@ from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any
 
+from msgspec import structs
+
 from maviper.reproduction import register
 from maviper.reproduction.cells.cell import CROSSPLAY, EXTRACTION
 from maviper.reproduction.cells.cell import EXPLOITABILITY as EXPLOITING
 from maviper.reproduction.commands import command
 from maviper.reproduction.recipes import OPPONENTS, Book, Finder, Number, Part, Place, game_of, less, times
 from maviper.reproduction.register import Claim, Register
-from maviper.reproduction.statistics import holm
+from maviper.reproduction.statistics import holm, size, untestable
 from maviper.worlds.world import RETURN
 
 AGREES, DIFFERS, NOT_DECIDED, NOT_COMPARABLE = "AGREES", "DIFFERS", "NOT DECIDED", "NOT COMPARABLE"
 WORDS = (AGREES, DIFFERS, NOT_DECIDED, NOT_COMPARABLE)
+UNTESTABLE = "UNTESTABLE"
+TOUCHED, REWARDED = "prey touches", "prey return"
+RATIOS = (register.INDIVIDUAL, register.JOINT, register.ROBUSTNESS, register.EACH)  # statistics that are ratios
 BETTER, WORSE, ALIKE, ABOVE, BELOW, OPEN = "better", "worse", "equal", "above", "below", "not decided"
 SUPPORTS = {
     register.GREATER: (BETTER,),
@@ -45,6 +50,21 @@ class Comparison:
     adjusted: Mapping[str, float]  # the same, by Holm in the claim's family
     word: str = OPEN
     visible: float = math.inf  # the smallest effect that could have been seen
+    depth: int = 0
+    base: Number | None = None  # what is compared with, as a ratio to the expert, where it is one
+
+    @property
+    def size(self) -> str:
+        """The word for the size of the difference beside the paper's effect; "" where there is none."""
+        paper = self.claim.published
+        if self.number is None or self.claim.test != register.GREATER or paper is None or paper.effect is None:
+            return ""
+        return size(paper.effect, *self.number.estimate.interval())
+
+    @property
+    def untestable(self) -> bool:
+        """Whether what is compared with keeps so much of the expert that a lead over it cannot be seen."""
+        return self.base is not None and untestable(self.base.estimate.interval()[0])
 
 
 @dataclass(frozen=True)
@@ -64,13 +84,45 @@ class Verdict:
         return tuple(each for each in self.comparisons if each.number is not None)
 
     @property
+    def by_depth(self) -> dict[int, str]:
+        """Depth -> the claim's word there, and how many of its comparisons are UNTESTABLE or have which size."""
+        depths = sorted({each.depth for each in self.run if self.claim.test in SUPPORTS})
+        return {depth: self._at([each for each in self.run if each.depth == depth]) for depth in depths}
+
+    def _at(self, found: Sequence[Comparison]) -> str:
+        words = [each.size for each in found if each.size] + [UNTESTABLE for each in found if each.untestable]
+        counted = [f"{words.count(word)} {word}" for word in dict.fromkeys(words)]
+        said = _of_claim(self.claim, [each.word for each in found])
+        return f"{said} ({', '.join(counted)} of {len(found)})" if counted else said
+
+    @property
     def visible(self) -> float:
         """The smallest effect that could have been seen in all that is not decided."""
         return max((each.visible for each in self.run if each.word == OPEN), default=math.inf)
 
 
 def judged(book: Book, known: Register, expert: str) -> list[Verdict]:
-    """The verdicts on all claims, with an expert of that label."""
+    """The verdicts on all claims, with an expert of that label. Beside those on prey by touches stands what they would
+    be by return, since prey that leave the arena are touched less and pay for it.
+    """
+    found = {verdict.claim.id: verdict for verdict in _judged(book, known, expert)}
+    by_return = replace(known, claims=tuple(filter(None, map(_by_return, known.claims))))
+    for each in _judged(book, by_return, expert):
+        if each.run:
+            told = f"by return, as one family: {each.word}{f', {each.reason}' if each.reason else ''}"
+            found[each.claim.id] = replace(found[each.claim.id], notes=(*found[each.claim.id].notes, told))
+    return list(found.values())
+
+
+def _by_return(claim: Claim) -> Claim | None:
+    """A claim about prey by touches as one about their return; None for any other."""
+    if claim.wanted("measure") != [TOUCHED] or claim.test not in register.COMPARING:
+        return None
+    cells = {**claim.cells, "measure": REWARDED}
+    return structs.replace(claim, cells=cells, family=REWARDED, main=False, published=None)
+
+
+def _judged(book: Book, known: Register, expert: str) -> list[Verdict]:
     found = {claim.id: list(_comparisons(book, claim, expert)) for claim in known.claims}
     for family in known.families:
         claims = [claim.id for claim in known.claims if claim.family == family]
@@ -94,15 +146,19 @@ def _comparisons(book: Book, claim: Claim, expert: str) -> Iterator[Comparison]:
             numbers = {"": []}
         for opponent, parts in numbers.items():
             told = f"{label}, against {opponent}" if opponent else label
-            yield _comparison(book, claim, told, f"claim/{claim.id}/{expert}/{told}", parts)
+            name = f"claim/{claim.id}/{expert}/{told}"
+            compared = comparison(claim, told, _number(book, name, parts))
+            base = None
+            if second and claim.statistic in RATIOS and compared.number is not None:
+                base = _number(book, f"{name}/base", _base(finder, claim, place, (first, second), opponent))
+            yield replace(compared, depth=place.depth, base=base)
 
 
-def _comparison(book: Book, claim: Claim, label: str, name: str, parts: Sequence[Part]) -> Comparison:
+def _number(book: Book, name: str, parts: Sequence[Part]) -> Number | None:
     try:
-        number = book.number(name, parts) if parts else None
+        return book.number(name, parts) if parts else None
     except KeyError:
-        number = None
-    return comparison(claim, label, number)
+        return None
 
 
 def comparison(claim: Claim, label: str, number: Number | None) -> Comparison:
@@ -144,6 +200,14 @@ def _numbers(finder: Finder, claim: Claim, place: Place, first: str, second: str
         name: less(of(first, group), of(second, group)) if second else of(first, group)
         for name, group in groups.items()
     }
+
+
+def _base(finder: Finder, claim: Claim, place: Place, pair: tuple[str, str], opponent: str) -> list[Part]:
+    """What a comparison is made with, alone, over the seeds that both have."""
+    kind = KIND_OF.get(claim.statistic, EXTRACTION)
+    seeds = finder.seeds(place, pair, kind)
+    opponents = (opponent,) if opponent else OPPONENTS if kind == CROSSPLAY else ()
+    return _statistic(finder, claim, place, pair[1], seeds, opponents)
 
 
 def _statistic(
@@ -309,6 +373,7 @@ def _plain(verdict: Verdict) -> dict[str, Any]:
     paper = {} if claim.published is None else {"number": claim.published.number, "place": claim.published.place}
     told = {name: getattr(claim, name) for name in names} | {"published": paper, "expert": verdict.expert}
     said = {"verdict": verdict.word, "reason": verdict.reason, "notes": list(verdict.notes)}
+    said |= {"by_depth": {str(depth): text for depth, text in verdict.by_depth.items()}}
     return {**told, **said, "comparisons": [_plain_comparison(each) for each in verdict.comparisons]}
 
 
@@ -319,4 +384,5 @@ def _plain_comparison(comparison: Comparison) -> dict[str, Any]:
     number = {name: value for name, value in comparison.number.document.items() if name != "parts"}
     visible = comparison.visible if math.isfinite(comparison.visible) else None
     tests = {"p": dict(comparison.p), "adjusted": dict(comparison.adjusted), "visible": visible}
+    tests |= {"size": comparison.size, "untestable": comparison.untestable}
     return found | {"number": comparison.number.id, **number, **tests}

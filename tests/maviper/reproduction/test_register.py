@@ -1,5 +1,7 @@
 """The register of claims: what it must hold, and that faults in it are named, all at once."""
 
+import re
+
 import pytest
 
 from codegen.errors import InputError
@@ -28,6 +30,23 @@ def test_the_register_holds_the_papers_claims():
     assert {claim.statistic for claim in known.claims} == set(register.STATISTICS)
     main = {claim.family for claim in known.claims if claim.main}
     assert main == {"joint deception", "joint navigation", "table 1", "ablation"}
+
+
+def test_figures_have_the_papers_numbers():
+    """Individual performance is figure 2, joint 3, importances 4, ablation 5, reward 6 and 7, exploitability 8."""
+    found = {}
+    for claim in register.read().claims:
+        for number in re.findall(r"figure (\d+)", claim.place):
+            found.setdefault(int(number), set()).add(claim.id.partition("-")[0])
+    assert found == {
+        2: {"individual"},
+        3: {"joint"},
+        4: {"features"},
+        5: {"ablation"},
+        6: {"reward"},
+        7: {"reward"},
+        8: {"exploitability", "number"},
+    }
 
 
 def test_at_most_six_claims_are_never_compared_and_none_of_them_is_an_order():

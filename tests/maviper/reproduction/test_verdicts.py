@@ -8,11 +8,12 @@ import pytest
 
 from maviper.reproduction import register, results, verdicts
 from maviper.reproduction.recipes import Book, Number
-from maviper.reproduction.statistics import Estimate
+from maviper.reproduction.statistics import OPPOSITE, SAME_SIZE, SIZE_OPEN, SMALLER, Estimate
 from maviper.reproduction.verdicts import AGREES, DIFFERS, NOT_COMPARABLE, NOT_DECIDED
 from tests.maviper.reproduction import tables
 from tests.maviper.reproduction.tables import ABLATIONS, DECEPTION, FOUR, ORDERED
 
+SIZES = {OPPOSITE, SMALLER, SAME_SIZE, SIZE_OPEN}
 SAME = dict.fromkeys((*FOUR, *ABLATIONS), 0.8)
 TURNED = dict(zip(ORDERED, reversed(ORDERED.values()), strict=True))
 
@@ -41,6 +42,37 @@ def test_claims_of_equality_differ_where_there_is_an_order(ordered):
     equal = [verdict for verdict in ordered.values() if verdict.claim.test == register.EQUAL]
     assert len(equal) >= 6 and {verdict.word for verdict in equal} == {DIFFERS}
     assert "better" in ordered["joint-navigation-imitation"].reason
+
+
+def test_sizes_stand_beside_the_verdict_depth_by_depth(ordered):
+    """MAVIPER less IVIPER is .25, imitation .45, fitted Q .8, where the paper has .488."""
+    verdict = ordered["joint-defenders"]
+    sizes = {(each.depth, each.label.split()[2].rstrip(",")): each.size for each in verdict.run}
+    assert {depth for depth, _ in sizes} == {2, 4, 6}
+    assert {sizes[depth, "imitation"] for depth in (2, 4, 6)} == {SAME_SIZE}
+    assert set(verdict.by_depth) == {2, 4, 6} and verdict.by_depth[4].startswith("AGREES (")
+    assert "SAME SIZE" in verdict.by_depth[4] and verdict.by_depth[4].endswith("of 3)")
+    assert {each.size for each in ordered["individual-adversary"].run} == {""}, "equality has no size"
+    plain = verdicts.document([verdict], register.read())["claims"][0]
+    assert plain["by_depth"]["4"] == verdict.by_depth[4] and plain["comparisons"][0]["size"] in SIZES
+
+
+def test_a_baseline_at_the_ceiling_makes_a_claim_untestable(tmp_path):
+    found = judge(tables.whole(tmp_path, (DECEPTION,), strength=dict.fromkeys((*FOUR, *ABLATIONS), 0.99), noise=0.002))
+    verdict = found["joint-defenders"]
+    assert verdict.word == DIFFERS and all(each.untestable for each in verdict.run)
+    assert {each.size for each in verdict.run} == {SMALLER} and "3 UNTESTABLE" in verdict.by_depth[4]
+
+
+def test_no_baseline_is_at_the_ceiling_where_there_is_room(ordered):
+    assert not any(each.untestable for verdict in ordered.values() for each in verdict.run)
+
+
+def test_prey_are_judged_by_return_beside_touches(ordered):
+    """In these tables both say the same; a claim about anything else has no such note."""
+    for name, verdict in ordered.items():
+        told = [note for note in verdict.notes if note.startswith("by return")]
+        assert bool(told) == (name in ("individual-prey", "joint-prey", "joint-prey-depth-2", "robust-prey")), name
 
 
 def test_bounds(ordered):
