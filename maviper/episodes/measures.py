@@ -94,6 +94,13 @@ def table(world: World, episodes: Episodes) -> dict[Measure, Float64]:
     return rows | {Measure(team, RETURN): episodes.returns[world.members(team)].mean(axis=0) for team in world.teams}
 
 
+def told(world: World) -> tuple[Measure, ...]:
+    """The world's measures and each team's return, in the order in which they are to be read."""
+    returns = {team: Measure(team, RETURN) for team in world.teams}
+    first = [returns[team] for team in world.return_first]
+    return tuple(dict.fromkeys((*first, *world.measures, *returns.values())))  # a user's world measures returns itself
+
+
 def team_values(
     world: World,
     ours: Sequence[Controller],

@@ -20,7 +20,7 @@ from maviper.episodes.measures import Estimate
 from maviper.episodes.play import Controller, Episodes, play
 from maviper.evaluation.bootstrap import DRAWS, counts
 from maviper.worlds import Measure, World
-from maviper.worlds.world import RETURN, Int
+from maviper.worlds.world import Int
 
 DRAW_SEED = 11
 UNIFORM_SEED = 12
@@ -57,7 +57,7 @@ class Standing:
     """A team's measure against certain opponents; what needs an expert is None where nobody named one."""
 
     measure: Measure
-    value: Interval  # the whole team is the subject
+    value: Interval | None  # the whole team is the subject; None for a partial measure that no episode knows
     expert: Interval | None = None  # the expert in the team's place
     joint: Interval | None = None  # ratio of the two; None also where it divides by zero
     individual: Alone | None = None  # the mean over agents
@@ -115,12 +115,11 @@ class Uniform:
 
 
 class Stage:
-    """What line-ups reach over the same episodes: `measures` are the world's, then each team's return."""
+    """What line-ups reach over the same episodes: `measures` are the world's, the teams' returns, those beside."""
 
     def __init__(self, world: World, seeds: range) -> None:
         self.world, self.seeds = world, seeds
-        returns = (Measure(team, RETURN) for team in world.teams)
-        self.measures = tuple(dict.fromkeys((*world.measures, *returns)))  # a user's world measures returns itself
+        self.measures = (*measures.told(world), *world.beside)
         self._played: dict[Key, tuple[Lineup, Float64]] = {}  # the line-up is kept, so that its key stays its own
         self._draws: dict[Key, Float64] = {}
         self._starts: dict[range, Any] = {}
@@ -130,6 +129,7 @@ class Stage:
         values, seen = [], []
         for episodes in self._episodes(lineup):
             rows = measures.table(self.world, episodes)
+            rows |= dict(zip(self.world.beside, self.world.values_beside(episodes.states[1:]), strict=True))
             values.append(np.stack([rows[measure] for measure in self.measures]))
             seen.append(watch(episodes) if watch else np.empty((0, episodes.actions.shape[1])))
         self._played[key(lineup)] = lineup, np.concatenate(values, axis=1)
@@ -185,6 +185,8 @@ def standings(stage: Stage, cast: Cast) -> tuple[Standing, ...]:
 
 
 def _standing(stage: Stage, cast: Cast, measure: Measure) -> Standing:
+    if measure.partial:
+        return Standing(measure, _where_known(stage, measure, cast.ours), _where_known(stage, measure, cast.expert))
     value = interval(measures.estimate(measure, stage.values(cast.ours, measure)))
     if cast.expert is None:
         return Standing(measure, value)
@@ -200,6 +202,13 @@ def _standing(stage: Stage, cast: Cast, measure: Measure) -> Standing:
     every = _mean_over_agents(measure, np.stack([stage.values(lineup, measure) for lineup in alone]))
     individual = Alone(every, ratio(stage, measure, alone, cast.expert))
     return Standing(measure, value, expert, ratio(stage, measure, [cast.ours], cast.expert), individual, agents)
+
+
+def _where_known(stage: Stage, measure: Measure, lineup: Lineup | None) -> Interval | None:
+    """A partial measure's mean over the episodes that it speaks of; None without any."""
+    values = np.empty(0) if lineup is None else stage.values(lineup, measure)
+    known = values[~np.isnan(values)]
+    return interval(measures.estimate(measure, known)) if len(known) else None
 
 
 def interval(found: Estimate) -> Interval:

@@ -39,6 +39,7 @@ from maviper.worlds import World, find
 from maviper.worlds.world import Int
 
 EPISODES = 1_000
+NO_EPISODE = "no episode"
 MAX_EPISODES = 100_000  # the block of seeds from MEASUREMENT_SEEDS on has a million
 
 
@@ -240,16 +241,20 @@ def lines(asked: Request, found: Evaluation) -> list[str]:
 
 
 def _standings(rows: Sequence[Standing]) -> list[list[str]]:
-    if rows[0].expert is None:
-        return [["team", "measure", "subject"], *([row.measure.team, row.measure.name, str(row.value)] for row in rows)]
+    if all(row.expert is None for row in rows):
+        plain = ([row.measure.team, row.measure.name, _or(row.value, NO_EPISODE)] for row in rows)
+        return [["team", "measure", "subject"], *plain]
     table = [["team", "measure", "kind", "subject", "expert", "ratio"]]
     for row in rows:
-        assert row.individual is not None and row.agents is not None
+        if row.individual is None or row.agents is None:
+            numbers = [_or(row.value, NO_EPISODE), _or(row.expert, NO_EPISODE), ""]
+            table.append([row.measure.team, row.measure.name, "joint", *numbers])
+            continue
         several = len(row.agents) > 1
         kinds = [("joint" if several else "joint, individual", row.value, row.joint)]
         kinds += [("individual", row.individual.value, row.individual.ratio)] if several else []
         for kind, value, ratio in kinds:
-            numbers = [str(value), str(row.expert), _or(ratio, "no ratio")]
+            numbers = [_or(value, NO_EPISODE), str(row.expert), _or(ratio, "no ratio")]
             table.append([row.measure.team, row.measure.name, kind, *numbers])
     return table
 

@@ -61,8 +61,7 @@ def _mean(values: Float64) -> Interval:
 
 
 def _measures(world: World, team: str) -> list[Measure]:
-    known = (*world.measures, Measure(team, RETURN))
-    return list(dict.fromkeys(measure for measure in known if measure.team == team))
+    return [measure for measure in measures.told(world) if measure.team == team]
 
 
 def ensure_branched(world: World, cast: Cast) -> None:

@@ -34,6 +34,7 @@ class Measure:
     name: str
     share: bool = False  # 0 or 1 in each episode, so that its mean is a share
     lower_is_better: bool = False
+    partial: bool = False  # NaN in episodes that it says nothing of
 
     @property
     def label(self) -> str:
@@ -99,6 +100,8 @@ class World(ABC):
     features: tuple[tuple[FeatureSpec, ...], ...]  # per agent
     actions: tuple[tuple[ActionSpec, ...], ...]  # per agent
     measures: tuple[Measure, ...]  # the first of each team is its primary one, if `judged_by` names no other
+    beside: tuple[Measure, ...] = ()  # told beside these where teams are evaluated; nothing is chosen by them
+    return_first: tuple[str, ...] = ()  # teams that are to be read by their return first
     main = ""  # the name of the primary measures; "": the first of each team
     features_from = ""  # the hash of a file that names its features, if there is one
     games: int | None = None  # how many games are played at once; None: as many as asked
@@ -216,6 +219,10 @@ class World(ABC):
     @abstractmethod
     def values(self, states: Sequence[Any]) -> Float64:
         """The measures of whole episodes, [n_measures, batch], from the states after each step."""
+
+    def values_beside(self, states: Sequence[Any]) -> Float64:
+        """As `values`, of the measures `beside`; NaN in an episode that a partial one says nothing of."""
+        return np.empty((0, len(states[0])))
 
     @abstractmethod
     def reference_env(self) -> Any:

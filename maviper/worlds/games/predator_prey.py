@@ -32,6 +32,7 @@ TOUCHES = "touches"
 OBSERVATIONS = ("paper", "released", "mpe2")
 TOUCH_REWARD = 10.0
 OBSTACLE_START = (-0.9, 0.9)
+INSIDE = 5.0  # the most that a prey pays on average, in an episode, for leaving the arena and counts as inside
 NEARNESS = 0.1  # weight of distances in the shaping term, as in the released code
 
 
@@ -77,6 +78,9 @@ class PredatorPrey(ParticleWorld):
         self.features = self.extended(base, features)
         self.shown = tuple(len(each) if observation == "mpe2" else 0 for each in base)
         self.measures = (Measure(PREDATORS, TOUCHES), Measure(PREY, TOUCHES, lower_is_better=True))
+        self.return_first = (PREY,)
+        inside = Measure(PREY, "touches inside", lower_is_better=True, partial=True)
+        self.beside = (Measure(PREY, "fine", lower_is_better=True), Measure(PREY, "inside", share=True), inside)
         self.spec = self.moved_by(physics, self.spec)
 
     # --- observations
@@ -157,6 +161,11 @@ class PredatorPrey(ParticleWorld):
         rewards[hunters:] = -TOUCH_REWARD * touching.sum(axis=0) - away[:, 0] - away[:, 1]
         return rewards.T
 
+    def _fine(self, state: WorldState) -> Float64:
+        """What the prey pay for leaving the arena, their mean, [batch]."""
+        hunters, n_agents = len(self.teams[PREDATORS]), len(self.agents)
+        return outside(np.abs(planes(state.position)[hunters:n_agents])).sum(axis=1).mean(axis=0)
+
     def shaping(self, state: WorldState) -> Float64:
         """The released code's term: predators lose a tenth of the summed distances to their nearest prey, a prey gains
         a tenth of its summed distances to the predators.
@@ -172,6 +181,12 @@ class PredatorPrey(ParticleWorld):
         """Touches: predator-prey contacts, summed over the steps of an episode."""
         touches = np.stack([self._touching(state).sum(axis=(0, 1)) for state in states]).sum(axis=0)
         return np.stack([touches, touches])
+
+    def values_beside(self, states: Sequence[WorldState]) -> Float64:
+        """The fine of an episode, whether it is at most INSIDE, and the touches of episodes in which it is."""
+        fine = np.sum([self._fine(state) for state in states], axis=0)
+        inside = fine <= INSIDE
+        return np.stack([fine, inside, np.where(inside, self.values(states)[0], np.nan)])
 
     def reference_env(self) -> Any:
         """mpe2's parallel environment."""

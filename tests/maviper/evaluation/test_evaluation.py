@@ -116,7 +116,7 @@ def check_against_loops(world, profile, expert, found, others):
                 return slow(world, lineup(world, team, ours, elsewhere), trees, expert)[0]
 
             joint, theirs, alone = measured(members), measured([]), {agent: measured([agent]) for agent in members}
-            mine = [row for row in rows if row.measure.team == team]
+            mine = [row for row in rows if row.measure.team == team and row.measure not in world.beside]
             assert {row.measure for row in mine} == {measure for measure in joint if measure.team == team}
             for row in mine:
                 measure = row.measure
@@ -255,6 +255,8 @@ def test_pairing_makes_a_ratio_certain_where_both_do_the_same(world, expert):
 
 class Given:
     """A world of one team whose episodes have given values."""
+
+    beside = return_first = ()
 
     def __init__(self, lower_is_better):
         self.teams, self.measures = {"a": ("x",)}, (Measure("a", "m", lower_is_better=lower_is_better),)
@@ -508,3 +510,27 @@ def test_fidelity_counts_what_is_equal(world, expert, profile):
         assert set(item.by_leaf) == {int(leaf) for leaf in ir.leaves(policy.tree)}
     unknown = replace(profile, provenance=replace(profile.provenance, expert="0" * 64))
     assert fidelity(unknown, world, episodes) == ()
+
+
+def test_prey_are_told_by_return_first_with_what_leaving_costs(capsys):
+    """Touches inside are a mean over some episodes; where there is none, that is said."""
+    given = ["evaluate", "predator-prey@scripted", "--expert", "predator-prey@maddpg", "--team", "prey"]
+    assert main.run([*given, "--episodes", "60"]) == 0
+    rows = [line.split("  ")[1].strip() for line in capsys.readouterr().out.splitlines() if line.startswith("prey ")]
+    assert list(dict.fromkeys(rows)) == ["return", "touches", "fine", "inside", "touches inside"]
+    assert main.run([*given, "--episodes", "60", "--json"]) == 0
+    (against,) = json.loads(capsys.readouterr().out)["against"].values()
+    found = {row["measure"]: row for row in against["measures"]}
+    assert found["touches inside"]["individual"] is None and found["touches inside"]["subject"]["value"] > 0
+    expected = -found["return"]["subject"]["value"] - 5 * found["touches"]["subject"]["value"]
+    assert found["fine"]["subject"]["value"] == pytest.approx(expected)
+
+
+def test_a_partial_measure_that_no_episode_knows(capsys):
+    world = find("predator-prey")
+    script = scripted(world)
+    stage = crossplay.Stage(world, range(3))
+    stage.play((script,) * 4)
+    partial = next(measure for measure in world.beside if measure.partial)
+    stage._played = {key: (lineup, np.full_like(values, np.nan)) for key, (lineup, values) in stage._played.items()}
+    assert crossplay._where_known(stage, partial, (script,) * 4) is None

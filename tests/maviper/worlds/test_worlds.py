@@ -547,6 +547,20 @@ def test_every_touch_and_the_way_out_are_paid_for():
     assert world.rewards(state)[7, :2].tolist() == [20, 20]
 
 
+def test_preys_return_is_five_a_touch_and_the_fine():
+    """And an episode is inside where the fine is small; touches inside are those of such an episode alone."""
+    world = find("predator-prey")
+    script = scripted(world)
+    episodes = play(world, [script] * 4, world.start_from_seeds(range(60)))
+    fine, inside, touches_inside = world.values_beside(episodes.states[1:])
+    touches, returns = episodes.values[0], episodes.returns[2:].mean(axis=0)
+    assert np.allclose(fine, -returns - 5 * touches) and (inside == (fine <= 5)).all()
+    assert 0 < inside.sum() < 60 and (np.isnan(touches_inside) == (inside == 0)).all()
+    assert (touches_inside[inside == 1] == touches[inside == 1]).all()
+    assert [measure.name for measure in world.beside] == ["fine", "inside", "touches inside"]
+    assert [measure.name for measure in world.measures] == ["touches", "touches"], "nothing new is chosen by"
+
+
 def test_shaping_written_out():
     def gap(position, a, b):
         return float(np.hypot(*(position[a] - position[b])))
