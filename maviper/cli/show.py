@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from codegen.ir import AgentPolicy, PolicyProfile
 
 TEXT, SVG, HTML = "text", "svg", "html"
+WORLD = option(
+    "--world", default=None, metavar="WORLD", help="Your own world, to record an episode of: gymnasium:ID, module:function."
+)
 
 
 @click.command(cls=Verb, example="maviper show demo/profile.json --agent agent_0")
@@ -33,6 +36,7 @@ TEXT, SVG, HTML = "text", "svg", "html"
 )
 @option("--obs", default=None, metavar="NUMBERS", help="Explain one decision of --agent: numbers, or NAME=NUMBER,...")
 @option("--state", default=None, metavar="NAME=VALUE,...", help="Explain what the agents do in a world state.")
+@WORLD
 @option("-o", "--output", type=PATH, default=None, help="The file (default: print, or play.html).")
 @click.pass_context
 def show(
@@ -42,6 +46,7 @@ def show(
     form: str,
     obs: str | None,
     state: str | None,
+    world: str | None,
     output: Path | None,
 ) -> int:
     """Show the trees of PROFILE as rules, SVG, or a page that plays.
@@ -63,8 +68,10 @@ def show(
     if form == HTML:
         if (agent, obs, state) != (None, None, None):
             raise InputError("a page shows all agents in any state", "--format html", "leave the other options out")
-        _write(loaded, output or Path(FILE), context)
+        _write(loaded, output or Path(FILE), context, world)
         return ExitCode.DONE
+    if world is not None:
+        raise InputError("only a page records an episode of a world", "--world", "add --format html, or leave it out")
     if form == SVG and (obs, state) != (None, None):
         raise InputError("a picture shows no single decision", "--format svg", "leave --obs and --state out")
     text = "\n".join(
@@ -79,9 +86,10 @@ def show(
 
 @click.command(cls=Verb, example="maviper play demo/profile.json")
 @PROFILE
+@WORLD
 @option("-o", "--output", type=PATH, default=None, help="The page (default: play.html beside the profile).")
 @click.pass_context
-def play(context: click.Context, profile: Path, output: Path | None) -> int:
+def play(context: click.Context, profile: Path, world: str | None, output: Path | None) -> int:
     """Open a page that plays PROFILE in the browser.
 
     As `maviper show --format html`, with the page opened. Where no browser can be opened, the line names the file.
@@ -93,18 +101,20 @@ def play(context: click.Context, profile: Path, output: Path | None) -> int:
     from maviper.page.page import FILE
 
     loaded = load(profile)
-    written = _write(loaded, runs.ensure_other(output or profile.parent / FILE, [profile]), context)
+    written = _write(loaded, runs.ensure_other(output or profile.parent / FILE, [profile]), context, world)
     if not webbrowser.open(written.resolve().as_uri()):
         console_of(context).line("", "no browser could be opened: open the file in one")
     return ExitCode.DONE
 
 
-def _write(profile: "PolicyProfile", file: Path, context: click.Context) -> Path:
+def _write(profile: "PolicyProfile", file: Path, context: click.Context, world: str | None) -> Path:
+    from maviper.evaluation.players import playing
     from maviper.files import runs
     from maviper.page.document import usual_claims
     from maviper.page.page import contents_of, page
 
-    written = runs.write(file, page(profile, contents_of(profile, usual_claims(profile))))
+    played = None if world is None else playing(profile, world, "--world")
+    written = runs.write(file, page(profile, contents_of(profile, usual_claims(profile), played=played)))
     console_of(context).line("page", str(written))
     return written
 

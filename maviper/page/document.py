@@ -20,6 +20,7 @@ from codegen.errors import InputError
 from codegen.floats import deciding_double, rational_literal
 from codegen.policy_json import content_hash
 from maviper.experts.network import ACTOR, LAYERS, VALUE, NetworkExpert
+from maviper.page.games import Recorded, about, shown_ranges
 from verify.claims.catalogue import NAMES, Claim, find_claim
 from verify.claims.claim import teams
 from verify.claims.decisions import DecisionClaim, formula
@@ -69,6 +70,7 @@ class Contents:
     states: tuple[Stored, ...] = ()
     visits: Mapping[str, Sequence[int]] = field(default_factory=dict[str, Sequence[int]])
     expert: NetworkExpert | None = None
+    recorded: Recorded | None = None  # an episode to go through, where agents have no places
     second: Second | None = None  # with it, that both act alike is what the first claims of the page say
 
 
@@ -101,11 +103,14 @@ def document(profile: ir.PolicyProfile, contents: Contents) -> dict[str, Any]:
         "profile": content_hash(profile),
         "against": None if second is None else content_hash(second.profile),
         "tool": profile.provenance.tool,
+        "about": about(profile),
+        "recorded": _recorded(contents.recorded),
         "world": _world(profile.world),
         "agents": [
             _agent(policy, contents.visits.get(policy.agent), second)
             | {"cuts": _cuts(policy) if policy.team in erring else None}
-            for policy in profile.agents
+            | {"shown": shown_ranges(policy, None if contents.recorded is None else contents.recorded.seen[place])}
+            for place, policy in enumerate(profile.agents)
         ],
         "claims": [*_alike(profile, second), *claims],
         "states": [
@@ -114,6 +119,12 @@ def document(profile: ir.PolicyProfile, contents: Contents) -> dict[str, Any]:
         ],
         "experts": experts,
     }
+
+
+def _recorded(episode: Recorded | None) -> dict[str, Any] | None:
+    if episode is None:
+        return None
+    return {"label": episode.label, "seen": [rows.astype(float).tolist() for rows in episode.seen]}
 
 
 def _world(world: ir.WorldSpec) -> dict[str, Any]:

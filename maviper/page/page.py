@@ -25,6 +25,7 @@ from maviper.evaluation.players import shipped_expert
 from maviper.evaluation.show import rules
 from maviper.experts.network import NetworkExpert
 from maviper.page.document import Contents, Shown, Stored, document
+from maviper.page.games import recorded
 from maviper.worlds import World
 from maviper.worlds.matching import matching_world
 
@@ -33,11 +34,16 @@ MAX_RULES = 200  # leaves of an agent that a page shows as text, where scripts a
 MAX_CODE_NODES = 20_000  # of all trees whose generated code is in the page too
 
 
-def contents_of(profile: ir.PolicyProfile, claims: tuple[Shown, ...], states: tuple[Stored, ...] = ()) -> Contents:
-    """What a page shows of these claims and states, with visits in on-policy episodes and the shipped expert."""
+def contents_of(
+    profile: ir.PolicyProfile, claims: tuple[Shown, ...], states: tuple[Stored, ...] = (), played: World | None = None
+) -> Contents:
+    """What a page shows of these claims and states, with visits in on-policy episodes and the shipped expert; of a
+    world that a user names (`played`), one episode.
+    """
     world = matching_world(profile)
     if world is None:
-        return Contents(claims, states, kept_visits(profile))
+        episode = None if played is None else recorded(profile, played)
+        return Contents(claims, states, kept_visits(profile), recorded=episode)
     visits = visits_of(profile, world)
     player = shipped_expert(profile.provenance.expert, world)
     expert = player.controller if player is not None and isinstance(player.controller, NetworkExpert) else None

@@ -25,7 +25,10 @@
   let steering = false;
   let playing = null;
   let hovered = null; // {agent, tree, node}
-  let seen = agents.map((agent) => agent.features.map((feature) => (feature.low + feature.high) / 2)); // without a world
+  const film = placed ? null : data.recorded; // an episode of a game whose rules the page does not know
+  // without places: what each agent observes
+  let seen = agents.map((agent, number) => film ? [...film.seen[number][0]] : agent.shown.map(([low, high]) => Math.fround((low + high) / 2)));
+  let retell = () => {}; // writes `seen` into sliders and fields
   // whose trees act: 0 the profile's own, 1 those of the profile that it is compared with
   const TEAMS = agents.length && agents[0].other ? ["tree", "other"] : ["tree"];
   let acting = 0;
@@ -121,8 +124,19 @@
     time += 1;
   }
 
+  const last = () => (film ? film.seen[0].length - 1 : world.steps);
+
+  /** Shows a step of the recorded episode. */
+  function wind(to) {
+    time = Math.max(0, Math.min(last(), to));
+    seen = film.seen.map((rows) => [...rows[time]]);
+    retell();
+    show();
+  }
+
   /** One step on, along what was played before unless somebody steers. */
   function advance(own) {
+    if (film) return wind(time + 1);
     if (time < states.length - 1 && own === undefined) time += 1;
     else extend(own);
     show();
@@ -136,9 +150,9 @@
 
   function run() {
     if (playing !== null) return pause();
-    if (time >= world.steps) time = 0;
+    if (time >= last()) time = 0;
     get("run").textContent = "Pause";
-    playing = setInterval(() => (time >= world.steps ? pause() : advance()), 1000 * Math.max(world.dt, 0.05) * 1.5);
+    playing = setInterval(() => (time >= last() ? pause() : advance()), 1000 * Math.max(world.dt, 0.05) * 1.5);
   }
 
   // --- the arena
@@ -150,11 +164,35 @@
     if (parent) parent.append(made);
     return made;
   };
-  const glyph = (action) => {
+  const words = (name) => name.toLowerCase().split(/[^a-z0-9]+/).filter(Boolean);
+  const IDLE = ["stay", "noop", "none", "nothing", "idle", "coast", "wait"];
+  const idle = (action) => (action.effect ? action.effect.every((push) => push === 0) : words(action.name).some((word) => IDLE.includes(word)));
+  const SIGNS = { left: "\u2190", right: "\u2192", down: "\u2193", up: "\u2191" };
+
+  /** The sign of one action, by its effect or by its name; "": neither tells. */
+  function sign(action) {
+    if (idle(action)) return "\u00b7";
     const [x, y] = action.effect || [0, 0];
-    if (!action.effect) return action.name.slice(0, 2);
-    return x < 0 ? "\u2190" : x > 0 ? "\u2192" : y < 0 ? "\u2193" : y > 0 ? "\u2191" : "\u00b7";
-  };
+    if (action.effect) return x < 0 ? SIGNS.left : x > 0 ? SIGNS.right : y < 0 ? SIGNS.down : SIGNS.up;
+    return words(action.name).map((word) => SIGNS[word]).find(Boolean) || "";
+  }
+
+  const initials = (action) => words(action.name).map((word) => word[0]).join("").slice(0, 2);
+  const glyphs = new Map(); // action -> its sign, in two letters at most, unlike the other actions'
+  const colours = new Map(); // gray is what does nothing
+  for (const { actions } of agents) {
+    const kinds = [sign, initials, (action) => action.name.slice(0, 2), (action) => String(actions.indexOf(action))];
+    const told = (kind) => actions.map(kind);
+    const unlike = (signs) => signs.every(Boolean) && new Set(signs).size === signs.length;
+    // pushes in a plane have their arrows, even where two of them are alike
+    const chosenSigns = actions.every((action) => action.effect) ? told(sign) : kinds.map(told).find(unlike);
+    const lively = actions.filter((action) => !idle(action));
+    actions.forEach((action, place) => {
+      glyphs.set(action, chosenSigns[place]);
+      colours.set(action, COLOURS[idle(action) ? 0 : 1 + (lively.indexOf(action) % (COLOURS.length - 1))]);
+    });
+  }
+  const glyph = (action) => glyphs.get(action);
 
   let drawing = 0; // the latest ground that was asked for
 
@@ -198,7 +236,7 @@
     const observed = Engine.observe(game, mover, at);
     const path = Engine.path(tree, observed);
     pen.globalAlpha = 1;
-    pen.fillStyle = COLOURS[tree.action[path[path.length - 1]] % COLOURS.length];
+    pen.fillStyle = colours.get(agents[mover].actions[tree.action[path[path.length - 1]]]);
     if (hovered) {
       const { node } = hovered;
       const inside = tree.feature[node] < 0 ? path.includes(node) : observed[tree.feature[node]] <= tree.threshold[node];
@@ -381,6 +419,20 @@
   const opened = new Map(); // tree -> folded nodes that the reader opened
   for (const agent of agents) for (const team of TEAMS) opened.set(agent[team], new Set());
 
+  const LEVEL = 76; // between the levels of a tree
+
+  /** A name in lines of at most so many letters, broken behind its words where it can be; the rest is on its title. */
+  function wrapped(name, letters, most) {
+    const lines = [""];
+    for (const part of name.match(/[^_ .-]*[_ .-]*/g).filter(Boolean)) {
+      if (lines[lines.length - 1] && (lines[lines.length - 1] + part).length > letters) lines.push("");
+      lines[lines.length - 1] += part;
+    }
+    const cut = (line) => (line.length > letters ? `${line.slice(0, letters - 1)}\u2026` : line);
+    if (lines.length > most) lines.splice(most - 1, lines.length, `${lines[most - 1].slice(0, letters - 1)}\u2026`);
+    return lines.map((line) => cut(line.trim()));
+  }
+
   function layout(tree, live) {
     const shown = new Set([0, ...live]);
     const waiting = [0];
@@ -411,7 +463,7 @@
     for (const [node] of [...drawn].reverse()) {
       if (!places.has(node)) places.set(node, (places.get(tree.left[node]) + places.get(tree.right[node])) / 2);
     }
-    return { drawn, places, isEnd, width: 66 * next + 20, height: 58 * deepest + 44, ends: next };
+    return { drawn, places, isEnd, width: Math.max(140, 66 * next + 20), height: LEVEL * deepest + 56, shift: Math.max(0, 60 - 33 * next) };
   }
 
   /** Of each node what stands at the leaves below it, added up. */
@@ -446,10 +498,10 @@
     const agent = agents[number];
     const live = Engine.path(tree, observed);
     const leaf = live[live.length - 1];
-    const { drawn, places, isEnd, width, height, ends } = layout(tree, live);
+    const { drawn, places, isEnd, width, height, shift } = layout(tree, live);
     const label = `tree of ${agent.name}${which ? " in the second profile" : ""}`;
-    const svg = element("svg", { viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": label });
-    const y = new Map(drawn.map(([node, level]) => [node, 20 + 58 * level]));
+    const svg = element("svg", { viewBox: `${-shift} 0 ${width} ${height}`, role: "img", "aria-label": label });
+    const y = new Map(drawn.map(([node, level]) => [node, 28 + LEVEL * level]));
     const onPath = new Set(live);
     const met = visits.get(tree);
     for (const [node] of drawn) {
@@ -465,7 +517,9 @@
     }
     const here = (node) => ({ x: places.get(node), y: y.get(node), live: onPath.has(node), end: isEnd(node) });
     for (const [node] of drawn) drawNode(svg, number, tree, node, here(node), observed);
-    svg.style.minWidth = `${40 * ends}px`;
+    // letters stay readable: a wide tree is scrolled in its box, a small one does not grow without end
+    svg.style.minWidth = `${Math.min(width, 0.9 * width)}px`;
+    svg.style.maxWidth = `${1.7 * width}px`;
     box.replaceChildren(svg);
     box.scrollLeft = (places.get(leaf) / width) * box.scrollWidth - box.clientWidth / 2;
   }
@@ -496,23 +550,20 @@
     const split = tree.feature[node] >= 0;
     const folded = split && end;
     const group = element("g", { class: `${live ? "live " : ""}${folded ? "folded" : split ? "" : "leaf"}` }, svg);
-    const wide = split ? 62 : 50;
-    const rect = element("rect", { x: x - wide / 2, y: y - 14, width: wide, height: 28, rx: split ? 4 : 13 }, group);
+    const wide = split && !folded ? 118 : 60;
+    const action = actions[tree.action[node]];
     const lines = folded ? ["\u25b8", `${leavesBelow.get(tree)[node]} leaves`]
-      : split ? [features[tree.feature[node]].name, test(tree.threshold[node])]
-      : [`${glyph(actions[tree.action[node]])} ${actions[tree.action[node]].name}`];
-    if (!split) rect.setAttribute("style", `fill:${COLOURS[tree.action[node] % COLOURS.length]}`);
+      : split ? [...wrapped(features[tree.feature[node]].name, 18, 2), test(tree.threshold[node])]
+      : wrapped(`${glyph(action)} ${action.name}`, 10, 3);
+    const tall = 12 * lines.length + 8;
+    const rect = element("rect", { x: x - wide / 2, y: y - tall / 2, width: wide, height: tall, rx: split ? 4 : 13 }, group);
+    if (!split) rect.setAttribute("style", `fill:${colours.get(action)}`);
     lines.forEach((line, i) => {
-      const text = element("text", { x, y: y + (lines.length === 1 ? 4 : -2 + 12 * i) }, group);
-      text.textContent = line;
-      if (line.length > 10) {
-        text.setAttribute("textLength", wide - 6);
-        text.setAttribute("lengthAdjust", "spacingAndGlyphs");
-      }
+      element("text", { x, y: y - tall / 2 + 13 + 12 * i }, group).textContent = line;
     });
     const met = visits.get(tree);
     const count = met ? `, ${((100 * met[node]) / Math.max(1, met[0])).toFixed(1)} % of decisions` : "";
-    const value = split ? `${features[tree.feature[node]].name} is ${brief(observed[tree.feature[node]])}; left if ${leftIf(tree.threshold[node])}` : `leaf ${node}`;
+    const value = split ? `${features[tree.feature[node]].name} is ${brief(observed[tree.feature[node]])}; left if ${leftIf(tree.threshold[node])}` : `${action.name}, leaf ${node}`;
     element("title", {}, group).textContent = value + count;
     group.addEventListener("pointerenter", () => hover({ agent: number, tree, node }));
     group.addEventListener("pointerleave", () => hover(null));
@@ -543,9 +594,9 @@
       drawScene(found, TEAMS.length > 1 ? Engine.actions(game, at, TEAMS[1 - acting]) : found);
       drawClaim();
       drawGround();
-      drawTime();
       remember();
     }
+    if (placed || film) drawTime();
     agents.forEach((_, number) => get(`more-${number}`).open && drawTree(number, observed[number]));
     get("agent").value = chosen;
     get("claim").value = claim;
@@ -555,17 +606,19 @@
   }
 
   function drawTime() {
-    get("scrub").max = Math.max(world.steps, states.length - 1);
+    get("scrub").max = film ? last() : Math.max(world.steps, states.length - 1);
     get("scrub").value = time;
-    get("time").textContent = `step ${time}`;
+    const changed = film && film.seen.some((rows, number) => rows[time].some((x, f) => x !== seen[number][f]));
+    const seconds = world.dt ? `, ${brief(time * world.dt)} s` : "";
+    get("time").textContent = `step ${time}${seconds}${changed ? ", changed" : ""}`;
   }
 
   function drawLegend() {
-    const parts = agents[chosen].actions.map((action, number) => {
+    const parts = agents[chosen].actions.map((action) => {
       const item = document.createElement("span");
       const swatch = document.createElement("span");
       swatch.className = "swatch";
-      swatch.style.background = COLOURS[number % COLOURS.length];
+      swatch.style.background = colours.get(action);
       swatch.textContent = glyph(action);
       item.append(swatch, ` ${action.name}`);
       return item;
@@ -575,6 +628,7 @@
 
   function scrub(to) {
     pause();
+    if (film) return wind(to);
     if (to >= states.length) time = states.length - 1;
     while (states.length <= to) extend();
     time = to;
@@ -582,22 +636,36 @@
   }
 
   function drawSliders() {
+    const writers = [];
+    retell = () => writers.forEach((write) => write());
     agents.forEach((agent, number) => {
       const box = document.createElement("details");
       box.open = number === 0;
       box.append(Object.assign(document.createElement("summary"), { textContent: `What ${agent.name} observes` }));
       agent.features.forEach((feature, f) => {
         const label = document.createElement("label");
-        const slider = Object.assign(document.createElement("input"), { type: "range", min: feature.low, max: feature.high, step: "any", value: seen[number][f] });
-        const value = document.createElement("output");
-        const tell = () => (value.textContent = brief(seen[number][f]));
-        slider.addEventListener("input", () => {
-          seen[number][f] = Math.fround(Number(slider.value));
-          tell();
+        const [low, high] = agent.shown[f];
+        const slider = Object.assign(document.createElement("input"), { type: "range", min: low, max: high, step: "any" });
+        const field = Object.assign(document.createElement("input"), { type: "number", step: "any" });
+        slider.setAttribute("aria-label", `${feature.name}, slider`);
+        field.setAttribute("aria-label", feature.name);
+        const write = () => {
+          slider.value = seen[number][f];
+          if (document.activeElement !== field) field.value = Number(seen[number][f].toPrecision(7));
+        };
+        const read = (from) => {
+          if (from.value === "" || !Number.isFinite(Number(from.value))) return;
+          pause();
+          seen[number][f] = Math.fround(Number(from.value));
+          write();
           show();
-        });
-        tell();
-        label.append(feature.name, slider, value);
+        };
+        slider.addEventListener("input", () => read(slider));
+        field.addEventListener("input", () => read(field));
+        field.addEventListener("blur", write);
+        write();
+        const unit = feature.unit && feature.unit !== "none" ? ` (${feature.unit})` : "";
+        label.append(Object.assign(document.createElement("span"), { textContent: feature.name + unit }), slider, field);
         box.append(label);
       });
       get("sliders").append(box);
@@ -648,7 +716,7 @@
     get("steer").addEventListener("click", () => ((steering = !steering), show()));
     get("run").addEventListener("click", run);
     get("step").addEventListener("click", () => (pause(), advance()));
-    get("back").addEventListener("click", () => ((time = 0), pause(), show()));
+    get("back").addEventListener("click", () => ((time = 0), pause(), film ? wind(0) : show()));
     get("random").addEventListener("click", () => restart(randomState()));
     get("scrub").addEventListener("input", (event) => scrub(Number(event.target.value)));
     if (TEAMS.length > 1 && data.states[0]) ask(data.states[0].claim);
@@ -656,7 +724,9 @@
       watchArena();
       restart(remembered() || (data.states[0] ? stateOf(data.states[0].position, data.states[0].goal) : randomState()));
     } else {
-      for (const id of ["arena", "play", "look", "states", "help", "sentence"]) get(id).style.display = "none";
+      for (const id of ["arena", "look", "states", "help", "sentence", ...(film ? ["random"] : ["play"])]) get(id).hidden = true;
+      get("about").append(film ? ` ${film.label}` : "");
+      document.body.classList.add("unplaced");
       drawSliders();
       show();
     }

@@ -1,0 +1,94 @@
+"""What a page says of a game: a paragraph about it, ranges for sliders, an episode to go through.
+
+Does: words a profile's world; chooses ranges in which every test of a tree can be crossed; records one episode of the
+  trees where the world is at hand.
+Assumes: a checked profile, and a world that it plays.
+Does not: write HTML or play in the browser.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from codegen import ir
+from codegen.ir import Floats
+from codegen.wording import counted, listed
+from maviper.episodes import measures
+from maviper.episodes.play import play, tree_policies
+from maviper.worlds import World
+from maviper.worlds.world import RETURN
+
+BOUNDED = 1e6  # a range that is wider on one side says nothing of what is seen
+MARGIN = 0.5  # of the thresholds' span, beyond them
+MAX_NAMED = 8  # features or actions that a paragraph names
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """An episode of the trees: what each agent observed before each step, [steps, n_features] each, and its words."""
+
+    seen: tuple[Floats, ...]
+    label: str
+
+
+def recorded(profile: ir.PolicyProfile, world: World) -> Recorded:
+    """One on-policy episode, of the first seed that such episodes start from."""
+    controller = tree_policies(profile.agents)
+    seed = measures.ON_POLICY_SEEDS
+    episodes = play(world, [controller] * len(profile.agents), world.start_from_seeds([seed]))
+    steps = int(episodes.alive[:, 0].any(axis=1).sum())
+    seen = tuple(rows[:steps, 0] for rows in episodes.observations)
+    found = [
+        f"{measure.name} {value:.4g}"
+        for measure, value in zip(world.measures, episodes.values[:, 0].tolist(), strict=True)
+    ]
+    label = f"The recorded episode took {counted(steps, 'step')} from seed {seed}"
+    return Recorded(seen, f"{label}: {listed(found)}." if RETURN in found or found else f"{label}.")
+
+
+def about(profile: ir.PolicyProfile) -> str:
+    """What the game is, in a paragraph."""
+    world, teams = profile.world, list(dict.fromkeys(policy.team for policy in profile.agents))
+    agents = [policy.agent for policy in profile.agents]
+    who = f"one agent, {agents[0]}" if len(agents) == 1 else f"{len(agents)} agents"
+    if len(teams) > 1:
+        of_each = [f"{team} ({listed([one.agent for one in profile.team(team)])})" for team in teams]
+        who += f" in {len(teams)} teams: {listed(of_each)}"
+    first = profile.agents[0]
+    alike = all(policy.actions == first.actions for policy in profile.agents)
+    observed = {len(policy.features) for policy in profile.agents}
+    each = "It" if len(agents) == 1 else "Each"
+    sees = f"{each} observes {counted(max(observed), 'number')}" if len(observed) == 1 else "They observe"
+    sees += f" ({_named([feature.name for feature in first.features])})" if len(agents) == 1 else ""
+    if len(observed) > 1:
+        sees += f" {min(observed)} to {max(observed)} numbers"
+    names = _named([action.name for action in first.actions])
+    does = f"and chooses one of {counted(len(first.actions), 'action')} ({names})" if alike else "and choose an action"
+    moment = f"every {world.dt:g} s" if world.dt else "at each step"
+    length = f", for at most {counted(world.episode_steps, 'step')}" if world.episode_steps > 1 else ""
+    places = f" and {counted(len(world.landmarks), 'landmark')}" if world.landmarks else ""
+    return f"{world.name} is a game of {who}{places}. {sees} {does} {moment}{length}."
+
+
+def _named(names: Sequence[str]) -> str:
+    shown = list(names[:MAX_NAMED])
+    return ", ".join(shown) + (", ..." if len(names) > MAX_NAMED else "")
+
+
+def shown_ranges(policy: ir.AgentPolicy, seen: Floats | None = None) -> list[tuple[float, float]]:
+    """For each feature the least and the most that a slider shows: its stated range where that is bounded, else what
+    was `seen` [n, n_features] and the tree's thresholds, with a margin.
+    """
+    tree = policy.tree
+    found: list[tuple[float, float]] = []
+    for place, feature in enumerate(policy.features):
+        if -BOUNDED < feature.low < feature.high < BOUNDED:
+            found.append((feature.low, feature.high))
+            continue
+        known = tree.threshold[tree.feature == place].astype(float).tolist()
+        known += [] if seen is None else seen[:, place].astype(float)[np.isfinite(seen[:, place])].tolist()
+        low, high = min(known, default=0.0), max(known, default=0.0)
+        margin = MARGIN * (high - low) or max(1.0, abs(high))
+        found.append((max(feature.low, low - margin), min(feature.high, high + margin)))
+    return found
