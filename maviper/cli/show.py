@@ -19,7 +19,10 @@ if TYPE_CHECKING:
 
 TEXT, SVG, HTML = "text", "svg", "html"
 WORLD = option(
-    "--world", default=None, metavar="WORLD", help="Your own world, to record an episode of: gymnasium:ID, module:function."
+    "--world",
+    default=None,
+    metavar="WORLD",
+    help="Your own world, to record an episode: gymnasium:ID, ...",
 )
 
 

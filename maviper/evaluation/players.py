@@ -20,7 +20,7 @@ from maviper.experts.finding import find_expert, moving, seeing
 from maviper.experts.foreign.named import is_file
 from maviper.experts.scripted import scripted
 from maviper.files.profiles import load
-from maviper.worlds import World
+from maviper.worlds import World, find
 from maviper.worlds.matching import NO_WORLD, matching_world, not_ours, plays
 from maviper.worlds.outside.sources import named_by_user
 from maviper.worlds.world import FEATURES, plain_name, world_name
@@ -95,19 +95,28 @@ def _profile(text: str, where: str, world: World | None) -> tuple[Player, World]
             what = f"the profile is for {reference or 'no game'}, which has to be named to be played"
             raise InputError(what, f"{where}: {text}", f"add --world {reference or 'gymnasium:NAME'}")
         raise InputError("the profile's world cannot be played", f"{where}: {text}: {NO_WORLD}", "extract it again")
-    for policy in profile.agents:
-        if policy.numbers != FLOAT32:
-            what = f"{policy.agent} compares {policy.numbers}, and worlds show float32 observations"
-            raise InputError(
-                what, f"{where}: {text}", "import the tree with --world: its observations are float32 then"
-            )
-    if not plays(profile, played):
-        theirs = world_name(profile.world)
-        found = f"{theirs}, not {played.name}" if theirs != played.name else f"{theirs} in another version"
-        raise InputError("the profile plays another world", f"{where}: {text}: {found}", _ADVICE)
+    _ensure_plays(profile, played, f"{where}: {text}")
     name, controller = Path(text).name, tree_policies(profile.agents)
     known = policy_json.content_hash(profile)
     return Player(name, PROFILE, known, controller, profile.agents, profile.provenance.expert), played
+
+
+def playing(profile: ir.PolicyProfile, world: str, where: str) -> World:
+    """The world that a user names for a profile. InputError where the profile does not play it."""
+    played = find(world)
+    _ensure_plays(profile, played, f"{where}: {world}")
+    return played
+
+
+def _ensure_plays(profile: ir.PolicyProfile, played: World, at: str) -> None:
+    for policy in profile.agents:
+        if policy.numbers != FLOAT32:
+            what = f"{policy.agent} compares {policy.numbers}, and worlds show float32 observations"
+            raise InputError(what, at, "import the tree with --world: its observations are float32 then")
+    if not plays(profile, played):
+        theirs = world_name(profile.world)
+        found = f"{theirs}, not {played.name}" if theirs != played.name else f"{theirs} in another version"
+        raise InputError("the profile plays another world", f"{at}: {found}", _ADVICE)
 
 
 def shipped_expert(origin: str, world: World) -> Player | None:

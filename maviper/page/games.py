@@ -13,11 +13,10 @@ import numpy as np
 
 from codegen import ir
 from codegen.ir import Floats
-from codegen.wording import counted, listed
+from codegen.wording import counted
 from maviper.episodes import measures
 from maviper.episodes.play import play, tree_policies
 from maviper.worlds import World
-from maviper.worlds.world import RETURN
 
 BOUNDED = 1e6  # a range that is wider on one side says nothing of what is seen
 MARGIN = 0.5  # of the thresholds' span, beyond them
@@ -43,18 +42,16 @@ def recorded(profile: ir.PolicyProfile, world: World) -> Recorded:
         f"{measure.name} {value:.4g}"
         for measure, value in zip(world.measures, episodes.values[:, 0].tolist(), strict=True)
     ]
-    label = f"The recorded episode took {counted(steps, 'step')} from seed {seed}"
-    return Recorded(seen, f"{label}: {listed(found)}." if RETURN in found or found else f"{label}.")
+    return Recorded(seen, f"The recorded episode, of seed {seed}, took {counted(steps, 'step')}: {', '.join(found)}.")
 
 
 def about(profile: ir.PolicyProfile) -> str:
     """What the game is, in a paragraph."""
     world, teams = profile.world, list(dict.fromkeys(policy.team for policy in profile.agents))
     agents = [policy.agent for policy in profile.agents]
-    who = f"one agent, {agents[0]}" if len(agents) == 1 else f"{len(agents)} agents"
+    who = f"{len(agents)} agents" if len(agents) > 1 else "one agent" + f", {agents[0]}" * (agents[0] != "agent")
     if len(teams) > 1:
-        of_each = [f"{team} ({listed([one.agent for one in profile.team(team)])})" for team in teams]
-        who += f" in {len(teams)} teams: {listed(of_each)}"
+        who += f" in {len(teams)} teams ({', '.join(teams)})"
     first = profile.agents[0]
     alike = all(policy.actions == first.actions for policy in profile.agents)
     observed = {len(policy.features) for policy in profile.agents}
@@ -68,7 +65,9 @@ def about(profile: ir.PolicyProfile) -> str:
     moment = f"every {world.dt:g} s" if world.dt else "at each step"
     length = f", for at most {counted(world.episode_steps, 'step')}" if world.episode_steps > 1 else ""
     places = f" and {counted(len(world.landmarks), 'landmark')}" if world.landmarks else ""
-    return f"{world.name} is a game of {who}{places}. {sees} {does} {moment}{length}."
+    # another's environment is known by its own name, ours by the name that commands take
+    name = world.reference if ":" in world.reference else world.name
+    return f"{name} is a game of {who}{places}. {sees} {does} {moment}{length}."
 
 
 def _named(names: Sequence[str]) -> str:

@@ -518,7 +518,7 @@
     const here = (node) => ({ x: places.get(node), y: y.get(node), live: onPath.has(node), end: isEnd(node) });
     for (const [node] of drawn) drawNode(svg, number, tree, node, here(node), observed);
     // letters stay readable: a wide tree is scrolled in its box, a small one does not grow without end
-    svg.style.minWidth = `${Math.min(width, 0.9 * width)}px`;
+    svg.style.minWidth = `${0.9 * width}px`;
     svg.style.maxWidth = `${1.7 * width}px`;
     box.replaceChildren(svg);
     box.scrollLeft = (places.get(leaf) / width) * box.scrollWidth - box.clientWidth / 2;
@@ -642,6 +642,8 @@
       const box = document.createElement("details");
       box.open = number === 0;
       box.append(Object.assign(document.createElement("summary"), { textContent: `What ${agent.name} observes` }));
+      const unasked = document.createElement("details");
+      const asked = new Set(TEAMS.flatMap((team) => agent[team].feature));
       agent.features.forEach((feature, f) => {
         const label = document.createElement("label");
         const [low, high] = agent.shown[f];
@@ -651,7 +653,7 @@
         field.setAttribute("aria-label", feature.name);
         const write = () => {
           slider.value = seen[number][f];
-          if (document.activeElement !== field) field.value = Number(seen[number][f].toPrecision(7));
+          if (document.activeElement !== field) field.value = Number(seen[number][f].toPrecision(5));
         };
         const read = (from) => {
           if (from.value === "" || !Number.isFinite(Number(from.value))) return;
@@ -663,11 +665,17 @@
         slider.addEventListener("input", () => read(slider));
         field.addEventListener("input", () => read(field));
         field.addEventListener("blur", write);
+        writers.push(write);
         write();
         const unit = feature.unit && feature.unit !== "none" ? ` (${feature.unit})` : "";
         label.append(Object.assign(document.createElement("span"), { textContent: feature.name + unit }), slider, field);
-        box.append(label);
+        (asked.has(f) ? box : unasked).append(label);
       });
+      if (unasked.children.length) {
+        const textContent = `Features that no test asks for: ${unasked.children.length}`;
+        unasked.prepend(Object.assign(document.createElement("summary"), { textContent }));
+        box.append(unasked);
+      }
       get("sliders").append(box);
     });
   }

@@ -3,10 +3,14 @@
 import dataclasses
 import re
 
+import numpy as np
 import pytest
 
+from codegen import ir
 from codegen.check import ensure
+from codegen.dynamics import motionless
 from maviper.page.document import Contents, Shown, Stored, usual_claims
+from maviper.page.games import Recorded, shown_ranges
 from maviper.page.page import MAX_RULES, contents_of, page
 from tests.maviper.page.browsers import in_chromium, in_node, overhang
 from tests.support.odd_pages import with_trees
@@ -16,7 +20,7 @@ SHOWN = """
   const count = (what) => document.querySelectorAll(what).length;
   return {
     main: !document.querySelector("main").hidden,
-    arena: document.getElementById("arena").style.display,
+    arena: getComputedStyle(document.getElementById("arena")).display,
     trees: count(".tree svg"),
     open: count("#trees details[open]"),
     wide: document.documentElement.scrollWidth - document.documentElement.clientWidth,
@@ -57,7 +61,7 @@ def test_a_profile_without_meanings_shows_trees_and_sliders(tmp_path):
     html = page(profile, contents_of(profile, usual_claims(profile)))
     found = in_chromium(html, SHOWN, [], tmp_path)
     assert found["main"] and found["arena"] == "none" and found["trees"] == 3
-    assert found["sliders"] == sum(len(one.features) for one in profile.agents)
+    assert found["sliders"] == 2 * sum(len(one.features) for one in profile.agents)  # each with a field
 
 
 def test_a_large_tree_folds_and_its_code_is_left_out(tmp_path):
@@ -128,7 +132,7 @@ def test_scrubbing_and_stepping_make_the_same_episode(tmp_path):
       for (let i = 0; i < 9; i++) advance();
       return [far === along, far === JSON.stringify(state()), document.getElementById("time").textContent];
     """
-    assert in_chromium(page(profile, Contents()), script, [], tmp_path) == [True, True, "step 9"]
+    assert in_chromium(page(profile, Contents()), script, [], tmp_path) == [True, True, "step 9, 0.9 s"]
 
 
 def test_the_address_of_a_claim_opens_its_counterexample(tmp_path):
@@ -142,3 +146,79 @@ def test_the_address_of_a_claim_opens_its_counterexample(tmp_path):
     script = 'return [document.getElementById("claim").value, window.maviper.state()];'
     claim, state = in_chromium(html, script, [], tmp_path)
     assert claim == "1" and state["goal"] == 1 and state["position"][1] == [0.02, 0.03]
+
+
+def pushed(low, high, names=("push_left", "push_right")):
+    """One agent of one feature with that range, without places: left up to 0.03, then right."""
+    features = (ir.FeatureSpec("pole_angle", "rad", low, high, None),)
+    actions = tuple(ir.ActionSpec(name, None) for name in names)
+    tree = ir.Tree([0, -1, -1], [0.03, 0, 0], [1, -1, -1], [2, -1, -1], [-1, 0, 1])
+    policy = ir.AgentPolicy("agent", "agent", features, actions, tree)
+    provenance = ir.Provenance("hand-made", "none", 0, "", "tests")
+    return ensure(ir.PolicyProfile(motionless("cart", "none", ["agent"], 9), (policy,), provenance))
+
+
+def test_a_recorded_episode_is_gone_through_and_a_field_changes_it(tmp_path):
+    """Without rules of the game: what was observed is shown step by step, and what somebody types in is decided."""
+    seen = np.array([[-0.5], [0.25], [0.75]], np.float32)
+    html = page(pushed(-1.0, 1.0), Contents(recorded=Recorded((seen,), "The recorded episode took 3 steps.")))
+    script = """
+      const text = (id) => document.getElementById(id).textContent;
+      const said = () => [text("time"), text("says-0").slice(0, 12)];
+      const [slider, field] = document.querySelectorAll("#sliders input");
+      const found = [[...said(), Number(field.value)]];
+      window.maviper.scrub(1);
+      found.push([...said(), Number(field.value)]);
+      document.getElementById("step").click();
+      document.getElementById("step").click();
+      found.push([...said(), Number(slider.value)]);
+      field.value = "-0.125";
+      field.dispatchEvent(new Event("input"));
+      found.push([...said(), Number(slider.value)]);
+      field.value = "";
+      field.dispatchEvent(new Event("input"));
+      found.push(said());
+      return [found, document.getElementById("about").textContent];
+    """
+    found, about = in_chromium(html, script, [], tmp_path)
+    left, right = "\u2190 push_left,", "\u2192 push_right"
+    assert found == [
+        ["step 0", left, -0.5],
+        ["step 1", right, 0.25],
+        ["step 2", right, 0.75],
+        ["step 2, changed", left, -0.125],
+        ["step 2, changed", left],
+    ]
+    assert about == (
+        "cart is a game of one agent. It observes 1 number (pole_angle) and chooses one of 2 actions (push_left, "
+        "push_right) at each step, for at most 9 steps. The recorded episode took 3 steps."
+    )
+
+
+@pytest.mark.parametrize(
+    ("names", "signs"),
+    [
+        (("push_left", "push_right"), ["\u2190", "\u2192"]),
+        (("no_pull", "pull"), ["np", "p"]),
+        (("on", "off"), ["on", "of"]),
+        (("brake_1", "brake_2"), ["b1", "b2"]),
+        (("run-a", "rest-a"), ["ru", "re"]),
+    ],
+)
+def test_actions_have_signs_of_their_own(names, signs, tmp_path):
+    script = "return [...document.querySelectorAll('.swatch')].map((one) => [one.textContent, one.style.background]);"
+    found = in_chromium(page(pushed(-1e9, 1e9, names), Contents()), script, [], tmp_path)
+    assert [sign for sign, _ in found] == signs
+    assert len({colour for _, colour in found}) == 2 and "rgb(201, 206, 214)" not in str(found)  # gray: does nothing
+
+
+def test_ranges_of_sliders_hold_every_test_and_what_was_seen():
+    """A stated range where it is bounded; else thresholds and what was seen, with a margin within the stated range."""
+    policy = pushed(-1e9, 1e9).agents[0]
+    (low, high), threshold = shown_ranges(policy)[0], float(policy.tree.threshold[0])
+    assert -10 < low < threshold < high < 10
+    ((low, high),) = shown_ranges(policy, np.array([[-40.0], [np.nan], [60.0]], np.float32))
+    assert (low, high) == (-90.0, 110.0)
+    assert shown_ranges(pushed(-0.5, 0.5).agents[0]) == [(-0.5, 0.5)]
+    ((low, high),) = shown_ranges(pushed(0.0, 1e9).agents[0])
+    assert low == 0 and threshold < high < 10
