@@ -28,6 +28,7 @@ from maviper.verification.join import (
     where_files,
 )
 from verify.reports import report
+from verify.reports.trajectories import tables
 from verify.result import AnyResult
 
 if TYPE_CHECKING:
@@ -46,8 +47,9 @@ class Verified:
 
     @cached_property
     def reports(self) -> dict[str, str]:
-        """report.html, report.json and report.txt."""
-        return report_files(self.document, self._form)
+        """report.html, report.json and report.txt; of a stated system also tables of trajectories."""
+        found = report_files(self.document, self._form)
+        return found if self.stated is None else found | tables(self.document)
 
     def printed(self, as_json: bool) -> str:
         """The report for standard output alone: as JSON or as text."""

@@ -13,6 +13,7 @@ from typing import Any
 from codegen.floats import nearest_double
 from codegen.lowering.render import brief
 from verify.reports.drawing import MIDDLE, VIEW
+from verify.reports.trajectories import moment, seconds, table_name
 from verify.systems.claims import Pattern
 
 DECISIONS = "decisions"  # the kind of a claim that is not about episodes
@@ -32,8 +33,10 @@ BANDS = {
 }
 
 
-def drawn(result: Mapping[str, Any], variables: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """A result with what page and text write of its counterexample. `variables`: those of the report."""
+def drawn(result: Mapping[str, Any], variables: Sequence[Mapping[str, Any]], dt: str | None = None) -> dict[str, Any]:
+    """A result with what page and text write of its counterexample. `variables`: those of the report; `dt`: the seconds
+    of a step, an exact text; None: nobody states them.
+    """
     found = result.get("counterexample")
     if not found:
         return dict(result)
@@ -44,7 +47,9 @@ def drawn(result: Mapping[str, Any], variables: Sequence[Mapping[str, Any]]) -> 
         rest = [*named, *(name for name in found["states"] if name not in named)]
         shown = [name for name in rest if all(_drawable(value) for value in found["states"][name])]
         ready |= {
-            "plots": [_plot(result, name, units[name]) for name in shown[:MAX_DRAWN]],
+            "plots": [_plot(result, name, units[name], dt) for name in shown[:MAX_DRAWN]],
+            "moment": moment(found["step"], dt),
+            "table": table_name(found["file"]),
             "not_drawn": [name for name in rest if name not in shown[:MAX_DRAWN]],
             "legend": _legend(result),
             "last": {name: values[-1] for name, values in found["states"].items()},
@@ -86,8 +91,8 @@ def runs(actions: Sequence[str]) -> str:
     return ", ".join(name if count == 1 else f"{name} {count}x" for name, count in found)
 
 
-def _plot(result: Mapping[str, Any], name: str, unit: str) -> dict[str, Any]:
-    """One variable: a line over the steps, where the claim bounds it, and labels."""
+def _plot(result: Mapping[str, Any], name: str, unit: str, dt: str | None) -> dict[str, Any]:
+    """One variable: a line over the steps, or over time, where the claim bounds it, and labels."""
     values = result["counterexample"]["states"][name]
     last = result["steps"] if result["by"] else len(values) - 1
     bounds = [_ends(region["box"][name]) for region in result["regions"] if name in region["box"]]
@@ -123,7 +128,9 @@ def _plot(result: Mapping[str, Any], name: str, unit: str) -> dict[str, Any]:
         "line": " ".join(f"{at},{up}" for at, up in places),
         "dots": places[:-1] if len(places) <= MAX_DOTS else [],
         "end": places[-1],
-        "steps": last,
+        "first": "0 s" if dt else "step 0",
+        "steps": f"{brief(seconds(last, dt))} s" if dt else last,
+        "over": "time" if dt else "the steps",
     }
 
 

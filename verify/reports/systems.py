@@ -19,13 +19,16 @@ from codegen.lowering.render import brief, render
 from codegen.policy_json import content_hash
 from codegen.wording import counted
 from verify.exact import plain
+from verify.language.units import unit_of
 from verify.reach.results import SystemCounterexample
 from verify.reports import trusted
 from verify.reports.courses import DECISIONS, drawn, is_still, runs
 from verify.reports.telling import Telling
+from verify.reports.trajectories import moment
 from verify.result import Result, Verdict
 from verify.systems import documents
 from verify.systems.claims import SystemClaim
+from verify.systems.language.expressions import Number
 from verify.systems.pieces import curved
 from verify.systems.statement import Statement
 from verify.systems.system import HalfSpace, Interval, Polytope, System
@@ -94,6 +97,7 @@ def document(
         "provenance": {name: getattr(made, name) for name in ("algorithm", "preset", "seed", "expert", "tool")},
         "agents": [policy.agent for policy in profile.agents],
         "steps": system.steps,
+        "dt": _period(statement),
         "pieces": len(system.pieces),
         "variables": _variables(system),
         "start": region_facts(system.start),
@@ -104,6 +108,14 @@ def document(
         "trusted": trusted.systems(enclosed),
         "limits": _limits(system, reference, kinds),
     }
+
+
+def _period(statement: Statement) -> str | None:
+    """The seconds of a step as an exact text, where the file states `dt` so."""
+    stated = statement.names.meant.get("dt")
+    if stated is None or stated.unit != unit_of("s", "") or not isinstance(stated.value, Number):
+        return None
+    return plain(stated.value.value)
 
 
 def sentence(system: System) -> str:
@@ -267,7 +279,7 @@ def lines(told: Mapping[str, Any]) -> list[str]:
         found += [f"{agent}: {runs(actions)}" for agent, actions in broken["actions"].items()]
         if broken["step"]:
             last = {name: values[-1] for name, values in broken["states"].items()}
-            found.append(f"at step {broken['step']}: {_state(last)}")
+            found.append(f"at {moment(broken['step'], told.get('dt'))}: {_state(last)}")
         found += [told["replay"]] if "replay" in told else []
     if told["verdict"] == Verdict.PROVED.value:
         size = counted(told["certificate"]["bytes"], "byte")
@@ -349,7 +361,8 @@ def _ready(told: Mapping[str, Any]) -> dict[str, Any]:
     """The facts with what templates only place."""
     variables = told["variables"]
     more = [{"within": within(result), "weak": _weak(result)} for result in told["results"]]
-    results = [drawn(result, variables) | words for result, words in zip(told["results"], more, strict=True)]
+    dt = told["dt"]
+    results = [drawn(result, variables, dt) | words for result, words in zip(told["results"], more, strict=True)]
     return {**told, "rows": _rows(told), "results": results}
 
 
