@@ -63,7 +63,7 @@ def folded(tree: GrownTree, tests: Asked, largest: np.float32 = INFINITE) -> Fol
     skip |= dict(zip(split[always].tolist(), tree.left[split[always]].tolist(), strict=True))
     to_the_left = np.where(never | always, always, ~tests.rising)  # where a NaN goes here, as the steps' tree names it
     nan = (tests.passes(np.full(len(split), np.nan, dtype=np.float32)) == to_the_left).all()
-    return Folded(_without(GrownTree(feature, threshold, left, right, tree.action), skip), bool(nan))
+    return Folded(without(GrownTree(feature, threshold, left, right, tree.action), skip), bool(nan))
 
 
 def _order(number: Any) -> int:
@@ -77,7 +77,7 @@ def _number(order: Any) -> Float32:
     return np.where(np.asarray(order) < 0, -bits, bits)
 
 
-def _without(tree: GrownTree, skip: dict[int, int]) -> GrownTree:
+def without(tree: GrownTree, skip: dict[int, int]) -> GrownTree:
     """The tree without splits that all observations pass on one side; `skip`: node -> that side."""
 
     def led(node: int) -> int:

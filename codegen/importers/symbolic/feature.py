@@ -1,0 +1,154 @@
+"""Tests of one number of the observation: where, among all floats, their answer turns.
+
+Does: a feature as a chain of steps on one input; the truth of a test at a number; the places where it changes, found
+  by bisection through the steps' own arithmetic.
+Assumes: each step never falls, never rises, or falls below 0 and rises from there on; it takes every float, also
+  infinite ones, and gives NaN for NaN only.
+Does not: follow a program, or know a language: steps and comparisons compute with the scalars that a front end chose.
+
+Additions of, products with and quotients by finite numbers that are not 0, minima, maxima, conversions and roundings
+are such steps, in any precision. They may be constant on stretches and overflow: what is found is exact nevertheless.
+"""
+
+import operator
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from codegen.importers.symbolic.line import LAST, Number, at_most, below, number, place
+
+SIGNS: Mapping[str, Callable[[Any, Any], Any]] = {
+    "<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge, "==": operator.eq, "!=": operator.ne,
+}  # fmt: skip
+TURNED = {"<": ">", "<=": ">=", ">": "<", ">=": "<=", "==": "==", "!=": "!="}
+RISING, FALLING, FOLDING = "rising", "falling", "folding"  # folding: falls below 0, rises from 0 on
+
+
+@dataclass(frozen=True)
+class Step:
+    """A computation on one number. `key` says all that it does: equal keys, equal steps."""
+
+    key: str
+    apply: Callable[[Any], Any]
+    sense: str = RISING
+
+
+@dataclass(frozen=True)
+class Feature:
+    """An input, by its place, and what is computed of it, first step first. Without steps it is the input itself."""
+
+    place: int
+    steps: tuple[Step, ...] = ()
+
+    def then(self, *steps: Step) -> "Feature":
+        """The feature with further steps."""
+        return Feature(self.place, self.steps + steps)
+
+    def value(self, given: float) -> Any:
+        """What is computed of a number of the observation."""
+        value: Any = given
+        for step in self.steps:
+            value = step.apply(value)
+        return value
+
+    @property
+    def key(self) -> str:
+        """Equal for equal features."""
+        return f"{self.place};{';'.join(step.key for step in self.steps)}"
+
+
+@dataclass(frozen=True)
+class Test:
+    """A comparison of a feature with a number; of one without steps, exactly, as whole numbers or doubles."""
+
+    __test__ = False  # no test of pytest
+
+    feature: Feature
+    sign: str
+    number: Any  # not NaN
+
+    def at(self, given: float) -> bool:
+        """Whether it holds for a number of the observation."""
+        return bool(SIGNS[self.sign](self.feature.value(given), self.number))
+
+    @property
+    def key(self) -> str:
+        """Equal for equal tests."""
+        return f"{self.feature.key} {self.sign} {type(self.number).__name__} {self.number!r}"
+
+
+class Turn(NamedTuple):
+    """The last place where a test answers as below it, and a double that separates it from the next place."""
+
+    place: int
+    threshold: float
+
+
+class Turns(NamedTuple):
+    """The answers of a test: `first` at the lowest number, then another one after each turn, and one for NaN."""
+
+    first: bool
+    turns: tuple[Turn, ...]  # ascending
+    nan: bool
+
+
+def turns_of(test: Test, numbers: str) -> Turns:
+    """All turns of a test among the `numbers`."""
+    last = LAST[numbers]
+    found = _exact(test, numbers) if not test.feature.steps else _searched(test, numbers)
+    first = answer = test.at(number(-last, numbers))
+    turns: list[Turn] = []
+    for each in sorted(set(found)):
+        if -last <= each.place < last and test.at(number(each.place + 1, numbers)) != answer:
+            answer = not answer
+            turns.append(each)
+    return Turns(first, tuple(turns), test.at(float("nan")))
+
+
+def _exact(test: Test, numbers: str) -> list[Turn]:
+    """Where a comparison of an input itself may turn."""
+    given: Number = test.number
+    ends = {"<": (below,), ">=": (below,), "<=": (at_most,), ">": (at_most,)}.get(test.sign, (below, at_most))
+    return [Turn(place(end(given), numbers), end(given)) for end in ends]
+
+
+def _searched(test: Test, numbers: str) -> list[Turn]:
+    """Where a comparison of steps may turn: where they pass the number, and where they turn themselves."""
+    feature, given = test.feature, test.number
+    found: list[int] = []
+    for low, high, _ in _pieces(feature, numbers):
+        found.append(high)
+        for sign in (operator.lt, operator.le):
+            found.append(_last(low, high, lambda at, sign=sign: sign(feature.value(number(at, numbers)), given)))
+    return [Turn(each, number(each, numbers)) for each in found]
+
+
+def _pieces(feature: Feature, numbers: str) -> list[tuple[int, int, bool]]:
+    """Stretches of places, first to last, on which the steps never fall (True) or never rise."""
+    pieces = [(-LAST[numbers], LAST[numbers], True)]
+    for count, step in enumerate(feature.steps):
+        if step.sense == FALLING:
+            pieces = [(low, high, not rising) for low, high, rising in pieces]
+        if step.sense != FOLDING:
+            continue
+        before, parts = Feature(feature.place, feature.steps[:count]), list[tuple[int, int, bool]]()
+        for low, high, rising in pieces:
+            middle = _last(low, high, lambda at, before=before: before.value(number(at, numbers)) < 0)
+            for start, end in ((low, middle), (middle + 1, high)):
+                if start <= end:
+                    negative = bool(before.value(number(start, numbers)) < 0)
+                    parts.append((start, end, rising != negative))
+        pieces = parts
+    return pieces
+
+
+def _last(low: int, high: int, holds: Callable[[int], Any]) -> int:
+    """The last place from `low` on that answers as `low` does, where the answer turns at most once."""
+    first = bool(holds(low))
+    while low < high:
+        middle = (low + high + 1) // 2
+        if bool(holds(middle)) == first:
+            low = middle
+        else:
+            high = middle - 1
+    return low

@@ -1,0 +1,188 @@
+"""All paths of a program, one after the other: as a tree, and once more for many observations at once.
+
+Does: `holds` answers a test that a program asks, and comes back later for the other answer; tests that earlier ones
+  decide are no split, so that every leaf can be reached.
+Assumes: a program that does the same again where it gets the same answers.
+Does not: evaluate anything of a program.
+
+A program is followed from its start, or from the last state that it marked, with the answers given since. So a front
+end is an ordinary interpreter: it forks by calling `holds`, and needs no copy of itself.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+
+from codegen.errors import InputError
+from codegen.importers.folding import without
+from codegen.importers.symbolic.feature import SIGNS, Test, Turns, turns_of
+from codegen.importers.symbolic.line import LAST
+from codegen.ir import MAX_DEPTH, NO_ACTION, NO_CHILD, NO_FEATURE, Bool, Floats, GrownTree
+
+MAX_NODES = 1 << 19
+MAX_STEPS = 5_000_000  # of following paths, which a program of many variables multiplies
+MANY_PATHS = "return in each branch, and build tables outside the function"
+Run: TypeAlias = "Callable[[Paths, Any], Any]"  # paths, the state to go on from or None -> what is returned
+
+
+class _Open(NamedTuple):
+    """A path that is still to be followed."""
+
+    state: Any  # that was marked
+    answers: tuple[bool, ...]  # since then
+    known: Any  # what was known there
+    parent: int  # the split that leads on to it
+    depth: int
+
+
+class Paths(ABC):
+    """The paths of a program, and how far the present one was followed."""
+
+    line = 0  # of the source, as the front end says it
+
+    def __init__(self, where: str, known: Any) -> None:
+        self.where, self.steps = where, 0
+        self.known = known  # how earlier answers narrow the observation
+        self._open = [_Open(None, (), known, NO_CHILD, 0)]
+        self._answers: tuple[bool, ...] = ()
+        self._given, self._parent, self._depth = list[bool](), NO_CHILD, 0
+        self._mark: tuple[Any, Any] = (None, known)
+
+    def follow(self, run: Run) -> None:
+        """Follows all paths. InputError for too many."""
+        while self._open:
+            state, self._answers, self.known, self._parent, self._depth = self._open.pop()
+            self._mark, self._given = (state, self.known), []
+            self.ended(run(self, state))
+
+    def mark(self, state: Any) -> None:
+        """The program could go on from this state, which nothing changes any more."""
+        if len(self._given) >= len(self._answers):
+            self._mark, self._answers, self._given = (state, self.known), (), []
+
+    def step(self, count: int = 1) -> None:
+        """Counts the work. InputError beyond its limit."""
+        self.steps += count
+        if self.steps > MAX_STEPS:
+            raise self.refused("the program does not end, or has too many paths", MANY_PATHS)
+
+    def refused(self, what: str, advice: str) -> InputError:
+        """What is wrong at the present line."""
+        return InputError(what, f"{self.where}, line {self.line}" if self.line else self.where, advice)
+
+    @abstractmethod
+    def holds(self, test: Test) -> bool:
+        """Whether a test holds on this path; where both may be, first one and then the other."""
+
+    @abstractmethod
+    def ended(self, value: Any) -> None:
+        """A path has returned a value."""
+
+    def _fork(self, asked: tuple[int, float]) -> bool:
+        """One of the two answers to a test that is open."""
+        if len(self._given) < len(self._answers):
+            answer = self._answers[len(self._given)]
+        else:
+            answer, parent = True, self._split(asked)
+            self._open.append(
+                _Open(self._mark[0], (*self._given, False), self._mark[1], ~parent, self._depth + 1)  # ~: its right
+            )
+            self._parent, self._depth = parent, self._depth + 1
+        self._given.append(answer)
+        return answer
+
+    def _split(self, asked: tuple[int, float]) -> int:
+        """A new split; its place."""
+        return 0
+
+
+class Growth(Paths):
+    """The tree of a program: `rows`, a node each, in preorder; a leaf's action is the place of its value."""
+
+    def __init__(self, where: str, numbers: str) -> None:
+        super().__init__(where, dict[int, tuple[int, int]]())  # feature -> first and last place that may be
+        self.numbers, self.rows, self.values = numbers, list[list[float]](), dict[Any, int]()
+        self.nan = True  # whether a NaN goes where the program sends it
+        self._turns: dict[str, Turns] = {}
+
+    def holds(self, test: Test) -> bool:
+        """Splits as often as the test turns within what is known."""
+        key, last, feature = test.key, LAST[self.numbers], test.feature.place
+        turns = self._turns.get(key)
+        if turns is None:
+            turns = self._turns[key] = turns_of(test, self.numbers)
+        while True:
+            low, high = self._within(feature, last)
+            inner = [turn for turn in turns.turns if low <= turn.place < high]
+            if not inner:
+                holds = turns.first ^ (sum(turn.place < low for turn in turns.turns) % 2 == 1)
+                self.nan &= high < last or turns.nan == holds
+                return holds
+            at = inner[-1]
+            left = self._fork((feature, at.threshold))
+            self.known = {**self.known, feature: (low, at.place) if left else (at.place + 1, high)}
+
+    def _within(self, feature: int, last: int) -> tuple[int, int]:
+        return self.known.get(feature, (-last, last))
+
+    def ended(self, value: Any) -> None:
+        """A leaf."""
+        self._node([NO_FEATURE, 0.0, NO_CHILD, NO_CHILD, self.values.setdefault(value, len(self.values))])
+
+    def tree(self) -> GrownTree:
+        """The tree; a split whose sides decide alike is left out."""
+        tree = GrownTree(*np.array(self.rows, dtype=np.float64).T)
+        same, kinds = dict[int, int](), dict[Any, int]()  # splits to leave out; what decides, and its number
+        kind = [0] * len(self.rows)
+        for node in range(len(self.rows) - 1, -1, -1):
+            feature, threshold, left, right, action = self.rows[node]
+            sides = (kind[int(left)], kind[int(right)]) if feature != NO_FEATURE else ()
+            if sides and sides[0] == sides[1]:
+                same[node], kind[node] = int(left), sides[0]
+            else:
+                kind[node] = kinds.setdefault((feature, threshold, action, sides), len(kinds))
+        return without(tree, same)
+
+    def _split(self, asked: tuple[int, float]) -> int:
+        if self._depth == MAX_DEPTH:
+            raise self.refused(f"the tree is deeper than {MAX_DEPTH} splits", "simplify it first")
+        return self._node([*asked, NO_CHILD, NO_CHILD, NO_ACTION])
+
+    def _node(self, row: list[float]) -> int:
+        if len(self.rows) == MAX_NODES:
+            raise self.refused(f"the tree has more than {MAX_NODES} nodes", "simplify its conditions")
+        if self.rows:
+            right = self._parent < 0
+            self.rows[~self._parent if right else self._parent][3 if right else 2] = len(self.rows)
+        self.rows.append(row)
+        return len(self.rows) - 1
+
+
+class Replay(Paths):
+    """What a program returns for each of many observations, by its own comparisons."""
+
+    def __init__(self, where: str, rows: Floats) -> None:
+        super().__init__(where, np.arange(len(rows)))  # the observations that come this far
+        self.columns = [np.asarray(column, dtype=np.float64) for column in rows.T]
+        self.values: list[Any] = [None] * len(rows)
+
+    def holds(self, test: Test) -> bool:
+        """Splits the observations once, where some of them pass and others do not."""
+        holds = self._passing(test, self.columns[test.feature.place][self.known])
+        if holds.all() or not holds.any():
+            return bool(len(holds)) and bool(holds[0])
+        answer = self._fork((0, 0.0))
+        self.known = self.known[holds if answer else ~holds]
+        return answer
+
+    def ended(self, value: Any) -> None:
+        """The observations that came here return this."""
+        for place in self.known.tolist():
+            self.values[place] = value
+
+    def _passing(self, test: Test, given: Floats) -> Bool:
+        if test.feature.steps or not isinstance(test.number, float):
+            return np.array([test.at(each) for each in given.tolist()], dtype=np.bool_)
+        return np.asarray(SIGNS[test.sign](given, test.number), dtype=np.bool_)
