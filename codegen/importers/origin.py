@@ -27,6 +27,7 @@ from codegen.ir import MAX_LENGTH, Bool, Floats, GrownTree, Int32
 from codegen.lowering.deploy import deployed
 from codegen.lowering.render import comment
 
+MAX_NOTES = 8
 AGENT, TEAM = "agent_0", "team"
 SINGLES, DOUBLES = (f"any numbers, which it makes {numbers}" for numbers in (FLOAT32, FLOAT64))
 NAN_KEPT, NAN_RIGHT = "decided as in the origin", "goes right, whatever the origin does"
@@ -50,6 +51,7 @@ class Origin:
     given: str = "any numbers"  # what the origin is given where it decides so, in words
     called: Mapping[Any, str] = field(default_factory=dict[Any, str])  # what it calls some of the labels
     keyed: bool = False  # whether it looks features up by these names, wherever they are
+    notes: tuple[str, ...] = ()  # what of the source was skipped or assumed, in words
     n_read: int = 0  # features up to the last one that the origin looks at, also in a test that decides nothing
 
 
@@ -58,6 +60,8 @@ class Said:
     """What the user says of a source that does not say it itself."""
 
     scores: bool = False  # whether a list of numbers holds a score for each action
+    wanted: str = ""  # the function that is asked for, where a file has several
+    width: int = 0  # how many features there are; 0: not said
     arrays: str = ""  # of which numbers NumPy hands over to Python: float32 or float64; "": it is given Python's floats
 
 
@@ -95,6 +99,8 @@ def profile_of(origins: Mapping[str, Origin], given: Names, numbers: str | None 
         facts[f"{policy.agent} given"] = comment(origin.given)
         facts[f"{policy.agent} features"] = comment(names.listed(features))
         facts[f"{policy.agent} actions"] = comment(names.listed(actions))
+        if origin.notes:
+            facts[f"{policy.agent} notes"] = comment("; ".join(origin.notes[:MAX_NOTES]))
         facts[f"{policy.agent} NaN"] = NAN_KEPT if origin.nan else NAN_RIGHT
     kinds = ", ".join(dict.fromkeys(origin.kind for origin in origins.values()))
     provenance = ir.Provenance("imported", "none", 0, "", comment(kinds), facts)

@@ -1,6 +1,7 @@
-"""Importing if/else Python: files written by hand.
+"""Importing Python: files written by hand.
 
-Does: source.py reads functions, file.py what stands around them; meaning.py follows them as Python would.
+Does: file.py evaluates what stands around functions and finds those that decide; machine.py and its handlers
+  (expressions.py, statements.py, library.py) interpret them; arithmetic.py makes tests of features; source.py makes trees.
 Assumes: Python's own grammar (the module ast).
 Does not: run anything of a file.
 """

@@ -1,143 +1,212 @@
-"""A file of if/else Python: its functions, the numbers that it names for all of them, and what else may stand there.
+"""A file of Python: what it names, and which of its functions and classes decide.
 
-Does: reads what stands outside functions; skips literals, and remembers their names; reads numbers and names.
+Does: evaluates what stands outside functions; finds the functions, methods and lambdas that take an observation and
+  return a decision, and are no parts of others.
 Assumes: a syntax tree of the module ast.
-Does not: read a function's statements (source.py), run, import or evaluate anything of the file.
+Does not: follow a function (source.py).
+
+What is not understood outside functions is skipped with a word: names that it sets are an error where a decision reads
+them, and so is all that it might have changed.
 """
 
 import ast
-import math
-from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 from codegen.errors import InputError, shown
-from codegen.importers.rules import Number
+from codegen.importers.python.machine import STATE_ADVICE, Machine, text_of
+from codegen.importers.python.values import Class, Function, Instance, Module, Scope, Unread
 
-MAX_SHOWN = 60
+MAGIC = frozenset(
+    ("exec", "eval", "globals", "locals", "vars", "setattr", "delattr", "compile", "__import__", "__builtins__")
+)
+PLAYING = frozenset(("step", "reset", "render"))  # of an environment: whoever calls it plays
+USUAL = ("__call__", "act", "decide", "predict", "select_action", "choose_action", "get_action", "policy", "control",
+         "compute_action", "step", "forward", "action")  # fmt: skip
+MUTABLE = (list, dict, set, Instance, Class)
+CHANGES = (ast.Attribute, ast.Subscript)
+ALONE = "say --agents {}=FILE to take this function alone"
 
 
-def refused(node: ast.AST, where: str, what: str, advice: str) -> InputError:
-    """What is wrong at a node's line."""
-    return InputError(what, f"{where}, line {getattr(node, 'lineno', 1)}", advice)
+class Decider(NamedTuple):
+    """A function that decides, and what stands before the observation: the object whose method it is."""
+
+    name: str
+    function: Function
+    first: tuple[Any, ...] = ()
 
 
 @dataclass(frozen=True)
 class File:
     """What a file holds."""
 
-    functions: tuple[ast.FunctionDef, ...]
-    constants: Mapping[str, Number]  # numbers with names
-    skipped: frozenset[str]  # names of other literals, which no decision may read
+    scope: Scope
+    parsed: ast.Module
+    machine: Machine
+    simple: bool  # whether no function changes a list or an object, or holds another one
 
 
-def file_of(parsed: ast.Module, where: str) -> File:
-    """The functions of a file, and what it names for all of them. InputError for whatever else does something."""
-    functions: list[ast.FunctionDef] = []
-    constants: dict[str, Number] = {}
-    skipped: set[str] = set()
-    bound: Counter[str] = Counter()
-    _ensure_idle(parsed, where)
+def file_of(parsed: ast.Module, machine: Machine) -> File:
+    """A file, evaluated but for its functions. InputError for what may give names other meanings."""
+    for node in ast.walk(parsed):
+        if isinstance(node, ast.Name) and node.id in MAGIC:
+            raise machine.refused(node, f"{node.id!r} may change what names stand for", "remove it")
+        annotation = getattr(node, "annotation", None) or getattr(node, "returns", None)
+        for each in ast.walk(annotation) if isinstance(annotation, ast.AST) else ():
+            if isinstance(each, ast.Call | ast.NamedExpr):
+                raise machine.refused(each, "an annotation calls or assigns something", "name types only")
+    scope = Scope({"__name__": "policy"})
     for node in parsed.body:
-        names: list[str] = []
-        if isinstance(node, ast.FunctionDef):
-            functions.append(node)
-            names = [node.name]
-        elif isinstance(node, ast.Import | ast.ImportFrom):
-            names = [(each.asname or each.name).split(".")[0] for each in node.names]
-        elif (pair := named_value(node)) is not None and (value := number_of(pair[1])) is not None:
-            constants[pair[0]] = value
-            names = [pair[0]]
-        elif isinstance(node, ast.Assign | ast.AnnAssign) and _is_idle(node):
-            names = assigned(node)
-            skipped.update(names)
-        elif not isinstance(node, ast.Pass) and not (isinstance(node, ast.Expr) and _is_literal(node.value)):
-            what = f"{words_of(node)} stands outside a function"
-            raise refused(node, where, what, "keep functions, literals, and numbers with names, only")
-        bound.update(names)
-    for name in [name for name, count in bound.items() if count > 1 or name == "*"]:
-        raise InputError(f"the name {shown(name)!r} may mean several things", where, "give each name once")
-    if not functions:
-        raise InputError("the file has no function", where, "write one function an agent: def agent(x): ...")
-    return File(tuple(functions), constants, frozenset(skipped))
+        try:
+            machine.run(node, scope)
+        except InputError as error:
+            if isinstance(node, ast.ImportFrom) or machine.steps > 1 << 22:
+                raise
+            _skip(machine, node, scope, error)
+    for node in ast.walk(parsed):
+        if isinstance(node, ast.Global):
+            for name in node.names:
+                scope.names[name] = Unread(f"{shown(name)!r} may change between calls", STATE_ADVICE, node.lineno)
+    functions = [node for node in ast.walk(parsed) if isinstance(node, ast.FunctionDef)]
+    inner = [each for node in functions for part in node.body for each in ast.walk(part)]
+    return File(scope, parsed, machine, not any(map(_is_changing, inner)))
 
 
-def _is_idle(node: ast.Assign | ast.AnnAssign) -> bool:
-    """Whether an assignment gives names to a literal, or declares a name, and does nothing else."""
-    targets = node.targets if isinstance(node, ast.Assign) else [node.target]
-    parts = [each for target in targets for each in ast.walk(target)]
-    plain = all(isinstance(each, ast.Name | ast.Tuple | ast.List | ast.Store) for each in parts)
-    return plain and (node.value is None or _is_literal(node.value))
+def _is_changing(node: ast.AST) -> bool:
+    """Whether a state that was marked might be changed by what follows: lists and objects, or functions that see it."""
+    if isinstance(node, CHANGES) and not isinstance(node.ctx, ast.Load):
+        return True
+    if isinstance(node, ast.AugAssign | ast.Lambda | ast.FunctionDef | ast.GeneratorExp):
+        return True
+    return isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in CHANGING
 
 
-def _is_literal(node: ast.expr) -> bool:
-    """Whether an expression is a literal: constants, and lists, tuples, sets and dictionaries of literals."""
-    inner = (ast.Constant, ast.List, ast.Tuple, ast.Set, ast.Dict, ast.Load, ast.UnaryOp, ast.USub, ast.UAdd)
-    return all(isinstance(each, inner) for each in ast.walk(node))
+CHANGING = frozenset(("append", "extend", "insert", "pop", "remove", "reverse", "clear", "update", "setdefault", "add",
+                      "discard", "sort"))  # fmt: skip
 
 
-def _ensure_idle(parsed: ast.Module, where: str) -> None:
-    """InputError for annotations that do something: Python evaluates them, and they may give names other values."""
-    for given in ast.walk(parsed):
-        annotation = getattr(given, "annotation", None) or getattr(given, "returns", None)
-        for node in ast.walk(annotation) if isinstance(annotation, ast.AST) else ():
-            if isinstance(node, ast.Call | ast.NamedExpr):
-                raise refused(node, where, "an annotation calls or assigns something", "name types only")
+def _skip(m: Machine, node: ast.stmt, scope: Scope, error: InputError) -> None:
+    """Goes on without a statement: what it sets, or might change, is not known any more."""
+    unread = Unread(error.what, error.next_step, node.lineno)
+    called = [each.func for each in ast.walk(node) if isinstance(each, ast.Call)]
+    own = any(isinstance(scope.names.get(each.id), Function | Class) for each in called if isinstance(each, ast.Name))
+    stores = any(isinstance(each, CHANGES) and not isinstance(each.ctx, ast.Load) for each in ast.walk(node))
+    for each in ast.walk(node):
+        if isinstance(each, ast.Name):
+            held = scope.names.get(each.id)
+            touched = ((called or stores) and isinstance(held, MUTABLE)) or (stores and isinstance(held, Module))
+            if isinstance(each.ctx, ast.Store) or touched:
+                scope.names[each.id] = unread
+        if isinstance(each, ast.FunctionDef | ast.ClassDef):
+            scope.names[each.name] = unread
+    if own:
+        scope.names |= {
+            name: unread
+            for name, value in scope.names.items()
+            if isinstance(value, MUTABLE) and not isinstance(value, Class)
+        }
+    m.notes[f"line {node.lineno}: {text_of(node)} is skipped: {error.what}"] = None
 
 
-def words_of(node: ast.AST) -> str:
-    """The kind of a node, in quotes."""
-    return f"{type(node).__name__!r}"
+# --- which functions decide
 
 
-def text_of(node: ast.expr) -> str:
-    """An expression as Python, short enough for a line."""
-    try:
-        return shown(ast.unparse(node))[:MAX_SHOWN]
-    except ValueError:  # of integers with thousands of digits
-        return words_of(node)
+def deciders(file: File, wanted: str = "") -> list[Decider]:
+    """The functions that decide; `wanted`: the only one that is asked for, if there is one of that name."""
+    names = {name: value for name, value in file.scope.names.items() if isinstance(value, Function | Class | Instance)}
+    if isinstance(names.get(wanted), Function):
+        return [Decider(wanted, names[wanted])]
+    made = {id(each.kind) for each in names.values() if isinstance(each, Instance)}
+    found: dict[str, Decider] = {}
+    for name, value in names.items():
+        if isinstance(value, Class) and id(value) in made:
+            continue
+        decider = Decider(name, value) if isinstance(value, Function) else _method(file, name, value)
+        if decider is None:
+            continue
+        why = _idle(file.machine, decider)
+        if why:
+            file.machine.notes[f"{shown(name)} is skipped: it {why}"] = None
+        elif not any(decider.function is each.function and decider.first == each.first for each in found.values()):
+            found[name] = decider
+    if isinstance(names.get(wanted), Class | Instance) and wanted in found:
+        return [found[wanted]]
+    used = {inner for name, each in found.items() for inner in _names(file, each) if inner != name}
+    roots = [each for name, each in found.items() if name not in used]
+    if not (roots or found):
+        unread = next((each for each in file.scope.names.values() if isinstance(each, Unread)), None)
+        known = ", ".join(file.machine.notes)[:200]
+        where = f"{file.machine.where}, line {unread.line}" if unread else file.machine.where
+        what = unread.what if unread else "the file has no function that takes an observation and returns a decision"
+        raise InputError(what, where, f"write one function an agent: def agent(x): ...{known and '; ' + known}")
+    return roots or list(found.values())
 
 
-def named_value(node: ast.stmt) -> tuple[str, ast.expr] | None:
-    """The name and the value of `name = value` or `name: type = value`."""
-    if isinstance(node, ast.Assign) and len(node.targets) == 1 and isinstance(node.targets[0], ast.Name):
-        return node.targets[0].id, node.value
-    if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name) and node.value is not None:
-        return node.target.id, node.value
-    return None
+def _method(file: File, name: str, value: Class | Instance) -> Decider | None:
+    """The method of a class that decides."""
+    kind = value if isinstance(value, Class) else value.kind
+    if kind.enum:
+        return None
+    members = {
+        each: function
+        for base in reversed(_bases(kind))
+        for each, function in base.members.items()
+        if isinstance(function, Function)
+    }
+    public = [each for each in members.values() if each.name == "__call__" or not each.name.startswith("_")]
+    taking = [
+        each
+        for each in public
+        if each.kind != "property"
+        and not _idle(file.machine, Decider(name, each, () if each.kind == "static" else (value,)))
+    ]
+    used = {inner.attr for each in taking for inner in ast.walk(each.node) if isinstance(inner, ast.Attribute)}
+    roots = [each for each in taking if each.name not in used] or taking
+    usual = [each for wanted in USUAL for each in roots if each.name == wanted]
+    if not roots:
+        return None
+    if len(roots) > 1 and not usual:
+        what = f"the class {shown(kind.name)} has several methods that may decide: {', '.join(each.name for each in roots)}"
+        raise file.machine.refused(roots[1].node, what, "name the one that decides act")
+    chosen = (usual or roots)[0]
+    if chosen.kind == "static":
+        return Decider(name, chosen)
+    return Decider(name, chosen, (value,))
 
 
-def number_of(node: ast.expr) -> Number | None:
-    """A finite number with its signs; None: it is none."""
-    if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub | ast.UAdd):
-        inner = number_of(node.operand)
-        return None if inner is None else -inner if isinstance(node.op, ast.USub) else +inner
-    value = node.value if isinstance(node, ast.Constant) else None
-    return value if isinstance(value, int | float) and (isinstance(value, int) or math.isfinite(value)) else None
+def _bases(kind: Class) -> list[Class]:
+    return [kind, *(each for base in kind.bases for each in _bases(base))]
 
 
-def dotted(node: ast.expr) -> str:
-    """A name with dots, such as Action.LEFT; "": it is none."""
-    parts: list[str] = []
-    while isinstance(node, ast.Attribute):
-        parts.append(node.attr)
-        node = node.value
-    return ".".join([node.id, *reversed(parts)]) if isinstance(node, ast.Name) else ""
+def _idle(m: Machine, decider: Decider) -> str:
+    """Why a function decides nothing; "": it may."""
+    node, function = decider.function.node, decider.function
+    takes = node.args
+    required = [
+        each.arg for each in (*takes.posonlyargs, *takes.args, *takes.kwonlyargs) if each.arg not in function.defaults
+    ]
+    if len(required) <= len(decider.first):
+        return "takes no observation"
+    if function in m.used:
+        return "is called outside functions"
+    if isinstance(node, ast.Lambda):
+        return ""
+    inner = [each for part in node.body for each in ast.walk(part)]
+    if not any(isinstance(each, ast.Return) and each.value is not None for each in inner):
+        return "returns nothing"
+    if any(
+        isinstance(each, ast.Call) and isinstance(each.func, ast.Attribute) and each.func.attr in PLAYING
+        for each in inner
+    ):
+        return "plays an environment"
+    return ""
 
 
-def assigned(node: ast.stmt) -> list[str]:
-    """The names that a statement assigns to, itself; of ways to assign, no others are understood."""
-    targets = node.targets if isinstance(node, ast.Assign) else [node.target] if isinstance(node, ast.AnnAssign) else []
-    return [each.id for target in targets for each in ast.walk(target) if isinstance(each, ast.Name)]
-
-
-def assigned_below(nodes: Sequence[ast.stmt]) -> Counter[str]:
-    """How often names are assigned to in statements and below them."""
-    found: Counter[str] = Counter()
-    open_ = list(nodes)
-    while open_:
-        node = open_.pop()
-        found.update(assigned(node))
-        if isinstance(node, ast.If):
-            open_ += [*node.body, *node.orelse]
-    return found
+def _names(file: File, decider: Decider) -> Iterable[str]:
+    """The names that a function, or the class whose method it is, mentions."""
+    nodes: list[ast.AST] = [decider.function.node]
+    for each in decider.first:
+        kind = each if isinstance(each, Class) else each.kind
+        nodes += [one.node for base in _bases(kind) for one in base.members.values() if isinstance(one, Function)]
+    return {inner.id for node in nodes for inner in ast.walk(node) if isinstance(inner, ast.Name)}

@@ -1,79 +1,55 @@
-"""If/else Python as decision trees, one for each function of a file.
+"""Python that decides, as decision trees: one for each function or class of a file that takes an observation.
 
-Does: reads a file's syntax tree: nested ifs, comparisons of a feature with a number, and what is returned.
+Does: follows functions along all of their paths (machine.py), with the numbers of the observation as features; makes
+  labels of what they return.
 Assumes: Python's own grammar (the module ast); a caller that hands over observations as numbers.
-Does not: run, import or evaluate anything of the file. Whatever is not understood is refused with its line.
+Does not: run or import anything of the file. What has no meaning as a tree is refused with its line.
 
-The function takes one observation and names features as `x[0]` or `x["speed"]`, or takes one parameter a feature.
-Python compares doubles, so that each test can be kept exactly (rules.py). An element of a NumPy array is no Python
-float: NumPy 2 first makes the other number one of the array's type, so that float32 arrays meet float32(0.1), not 0.1.
-Only the caller knows which it is: `Said.arrays`.
+Python compares doubles, so that each test can be kept exactly. An element of a NumPy array is no Python float: NumPy 2
+first makes the other number one of the array's type, so that float32 arrays meet float32(0.1), not 0.1. Only the caller
+knows which it is: `Said.arrays`.
 """
 
 import ast
+import copy
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
 from codegen.errors import InputError, shown
 from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers.origin import NOTHING, Origin, Said
-from codegen.importers.python import meaning
-from codegen.importers.python.file import (
-    File,
-    assigned,
-    assigned_below,
-    dotted,
-    file_of,
-    named_value,
-    number_of,
-    refused,
-    text_of,
-    words_of,
-)
-from codegen.importers.rules import (
-    Condition,
-    If,
-    Joined,
-    Not,
-    Number,
-    Return,
-    Set,
-    Statement,
-    Value,
-    compared,
-    labels_of,
-    program,
-)
-from codegen.ir import Floats, Int32
+from codegen.importers.python.classes import instance_of
+from codegen.importers.python.file import ALONE, Decider, File, deciders, file_of
+from codegen.importers.python.inputs import Inputs
+from codegen.importers.python.machine import RETURN_ADVICE, Machine
+from codegen.importers.python.statements import follow, linked
+from codegen.importers.python.values import Class, Condition, Extreme, Instance, Member, Part, Scope, Symbol
+from codegen.importers.symbolic.feature import Feature, Test
+from codegen.importers.symbolic.labels import Value
+from codegen.importers.symbolic.paths import Paths
+from codegen.importers.symbolic.program import Described, origin_of
 from codegen.process.unwarned import unwarned
 
-KIND, REPLAYED_BY = "if/else Python", "an interpreter of the file's syntax tree"
-MAX_FEATURES = 1 << 20
+KIND = "if/else Python"
 MAX_BITS = 1 << 12  # of a returned integer; Python writes out no more than some thousand digits
-OPERATORS: Mapping[type[ast.cmpop], str] = {
-    ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!=",
-}  # fmt: skip
-TURNED = {"<": ">", "<=": ">=", ">": "<", ">=": "<=", "==": "==", "!=": "!="}
 GIVEN = {"": "Python's floats, or float64 arrays", FLOAT32: "float32 arrays of NumPy 2", FLOAT64: "float64 arrays"}
 FLOATS_ONLY = "Python's floats, no arrays: a whole number in the file is no double"
-TEST_ADVICE = "compare one feature with a number; give a sum or a difference as a feature of its own"
-RETURN_ADVICE = "return a number, a text, a name or a list of numbers"
-NUMBER_ADVICE = "write a finite number, or a name that the file gives to one"
 
 
 def from_python(text: bytes, where: str, said: Said = NOTHING) -> dict[str, Origin]:
-    """The tree of each function in a file of if/else Python, by the function's name. InputError with the line for
-    everything that is no such file.
+    """The tree of each function that decides in a file of Python, by its name. InputError with the line for everything
+    that is no such file.
     """
     try:
         with unwarned():  # about spellings, which would stand on the screen
             parsed = ast.parse(text)
             compile(parsed, "file", "exec", dont_inherit=True)  # refuses what the grammar allows: a parameter twice
-        file = file_of(parsed, where)
-        return {function.name: _origin(function, file, where, said) for function in file.functions}
+            file = file_of(parsed, Machine(where, said.arrays))
+            found = deciders(file, said.wanted)
+            return {each.name: _origin(file, each, said, len(found)) for each in found}
     except SyntaxError as error:
         advice = "Python must be able to read the file"
         place = where if error.lineno is None else f"{where}, line {error.lineno}"
@@ -84,256 +60,167 @@ def from_python(text: bytes, where: str, said: Said = NOTHING) -> dict[str, Orig
         raise InputError(f"not Python: {shown(error)}", where, "Python must be able to read the file") from None
 
 
-def _origin(function: ast.FunctionDef, file: File, where: str, said: Said) -> Origin:
-    reader = _Reader(f"{where}, function {function.name}", file.constants, file.skipped, said.arrays)
-    statements = reader.function(function)
-    found = program(statements, reader.where)
-    labels = labels_of(found.values, reader.order, reader.called, reader.where, scores=said.scores)
-    place = np.array([labels.place(value) for value in found.values], dtype=np.int32)
-    action = np.where(found.tree.action < 0, found.tree.action, place[found.tree.action])
-
-    def act(rows: Floats) -> Int32:
-        values = meaning.decided(function, file.constants, tuple(reader.features), rows, said.arrays)
-        return np.array([labels.place(value) for value in values], dtype=np.int32)
-
-    return Origin(
-        kind=KIND,
-        grown=type(found.tree)(found.tree.feature, found.tree.threshold, found.tree.left, found.tree.right, action),
-        labels=labels.labels,
-        called=labels.called,
-        act=act,
-        replayed_by=REPLAYED_BY,
-        features=tuple(reader.features),
-        keyed=bool(reader.features) and not reader.width,
-        n_features=reader.width or len(reader.features),
-        numbers=said.arrays or FLOAT64,
-        given=FLOATS_ONLY if reader.long and not said.arrays else GIVEN[said.arrays],
-        n_read=reader.last + 1,
-        nan=found.nan,
-    )
+def _origin(file: File, decider: Decider, said: Said, count: int) -> Origin:
+    follower = _Follower(file, decider, said)
+    try:
+        return origin_of(follower.run, follower.machine.where, follower.described)
+    except InputError as error:
+        advice = (
+            f"{error.next_step}; or {ALONE.format('NAME')}, with NAME that of another" if count > 1 else error.next_step
+        )
+        raise InputError(error.what, error.where, advice) from None
 
 
-@dataclass
-class _Reader:
-    """Reads one function; knows what its names stand for."""
+class _Follower:
+    """Follows one function along the paths that it is handed."""
 
-    where: str
-    constants: Mapping[str, Number]  # of the file
-    skipped: frozenset[str]  # names of the file that stand for something else
-    arrays: str = ""  # see Said
-    long: bool = False  # whether a feature is compared with a whole number that no double equals
-    order: list[Value] = field(default_factory=list[Value])  # values as the text names them
-    called: dict[Value, str] = field(default_factory=dict[Value, str])  # values that have a name
-    features: list[str] = field(default_factory=list[str])  # their names, where the function has some
-    width: int = 0  # how many features there are, where the function says so
-    whole: str = ""  # the parameter that is the whole observation
-    aliases: dict[str, int] = field(default_factory=dict[str, int])  # local names of features
-    numbers: dict[str, Number] = field(default_factory=dict[str, Number])  # local names of numbers
-    variables: set[str] = field(default_factory=set[str])  # assigned somewhere
-    once: set[str] = field(default_factory=set[str])  # ... once, and on every path
-    names: set[str] = field(default_factory=set[str])  # returned without being defined
-    numbered: bool = False  # whether features are looked up by numbers
-    last: int = -1  # the largest of these numbers
-    bare: bool = False  # whether the observation itself is compared, as a single number
-    texts: set[str] = field(default_factory=set[str])  # returned as texts
+    def __init__(self, file: File, decider: Decider, said: Said) -> None:
+        self.file, self.function, self.said = file, decider.function, said
+        self.machine = m = copy.copy(file.machine)
+        m.where = f"{m.where}, function {shown(decider.name)}"
+        self.first = [self._object(m, each) for each in decider.first]
+        takes = self.function.node.args
+        self.names = [each.arg for each in (*takes.posonlyargs, *takes.args)][len(self.first) :]
+        self.names = [each for each in self.names if each not in self.function.defaults]
+        self.keywords = [each.arg for each in takes.kwonlyargs if each.arg not in self.function.defaults]
+        m.inputs = Inputs(m.where, (*self.names, *self.keywords), said.width)
+        m.notes, m.called, m.texts, m.symbols = dict(m.notes), {}, set(), set()
+        for each in (*takes.posonlyargs, *takes.args, *takes.kwonlyargs):
+            kind = file.scope.names.get(each.annotation.id) if isinstance(each.annotation, ast.Name) else None
+            if isinstance(kind, Class) and kind.fields:
+                m.inputs.names[each.arg,] = kind.fields
+        self.default = ", ".join(each for each in self.function.defaults if each not in ("self", "cls"))
 
-    def function(self, node: ast.FunctionDef) -> tuple[Statement, ...]:
-        """The statements of a function."""
-        given = node.args
-        odd = given.vararg or given.kwarg or given.kwonlyargs or given.defaults or node.decorator_list
-        parameters = [each.arg for each in (*given.posonlyargs, *given.args)]
-        if odd or not parameters:
-            raise self.refused(node, "the parameters are not understood", "def agent(x): or def agent(speed, gap):")
-        if len(parameters) == 1:
-            self.whole = parameters[0]
-        else:
-            self.features, self.width = parameters, len(parameters)
-            self.aliases = {name: place for place, name in enumerate(parameters)}
-        count = assigned_below(node.body)
-        self.variables = set(count)
-        self.once = {name for each in node.body for name in assigned(each) if count[name] == 1}
-        for name in (count.keys() & {*parameters}) | (self.constants.keys() & {*count, *parameters}):
-            raise self.refused(node, f"the name {shown(name)!r} means several things", "give each name once")
-        found = self.statements(node.body)
-        if self.names & self.texts:
-            name = min(self.names & self.texts)
-            raise self.refused(node, f"{shown(name)!r} is returned as a text and as a name", "return one of them")
-        return found
-
-    def refused(self, node: ast.AST, what: str, advice: str) -> InputError:
-        """What is wrong at a node's line."""
-        return refused(node, self.where, what, advice)
-
-    # --- statements
-
-    def statements(self, nodes: Sequence[ast.stmt]) -> tuple[Statement, ...]:
-        """Statements, without those that do nothing."""
-        return tuple(found for node in nodes for found in self.statement(node))
-
-    def statement(self, node: ast.stmt) -> tuple[Statement, ...]:
-        """A statement as rules.py knows it."""
-        if isinstance(node, ast.If):
-            condition = self.condition(node.test)
-            return (If(condition, self.statements(node.body), self.statements(node.orelse), node.lineno),)
-        if isinstance(node, ast.Return):
-            if node.value is None:
-                raise self.refused(node, "nothing is returned", RETURN_ADVICE)
-            return self.returned(node.value)
-        if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Tuple | ast.List):
-            self.unpacked(node, node.targets[0])
-            return ()
-        named = named_value(node)
-        if named is not None:
-            return self.assigned(named[0], named[1])
-        if isinstance(node, ast.Pass) or (isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)):
-            return ()
-        what = f"a statement is not understood: {words_of(node)}"
-        raise self.refused(node, what, "use if, elif, else, return and name = value")
-
-    def returned(self, node: ast.expr) -> tuple[Statement, ...]:
-        """The return of an expression."""
-        if isinstance(node, ast.IfExp):
-            condition = self.condition(node.test)
-            return (If(condition, self.returned(node.body), self.returned(node.orelse), node.lineno),)
-        if isinstance(node, ast.Name) and node.id in self.variables and node.id not in self.aliases:
-            return (Return(None, node.id, node.lineno),)
-        return (Return(self.value(node), "", node.lineno),)
-
-    def assigned(self, name: str, node: ast.expr) -> tuple[Statement, ...]:
-        """The assignment of an expression to a name."""
-        if isinstance(node, ast.IfExp):
-            condition = self.condition(node.test)
-            return (If(condition, self.assigned(name, node.body), self.assigned(name, node.orelse), node.lineno),)
-        feature = self.feature(node)
-        if feature is not None:
-            if name not in self.once:
-                what = f"{shown(name)!r} is a feature on some paths only"
-                raise self.refused(node, what, "name features first, once each")
-            self.aliases[name] = feature
-            return ()
-        value = self.value(node)
-        if name in self.once and isinstance(value, int | float):
-            self.numbers[name] = value
-        return (Set(name, value),)
-
-    def unpacked(self, node: ast.Assign, target: ast.Tuple | ast.List) -> None:
-        """`a, b = x`: names for all features."""
-        names = [each.id for each in target.elts if isinstance(each, ast.Name)]
-        whole = isinstance(node.value, ast.Name) and node.value.id == self.whole != ""
-        fits = len(node.targets) == 1 and len(names) == len(target.elts) and set(names) <= self.once
-        if not whole or not fits or self.features or self.width or len(set(names)) < len(names):
-            raise self.refused(node, "an unpacking is not understood", "give each feature a name: a, b = x")
-        self.features, self.width = names, len(names)
-        self.aliases |= {name: place for place, name in enumerate(names)}
-
-    # --- expressions
-
-    def value(self, node: ast.expr) -> Value:
-        """A value that can be returned."""
-        found = self.plain(node)
-        self.order.append(found)
-        return found
-
-    def plain(self, node: ast.expr) -> Value:
-        """A number, a text, a name or a list of numbers."""
-        number = number_of(node)
-        if isinstance(number, int) and number.bit_length() > MAX_BITS:
-            raise self.refused(node, "a number is too long for a name", "return a shorter one")
-        if number is not None:
-            return number
-        if isinstance(node, ast.Constant) and isinstance(node.value, str):
-            self.texts.add(node.value)
-            return node.value
-        if isinstance(node, ast.List | ast.Tuple):
-            numbers = [number_of(each) for each in node.elts]
-            if numbers and None not in numbers:
-                return tuple(each for each in numbers if each is not None)
-        name = dotted(node)
-        if name and name.split(".")[0] not in {self.whole, *self.aliases, *self.variables}:
-            if name in self.constants:
-                self.called.setdefault(self.constants[name], name)
-                return self.constants[name]
-            if name.split(".")[0] in self.constants:
-                raise self.refused(node, "a number has no attributes", RETURN_ADVICE)
-            if name.split(".")[0] in self.skipped:
-                what = f"the name {shown(name)!r} stands for a literal that is not read"
-                raise self.refused(node, what, "write the number or the text itself")
-            self.names.add(name)
-            return name
-        raise self.refused(node, f"a value is not understood: {text_of(node)}", RETURN_ADVICE)
-
-    def condition(self, node: ast.expr) -> Condition:
-        """What an `if` asks."""
-        if isinstance(node, ast.BoolOp):
-            return Joined(isinstance(node.op, ast.And), tuple(self.condition(each) for each in node.values))
-        if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
-            return Not(self.condition(node.operand))
-        if isinstance(node, ast.Compare):
-            operands = [node.left, *node.comparators]
-            pairs = zip(operands, node.ops, operands[1:], strict=False)
-            return Joined(True, tuple(self.comparison(node, *each) for each in pairs))
-        if isinstance(node, ast.Constant) and isinstance(node.value, bool):
-            return node.value
-        feature = self.feature(node)
-        if feature is None:
-            raise self.refused(node, f"a condition is not understood: {text_of(node)}", TEST_ADVICE)
-        return compared(feature, "!=", 0)
-
-    def comparison(self, node: ast.Compare, left: ast.expr, operator: ast.cmpop, right: ast.expr) -> Condition:
-        """A comparison of a feature with a number, on either side."""
-        name = OPERATORS.get(type(operator))
-        if name is None:
-            what = f"a comparison is not understood: {words_of(operator)}"
-            raise self.refused(node, what, "use <, <=, >, >=, == or !=")
-        for one, other, said in ((left, right, name), (right, left, TURNED[name])):
-            feature, number = self.feature(one), self.threshold(other)
-            if feature is not None and number is not None:
-                return compared(feature, said, self.met(node, number))
-        others = [each for each in (left, right) if self.feature(each) is None]
-        if len(others) == 1:
-            what = f"a feature is compared with what is not read as a number: {text_of(others[0])}"
-            raise self.refused(node, what, NUMBER_ADVICE)
-        what = "a comparison is not of a feature and a number" if others else "two features are compared"
-        raise self.refused(node, f"{what}: {text_of(node)}", TEST_ADVICE)
-
-    def met(self, node: ast.expr, number: Number) -> Number:
-        """The number that a feature is compared with where a comparison names `number`."""
+    def _object(self, m: Machine, given: Any) -> Any:
+        """The object whose method decides."""
+        if not isinstance(given, Class) or self.function.kind == "class":
+            return given
         try:
-            with np.errstate(over="ignore", under="ignore"):
-                near = float(np.dtype(self.arrays or FLOAT64).type(number))
-        except OverflowError:  # of a whole number
-            near = math.inf
-        if self.arrays and not math.isfinite(near):
-            what = f"a number is beyond {self.arrays}: {text_of(node)}"
-            raise self.refused(node, what, "write a smaller one; NumPy warns of it, too")
-        self.long |= near != number and isinstance(number, int)
-        return near if self.arrays else number
+            return instance_of(m, given, [], {}, self.function.node)
+        except InputError as error:
+            advice = f"give defaults, or make one in the file: agent = {given.name}(...)"
+            raise InputError(error.what, error.where, advice) from None
 
-    def threshold(self, node: ast.expr) -> Number | None:
-        """A number, or the name of one."""
-        if isinstance(node, ast.Name):
-            return self.numbers.get(node.id, self.constants.get(node.id))
-        return number_of(node)
+    def run(self, paths: Paths, state: Any) -> Value:
+        """What is returned on the present path."""
+        m, function = self.machine, self.function
+        m.paths, m.fresh, m.written, m.depth = paths, {}, {}, 0
+        if state is None:
+            named = {each: Part((each,)) for each in self.keywords}
+            given = [*self.first, *(Part((each,)) for each in self.names)]
+            names = m.bound(function, given, named, function.node)
+            body = (
+                [ast.copy_location(ast.Return(function.node.body), function.node)]
+                if isinstance(function.node, ast.Lambda)
+                else function.node.body
+            )
+            state = linked(body, None), names
+        rest, names = state
+        scope = Scope(dict(names), function.scope, function.local)
+        value = follow(m, rest, scope, marks=self.file.simple)
+        paths.line = m.line
+        return self.label(value)
 
-    def feature(self, node: ast.expr) -> int | None:
-        """The place of a feature; None: the expression is none."""
-        if isinstance(node, ast.Name) and node.id == self.whole:
-            if self.numbered or self.features or self.width > 1:
-                raise self.refused(node, "the observation is used as a number", TEST_ADVICE)
-            self.width, self.bare = 1, True
-            return 0
-        if isinstance(node, ast.Name):
-            return self.aliases.get(node.id)
-        if not isinstance(node, ast.Subscript) or not isinstance(node.value, ast.Name) or node.value.id != self.whole:
-            return None
-        key: object = node.slice.value if isinstance(node.slice, ast.Constant) else None
-        if isinstance(key, str) and not self.numbered and self.width == 0:
-            if key not in self.features:
-                self.features.append(key)
-            return self.features.index(key)
-        named = self.features and self.width == 0  # by texts, as above
-        mixed = named or self.bare or isinstance(key, bool)
-        if not isinstance(key, int) or mixed or not 0 <= key < (self.width or MAX_FEATURES):
-            raise self.refused(node, "a feature is not understood", "write x[0], or x['speed'], one of both everywhere")
-        self.numbered, self.last = True, max(self.last, key)
-        return key
+    def label(self, value: Any) -> Value:
+        """What is returned, as a label."""
+        m = self.machine
+        if isinstance(value, Symbol):
+            m.symbols.add(value.name)
+            return value.name
+        value = m.needed(value)
+        if isinstance(value, Member):
+            plain = value.value if isinstance(value.value, int | float | str) else value.name
+            if not isinstance(plain, str) or plain != value.name:
+                m.called.setdefault(plain, value.name)
+            return self.label(plain)
+        if isinstance(value, Test | Condition):
+            return m.truth(value)
+        if isinstance(value, np.generic):
+            value = value.item()
+        if isinstance(value, Feature | Part | Extreme):
+            return m.whole(value)
+        if isinstance(value, list | tuple) and value:
+            return tuple(self._number(each) for each in value)
+        if isinstance(value, str):
+            m.texts.add(value)
+            return value
+        return self._number(value)
+
+    def _number(self, value: Any) -> Any:
+        m = self.machine
+        value = m.whole(value)
+        value = value.value if isinstance(value, Member) else value.item() if isinstance(value, np.generic) else value
+        if isinstance(value, int) and value.bit_length() > MAX_BITS:
+            raise m.refused(None, "a number is too long for a name", "return a shorter one")
+        if not isinstance(value, int | float) or not math.isfinite(value):
+            if value is None:
+                raise m.refused(None, "a path ends without a return, or returns None", "return an action on every path")
+            words = {dict: "a dictionary", str: "a text in a list", Instance: "an object"}
+            what = words.get(type(value), f"{type(value).__name__.lower()}")
+            raise m.refused(None, f"what is returned is no label: {what}", RETURN_ADVICE)
+        return value
+
+    def described(self) -> Described:
+        """What is known once all paths were followed."""
+        m = self.machine
+        both = m.symbols & m.texts
+        if both:
+            raise m.refused(
+                self.function.node, f"{shown(min(both))!r} is returned as a text and as a name", "return one of them"
+            )
+        order = [
+            each.value if isinstance(each, ast.Constant) else ast.unparse(each)
+            for each in sorted(ast.walk(self.file.parsed), key=_place)
+            if (isinstance(each, ast.Constant)
+            and isinstance(each.value, str))
+            or (isinstance(each, ast.Name | ast.Attribute) and m.symbols)
+        ]
+        if self.default:
+            m.notes[f"with the defaults of {self.default}"] = None
+        given = FLOATS_ONLY if m.long and not self.said.arrays else GIVEN[self.said.arrays]
+        plain = Described(
+            KIND,
+            given,
+            [],
+            order=order,
+            called=self._called(),
+            scores=self.said.scores,
+            finite=m.finite,
+            notes=tuple(m.notes),
+        )
+        return m.inputs.described(plain)
+
+    def _called(self) -> Mapping[Value, str]:
+        """What the source calls its numbers, where it uses a name for one as a value."""
+        found: dict[Value, str] = {}
+        for node in sorted(ast.walk(self.file.parsed), key=_place):
+            parts = (
+                [node]
+                if isinstance(
+                    node,
+                    ast.Return | ast.Assign | ast.AnnAssign | ast.IfExp | ast.List | ast.Tuple | ast.Dict | ast.Lambda,
+                )
+                else []
+            )
+            for each in (value for part in parts for value in _values(part)):
+                if isinstance(each, ast.Name):
+                    held = self.file.scope.names.get(each.id)
+                    if isinstance(held, int | float) and not isinstance(held, bool) and held == held:
+                        found.setdefault(held, each.id)
+        return {**found, **self.machine.called}
+
+
+def _place(node: ast.AST) -> tuple[int, int]:
+    return getattr(node, "lineno", 0), getattr(node, "col_offset", 0)
+
+
+def _values(node: ast.AST) -> list[ast.expr]:
+    """The expressions of a node that are values, and no parts of tests or sums."""
+    if isinstance(node, ast.IfExp):
+        return [node.body, node.orelse]
+    if isinstance(node, ast.List | ast.Tuple):
+        return [*node.elts]
+    if isinstance(node, ast.Dict):
+        return [*node.values]
+    value = node.body if isinstance(node, ast.Lambda) else getattr(node, "value", None)
+    return [value] if isinstance(value, ast.expr) else []

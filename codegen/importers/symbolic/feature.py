@@ -116,30 +116,30 @@ def _searched(test: Test, numbers: str) -> list[Turn]:
     """Where a comparison of steps may turn: where they pass the number, and where they turn themselves."""
     feature, given = test.feature, test.number
     found: list[int] = []
-    for low, high, _ in _pieces(feature, numbers):
+    for low, high, _ in pieces(feature, numbers):
         found.append(high)
         for sign in (operator.lt, operator.le):
             found.append(_last(low, high, lambda at, sign=sign: sign(feature.value(number(at, numbers)), given)))
     return [Turn(each, number(each, numbers)) for each in found]
 
 
-def _pieces(feature: Feature, numbers: str) -> list[tuple[int, int, bool]]:
+def pieces(feature: Feature, numbers: str) -> list[tuple[int, int, bool]]:
     """Stretches of places, first to last, on which the steps never fall (True) or never rise."""
-    pieces = [(-LAST[numbers], LAST[numbers], True)]
+    found = [(-LAST[numbers], LAST[numbers], True)]
     for count, step in enumerate(feature.steps):
         if step.sense == FALLING:
-            pieces = [(low, high, not rising) for low, high, rising in pieces]
+            found = [(low, high, not rising) for low, high, rising in found]
         if step.sense != FOLDING:
             continue
         before, parts = Feature(feature.place, feature.steps[:count]), list[tuple[int, int, bool]]()
-        for low, high, rising in pieces:
+        for low, high, rising in found:
             middle = _last(low, high, lambda at, before=before: before.value(number(at, numbers)) < 0)
             for start, end in ((low, middle), (middle + 1, high)):
                 if start <= end:
                     negative = bool(before.value(number(start, numbers)) < 0)
                     parts.append((start, end, rising != negative))
-        pieces = parts
-    return pieces
+        found = parts
+    return found
 
 
 def _last(low: int, high: int, holds: Callable[[int], Any]) -> int:

@@ -17,8 +17,8 @@ import numpy as np
 
 from codegen.errors import InputError
 from codegen.importers.folding import without
-from codegen.importers.symbolic.feature import SIGNS, Test, Turns, turns_of
-from codegen.importers.symbolic.line import LAST
+from codegen.importers.symbolic.feature import SIGNS, Feature, Test, Turns, pieces, turns_of
+from codegen.importers.symbolic.line import LAST, number
 from codegen.ir import MAX_DEPTH, NO_ACTION, NO_CHILD, NO_FEATURE, Bool, Floats, GrownTree
 
 MAX_NODES = 1 << 19
@@ -41,6 +41,7 @@ class Paths(ABC):
     """The paths of a program, and how far the present one was followed."""
 
     line = 0  # of the source, as the front end says it
+    nan = True  # whether a NaN goes where the program sends it
 
     def __init__(self, where: str, known: Any) -> None:
         self.where, self.steps = where, 0
@@ -77,6 +78,10 @@ class Paths(ABC):
         """Whether a test holds on this path; where both may be, first one and then the other."""
 
     @abstractmethod
+    def least(self, feature: Feature) -> Any:
+        """The least that a feature is on this path."""
+
+    @abstractmethod
     def ended(self, value: Any) -> None:
         """A path has returned a value."""
 
@@ -104,7 +109,6 @@ class Growth(Paths):
     def __init__(self, where: str, numbers: str) -> None:
         super().__init__(where, dict[int, tuple[int, int]]())  # feature -> first and last place that may be
         self.numbers, self.rows, self.values = numbers, list[list[float]](), dict[Any, int]()
-        self.nan = True  # whether a NaN goes where the program sends it
         self._turns: dict[str, Turns] = {}
 
     def holds(self, test: Test) -> bool:
@@ -123,6 +127,12 @@ class Growth(Paths):
             at = inner[-1]
             left = self._fork((feature, at.threshold))
             self.known = {**self.known, feature: (low, at.place) if left else (at.place + 1, high)}
+
+    def least(self, feature: Feature) -> Any:
+        """The least at the ends of the stretches on which the feature only rises or falls."""
+        first, last = self._within(feature.place, LAST[self.numbers])
+        ends = [end for low, high, _ in pieces(feature, self.numbers) for end in (max(low, first), min(high, last))]
+        return min(feature.value(number(end, self.numbers)) for end in ends if first <= end <= last)
 
     def _within(self, feature: int, last: int) -> tuple[int, int]:
         return self.known.get(feature, (-last, last))
@@ -181,6 +191,10 @@ class Replay(Paths):
         """The observations that came here return this."""
         for place in self.known.tolist():
             self.values[place] = value
+
+    def least(self, feature: Feature) -> Any:
+        """The least among the observations that came here."""
+        return min(feature.value(each) for each in self.columns[feature.place][self.known].tolist())
 
     def _passing(self, test: Test, given: Floats) -> Bool:
         if test.feature.steps or not isinstance(test.number, float):

@@ -33,6 +33,7 @@ class Described:
     finite: bool = False
     order: Sequence[Value] = ()  # texts as the source names them
     called: Mapping[Value, str] = field(default_factory=dict[Value, str])  # names of values
+    notes: tuple[str, ...] = ()  # what was skipped or assumed, in words
     scores: bool = False  # whether the user says that lists are scores
 
 
@@ -75,4 +76,5 @@ def origin_of(run: Run, where: str, describe: Callable[[], Described], numbers: 
         given=said.given,
         keyed=said.keyed,
         n_read=said.n_read,
+        notes=said.notes,
     )

@@ -1,0 +1,405 @@
+"""Expressions of Python: what each kind of node is.
+
+Does: names, literals, arithmetic, comparisons, calls, subscripts, choices and comprehensions.
+Assumes: a machine, which counts the work and asks its paths where a feature decides.
+Does not: run statements.
+
+Conditions are decided where they are needed: `fast = v > 1` is no test yet.
+"""
+
+import ast
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+from codegen.errors import shown
+from codegen.importers.python.arithmetic import COMPARISONS, binary, compared, unary
+from codegen.importers.python.library import BUILTINS, items_of, mapped
+from codegen.importers.python.machine import EXPRESSIONS, STATE_ADVICE, Machine, reads, text_of
+from codegen.importers.python.values import (
+    Bound,
+    Class,
+    Condition,
+    Function,
+    Length,
+    Member,
+    Part,
+    Scope,
+    Symbol,
+    Unread,
+)
+from codegen.importers.symbolic.feature import Test
+
+BOOLEAN = (ast.Compare, ast.BoolOp)
+LOGGERS = ("logging", "logger", "log", "LOG", "LOGGER", "warnings", "_logger")
+
+
+@reads(EXPRESSIONS, ast.Constant)
+def _constant(m: Machine, node: ast.Constant, scope: Scope) -> Any:
+    if isinstance(node.value, bytes | complex):
+        return m.unread(f"{text_of(node)} is no number or text", "write a number or a text")
+    return node.value
+
+
+@reads(EXPRESSIONS, ast.Name)
+def _name(m: Machine, node: ast.Name, scope: Scope) -> Any:
+    for each in scope:
+        if node.id in each.names:
+            return each.names[node.id]
+        if node.id in each.local:
+            raise m.refused(node, f"{shown(node.id)!r} holds nothing on some path", "set it on every path")
+    if node.id in BUILTINS:
+        return BUILTINS[node.id]
+    return Symbol(node.id)
+
+
+@reads(EXPRESSIONS, ast.NamedExpr)
+def _walrus(m: Machine, node: ast.NamedExpr, scope: Scope) -> Any:
+    value = scope.names[node.target.id] = m.eval(node.value, scope)
+    return value
+
+
+@reads(EXPRESSIONS, ast.Attribute)
+def _attribute(m: Machine, node: ast.Attribute, scope: Scope) -> Any:
+    return m.attribute(m.eval(node.value, scope), node.attr, node)
+
+
+@reads(EXPRESSIONS, ast.IfExp)
+def _choice(m: Machine, node: ast.IfExp, scope: Scope) -> Any:
+    return m.eval(node.body if decided(m, node.test, scope) else node.orelse, scope)
+
+
+@reads(EXPRESSIONS, ast.BinOp)
+def _binary(m: Machine, node: ast.BinOp, scope: Scope) -> Any:
+    left, right = m.eval(node.left, scope), m.eval(node.right, scope)
+    m.line = node.lineno
+    return binary(m, type(node.op), left, right)
+
+
+@reads(EXPRESSIONS, ast.UnaryOp)
+def _unary(m: Machine, node: ast.UnaryOp, scope: Scope) -> Any:
+    value = m.eval(node.operand, scope)
+    if not isinstance(node.op, ast.Not):
+        return unary(m, type(node.op), value)
+    if isinstance(value, Test | Condition):
+        return Condition(lambda: not m.truth(value))
+    return not m.truth(value)
+
+
+# --- conditions
+
+
+def decided(m: Machine, node: ast.expr, scope: Scope) -> bool:
+    """Whether a condition holds, of which no more is evaluated than decides it."""
+    if isinstance(node, ast.BoolOp):
+        m.count()
+        every = isinstance(node.op, ast.And)
+        return (all if every else any)(decided(m, each, scope) for each in node.values)
+    if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
+        m.count()
+        return not decided(m, node.operand, scope)
+    value = m.eval(node, scope)
+    m.line = node.lineno
+    return m.truth(value)
+
+
+@reads(EXPRESSIONS, ast.BoolOp)
+def _joined(m: Machine, node: ast.BoolOp, scope: Scope) -> Any:
+    """`a and b`: decided later, if nothing but truth can come of it."""
+    if all(_is_condition(each, scope) for each in node.values):
+        then = Scope(dict(scope.names), scope.parent, scope.local)
+        return Condition(lambda: decided(m, node, then))
+    for each in node.values[:-1]:
+        value = m.eval(each, scope)
+        truth = m.truth(value)
+        if truth == isinstance(node.op, ast.Or):
+            return truth if isinstance(value, Test | Condition) else value
+    return m.eval(node.values[-1], scope)
+
+
+def _is_condition(node: ast.expr, scope: Scope) -> bool:
+    if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
+        return _is_condition(node.operand, scope)
+    if isinstance(node, ast.BoolOp):
+        return all(_is_condition(each, scope) for each in node.values)
+    if isinstance(node, ast.Name):
+        return isinstance(scope.names.get(node.id), Test | Condition | bool)
+    return isinstance(node, ast.Compare) and not any(
+        isinstance(each, ast.NamedExpr | ast.Call) for each in ast.walk(node)
+    )
+
+
+@reads(EXPRESSIONS, ast.Compare)
+def _compared(m: Machine, node: ast.Compare, scope: Scope) -> Any:
+    sides = [m.eval(each, scope) for each in (node.left, *node.comparators)]
+    m.line = node.lineno
+    found = [_pair(m, operator, *pair) for operator, *pair in zip(node.ops, sides, sides[1:], strict=False)]
+    if len(found) == 1:
+        return found[0]
+    unread = next((each for each in found if isinstance(each, Unread)), None)
+    return unread or Condition(lambda: all(m.truth(each) for each in found))
+
+
+def _pair(m: Machine, operator: ast.cmpop, left: Any, right: Any) -> Any:
+    sign = COMPARISONS.get(type(operator))
+    if sign is not None:
+        return compared(m, sign, left, right)
+    if isinstance(operator, ast.In | ast.NotIn):
+        if isinstance(right, Part):  # `"speed" in obs`
+            return isinstance(operator, ast.In)
+        items = right if isinstance(right, str | set | frozenset) else items_of(m, right)
+        if isinstance(items, Unread):
+            return items
+        if isinstance(items, str):
+            return (m.needed(left) in items) == isinstance(operator, ast.In)
+        tests = [compared(m, "==", left, each) for each in items]
+        return Condition(lambda: any(m.truth(each) for each in tests) == isinstance(operator, ast.In))
+    same = _same(m, left, right)
+    return same if isinstance(operator, ast.Is) or not isinstance(same, bool) else not same
+
+
+def _same(m: Machine, left: Any, right: Any) -> Any:
+    """What `is` says."""
+    for one, other in ((left, right), (right, left)):
+        if one is None:
+            return other is None if not isinstance(other, Unread) else other
+        if isinstance(one, bool):
+            if isinstance(other, Test | Condition):
+                return Condition(lambda one=one, other=other: m.truth(other) == one)
+            return one is other
+    if isinstance(left, Class | Function | Member | Unread | Symbol):
+        return left == right if not isinstance(left, Unread) else left
+    return m.unread("'is' compares what is no constant", "write ==")
+
+
+# --- lists and parts of them
+
+
+@reads(EXPRESSIONS, ast.List, ast.Tuple, ast.Set)
+def _list(m: Machine, node: Any, scope: Scope) -> Any:
+    items: list[Any] = []
+    for each in node.elts:
+        if isinstance(each, ast.Starred):
+            more = items_of(m, m.eval(each.value, scope))
+            if isinstance(more, Unread):
+                return more
+            items += list(more)
+        else:
+            items.append(m.eval(each, scope))
+    m.kept(items)
+    return items if isinstance(node, ast.List) else tuple(items) if isinstance(node, ast.Tuple) else m.kept(set(items))
+
+
+@reads(EXPRESSIONS, ast.Dict)
+def _dict(m: Machine, node: ast.Dict, scope: Scope) -> Any:
+    found: dict[Any, Any] = {}
+    for key, value in zip(node.keys, node.values, strict=True):
+        if key is None:
+            more = m.needed(m.eval(value, scope))
+            if not isinstance(more, dict):
+                raise m.refused(node, f"{text_of(node)} is not understood", "write its items")
+            found |= more
+        else:
+            found[_key(m, m.eval(key, scope))] = m.eval(value, scope)
+    return m.kept(found)
+
+
+def _key(m: Machine, value: Any) -> Any:
+    """A key of a dictionary: a constant."""
+    if isinstance(value, tuple):
+        return tuple(_key(m, each) for each in value)
+    value = m.whole(value)
+    if isinstance(value, list | dict | set):
+        raise m.refused(None, "a list is no key", "use numbers or texts")
+    return value
+
+
+@reads(EXPRESSIONS, ast.Subscript)
+def _subscript(m: Machine, node: ast.Subscript, scope: Scope) -> Any:
+    value = m.eval(node.value, scope)
+    if isinstance(value, Unread):
+        return value
+    key = m.eval(node.slice, scope)
+    m.line = node.lineno
+    if isinstance(value, Part):
+        return part_of(m, value, key, node)
+    if isinstance(value, Class) and value.enum:
+        return value.members.get(key) or m.unread(f"{shown(str(key))} is no member", "name one")
+    if isinstance(value, tuple) and len(value) == 1 and isinstance(value[0], Length):
+        return value[0]
+    if isinstance(value, Symbol | Bound | Class):  # an annotation, such as list[int]
+        return value
+    if not isinstance(value, list | tuple | dict | str | range):
+        m.needed(value)
+        raise m.refused(node, f"{text_of(node)} is not understood", "look things up in lists and dictionaries")
+    try:
+        return value[key] if isinstance(key, slice) else value[_key(m, key)]
+    except (LookupError, TypeError, ValueError):
+        what = f"{text_of(node)} looks up what is not there"
+        raise m.refused(node, what, "clip the index, or give every key") from None
+
+
+def part_of(m: Machine, part: Part, key: Any, node: ast.AST) -> Any:
+    """A number of the observation, or a part of it."""
+    if part.scaled and not part.array and isinstance(key, int | slice):
+        return m.unread(
+            "arithmetic is done on the whole observation", "take it as an array: np.asarray(x); or do it on each number"
+        )
+    if isinstance(key, tuple):
+        for each in key:
+            part = part_of(m, part, each, node)
+        return part
+    if isinstance(key, slice):
+        n, low, high, step = m.inputs.length(part.path), key.start or 0, key.stop, key.step or 1
+        if high is None and not n and isinstance(low, int) and low >= 0 and step == 1:
+            return replace(part, offset=part.offset + low)
+        if not n and (not isinstance(high, int) or min(low, high) < 0 or step != 1):
+            return m.unread("the file does not say how many features there are", "name all: --features a,b,c")
+        places = range(*key.indices(n or high))
+        return tuple(m.inputs.enter(part, place, m.line) for place in places)
+    key = m.whole(key)
+    key = key.value if isinstance(key, Member) else key
+    if isinstance(key, bool) or not isinstance(key, int | str):
+        raise m.refused(node, f"{text_of(node)} is not understood", "write x[0], or x['speed']")
+    return m.inputs.enter(part, key, m.line)
+
+
+@reads(EXPRESSIONS, ast.Slice)
+def _slice(m: Machine, node: ast.Slice, scope: Scope) -> Any:
+    return slice(
+        *(None if each is None else m.whole(m.eval(each, scope)) for each in (node.lower, node.upper, node.step))
+    )
+
+
+# --- calls, functions, comprehensions
+
+
+@reads(EXPRESSIONS, ast.Call)
+def _call(m: Machine, node: ast.Call, scope: Scope) -> Any:
+    if isinstance(node.func, ast.Attribute) and isinstance(node.func.value, ast.Name) and node.func.value.id in LOGGERS:
+        m.notes[f"line {node.lineno}: {text_of(node)} is skipped"] = None
+        return None
+    function = m.eval(node.func, scope)
+    if isinstance(function, Bound) and function.name == "print":
+        m.notes[f"line {node.lineno}: {text_of(node)} is skipped"] = None
+        return None
+    if isinstance(node.func, ast.Name) and node.func.id == "super" and isinstance(function, Symbol):
+        return _super(m, node, scope)
+    given: list[Any] = []
+    for each in node.args:
+        if isinstance(each, ast.Starred):
+            more = items_of(m, m.eval(each.value, scope))
+            given += [m.needed(more)] if isinstance(more, Unread) else list(more)
+        else:
+            given.append(m.eval(each, scope))
+    named = {}
+    for each in node.keywords:
+        value = m.eval(each.value, scope)
+        named |= {each.arg: value} if each.arg else m.needed(value) if isinstance(value, dict) else {}
+    m.line = node.lineno
+    if isinstance(function, Class):
+        from codegen.importers.python.classes import instance_of
+
+        return instance_of(m, function, given, named, node)
+    return m.call(function, given, named, node)
+
+
+def _super(m: Machine, node: ast.Call, scope: Scope) -> Any:
+    """The bases of the object whose method this is."""
+    first = next(iter(scope.names.values()), None)
+    bases = getattr(getattr(first, "kind", None), "bases", ())
+    return (
+        Class("super", bases, {"__init__": Bound("__init__", lambda m, node, given, named: None)})
+        if not bases
+        else _Above(m, first, bases)
+    )
+
+
+class _Above(Class):
+    """What `super()` is: methods of the bases, for the object."""
+
+    def __init__(self, m: Machine, value: Any, bases: tuple[Class, ...]) -> None:
+        super().__init__("super", bases, {})
+        self.m, self.value = m, value
+
+    def find(self, name: str) -> Any:
+        found = super().find(name)
+        if isinstance(found, Function):
+            return Bound(name, lambda m, node, given, named: m.apply(found, [self.value, *given], named, node))
+        return found if found is not None else Bound(name, lambda m, node, given, named: None)
+
+
+@reads(EXPRESSIONS, ast.Lambda)
+def _lambda(m: Machine, node: ast.Lambda, scope: Scope) -> Any:
+    return Function("a lambda", node, scope, defaults_of(m, node.args, scope))
+
+
+def defaults_of(m: Machine, takes: ast.arguments, scope: Scope) -> dict[str, Any]:
+    """What parameters stand for where nothing is given."""
+    places = [*takes.posonlyargs, *takes.args]
+    found = {
+        each.arg: m.eval(value, scope)
+        for each, value in zip(places[len(places) - len(takes.defaults) :], takes.defaults, strict=True)
+    }
+    pairs = zip(takes.kwonlyargs, takes.kw_defaults, strict=True)
+    return found | {each.arg: m.eval(value, scope) for each, value in pairs if value is not None}
+
+
+@reads(EXPRESSIONS, ast.ListComp, ast.SetComp, ast.DictComp, ast.GeneratorExp)
+def _comprehension(m: Machine, node: Any, scope: Scope) -> Any:
+    first = m.eval(node.generators[0].iter, scope)
+    inner = Scope({}, scope)
+    if isinstance(first, Part) and not m.inputs.length(first.path) and isinstance(node, ast.ListComp):
+        target = node.generators[0].target
+        if isinstance(target, ast.Name) and len(node.generators) == 1 and not node.generators[0].ifs:
+            return mapped(m, first, lambda each: m.eval(node.elt, Scope({target.id: each}, scope)))
+    items = items_of(m, first)
+    if isinstance(items, Unread):
+        return items
+    if isinstance(node, ast.DictComp):
+        found: Any = {
+            _key(m, m.eval(node.key, inner)): m.eval(node.value, inner) for _ in _turns(m, node, inner, items)
+        }
+        return m.kept(found)
+    each = (m.eval(node.elt, inner) for _ in _turns(m, node, inner, items))
+    return (
+        each
+        if isinstance(node, ast.GeneratorExp)
+        else m.kept(list(each) if isinstance(node, ast.ListComp) else set(each))
+    )
+
+
+def _turns(m: Machine, node: Any, scope: Scope, items: Any, depth: int = 0) -> Iterator[None]:
+    """One turn for each element, with the names set."""
+    from codegen.importers.python.statements import assign
+
+    generator = node.generators[depth]
+    for each in items:
+        m.count()
+        assign(m, generator.target, each, scope)
+        if all(decided(m, test, scope) for test in generator.ifs):
+            if depth + 1 < len(node.generators):
+                yield from _turns(
+                    m, node, scope, items_of(m, m.eval(node.generators[depth + 1].iter, scope)), depth + 1
+                )
+            else:
+                yield
+
+
+@reads(EXPRESSIONS, ast.JoinedStr)
+def _text(m: Machine, node: ast.JoinedStr, scope: Scope) -> Any:
+    parts: list[str] = []
+    for each in node.values:
+        value = m.eval(each.value if isinstance(each, ast.FormattedValue) else each, scope)
+        if isinstance(each, ast.FormattedValue) and (each.format_spec or each.conversion != -1):
+            return m.unread("a number is formatted", "write the text itself")
+        if not isinstance(value, str | int) or (isinstance(value, float) and not math.isfinite(value)):
+            return m.unread("a text is made of what is no constant", "write the text itself")
+        parts.append(str(value))
+    return m.kept("".join(parts))
+
+
+@reads(EXPRESSIONS, ast.Await, ast.Yield, ast.YieldFrom)
+def _paused(m: Machine, node: ast.AST, scope: Scope) -> Any:
+    raise m.refused(node, f"{text_of(node)} waits for something", STATE_ADVICE)

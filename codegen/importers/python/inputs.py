@@ -1,0 +1,101 @@
+"""The numbers of the observation that a function reads, and what the source calls them.
+
+Does: gives each path of keys (`x[0]`, `x["speed"]`, `x.car.gap`, a parameter) a place; says at the end which features
+  there are, in which order.
+Assumes: the paths that were read by following the whole function.
+Does not: know which of them decide anything.
+"""
+
+from dataclasses import dataclass, field, replace
+
+from codegen.errors import InputError, shown
+from codegen.importers.python.values import Part
+from codegen.importers.symbolic.program import Described
+
+MAX_FEATURES = 1 << 20
+ORDER = "say in which order an observation has them: --features a,b,c"
+
+
+@dataclass
+class Inputs:
+    """What a function reads. Paths begin with a parameter."""
+
+    where: str
+    parameters: tuple[str, ...]
+    width: int = 0  # of a sole parameter, as the user says
+    places: dict[tuple[int | str, ...], int] = field(default_factory=dict[tuple[int | str, ...], int])
+    widths: dict[tuple[int | str, ...], int] = field(default_factory=dict[tuple[int | str, ...], int])
+    names: dict[tuple[int | str, ...], tuple[str, ...]] = field(
+        default_factory=dict[tuple[int | str, ...], tuple[str, ...]]
+    )  # of a container's numbers or fields
+    inner: dict[tuple[int | str, ...], type] = field(default_factory=dict[tuple[int | str, ...], type])
+
+    def number(self, path: tuple[int | str, ...], line: int) -> int:
+        """The place of a path that is used as a number."""
+        if path in self.inner:
+            raise self._refused(f"{text_of(path)} is used as a number and as a list of numbers", line)
+        return self.places.setdefault(path, len(self.places))
+
+    def length(self, path: tuple[int | str, ...]) -> int:
+        """How many numbers a container has; 0: nobody says."""
+        return self.widths.get(path, self.width if len(path) == 1 == len(self.parameters) else 0)
+
+    def enter(self, part: Part, key: int | str, line: int) -> Part:
+        """What stands at a key."""
+        path = part.path
+        if path in self.places:
+            raise self._refused(f"{text_of(path)} is used as a number and as a list of numbers", line)
+        if self.inner.setdefault(path, type(key)) is not type(key):
+            raise self._refused(f"{text_of(path)} is read by numbers and by names", line, "use one of both everywhere")
+        if isinstance(key, int):
+            n = self.length(path)
+            if key < 0 and not n:
+                what = (
+                    f"{text_of((*path, key))} counts from the end, and the file does not say how many numbers there are"
+                )
+                raise self._refused(what, line, "count from the front, or name all features: --features a,b,c")
+            place = key + n if key < 0 else key + part.offset
+            if not 0 <= place < (n or MAX_FEATURES):
+                raise self._refused(f"{text_of((*path, key))} is beyond the observation", line, f"it has {n} numbers")
+            key = place
+        return replace(part, path=(*path, key), offset=0)
+
+    def described(self, plain: Described) -> Described:
+        """The description with the features and their order."""
+        used = {path[0] for path in self.places}
+        if len(self.parameters) > 1 and all(len(path) == 1 for path in self.places) and not self.inner:
+            places = [self.parameters.index(str(path[0])) for path in self.places]
+            return replace(plain, places=places, features=self.parameters, n_features=len(self.parameters))
+        root = self.parameters[:1] if len(self.parameters) == 1 else tuple(used)[:1]
+        if len(used) <= 1:
+            return self._alone(root, plain)
+        names = [_named(path) for path in self.places]
+        return replace(plain, places=range(len(names)), features=names, keyed=True)
+
+    def _alone(self, root: tuple[int | str, ...], plain: Described) -> Described:
+        """One parameter holds everything."""
+        if root in self.places:
+            return replace(plain, places=[0], features=[str(root[0])], n_features=1)
+        n, names = self.length(root), self.names.get(root, ())
+        if self.inner.get(root, int) is int and all(len(path) == 2 for path in self.places):
+            places = [int(path[1]) for path in self.places]
+            last = max(places, default=-1) + 1
+            return replace(plain, places=places, features=names, n_features=n, n_read=last)
+        known = {name: place for place, name in enumerate(names)}
+        order = sorted(self.places, key=lambda path: known.get(str(path[1]), len(known)))
+        features = [*names] if all(len(path) == 2 for path in order) and names else [_named(path[1:]) for path in order]
+        features += [each for path in order if (each := _named(path[1:])) not in features]
+        places = [features.index(_named(path[1:])) for path in self.places]
+        return replace(plain, places=places, features=features, keyed=True)
+
+    def _refused(self, what: str, line: int, advice: str = "give each feature one name or place") -> InputError:
+        return InputError(what, f"{self.where}, line {line}", advice)
+
+
+def _named(path: tuple[int | str, ...]) -> str:
+    return ".".join(map(str, path))
+
+
+def text_of(path: tuple[int | str, ...]) -> str:
+    """A path as Python."""
+    return shown(str(path[0])) + "".join(f"[{shown(repr(key))}]" for key in path[1:])

@@ -1,0 +1,288 @@
+"""An interpreter of Python's syntax trees whose values may be features: its state, and what all parts of it ask.
+
+Does: evaluates nodes by the handlers that expressions.py and statements.py register; truth, numbers, calls of functions.
+Assumes: a syntax tree that Python accepts.
+Does not: run Python code, import a module, or touch anything outside the syntax tree.
+
+A feature is computed with only by steps that feature.py can turn into a threshold. What cannot be said exactly is
+`Unread`, and an error only where a decision needs it. Everything is counted: a file that does not end is refused.
+"""
+
+import ast
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from codegen.errors import InputError, shown
+from codegen.importers.python.inputs import Inputs
+from codegen.importers.python.values import (
+    Array,
+    Bound,
+    Class,
+    Condition,
+    Extreme,
+    Function,
+    Instance,
+    Length,
+    Member,
+    Module,
+    Part,
+    Scope,
+    Symbol,
+    Unread,
+)
+from codegen.importers.symbolic.feature import Feature, Step, Test
+from codegen.importers.symbolic.paths import MANY_PATHS, MAX_STEPS, Paths
+
+MAX_CALLS = 40  # functions within one another
+MAX_ITEMS = 1 << 16  # of a list, a text or a dictionary
+MAX_SHOWN = 60
+MAX_INDEX = 256  # values of a whole number that is used as an index
+TEST_ADVICE = "compare one feature with a number; give a sum or a difference as a feature of its own"
+RETURN_ADVICE = "return a number, a text, a name or a list of numbers"
+STATE_ADVICE = "a decision may depend on the observation alone; give what is remembered as a feature"
+Handler = Callable[["Machine", Any, Scope], Any]
+EXPRESSIONS: dict[type[ast.AST], Handler] = {}
+STATEMENTS: dict[type[ast.AST], Handler] = {}
+
+
+def reads(table: dict[type[ast.AST], Handler], *kinds: type[ast.AST]) -> Callable[[Handler], Handler]:
+    """Registers the handler of kinds of nodes."""
+
+    def registered(handler: Handler) -> Handler:
+        table.update(dict.fromkeys(kinds, handler))
+        return handler
+
+    return registered
+
+
+def text_of(node: ast.AST) -> str:
+    """A node as Python, short enough for a line."""
+    try:
+        text = shown(" ".join(ast.unparse(node).split()))
+    except ValueError:  # of integers with thousands of digits
+        return repr(type(node).__name__)
+    return text if len(text) <= MAX_SHOWN else f"{text[: MAX_SHOWN - 3]}..."
+
+
+class Finished(Exception):
+    """A `break`, `continue` or `return`; the value of a return."""
+
+    def __init__(self, kind: str, value: Any = None) -> None:
+        self.kind, self.value = kind, value
+
+
+class Machine:
+    """The state of an interpreter: of the file itself while `paths` is None, then of one path of a function."""
+
+    def __init__(self, where: str, arrays: str) -> None:
+        self.where, self.arrays = where, arrays
+        self.paths: Paths | None = None
+        self.inputs = Inputs(where, ())
+        self.line, self.depth, self.steps = 0, 0, 0
+        self.fresh: dict[int, Any] = {}  # lists and objects that this path has made, and may change
+        self.written: dict[tuple[int, str], Any] = {}  # attributes that this path has set
+        self.called: dict[Any, str] = {}  # what returned members are called
+        self.symbols: set[str] = set()  # names that are returned without being defined
+        self.texts: set[str] = set()  # texts that are returned
+        self.notes: dict[str, None] = {}  # what was skipped, in words
+        self.finite = False  # whether something is computed that Python refuses for infinite numbers
+        self.long = False  # whether a feature is compared with a whole number that no double equals
+        self.used: set[Function] = set()  # functions that the file calls itself, outside of all functions
+
+    # --- errors
+
+    def refused(self, node: ast.AST | None, what: str, advice: str) -> InputError:
+        """What is wrong at a node's line."""
+        return InputError(what, f"{self.where}, line {getattr(node, 'lineno', self.line) or self.line}", advice)
+
+    def unread(self, what: str, advice: str) -> Unread:
+        """What cannot be said of the present line."""
+        return Unread(what, advice, self.line)
+
+    def needed(self, value: Any) -> Any:
+        """The value. InputError where it cannot be said."""
+        if isinstance(value, Unread):
+            raise InputError(value.what, f"{self.where}, line {value.line}", value.advice)
+        if isinstance(value, Symbol):
+            what = f"the name {shown(value.name)!r} is not defined in the file"
+            raise self.refused(None, what, "write the number or the text itself")
+        return value
+
+    # --- evaluation
+
+    def eval(self, node: ast.AST, scope: Scope) -> Any:
+        """What an expression is."""
+        self.count()
+        handler = EXPRESSIONS.get(type(node))
+        if handler is None:
+            raise self.refused(node, f"{text_of(node)} is not understood", TEST_ADVICE)
+        return handler(self, node, scope)
+
+    def count(self, more: int = 1) -> None:
+        """Counts the work. InputError beyond its limit."""
+        if self.paths is not None:
+            self.paths.step(more)
+            return
+        self.steps += more
+        if self.steps > MAX_STEPS:
+            raise self.refused(None, "the file does not end", MANY_PATHS)
+
+    def kept(self, value: Any) -> Any:
+        """A new list, dictionary or object, which this path may change."""
+        if isinstance(value, list | dict | set | str) and len(value) > MAX_ITEMS:  # pyright: ignore
+            raise self.refused(None, f"a list or text has more than {MAX_ITEMS} parts", "make it shorter")
+        if not isinstance(value, str):
+            self.fresh[id(value)] = value
+        return value
+
+    def changed(self, value: Any, node: ast.AST) -> Any:
+        """The value, which is about to be changed. InputError where that outlives the decision."""
+        if self.paths is not None and id(value) not in self.fresh:
+            what = f"{text_of(node)} changes something that outlives the decision"
+            raise self.refused(node, what, STATE_ADVICE)
+        return value
+
+    # --- numbers and truth
+
+    def plain(self, value: Any) -> Any:
+        """The value with observations as features, members of an IntEnum as numbers, conditions decided."""
+        if isinstance(value, Part):
+            if value.offset:
+                return self.unread("a part of the observation is used as a number", TEST_ADVICE)
+            return Feature(self.inputs.number(value.path, self.line), value.steps)
+        if isinstance(value, Member) and value.kind.whole:
+            return value.value
+        if isinstance(value, Test | Condition):
+            return self.truth(value)
+        return value
+
+    def holds(self, test: Test) -> bool:
+        """Whether a test holds on this path."""
+        assert self.paths is not None  # outside functions there are no features
+        self.paths.line = self.line
+        return self.paths.holds(test)
+
+    def truth(self, value: Any) -> bool:
+        """Whether a value counts as true."""
+        value = self.needed(value)
+        if isinstance(value, Test):
+            return self.holds(value)
+        if isinstance(value, Condition):
+            return value.ask()
+        if isinstance(value, Part):
+            value = self.needed(self.plain(value))
+        if isinstance(value, Feature):
+            return self.holds(Test(value, "!=", 0))
+        if isinstance(value, Member):
+            return bool(value.value) if value.kind.whole else True
+        if isinstance(value, Extreme):
+            raise self.refused(None, "the least or the largest of several features is no condition", TEST_ADVICE)
+        if isinstance(value, Function | Class | Instance | Module | Bound | Length):
+            return True
+        if isinstance(value, Array) and len(value) != 1:
+            raise self.refused(None, "an array is no condition", "use np.any or np.all")
+        return self.truth(value[0]) if isinstance(value, Array) else bool(value)
+
+    def whole(self, value: Any) -> Any:
+        """A concrete number: of a feature that is a whole number, one for each value that it may have."""
+        value = self.needed(self.plain(value))
+        if not isinstance(value, Feature):
+            return value
+        if not isinstance(value.value(1.0), int | np.integer):
+            what = "a feature decides without being compared"
+            raise self.refused(None, what, "answers must be finitely many: compare the feature with numbers")
+        assert self.paths is not None
+        low = self.paths.least(value)
+        for number in range(int(low), int(low) + MAX_INDEX) if np.isfinite(low) else ():
+            if self.holds(Test(value, "<=", number)):
+                return number
+        raise self.refused(None, "a whole number has too many values", "clip it first: min(max(i, 0), n - 1)")
+
+    # --- calls
+
+    def call(self, called: Any, given: Sequence[Any], named: Mapping[str, Any], node: ast.AST) -> Any:
+        """What a call gives."""
+        if isinstance(called, Bound):
+            return called.call(self, node, list(given), dict(named))
+        if isinstance(called, Function):
+            return self.apply(called, given, named, node)
+        if isinstance(called, Instance):
+            return self.call(self.attribute(called, "__call__", node), given, named, node)
+        if isinstance(called, Unread):
+            return called
+        if isinstance(called, Symbol):
+            if "random" in called.name.split("."):
+                return self.unread("a random number is drawn", "a tree decides alike each time: write the limits")
+            what = f"{shown(called.name)} is called, which the file does not define"
+            return self.unread(what, "write what it computes into the file; math and numpy are known in part")
+        return self.unread(f"{text_of(node)} is not understood", "call functions of the file, of math or of numpy")
+
+    def apply(self, function: Function, given: Sequence[Any], named: Mapping[str, Any], node: ast.AST) -> Any:
+        """What a function of the file returns."""
+        if self.depth >= MAX_CALLS:
+            raise self.refused(node, f"calls are nested more than {MAX_CALLS} deep", "write recursion as tests")
+        if self.paths is None:
+            self.used.add(function)
+        scope = Scope(self.bound(function, given, named, node), function.scope, function.local)
+        self.depth, line = self.depth + 1, self.line
+        try:
+            if isinstance(function.node, ast.Lambda):
+                return self.eval(function.node.body, scope)
+            self.block(function.node.body, scope)
+        except Finished as end:
+            return end.value
+        finally:
+            self.depth, self.line = self.depth - 1, line
+        return None
+
+    def block(self, nodes: Iterable[ast.stmt], scope: Scope) -> None:
+        """Runs statements."""
+        for node in nodes:
+            self.run(node, scope)
+
+    def run(self, node: ast.stmt, scope: Scope) -> None:
+        """Runs a statement."""
+        self.line = node.lineno
+        self.count()
+        handler = STATEMENTS.get(type(node))
+        if handler is None:
+            what = f"'{type(node).__name__.lower()}' is not understood"
+            raise self.refused(node, what, "use if, elif, else, match, for over a list, return and name = value")
+        handler(self, node, scope)
+
+    def bound(
+        self, function: Function, given: Sequence[Any], named: Mapping[str, Any], node: ast.AST
+    ) -> dict[str, Any]:
+        """What the parameters of a function stand for in a call."""
+        takes, found = function.node.args, dict(function.defaults)
+        places = [each.arg for each in (*takes.posonlyargs, *takes.args)]
+        found |= dict(zip(places, given, strict=False))
+        rest, others = list(given[len(places) :]), dict(named)
+        found |= {name: others.pop(name) for name in list(others) if name in places or name in _keywords(takes)}
+        if takes.vararg:
+            found[takes.vararg.arg], rest = tuple(rest), []
+        if takes.kwarg:
+            found[takes.kwarg.arg], others = others, {}
+        missing = [name for name in (*places, *_keywords(takes)) if name not in found]
+        if rest or others or missing:
+            raise self.refused(
+                node, f"{text_of(node)} does not fit the parameters of {shown(function.name)}", "mend it"
+            )
+        return found
+
+    def attribute(self, value: Any, name: str, node: ast.AST) -> Any:
+        """What an attribute is."""
+        from codegen.importers.python.attributes import attribute_of
+
+        return attribute_of(self, value, name, node)
+
+
+def _keywords(takes: ast.arguments) -> list[str]:
+    return [each.arg for each in takes.kwonlyargs]
+
+
+def step_of(kind: str) -> tuple[Step, ...]:
+    """The conversion that an array of NumPy has done, if it is one."""
+    return (Step(kind, np.dtype(kind).type),) if kind else ()

@@ -1,0 +1,360 @@
+"""Statements of Python: what each kind of node does.
+
+Does: assignments, ifs, matches, loops that end, returns; a function's own statements with marks between them.
+Assumes: a machine.
+Does not: take try, with, global, nonlocal, del or raise on a path that may be taken.
+"""
+
+import ast
+from dataclasses import replace
+from typing import Any
+
+from codegen.errors import shown
+from codegen.importers.python.arithmetic import binary, compared
+from codegen.importers.python.expressions import decided, defaults_of
+from codegen.importers.python.library import MODULES, items_of
+from codegen.importers.python.machine import (
+    STATE_ADVICE,
+    STATEMENTS,
+    Finished,
+    Machine,
+    reads,
+    text_of,
+)
+from codegen.importers.python.values import (
+    Array,
+    Class,
+    Condition,
+    Function,
+    Instance,
+    Part,
+    Scope,
+    Symbol,
+    Unread,
+)
+from codegen.importers.symbolic.feature import Test
+
+DECORATORS = {"staticmethod": "static", "classmethod": "class", "property": "property", "cached_property": "property"}
+IDLE = ("cache", "lru_cache", "abstractmethod", "override", "final", "njit")
+MAX_TURNS = 100_000
+
+
+def linked(nodes: list[ast.stmt], rest: Any) -> Any:
+    """Statements before what is still to be done, as pairs."""
+    for node in reversed(nodes):
+        rest = (node, rest)
+    return rest
+
+
+def follow(m: Machine, rest: Any, scope: Scope, *, marks: bool) -> Any:
+    """Runs the statements of a function to its return. `marks`: whether a path may go on between them."""
+    while rest is not None:
+        node, after = rest
+        if marks and m.paths is not None:
+            m.paths.mark((rest, dict(scope.names)))
+        if isinstance(node, ast.If):
+            m.line = node.lineno
+            m.count()
+            rest = linked(node.body if decided(m, node.test, scope) else node.orelse, after)
+            continue
+        try:
+            m.run(node, scope)
+        except Finished as end:
+            return end.value
+        rest = after
+    return None
+
+
+@reads(STATEMENTS, ast.If)
+def _if(m: Machine, node: ast.If, scope: Scope) -> None:
+    """Also of long ladders, without going deeper."""
+    rest: ast.stmt = node
+    while isinstance(rest, ast.If):
+        m.line = rest.lineno
+        m.count()
+        nodes = rest.body if decided(m, rest.test, scope) else rest.orelse
+        if len(nodes) != 1 or not isinstance(nodes[0], ast.If):
+            m.block(nodes, scope)
+            return
+        rest = nodes[0]
+
+
+@reads(STATEMENTS, ast.Return)
+def _return(m: Machine, node: ast.Return, scope: Scope) -> None:
+    value = None if node.value is None else m.eval(node.value, scope)
+    m.line = node.lineno
+    raise Finished("return", value)
+
+
+@reads(STATEMENTS, ast.Pass, ast.Global)
+def _pass(m: Machine, node: ast.AST, scope: Scope) -> None:
+    if isinstance(node, ast.Global):
+        raise m.refused(node, f"{text_of(node)} keeps something between calls", STATE_ADVICE)
+
+
+@reads(STATEMENTS, ast.Expr)
+def _expression(m: Machine, node: ast.Expr, scope: Scope) -> None:
+    value = m.eval(node.value, scope)
+    if isinstance(value, Unread | Symbol) and isinstance(node.value, ast.Call):
+        m.needed(value)
+
+
+@reads(STATEMENTS, ast.Assert)
+def _assert(m: Machine, node: ast.Assert, scope: Scope) -> None:
+    """Taken to hold: it may say how many features there are."""
+    value = m.eval(node.test, scope)
+    if value is False:
+        raise m.refused(node, f"{text_of(node)} fails", "mend it")
+    if value is not True:
+        m.notes[f"line {node.lineno}: {text_of(node)} is taken to hold"] = None
+
+
+@reads(STATEMENTS, ast.Raise)
+def _raise(m: Machine, node: ast.Raise, scope: Scope) -> None:
+    raise m.refused(node, "an error is raised on a path that may be taken", "return an action there")
+
+
+# --- assignments
+
+
+@reads(STATEMENTS, ast.Assign)
+def _assigned(m: Machine, node: ast.Assign, scope: Scope) -> None:
+    value = m.eval(node.value, scope)
+    for target in node.targets:
+        assign(m, target, value, scope)
+
+
+@reads(STATEMENTS, ast.AnnAssign)
+def _annotated(m: Machine, node: ast.AnnAssign, scope: Scope) -> None:
+    if node.value is not None:
+        assign(m, node.target, m.eval(node.value, scope), scope)
+
+
+@reads(STATEMENTS, ast.AugAssign)
+def _augmented(m: Machine, node: ast.AugAssign, scope: Scope) -> None:
+    load = ast.copy_location(_loaded(node.target), node.target)
+    left, right = m.eval(load, scope), m.eval(node.value, scope)
+    m.line = node.lineno
+    if isinstance(left, list) and not isinstance(left, Array) and isinstance(node.op, ast.Add):
+        m.changed(left, node).extend(m.needed(items_of(m, right)))
+        return
+    assign(m, node.target, binary(m, type(node.op), left, right), scope)
+
+
+def _loaded(target: ast.expr) -> ast.expr:
+    if isinstance(target, ast.Name):
+        return ast.Name(target.id, ast.Load())
+    if isinstance(target, ast.Attribute):
+        return ast.Attribute(target.value, target.attr, ast.Load())
+    assert isinstance(target, ast.Subscript)
+    return ast.Subscript(target.value, target.slice, ast.Load())
+
+
+def assign(m: Machine, target: ast.expr, value: Any, scope: Scope) -> None:
+    """Gives a value to a name, an attribute, an element, or names for its parts."""
+    if isinstance(target, ast.Name):
+        scope.names[target.id] = value
+    elif isinstance(target, ast.Tuple | ast.List):
+        _unpacked(m, target, value, scope)
+    elif isinstance(target, ast.Attribute):
+        owner = m.eval(target.value, scope)
+        if not isinstance(owner, Instance | Class):
+            raise m.refused(target, f"{text_of(target)} is set, which is no attribute of the file's", "remove the line")
+        if m.paths is None:
+            (owner.attributes if isinstance(owner, Instance) else owner.members)[target.attr] = value
+        else:
+            m.written[id(owner), target.attr] = value
+    elif isinstance(target, ast.Subscript):
+        owner, key = m.needed(m.eval(target.value, scope)), m.whole(m.eval(target.slice, scope))
+        if isinstance(owner, Part) or not isinstance(owner, list | dict) or isinstance(key, slice):
+            raise m.refused(target, f"{text_of(target)} is set", "give it another name instead")
+        try:
+            m.changed(owner, target)[key] = value
+        except (LookupError, TypeError):
+            raise m.refused(target, f"{text_of(target)} does not exist", "mend it") from None
+
+
+def _unpacked(m: Machine, target: ast.Tuple | ast.List, value: Any, scope: Scope) -> None:
+    names = target.elts
+    stars = [place for place, each in enumerate(names) if isinstance(each, ast.Starred)]
+    if isinstance(value, Part):
+        _ensure_length(m, target, value, names, stars)
+        if stars and not m.inputs.length(value.path) and stars[0] == len(names) - 1:
+            for place, each in enumerate(names[:-1]):
+                assign(m, each, m.inputs.enter(value, place, m.line), scope)
+            assign(m, names[-1].value, replace(value, offset=value.offset + stars[0]), scope)  # type: ignore[attr-defined]
+            return
+    items = items_of(m, value) if not isinstance(value, Unread) else value
+    if isinstance(items, Unread):
+        for each in ast.walk(target):
+            if isinstance(each, ast.Name):
+                scope.names[each.id] = items
+        return
+    items = list(items)
+    if stars:
+        after = len(names) - stars[0] - 1
+        items[stars[0] : len(items) - after] = [m.kept(items[stars[0] : len(items) - after])]
+    if len(items) != len(names):
+        raise m.refused(target, f"{len(items)} values are given to {len(names)} names", "give each a name")
+    for each, item in zip(names, items, strict=True):
+        assign(m, each.value if isinstance(each, ast.Starred) else each, item, scope)
+
+
+def _ensure_length(m: Machine, target: ast.AST, part: Part, names: list[ast.expr], stars: list[int]) -> None:
+    """Takes the number of names for that of features, and the names for theirs."""
+    known = m.inputs.length(part.path)
+    if stars or part.offset:
+        return
+    if known and known != len(names):
+        raise m.refused(target, f"{len(names)} names for {known} features", "give each feature a name: a, b = x")
+    m.inputs.widths[part.path] = len(names)
+    if all(isinstance(each, ast.Name) for each in names):
+        found = tuple(each.id for each in names if isinstance(each, ast.Name))
+        if len(set(found)) == len(found):
+            m.inputs.names.setdefault(part.path, found)
+
+
+# --- loops
+
+
+@reads(STATEMENTS, ast.For)
+def _for(m: Machine, node: ast.For, scope: Scope) -> None:
+    items = items_of(m, m.eval(node.iter, scope))
+    for each in m.needed(items) if isinstance(items, Unread) else items:
+        m.count()
+        assign(m, node.target, each, scope)
+        try:
+            m.block(node.body, scope)
+        except Finished as end:
+            if end.kind == "break":
+                return
+            if end.kind == "return":
+                raise
+    m.block(node.orelse, scope)
+
+
+@reads(STATEMENTS, ast.While)
+def _while(m: Machine, node: ast.While, scope: Scope) -> None:
+    for _ in range(MAX_TURNS):
+        m.line = node.lineno
+        if not decided(m, node.test, scope):
+            m.block(node.orelse, scope)
+            return
+        try:
+            m.block(node.body, scope)
+        except Finished as end:
+            if end.kind == "break":
+                return
+            if end.kind == "return":
+                raise
+    raise m.refused(node, "a loop does not end", "loop over literals")
+
+
+@reads(STATEMENTS, ast.Break, ast.Continue)
+def _leave(m: Machine, node: ast.AST, scope: Scope) -> None:
+    raise Finished(type(node).__name__.lower())
+
+
+# --- match
+
+
+@reads(STATEMENTS, ast.Match)
+def _match(m: Machine, node: ast.Match, scope: Scope) -> None:
+    subject = m.eval(node.subject, scope)
+    for case in node.cases:
+        m.line = case.pattern.lineno
+        if _matches(m, case.pattern, subject, scope) and (case.guard is None or decided(m, case.guard, scope)):
+            m.block(case.body, scope)
+            return
+
+
+def _matches(m: Machine, pattern: ast.pattern, value: Any, scope: Scope) -> bool:
+    """Whether a value matches; names are set."""
+    m.count()
+    if isinstance(pattern, ast.MatchValue):
+        return m.truth(compared(m, "==", value, m.eval(pattern.value, scope)))
+    if isinstance(pattern, ast.MatchSingleton):
+        if isinstance(value, Test | Condition):
+            value = m.truth(value)
+        return value is pattern.value
+    if isinstance(pattern, ast.MatchOr):
+        return any(_matches(m, each, value, scope) for each in pattern.patterns)
+    if isinstance(pattern, ast.MatchAs):
+        if pattern.pattern is not None and not _matches(m, pattern.pattern, value, scope):
+            return False
+        if pattern.name is not None:
+            scope.names[pattern.name] = value
+        return True
+    if isinstance(pattern, ast.MatchSequence) and not any(isinstance(each, ast.MatchStar) for each in pattern.patterns):
+        if isinstance(value, Part):
+            _ensure_length(m, pattern, value, [ast.Name("_") for _ in pattern.patterns][:0], [0])
+            m.inputs.widths.setdefault(value.path, len(pattern.patterns))
+        items = m.needed(items_of(m, value))
+        return len(items) == len(pattern.patterns) and all(
+            _matches(m, each, item, scope) for each, item in zip(pattern.patterns, items, strict=True)
+        )
+    if isinstance(pattern, ast.MatchClass) and not pattern.patterns and not pattern.kwd_patterns:
+        return True
+    raise m.refused(pattern, "a pattern is not understood", "match numbers, texts, names and lists of them")
+
+
+# --- definitions and imports
+
+
+@reads(STATEMENTS, ast.FunctionDef)
+def _function(m: Machine, node: ast.FunctionDef, scope: Scope) -> None:
+    names = [decorator_of(each) for each in node.decorator_list]
+    odd = next((each for each in names if each not in DECORATORS and each not in IDLE), None)
+    kind = next((DECORATORS[each] for each in names if each in DECORATORS), "")
+    outer = scope.parent if scope.of_class and scope.parent else scope
+    function = Function(node.name, node, outer, defaults_of(m, node.args, scope), kind, assigned_in(node))
+    what = f"the decorator {shown(odd)!r} may change the function" if odd else ""
+    scope.names[node.name] = m.unread(what, "remove it") if odd else function
+
+
+def decorator_of(node: ast.expr) -> str:
+    """The last name of a decorator."""
+    while isinstance(node, ast.Call | ast.Attribute):
+        if isinstance(node, ast.Attribute):
+            return node.attr
+        node = node.func
+    return node.id if isinstance(node, ast.Name) else text_of(node)
+
+
+def assigned_in(node: ast.AST) -> frozenset[str]:
+    """The names that a function assigns, which are local to it."""
+    found: set[str] = set()
+    open_: list[ast.AST] = [*node.body] if isinstance(node, ast.FunctionDef) else []
+    while open_:
+        each = open_.pop()
+        if isinstance(each, ast.Name) and isinstance(each.ctx, ast.Store):
+            found.add(each.id)
+        if isinstance(each, ast.FunctionDef | ast.ClassDef):
+            found.add(each.name)
+        elif not isinstance(each, ast.Lambda | ast.ListComp | ast.SetComp | ast.DictComp | ast.GeneratorExp):
+            open_ += ast.iter_child_nodes(each)
+    return frozenset(found)
+
+
+@reads(STATEMENTS, ast.Import, ast.ImportFrom)
+def _import(m: Machine, node: Any, scope: Scope) -> None:
+    """Known modules; all other names stand for themselves, and are an error where a decision reads them."""
+    for each in node.names:
+        if isinstance(node, ast.Import):
+            name = each.asname or each.name.split(".")[0]
+            module = each.name if each.asname else name
+            scope.names[name] = MODULES.get(module, Symbol(name))
+        elif each.name == "*":
+            if node.module not in ("typing", "enum", "dataclasses", "__future__"):
+                raise m.refused(node, f"{text_of(node)} may give names other meanings", "import names one by one")
+        else:
+            known = MODULES.get(node.module or "")
+            found = known.members.get(each.name) if known else None
+            scope.names[each.asname or each.name] = found if found is not None else Symbol(each.asname or each.name)
+
+
+@reads(STATEMENTS, ast.ClassDef)
+def _class(m: Machine, node: ast.ClassDef, scope: Scope) -> None:
+    from codegen.importers.python.classes import class_of
+
+    scope.names[node.name] = class_of(m, node, scope)
