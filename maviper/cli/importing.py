@@ -93,5 +93,7 @@ def _say(policy: Any, facts: Mapping[str, Any], console: Any) -> None:
     console.line("replayed", f"{counted(count, 'observation')}, by {by}: no difference")
     for kind in ("features", "actions"):
         console.line(kind, str(facts[f"{policy.agent} {kind}"]))
+    if f"{policy.agent} notes" in facts:
+        console.line("notes", str(facts[f"{policy.agent} notes"]))
     console.line("given", str(facts[f"{policy.agent} given"]))
     console.line("NaN", str(facts[f"{policy.agent} NaN"]))

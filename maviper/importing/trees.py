@@ -7,7 +7,7 @@ Does not: write anything.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Unpack
 
@@ -39,7 +39,9 @@ def import_trees(
 ) -> PolicyProfile:
     """The profile of the trees in a file, or in a file for each agent. InputError for what is not understood."""
     asked = ImportRequest(**completed(ImportOptions, options))
-    said, names = Said(asked.scores, asked.arrays or ""), Names(asked.feature_names, asked.action_names, asked.name)
+    plain = [each for each in asked.feature_names or () if "=" not in each]
+    said = Said(asked.scores, width=len(plain), arrays=asked.arrays or "")
+    names = Names(asked.feature_names, asked.action_names, asked.name)
     if file is not None and agents is None:
         origins = _read(file, said)
     elif file is not None or not agents:
@@ -59,7 +61,7 @@ def _read(path: Path, said: Said) -> dict[str, Origin]:
 
 def _one(agent: str, path: Path, said: Said) -> Origin:
     """The tree for one agent: the only one of a file, or the one that is named like the agent."""
-    trees = _read(path, said)
+    trees = _read(path, replace(said, wanted=agent))
     if len(trees) > 1 and agent not in trees:
         what = f"the file has {len(trees)} trees, none of them named {shown(agent)!r}"
         raise InputError(what, str(path), f"name the agent like its tree: {', '.join(map(shown, list(trees)[:5]))}")

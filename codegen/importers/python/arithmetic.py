@@ -9,6 +9,8 @@ Steps compute with Python's own floats, or NumPy's scalars where the observation
 found through them is that of Python, to the last bit.
 """
 
+# pyright: basic
+# the values of a program may be anything
 import ast
 import math
 import operator

@@ -5,6 +5,8 @@ Assumes: a value of values.py, or a constant.
 Does not: set attributes (statements.py).
 """
 
+# pyright: basic
+# the values of a program may be anything
 import ast
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -130,12 +132,8 @@ def _of_object(m: Machine, value: Instance | Class, name: str, node: ast.AST) ->
         found = kind.find(name)
     if name in ("__class__", "__name__"):
         return kind if name == "__class__" else kind.name
-    if (
-        (found is None
-        and isinstance(value, Instance)
-        and name not in value.attributes)
-        or (found is None
-        and value is kind)
+    if (found is None and isinstance(value, Instance) and name not in value.attributes) or (
+        found is None and value is kind
     ):
         raise m.refused(node, f"'{shown(name)}' is not set on some path", "set it in __init__")
     if not isinstance(found, Function):
@@ -167,7 +165,7 @@ def _method(value: Any, name: str) -> Bound:
     """A method of a list, a dictionary or a text."""
 
     def called(m: Machine, node: ast.AST, given: list[Any], named: dict[str, Any]) -> Any:
-        if name in CHANGING and not (name == "values"):
+        if name in CHANGING:
             m.changed(value, node)
         if name == "extend" or name == "update":
             given = [list(given[0]) if not isinstance(given[0], dict) else given[0]]

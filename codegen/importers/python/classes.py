@@ -5,6 +5,8 @@ Assumes: bases of the file, or of enum, dataclasses, typing and abc.
 Does not: take metaclasses, `__getattr__` or decorators that change a class.
 """
 
+# pyright: basic
+# the values of a program may be anything
 import ast
 from collections.abc import Mapping, Sequence
 from typing import Any

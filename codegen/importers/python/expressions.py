@@ -7,22 +7,22 @@ Does not: run statements.
 Conditions are decided where they are needed: `fast = v > 1` is no test yet.
 """
 
+# pyright: basic
+# the values of a program may be anything
 import ast
 import math
-from collections.abc import Iterator
-from dataclasses import replace
 from typing import Any
 
 from codegen.errors import shown
 from codegen.importers.python.arithmetic import COMPARISONS, binary, compared, unary
-from codegen.importers.python.library import BUILTINS, items_of, mapped
+from codegen.importers.python.library import BUILTINS
 from codegen.importers.python.machine import EXPRESSIONS, STATE_ADVICE, Machine, reads, text_of
+from codegen.importers.python.sequences import items_of
 from codegen.importers.python.values import (
     Bound,
     Class,
     Condition,
     Function,
-    Length,
     Member,
     Part,
     Scope,
@@ -173,105 +173,6 @@ def _same(m: Machine, left: Any, right: Any) -> Any:
     return m.unread("'is' compares what is no constant", "write ==")
 
 
-# --- lists and parts of them
-
-
-@reads(EXPRESSIONS, ast.List, ast.Tuple, ast.Set)
-def _list(m: Machine, node: Any, scope: Scope) -> Any:
-    items: list[Any] = []
-    for each in node.elts:
-        if isinstance(each, ast.Starred):
-            more = items_of(m, m.eval(each.value, scope))
-            if isinstance(more, Unread):
-                return more
-            items += list(more)
-        else:
-            items.append(m.eval(each, scope))
-    m.kept(items)
-    return items if isinstance(node, ast.List) else tuple(items) if isinstance(node, ast.Tuple) else m.kept(set(items))
-
-
-@reads(EXPRESSIONS, ast.Dict)
-def _dict(m: Machine, node: ast.Dict, scope: Scope) -> Any:
-    found: dict[Any, Any] = {}
-    for key, value in zip(node.keys, node.values, strict=True):
-        if key is None:
-            more = m.needed(m.eval(value, scope))
-            if not isinstance(more, dict):
-                raise m.refused(node, f"{text_of(node)} is not understood", "write its items")
-            found |= more
-        else:
-            found[_key(m, m.eval(key, scope))] = m.eval(value, scope)
-    return m.kept(found)
-
-
-def _key(m: Machine, value: Any) -> Any:
-    """A key of a dictionary: a constant."""
-    if isinstance(value, tuple):
-        return tuple(_key(m, each) for each in value)
-    value = m.whole(value)
-    if isinstance(value, list | dict | set):
-        raise m.refused(None, "a list is no key", "use numbers or texts")
-    return value
-
-
-@reads(EXPRESSIONS, ast.Subscript)
-def _subscript(m: Machine, node: ast.Subscript, scope: Scope) -> Any:
-    value = m.eval(node.value, scope)
-    if isinstance(value, Unread):
-        return value
-    key = m.eval(node.slice, scope)
-    m.line = node.lineno
-    if isinstance(value, Part):
-        return part_of(m, value, key, node)
-    if isinstance(value, Class) and value.enum:
-        return value.members.get(key) or m.unread(f"{shown(str(key))} is no member", "name one")
-    if isinstance(value, tuple) and len(value) == 1 and isinstance(value[0], Length):
-        return value[0]
-    if isinstance(value, Symbol | Bound | Class):  # an annotation, such as list[int]
-        return value
-    if not isinstance(value, list | tuple | dict | str | range):
-        m.needed(value)
-        raise m.refused(node, f"{text_of(node)} is not understood", "look things up in lists and dictionaries")
-    try:
-        return value[key] if isinstance(key, slice) else value[_key(m, key)]
-    except (LookupError, TypeError, ValueError):
-        what = f"{text_of(node)} looks up what is not there"
-        raise m.refused(node, what, "clip the index, or give every key") from None
-
-
-def part_of(m: Machine, part: Part, key: Any, node: ast.AST) -> Any:
-    """A number of the observation, or a part of it."""
-    if part.scaled and not part.array and isinstance(key, int | slice):
-        return m.unread(
-            "arithmetic is done on the whole observation", "take it as an array: np.asarray(x); or do it on each number"
-        )
-    if isinstance(key, tuple):
-        for each in key:
-            part = part_of(m, part, each, node)
-        return part
-    if isinstance(key, slice):
-        n, low, high, step = m.inputs.length(part.path), key.start or 0, key.stop, key.step or 1
-        if high is None and not n and isinstance(low, int) and low >= 0 and step == 1:
-            return replace(part, offset=part.offset + low)
-        if not n and (not isinstance(high, int) or min(low, high) < 0 or step != 1):
-            return m.unread("the file does not say how many features there are", "name all: --features a,b,c")
-        places = range(*key.indices(n or high))
-        return tuple(m.inputs.enter(part, place, m.line) for place in places)
-    key = m.whole(key)
-    key = key.value if isinstance(key, Member) else key
-    if isinstance(key, bool) or not isinstance(key, int | str):
-        raise m.refused(node, f"{text_of(node)} is not understood", "write x[0], or x['speed']")
-    return m.inputs.enter(part, key, m.line)
-
-
-@reads(EXPRESSIONS, ast.Slice)
-def _slice(m: Machine, node: ast.Slice, scope: Scope) -> Any:
-    return slice(
-        *(None if each is None else m.whole(m.eval(each, scope)) for each in (node.lower, node.upper, node.step))
-    )
-
-
 # --- calls, functions, comprehensions
 
 
@@ -344,47 +245,6 @@ def defaults_of(m: Machine, takes: ast.arguments, scope: Scope) -> dict[str, Any
     }
     pairs = zip(takes.kwonlyargs, takes.kw_defaults, strict=True)
     return found | {each.arg: m.eval(value, scope) for each, value in pairs if value is not None}
-
-
-@reads(EXPRESSIONS, ast.ListComp, ast.SetComp, ast.DictComp, ast.GeneratorExp)
-def _comprehension(m: Machine, node: Any, scope: Scope) -> Any:
-    first = m.eval(node.generators[0].iter, scope)
-    inner = Scope({}, scope)
-    if isinstance(first, Part) and not m.inputs.length(first.path) and isinstance(node, ast.ListComp):
-        target = node.generators[0].target
-        if isinstance(target, ast.Name) and len(node.generators) == 1 and not node.generators[0].ifs:
-            return mapped(m, first, lambda each: m.eval(node.elt, Scope({target.id: each}, scope)))
-    items = items_of(m, first)
-    if isinstance(items, Unread):
-        return items
-    if isinstance(node, ast.DictComp):
-        found: Any = {
-            _key(m, m.eval(node.key, inner)): m.eval(node.value, inner) for _ in _turns(m, node, inner, items)
-        }
-        return m.kept(found)
-    each = (m.eval(node.elt, inner) for _ in _turns(m, node, inner, items))
-    return (
-        each
-        if isinstance(node, ast.GeneratorExp)
-        else m.kept(list(each) if isinstance(node, ast.ListComp) else set(each))
-    )
-
-
-def _turns(m: Machine, node: Any, scope: Scope, items: Any, depth: int = 0) -> Iterator[None]:
-    """One turn for each element, with the names set."""
-    from codegen.importers.python.statements import assign
-
-    generator = node.generators[depth]
-    for each in items:
-        m.count()
-        assign(m, generator.target, each, scope)
-        if all(decided(m, test, scope) for test in generator.ifs):
-            if depth + 1 < len(node.generators):
-                yield from _turns(
-                    m, node, scope, items_of(m, m.eval(node.generators[depth + 1].iter, scope)), depth + 1
-                )
-            else:
-                yield
 
 
 @reads(EXPRESSIONS, ast.JoinedStr)

@@ -9,6 +9,8 @@ What is not understood outside functions is skipped with a word: names that it s
 them, and so is all that it might have changed.
 """
 
+# pyright: basic
+# the values of a program may be anything
 import ast
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -42,14 +44,15 @@ class File:
     """What a file holds."""
 
     scope: Scope
-    parsed: ast.Module
+    nodes: list[ast.AST]  # in the order of the text
     machine: Machine
     simple: bool  # whether no function changes a list or an object, or holds another one
 
 
 def file_of(parsed: ast.Module, machine: Machine) -> File:
     """A file, evaluated but for its functions. InputError for what may give names other meanings."""
-    for node in ast.walk(parsed):
+    nodes = list(ast.walk(parsed))
+    for node in nodes:
         if isinstance(node, ast.Name) and node.id in MAGIC:
             raise machine.refused(node, f"{node.id!r} may change what names stand for", "remove it")
         annotation = getattr(node, "annotation", None) or getattr(node, "returns", None)
@@ -64,13 +67,21 @@ def file_of(parsed: ast.Module, machine: Machine) -> File:
             if isinstance(node, ast.ImportFrom) or machine.steps > 1 << 22:
                 raise
             _skip(machine, node, scope, error)
-    for node in ast.walk(parsed):
+    for node in nodes:
         if isinstance(node, ast.Global):
             for name in node.names:
                 scope.names[name] = Unread(f"{shown(name)!r} may change between calls", STATE_ADVICE, node.lineno)
-    functions = [node for node in ast.walk(parsed) if isinstance(node, ast.FunctionDef)]
-    inner = [each for node in functions for part in node.body for each in ast.walk(part)]
-    return File(scope, parsed, machine, not any(map(_is_changing, inner)))
+    inner = [part for node in nodes if isinstance(node, ast.FunctionDef) for part in node.body]
+    return File(
+        scope,
+        sorted(nodes, key=_place),
+        machine,
+        not any(map(_is_changing, (each for part in inner for each in ast.walk(part)))),
+    )
+
+
+def _place(node: ast.AST) -> tuple[int, int]:
+    return getattr(node, "lineno", 0), getattr(node, "col_offset", 0)
 
 
 def _is_changing(node: ast.AST) -> bool:
@@ -167,7 +178,8 @@ def _method(file: File, name: str, value: Class | Instance) -> Decider | None:
     if not roots:
         return None
     if len(roots) > 1 and not usual:
-        what = f"the class {shown(kind.name)} has several methods that may decide: {', '.join(each.name for each in roots)}"
+        several = ", ".join(each.name for each in roots)
+        what = f"the class {shown(kind.name)} has several methods that may decide: {several}"
         raise file.machine.refused(roots[1].node, what, "name the one that decides act")
     chosen = (usual or roots)[0]
     if chosen.kind == "static":

@@ -65,28 +65,28 @@ class Inputs:
         used = {path[0] for path in self.places}
         if len(self.parameters) > 1 and all(len(path) == 1 for path in self.places) and not self.inner:
             places = [self.parameters.index(str(path[0])) for path in self.places]
-            return replace(plain, places=places, features=self.parameters, n_features=len(self.parameters))
+            return replace(plain, places=places, features=self.parameters, n_features=len(self.parameters), n_read=0)
         root = self.parameters[:1] if len(self.parameters) == 1 else tuple(used)[:1]
         if len(used) <= 1:
             return self._alone(root, plain)
         names = [_named(path) for path in self.places]
-        return replace(plain, places=range(len(names)), features=names, keyed=True)
+        return replace(plain, places=range(len(names)), features=names, n_read=0, keyed=True)
 
     def _alone(self, root: tuple[int | str, ...], plain: Described) -> Described:
         """One parameter holds everything."""
         if root in self.places:
-            return replace(plain, places=[0], features=[str(root[0])], n_features=1)
+            return replace(plain, places=[0], features=[str(root[0])], n_features=1, n_read=0)
         n, names = self.length(root), self.names.get(root, ())
         if self.inner.get(root, int) is int and all(len(path) == 2 for path in self.places):
             places = [int(path[1]) for path in self.places]
-            last = max(places, default=-1) + 1
+            last = max(*places, plain.n_read - 1, -1) + 1
             return replace(plain, places=places, features=names, n_features=n, n_read=last)
         known = {name: place for place, name in enumerate(names)}
         order = sorted(self.places, key=lambda path: known.get(str(path[1]), len(known)))
         features = [*names] if all(len(path) == 2 for path in order) and names else [_named(path[1:]) for path in order]
         features += [each for path in order if (each := _named(path[1:])) not in features]
         places = [features.index(_named(path[1:])) for path in self.places]
-        return replace(plain, places=places, features=features, keyed=True)
+        return replace(plain, places=places, features=features, n_read=0, keyed=True)
 
     def _refused(self, what: str, line: int, advice: str = "give each feature one name or place") -> InputError:
         return InputError(what, f"{self.where}, line {line}", advice)

@@ -1,6 +1,6 @@
 """An interpreter of Python's syntax trees whose values may be features: its state, and what all parts of it ask.
 
-Does: evaluates nodes by the handlers that expressions.py and statements.py register; truth, numbers, calls of functions.
+Does: evaluates nodes by the handlers that expressions.py and statements.py register; truth, numbers, calls.
 Assumes: a syntax tree that Python accepts.
 Does not: run Python code, import a module, or touch anything outside the syntax tree.
 
@@ -8,6 +8,8 @@ A feature is computed with only by steps that feature.py can turn into a thresho
 `Unread`, and an error only where a decision needs it. Everything is counted: a file that does not end is refused.
 """
 
+# pyright: basic
+# the values of a program may be anything
 import ast
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any

@@ -10,6 +10,8 @@ first makes the other number one of the array's type, so that float32 arrays mee
 knows which it is: `Said.arrays`.
 """
 
+# pyright: basic
+# the values of a program may be anything
 import ast
 import copy
 import math
@@ -23,7 +25,7 @@ from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers.origin import NOTHING, Origin, Said
 from codegen.importers.python.classes import instance_of
 from codegen.importers.python.file import ALONE, Decider, File, deciders, file_of
-from codegen.importers.python.inputs import Inputs
+from codegen.importers.python.inputs import MAX_FEATURES, Inputs
 from codegen.importers.python.machine import RETURN_ADVICE, Machine
 from codegen.importers.python.statements import follow, linked
 from codegen.importers.python.values import Class, Condition, Extreme, Instance, Member, Part, Scope, Symbol
@@ -61,14 +63,19 @@ def from_python(text: bytes, where: str, said: Said = NOTHING) -> dict[str, Orig
 
 
 def _origin(file: File, decider: Decider, said: Said, count: int) -> Origin:
-    follower = _Follower(file, decider, said)
-    try:
-        return origin_of(follower.run, follower.machine.where, follower.described)
-    except InputError as error:
-        advice = (
-            f"{error.next_step}; or {ALONE.format('NAME')}, with NAME that of another" if count > 1 else error.next_step
-        )
-        raise InputError(error.what, error.where, advice) from None
+    widths = dict[tuple[int | str, ...], int]()
+    while True:  # again, where a later line says how many features there are
+        follower = _Follower(file, decider, said)
+        inputs = follower.machine.inputs
+        inputs.widths |= widths
+        try:
+            return origin_of(follower.run, follower.machine.where, follower.described, said.arrays or FLOAT64)
+        except InputError as error:
+            if len(inputs.widths) > len(widths):
+                widths = dict(inputs.widths)
+                continue
+            more = f"; or {ALONE.format(shown(decider.name))}" if count > 1 else ""
+            raise InputError(error.what, error.where, f"{error.next_step}{more}") from None
 
 
 class _Follower:
@@ -170,14 +177,14 @@ class _Follower:
             )
         order = [
             each.value if isinstance(each, ast.Constant) else ast.unparse(each)
-            for each in sorted(ast.walk(self.file.parsed), key=_place)
-            if (isinstance(each, ast.Constant)
-            and isinstance(each.value, str))
+            for each in self.file.nodes
+            if (isinstance(each, ast.Constant) and isinstance(each.value, str))
             or (isinstance(each, ast.Name | ast.Attribute) and m.symbols)
         ]
         if self.default:
             m.notes[f"with the defaults of {self.default}"] = None
         given = FLOATS_ONLY if m.long and not self.said.arrays else GIVEN[self.said.arrays]
+        last = max((_looked_at(node, m.inputs.parameters) for node in ast.walk(self.function.node)), default=-1)
         plain = Described(
             KIND,
             given,
@@ -186,6 +193,7 @@ class _Follower:
             called=self._called(),
             scores=self.said.scores,
             finite=m.finite,
+            n_read=last + 1,
             notes=tuple(m.notes),
         )
         return m.inputs.described(plain)
@@ -193,7 +201,7 @@ class _Follower:
     def _called(self) -> Mapping[Value, str]:
         """What the source calls its numbers, where it uses a name for one as a value."""
         found: dict[Value, str] = {}
-        for node in sorted(ast.walk(self.file.parsed), key=_place):
+        for node in self.file.nodes:
             parts = (
                 [node]
                 if isinstance(
@@ -210,8 +218,12 @@ class _Follower:
         return {**found, **self.machine.called}
 
 
-def _place(node: ast.AST) -> tuple[int, int]:
-    return getattr(node, "lineno", 0), getattr(node, "col_offset", 0)
+def _looked_at(node: ast.AST, parameters: tuple[str, ...]) -> int:
+    """The number by which a node looks at the observation, also where nothing comes of it; -1: it does not."""
+    if isinstance(node, ast.Subscript) and isinstance(node.value, ast.Name) and node.value.id in parameters[:1]:
+        key = node.slice.value if isinstance(node.slice, ast.Constant) else None
+        return key if isinstance(key, int) and key < MAX_FEATURES else -1
+    return -1
 
 
 def _values(node: ast.AST) -> list[ast.expr]:

@@ -5,14 +5,16 @@ Assumes: a machine.
 Does not: take try, with, global, nonlocal, del or raise on a path that may be taken.
 """
 
+# pyright: basic
+# the values of a program may be anything
 import ast
-from dataclasses import replace
 from typing import Any
 
 from codegen.errors import shown
 from codegen.importers.python.arithmetic import binary, compared
+from codegen.importers.python.containers import assign, ensure_length
 from codegen.importers.python.expressions import decided, defaults_of
-from codegen.importers.python.library import MODULES, items_of
+from codegen.importers.python.library import MODULES
 from codegen.importers.python.machine import (
     STATE_ADVICE,
     STATEMENTS,
@@ -21,12 +23,11 @@ from codegen.importers.python.machine import (
     reads,
     text_of,
 )
+from codegen.importers.python.sequences import items_of
 from codegen.importers.python.values import (
     Array,
-    Class,
     Condition,
     Function,
-    Instance,
     Part,
     Scope,
     Symbol,
@@ -150,70 +151,6 @@ def _loaded(target: ast.expr) -> ast.expr:
     return ast.Subscript(target.value, target.slice, ast.Load())
 
 
-def assign(m: Machine, target: ast.expr, value: Any, scope: Scope) -> None:
-    """Gives a value to a name, an attribute, an element, or names for its parts."""
-    if isinstance(target, ast.Name):
-        scope.names[target.id] = value
-    elif isinstance(target, ast.Tuple | ast.List):
-        _unpacked(m, target, value, scope)
-    elif isinstance(target, ast.Attribute):
-        owner = m.eval(target.value, scope)
-        if not isinstance(owner, Instance | Class):
-            raise m.refused(target, f"{text_of(target)} is set, which is no attribute of the file's", "remove the line")
-        if m.paths is None:
-            (owner.attributes if isinstance(owner, Instance) else owner.members)[target.attr] = value
-        else:
-            m.written[id(owner), target.attr] = value
-    elif isinstance(target, ast.Subscript):
-        owner, key = m.needed(m.eval(target.value, scope)), m.whole(m.eval(target.slice, scope))
-        if isinstance(owner, Part) or not isinstance(owner, list | dict) or isinstance(key, slice):
-            raise m.refused(target, f"{text_of(target)} is set", "give it another name instead")
-        try:
-            m.changed(owner, target)[key] = value
-        except (LookupError, TypeError):
-            raise m.refused(target, f"{text_of(target)} does not exist", "mend it") from None
-
-
-def _unpacked(m: Machine, target: ast.Tuple | ast.List, value: Any, scope: Scope) -> None:
-    names = target.elts
-    stars = [place for place, each in enumerate(names) if isinstance(each, ast.Starred)]
-    if isinstance(value, Part):
-        _ensure_length(m, target, value, names, stars)
-        if stars and not m.inputs.length(value.path) and stars[0] == len(names) - 1:
-            for place, each in enumerate(names[:-1]):
-                assign(m, each, m.inputs.enter(value, place, m.line), scope)
-            assign(m, names[-1].value, replace(value, offset=value.offset + stars[0]), scope)  # type: ignore[attr-defined]
-            return
-    items = items_of(m, value) if not isinstance(value, Unread) else value
-    if isinstance(items, Unread):
-        for each in ast.walk(target):
-            if isinstance(each, ast.Name):
-                scope.names[each.id] = items
-        return
-    items = list(items)
-    if stars:
-        after = len(names) - stars[0] - 1
-        items[stars[0] : len(items) - after] = [m.kept(items[stars[0] : len(items) - after])]
-    if len(items) != len(names):
-        raise m.refused(target, f"{len(items)} values are given to {len(names)} names", "give each a name")
-    for each, item in zip(names, items, strict=True):
-        assign(m, each.value if isinstance(each, ast.Starred) else each, item, scope)
-
-
-def _ensure_length(m: Machine, target: ast.AST, part: Part, names: list[ast.expr], stars: list[int]) -> None:
-    """Takes the number of names for that of features, and the names for theirs."""
-    known = m.inputs.length(part.path)
-    if stars or part.offset:
-        return
-    if known and known != len(names):
-        raise m.refused(target, f"{len(names)} names for {known} features", "give each feature a name: a, b = x")
-    m.inputs.widths[part.path] = len(names)
-    if all(isinstance(each, ast.Name) for each in names):
-        found = tuple(each.id for each in names if isinstance(each, ast.Name))
-        if len(set(found)) == len(found):
-            m.inputs.names.setdefault(part.path, found)
-
-
 # --- loops
 
 
@@ -287,7 +224,7 @@ def _matches(m: Machine, pattern: ast.pattern, value: Any, scope: Scope) -> bool
         return True
     if isinstance(pattern, ast.MatchSequence) and not any(isinstance(each, ast.MatchStar) for each in pattern.patterns):
         if isinstance(value, Part):
-            _ensure_length(m, pattern, value, [ast.Name("_") for _ in pattern.patterns][:0], [0])
+            ensure_length(m, pattern, value, [ast.Name("_") for _ in pattern.patterns][:0], [0])
             m.inputs.widths.setdefault(value.path, len(pattern.patterns))
         items = m.needed(items_of(m, value))
         return len(items) == len(pattern.patterns) and all(

@@ -41,7 +41,7 @@ class Paths(ABC):
     """The paths of a program, and how far the present one was followed."""
 
     line = 0  # of the source, as the front end says it
-    nan = True  # whether a NaN goes where the program sends it
+    nan: bool = True  # whether a NaN goes where the program sends it
 
     def __init__(self, where: str, known: Any) -> None:
         self.where, self.steps = where, 0
@@ -135,7 +135,8 @@ class Growth(Paths):
         return min(feature.value(number(end, self.numbers)) for end in ends if first <= end <= last)
 
     def _within(self, feature: int, last: int) -> tuple[int, int]:
-        return self.known.get(feature, (-last, last))
+        known: dict[int, tuple[int, int]] = self.known
+        return known.get(feature, (-last, last))
 
     def ended(self, value: Any) -> None:
         """A leaf."""

@@ -1,0 +1,224 @@
+"""Lists, dictionaries and observations as expressions: literals, subscripts, comprehensions.
+
+Does: makes containers; looks up elements, numbers of the observation, and slices.
+Assumes: keys are constants, or whole numbers with few values.
+Does not: change containers (statements.py).
+"""
+
+# pyright: basic
+# the values of a program may be anything
+import ast
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+from codegen.errors import shown
+from codegen.importers.python.expressions import decided
+from codegen.importers.python.machine import EXPRESSIONS, Machine, reads, text_of
+from codegen.importers.python.sequences import items_of, mapped
+from codegen.importers.python.values import Bound, Class, Instance, Length, Member, Part, Scope, Symbol, Unread
+
+
+@reads(EXPRESSIONS, ast.List, ast.Tuple, ast.Set)
+def _list(m: Machine, node: Any, scope: Scope) -> Any:
+    items: list[Any] = []
+    for each in node.elts:
+        if isinstance(each, ast.Starred):
+            more = items_of(m, m.eval(each.value, scope))
+            if isinstance(more, Unread):
+                return more
+            items += list(more)
+        else:
+            items.append(m.eval(each, scope))
+    m.kept(items)
+    return items if isinstance(node, ast.List) else tuple(items) if isinstance(node, ast.Tuple) else m.kept(set(items))
+
+
+@reads(EXPRESSIONS, ast.Dict)
+def _dict(m: Machine, node: ast.Dict, scope: Scope) -> Any:
+    found: dict[Any, Any] = {}
+    for key, value in zip(node.keys, node.values, strict=True):
+        if key is None:
+            more = m.needed(m.eval(value, scope))
+            if not isinstance(more, dict):
+                raise m.refused(node, f"{text_of(node)} is not understood", "write its items")
+            found |= more
+        else:
+            found[key_of(m, m.eval(key, scope))] = m.eval(value, scope)
+    return m.kept(found)
+
+
+def key_of(m: Machine, value: Any) -> Any:
+    """A key of a dictionary: a constant."""
+    if isinstance(value, tuple):
+        return tuple(key_of(m, each) for each in value)
+    value = m.whole(value)
+    if isinstance(value, list | dict | set):
+        raise m.refused(None, "a list is no key", "use numbers or texts")
+    return value
+
+
+@reads(EXPRESSIONS, ast.Subscript)
+def _subscript(m: Machine, node: ast.Subscript, scope: Scope) -> Any:
+    value = m.eval(node.value, scope)
+    if isinstance(value, Unread):
+        return value
+    key = m.eval(node.slice, scope)
+    m.line = node.lineno
+    if isinstance(value, Part):
+        return part_of(m, value, key, node)
+    if isinstance(value, Class) and value.enum:
+        return value.members.get(key) or m.unread(f"{shown(str(key))} is no member", "name one")
+    if isinstance(value, tuple) and len(value) == 1 and isinstance(value[0], Length):
+        return value[0]
+    if isinstance(value, Symbol | Bound | Class):  # an annotation, such as list[int]
+        return value
+    if not isinstance(value, list | tuple | dict | str | range):
+        m.needed(value)
+        raise m.refused(node, f"{text_of(node)} is not understood", "look things up in lists and dictionaries")
+    try:
+        return value[key] if isinstance(key, slice) else value[key_of(m, key)]
+    except (LookupError, TypeError, ValueError):
+        what = f"{text_of(node)} looks up what is not there"
+        raise m.refused(node, what, "clip the index, or give every key") from None
+
+
+def part_of(m: Machine, part: Part, key: Any, node: ast.AST) -> Any:
+    """A number of the observation, or a part of it."""
+    if part.scaled and not part.array and isinstance(key, int | slice):
+        return m.unread(
+            "arithmetic is done on the whole observation", "take it as an array: np.asarray(x); or do it on each number"
+        )
+    if isinstance(key, tuple):
+        for each in key:
+            part = part_of(m, part, each, node)
+        return part
+    if isinstance(key, slice):
+        n, low, high, step = m.inputs.length(part.path), key.start or 0, key.stop, key.step or 1
+        if high is None and not n and isinstance(low, int) and low >= 0 and step == 1:
+            return replace(part, offset=part.offset + low)
+        if not n and (not isinstance(high, int) or min(low, high) < 0 or step != 1):
+            return m.unread("the file does not say how many features there are", "name all: --features a,b,c")
+        places = range(*key.indices(n or high))
+        return tuple(m.inputs.enter(part, place, m.line) for place in places)
+    key = m.whole(key)
+    key = key.value if isinstance(key, Member) else key
+    if isinstance(key, bool) or not isinstance(key, int | str):
+        raise m.refused(node, f"{text_of(node)} is not understood", "write x[0], or x['speed']")
+    if isinstance(key, int) and key < 0 and not m.inputs.length(part.path):
+        what = f"{text_of(node)} counts from the end, and the file does not say how many features there are"
+        return m.unread(what, "count from the front, or name all features: --features a,b,c")
+    return m.inputs.enter(part, key, m.line)
+
+
+@reads(EXPRESSIONS, ast.Slice)
+def _slice(m: Machine, node: ast.Slice, scope: Scope) -> Any:
+    return slice(
+        *(None if each is None else m.whole(m.eval(each, scope)) for each in (node.lower, node.upper, node.step))
+    )
+
+
+@reads(EXPRESSIONS, ast.ListComp, ast.SetComp, ast.DictComp, ast.GeneratorExp)
+def _comprehension(m: Machine, node: Any, scope: Scope) -> Any:
+    first = m.eval(node.generators[0].iter, scope)
+    inner = Scope({}, scope)
+    if isinstance(first, Part) and not m.inputs.length(first.path) and isinstance(node, ast.ListComp):
+        target = node.generators[0].target
+        if isinstance(target, ast.Name) and len(node.generators) == 1 and not node.generators[0].ifs:
+            return mapped(m, first, lambda each: m.eval(node.elt, Scope({target.id: each}, scope)))
+    items = items_of(m, first)
+    if isinstance(items, Unread):
+        return items
+    if isinstance(node, ast.DictComp):
+        found: Any = {
+            key_of(m, m.eval(node.key, inner)): m.eval(node.value, inner) for _ in _turns(m, node, inner, items)
+        }
+        return m.kept(found)
+    each = (m.eval(node.elt, inner) for _ in _turns(m, node, inner, items))
+    return (
+        each
+        if isinstance(node, ast.GeneratorExp)
+        else m.kept(list(each) if isinstance(node, ast.ListComp) else set(each))
+    )
+
+
+def _turns(m: Machine, node: Any, scope: Scope, items: Any, depth: int = 0) -> Iterator[None]:
+    """One turn for each element, with the names set."""
+    generator = node.generators[depth]
+    for each in items:
+        m.count()
+        assign(m, generator.target, each, scope)
+        if all(decided(m, test, scope) for test in generator.ifs):
+            if depth + 1 < len(node.generators):
+                yield from _turns(
+                    m, node, scope, items_of(m, m.eval(node.generators[depth + 1].iter, scope)), depth + 1
+                )
+            else:
+                yield
+
+
+# --- assignments to them
+
+
+def assign(m: Machine, target: ast.expr, value: Any, scope: Scope) -> None:
+    """Gives a value to a name, an attribute, an element, or names for its parts."""
+    if isinstance(target, ast.Name):
+        scope.names[target.id] = value
+    elif isinstance(target, ast.Tuple | ast.List):
+        _unpacked(m, target, value, scope)
+    elif isinstance(target, ast.Attribute):
+        owner = m.eval(target.value, scope)
+        if not isinstance(owner, Instance | Class):
+            raise m.refused(target, f"{text_of(target)} is set, which is no attribute of the file's", "remove the line")
+        if m.paths is None:
+            (owner.attributes if isinstance(owner, Instance) else owner.members)[target.attr] = value
+        else:
+            m.written[id(owner), target.attr] = value
+    elif isinstance(target, ast.Subscript):
+        owner, key = m.needed(m.eval(target.value, scope)), m.whole(m.eval(target.slice, scope))
+        if isinstance(owner, Part) or not isinstance(owner, list | dict) or isinstance(key, slice):
+            raise m.refused(target, f"{text_of(target)} is set", "give it another name instead")
+        try:
+            m.changed(owner, target)[key] = value
+        except (LookupError, TypeError):
+            raise m.refused(target, f"{text_of(target)} does not exist", "mend it") from None
+
+
+def _unpacked(m: Machine, target: ast.Tuple | ast.List, value: Any, scope: Scope) -> None:
+    names = target.elts
+    stars = [place for place, each in enumerate(names) if isinstance(each, ast.Starred)]
+    if isinstance(value, Part):
+        ensure_length(m, target, value, names, stars)
+        if stars and not m.inputs.length(value.path) and stars[0] == len(names) - 1:
+            for place, each in enumerate(names[:-1]):
+                assign(m, each, m.inputs.enter(value, place, m.line), scope)
+            assign(m, names[-1].value, replace(value, offset=value.offset + stars[0]), scope)  # type: ignore[attr-defined]
+            return
+    items = items_of(m, value) if not isinstance(value, Unread) else value
+    if isinstance(items, Unread):
+        for each in ast.walk(target):
+            if isinstance(each, ast.Name):
+                scope.names[each.id] = items
+        return
+    items = list(items)
+    if stars:
+        after = len(names) - stars[0] - 1
+        items[stars[0] : len(items) - after] = [m.kept(items[stars[0] : len(items) - after])]
+    if len(items) != len(names):
+        raise m.refused(target, f"{len(items)} values are given to {len(names)} names", "give each a name")
+    for each, item in zip(names, items, strict=True):
+        assign(m, each.value if isinstance(each, ast.Starred) else each, item, scope)
+
+
+def ensure_length(m: Machine, target: ast.AST, part: Part, names: list[ast.expr], stars: list[int]) -> None:
+    """Takes the number of names for that of features, and the names for theirs."""
+    known = m.inputs.length(part.path)
+    if stars or part.offset:
+        return
+    if known and known != len(names):
+        raise m.refused(target, f"{len(names)} names for {known} features", "give each feature a name: a, b = x")
+    m.inputs.widths[part.path] = len(names)
+    if all(isinstance(each, ast.Name) for each in names):
+        found = tuple(each.id for each in names if isinstance(each, ast.Name))
+        if len(set(found)) == len(found):
+            m.inputs.names.setdefault(part.path, found)

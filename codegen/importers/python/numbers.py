@@ -1,0 +1,241 @@
+"""Functions of one number: steps of a feature, Python's own result for a constant.
+
+Does: abs, float, int, floor, minima and maxima, clip, sign, borders between numbers.
+Assumes: functions that keep or turn the order of floats, or fold it at 0.
+Does not: take functions whose rounding nobody promises, such as exp or sin, of a feature.
+"""
+
+# pyright: basic
+# the values of a program may be anything
+import ast
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from codegen.importers.python.arithmetic import compared
+from codegen.importers.python.machine import TEST_ADVICE, Machine, step_of
+from codegen.importers.python.sequences import Call, Given, Named, items_of
+from codegen.importers.python.values import (
+    Array,
+    Condition,
+    Extreme,
+    Member,
+    Part,
+    Unread,
+)
+from codegen.importers.symbolic.feature import FOLDING, RISING, Feature, Step
+
+UNKNOWN = "write what it computes with comparisons and numbers"
+
+
+def _saturated(function: Callable[[float], Any], value: Any) -> Any:
+    """A whole number of a finite number; what is infinite, or NaN, stays so, where Python gives up."""
+    return function(value) if math.isfinite(value) else value
+
+
+WHOLE: Mapping[str, Callable[..., Any]] = {  # of finite numbers only
+    "int": int, "math.floor": math.floor, "math.ceil": math.ceil, "math.trunc": math.trunc, "round": round,
+}  # fmt: skip
+STEPS: Mapping[str, tuple[Callable[[Any], Any], str]] = {  # of a feature
+    "abs": (abs, FOLDING), "math.fabs": (math.fabs, FOLDING), "numpy.abs": (np.abs, FOLDING),
+    "numpy.absolute": (np.abs, FOLDING), "numpy.fabs": (np.fabs, FOLDING), "float": (float, RISING),
+    "numpy.float64": (np.float64, RISING), "numpy.float32": (np.float32, RISING), "numpy.double": (np.float64, RISING),
+    "numpy.floor": (np.floor, RISING), "numpy.ceil": (np.ceil, RISING), "numpy.trunc": (np.trunc, RISING),
+    "numpy.rint": (np.rint, RISING), "math.radians": (math.radians, RISING), "math.degrees": (math.degrees, RISING),
+    "numpy.deg2rad": (np.deg2rad, RISING), "numpy.radians": (np.radians, RISING),
+    "numpy.rad2deg": (np.rad2deg, RISING), "numpy.degrees": (np.degrees, RISING),
+    **{name: (partial(_saturated, function), RISING) for name, function in WHOLE.items()},
+}  # fmt: skip
+
+
+def stepped(name: str) -> Call:
+    """A function of one number."""
+    apply, sense = STEPS[name]
+    plain = WHOLE.get(name, apply)
+
+    def called(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
+        if (len(given) == 1 and isinstance(given[0], Part) and name.startswith("numpy.")) or (
+            name == "float" and len(given) == 1 and isinstance(given[0], Part)
+        ):
+            return replace(
+                given[0],
+                steps=(*given[0].steps, *step_of(m.arrays if not given[0].steps else ""), Step(name, apply, sense)),
+            )
+        given = [m.needed(m.plain(each)) for each in given]
+        if given and isinstance(given[0], Extreme) and sense == RISING:
+            return Extreme(given[0].least, tuple(called(m, node, [each, *given[1:]], named) for each in given[0].parts))
+        if not given or not isinstance(given[0], Feature):
+            return constant(m, node, plain, given, named)
+        m.finite |= name in WHOLE
+        if len(given) > 1 or named:
+            if name != "round" or named or not isinstance(given[1], int):
+                return m.unread(f"{name} with further arguments is not understood", UNKNOWN)
+            apply_ = partial(_saturated, lambda value, digits=given[1]: round(value, digits))
+            return _of(m, given[0]).then(Step(f"round{given[1]}", apply_))
+        return _of(m, given[0]).then(Step(name, apply, sense))
+
+    return called
+
+
+def _of(m: Machine, feature: Feature) -> Feature:
+    return feature if feature.steps else feature.then(*step_of(m.arrays))
+
+
+def constant(m: Machine, node: ast.AST, function: Callable[..., Any], given: Given, named: Named) -> Any:
+    """A function of constants, computed by Python itself."""
+    given = [each.value if isinstance(each, Member) and each.kind.whole else each for each in given]
+    plain = (bool, int, float, str, np.number, type(None))
+    if not all(
+        isinstance(each, plain) or (isinstance(each, list | tuple) and all(isinstance(one, plain) for one in each))
+        for each in [*given, *named.values()]
+    ):
+        return m.unread("a function is given what it is not understood for", UNKNOWN)
+    if any(isinstance(each, str) and len(each) > 400 for each in given):
+        return m.unread("a text is too long", "make it shorter")
+    try:
+        found = function(*given, **named)
+    except (TypeError, ValueError, ArithmeticError, LookupError):
+        return m.unread("a function fails with the constants that it is given", "mend it")
+    return m.kept(Array(found.tolist())) if isinstance(found, np.ndarray) else found
+
+
+def fixed(function: Callable[..., Any]) -> Call:
+    """A function of constants only."""
+
+    def called(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
+        given = [m.plain(each) for each in given]
+        unread = next((each for each in given if isinstance(each, Unread)), None)
+        if unread is not None:
+            return unread
+        if any(isinstance(each, Feature | Extreme) for each in given):
+            name = getattr(function, "__name__", "a function")
+            return m.unread(f"{name} of a feature is not understood", "compare the feature itself with a number")
+        return constant(m, node, function, given, named)
+
+    return called
+
+
+# --- the least and the largest
+
+
+def extreme(least: bool, builtin: bool) -> Call:
+    """min, max and their like in numpy."""
+    function: Any = (min if least else max) if builtin else np.minimum if least else np.maximum
+
+    def called(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
+        key, default = named.get("key"), named.get("default")
+        items = items_of(m, given[0]) if len(given) == 1 else given
+        if isinstance(items, Unread):
+            return items
+        if key is not None:
+            items = list(items)
+            keys = [m.whole(m.call(key, [each], {}, node)) for each in items]
+            return items[keys.index(function(keys))]
+        parts = [m.plain(each) for each in items]
+        unread = next((each for each in parts if isinstance(each, Unread)), None)
+        if unread is not None or not parts:
+            return unread or default
+        if not all(isinstance(each, Feature | Extreme) for each in parts):
+            parts = _joined(m, function, parts)
+        if len(parts) == 1:
+            return parts[0]
+        return Extreme(
+            least,
+            tuple(
+                one
+                for each in parts
+                for one in (each.parts if isinstance(each, Extreme) and each.least == least else [each])
+            ),
+        )
+
+    return called
+
+
+def _joined(m: Machine, function: Any, parts: Given) -> Given:
+    """The parts with all constants joined, and those joined with a sole feature."""
+    features = [each for each in parts if isinstance(each, Feature | Extreme)]
+    constants = [m.needed(each) for each in parts if not isinstance(each, Feature | Extreme)]
+    try:
+        number = function(*constants) if len(constants) > 1 else constants[0]
+    except TypeError:
+        raise m.refused(None, "constants that have no order are compared", "compare numbers") from None
+    if len(features) != 1 or not isinstance(features[0], Feature):
+        return [*features, number]
+    if not isinstance(number, int | float | np.number):
+        raise m.refused(None, "a feature is compared with what is no number", TEST_ADVICE)
+    first = isinstance(parts[0], Feature)
+    apply = partial(_either, function, number, first)
+    return [_of(m, features[0]).then(Step(f"{function.__name__}{first:d}{type(number).__name__}{number!r}", apply))]
+
+
+def _either(function: Any, number: Any, first: bool, value: Any) -> Any:
+    return function(value, number) if first else function(number, value)
+
+
+def clip(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
+    """np.clip."""
+    names = ["a", "a_min", "a_max"]
+    values = dict(zip(names, given, strict=False)) | {
+        {"min": "a_min", "max": "a_max"}.get(k, k): v for k, v in named.items()
+    }
+    value, low, high = (values.get(name) for name in names)
+    if isinstance(value, Array | list):
+        return m.kept(Array(clip(m, node, [each, low, high], {}) for each in value))
+    value = m.plain(value)
+    for bound, function in ((low, np.maximum), (high, np.minimum)):
+        if bound is not None:
+            value = extreme(function is np.minimum, False)(m, node, [value, bound], {})
+    return value
+
+
+def sign(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
+    """np.sign: decided."""
+    value = m.needed(m.plain(given[0]))
+    if isinstance(value, Feature | Extreme):
+        if m.paths is not None:
+            m.paths.nan = False  # numpy gives NaN
+        return 1 if m.truth(compared(m, ">", value, 0)) else -1 if m.truth(compared(m, "<", value, 0)) else 0
+    return constant(m, node, np.sign, [value], named)
+
+
+def binned(right: bool | None) -> Call:
+    """np.digitize (None), bisect_right (True) and bisect_left (False): how many borders are not above a number."""
+
+    def called(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
+        value, borders = (given[0], given[1]) if right is None else (given[1], given[0])
+        side = named.get("right", given[2] if len(given) > 2 else False) is not True if right is None else right
+        side = {"left": False, "right": True}.get(named.get("side", ""), side)
+        borders = items_of(m, borders)
+        if isinstance(borders, Unread):
+            return borders
+        numbers = [m.whole(each) for each in borders]
+        if numbers != sorted(numbers):
+            return m.unread("borders are not in ascending order", "sort them")
+        for place, border in enumerate(numbers):
+            if m.truth(compared(m, "<" if side else "<=", value, border)):
+                return place
+        return len(numbers)
+
+    return called
+
+
+def isnan(known: bool) -> Call:
+    """math.isnan and its like: what they say of numbers; of a NaN the tree does not ask."""
+
+    def called(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
+        value = m.needed(m.plain(given[0]))
+        if isinstance(value, Feature):
+            if m.paths is not None:
+                m.paths.nan = False
+            if known:
+                return Condition(
+                    lambda: m.truth(compared(m, "<", value, math.inf)) and m.truth(compared(m, ">", value, -math.inf))
+                )
+            return False
+        return constant(m, node, math.isfinite if known else math.isnan, [value], {})
+
+    return called
