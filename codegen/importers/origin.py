@@ -61,7 +61,7 @@ class Said:
 
     scores: bool = False  # whether a list of numbers holds a score for each action
     wanted: str = ""  # the function that is asked for, where a file has several
-    width: int = 0  # how many features there are; 0: not said
+    features: tuple[str, ...] = ()  # names of all features, in their order; (): not said
     arrays: str = ""  # of which numbers NumPy hands over to Python: float32 or float64; "": it is given Python's floats
 
 

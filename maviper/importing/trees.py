@@ -39,8 +39,8 @@ def import_trees(
 ) -> PolicyProfile:
     """The profile of the trees in a file, or in a file for each agent. InputError for what is not understood."""
     asked = ImportRequest(**completed(ImportOptions, options))
-    plain = [each for each in asked.feature_names or () if "=" not in each]
-    said = Said(asked.scores, width=len(plain), arrays=asked.arrays or "")
+    plain = tuple(each for each in asked.feature_names or () if "=" not in each)
+    said = Said(asked.scores, features=plain, arrays=asked.arrays or "")
     names = Names(asked.feature_names, asked.action_names, asked.name)
     if file is not None and agents is None:
         origins = _read(file, said)

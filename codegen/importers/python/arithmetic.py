@@ -113,12 +113,24 @@ def of_feature(m: Machine, kind: type[ast.operator], left: Any, right: Any) -> A
     sense = RISING if kind in (ast.Add, ast.Sub) or number > 0 else FALLING
     if kind is ast.Sub and turned:
         sense = FALLING
+    if kind is ast.Pow and not turned and number == 2:
+        return feature.then(Step("squared", _squared, FOLDING))
     whole = isinstance(feature.value(1.0), int)
     allowed = (ast.Add, ast.Sub, ast.Mult, *(() if turned else (ast.Div,)))
     if kind not in allowed and not (kind is ast.FloorDiv and whole and isinstance(number, int) and not turned):
         return _refused(m, kind, turned)
     apply = partial(_turned, OPERATIONS[kind], number) if turned else partial(_applied, OPERATIONS[kind], number)
     return feature.then(Step(f"{kind.__name__}{turned:d}{type(number).__name__}{number!r}", apply, sense))
+
+
+def _squared(value: Any) -> Any:
+    """`value ** 2` by Python's or NumPy's own power, whose error is too small to change the order of squares; infinite
+    where Python gives up.
+    """
+    try:
+        return value**2
+    except OverflowError:
+        return math.inf
 
 
 def _applied(function: Callable[[Any, Any], Any], number: Any, value: Any) -> Any:

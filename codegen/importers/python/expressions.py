@@ -11,6 +11,7 @@ Conditions are decided where they are needed: `fast = v > 1` is no test yet.
 # the values of a program may be anything
 import ast
 import math
+from dataclasses import replace
 from typing import Any
 
 from codegen.errors import shown
@@ -74,7 +75,14 @@ def _choice(m: Machine, node: ast.IfExp, scope: Scope) -> Any:
 def _binary(m: Machine, node: ast.BinOp, scope: Scope) -> Any:
     left, right = m.eval(node.left, scope), m.eval(node.right, scope)
     m.line = node.lineno
-    return binary(m, type(node.op), left, right)
+    return _told(node, binary(m, type(node.op), left, right), left, right)
+
+
+def _told(node: ast.AST, found: Any, *given: Any) -> Any:
+    """What cannot be said of a node, with its text."""
+    if isinstance(found, Unread) and not any(found is each for each in given) and ": " not in found.what:
+        return replace(found, what=f"{found.what}: {text_of(node)}")
+    return found
 
 
 @reads(EXPRESSIONS, ast.UnaryOp)
@@ -134,7 +142,10 @@ def _is_condition(node: ast.expr, scope: Scope) -> bool:
 def _compared(m: Machine, node: ast.Compare, scope: Scope) -> Any:
     sides = [m.eval(each, scope) for each in (node.left, *node.comparators)]
     m.line = node.lineno
-    found = [_pair(m, operator, *pair) for operator, *pair in zip(node.ops, sides, sides[1:], strict=False)]
+    found = [
+        _told(node, _pair(m, operator, *pair), *pair)
+        for operator, *pair in zip(node.ops, sides, sides[1:], strict=False)
+    ]
     if len(found) == 1:
         return found[0]
     unread = next((each for each in found if isinstance(each, Unread)), None)

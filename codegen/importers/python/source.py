@@ -87,16 +87,16 @@ class _Follower:
         m.where = f"{m.where}, function {shown(decider.name)}"
         self.first = [self._object(m, each) for each in decider.first]
         takes = self.function.node.args
-        self.names = [each.arg for each in (*takes.posonlyargs, *takes.args)][len(self.first) :]
-        self.names = [each for each in self.names if each not in self.function.defaults]
-        self.keywords = [each.arg for each in takes.kwonlyargs if each.arg not in self.function.defaults]
-        m.inputs = Inputs(m.where, (*self.names, *self.keywords), said.width)
+        places = [each.arg for each in (*takes.posonlyargs, *takes.args)][len(self.first) :]
+        self.defaults = {name for name in self.function.defaults if name not in said.features}
+        self.names = [name for name in places if name not in self.defaults]
+        self.keywords = [each.arg for each in takes.kwonlyargs if each.arg not in self.defaults]
+        m.inputs = Inputs(m.where, (*self.names, *self.keywords), len(said.features))
         m.notes, m.called, m.texts, m.symbols = dict(m.notes), {}, set(), set()
         for each in (*takes.posonlyargs, *takes.args, *takes.kwonlyargs):
             kind = file.scope.names.get(each.annotation.id) if isinstance(each.annotation, ast.Name) else None
             if isinstance(kind, Class) and kind.fields:
                 m.inputs.names[each.arg,] = kind.fields
-        self.default = ", ".join(each for each in self.function.defaults if each not in ("self", "cls"))
 
     def _object(self, m: Machine, given: Any) -> Any:
         """The object whose method decides."""
@@ -114,8 +114,8 @@ class _Follower:
         m.paths, m.fresh, m.written, m.depth = paths, {}, {}, 0
         if state is None:
             named = {each: Part((each,)) for each in self.keywords}
-            given = [*self.first, *(Part((each,)) for each in self.names)]
-            names = m.bound(function, given, named, function.node)
+            named |= {each: Part((each,)) for each in self.names}
+            names = m.bound(function, self.first, named, function.node)
             body = (
                 [ast.copy_location(ast.Return(function.node.body), function.node)]
                 if isinstance(function.node, ast.Lambda)
@@ -181,8 +181,8 @@ class _Follower:
             if (isinstance(each, ast.Constant) and isinstance(each.value, str))
             or (isinstance(each, ast.Name | ast.Attribute) and m.symbols)
         ]
-        if self.default:
-            m.notes[f"with the defaults of {self.default}"] = None
+        for each in sorted(self.defaults):
+            m.notes[f"{shown(each)} is what its default says, unless --features names it"] = None
         given = FLOATS_ONLY if m.long and not self.said.arrays else GIVEN[self.said.arrays]
         last = max((_looked_at(node, m.inputs.parameters) for node in ast.walk(self.function.node)), default=-1)
         plain = Described(
@@ -231,7 +231,7 @@ def _values(node: ast.AST) -> list[ast.expr]:
     if isinstance(node, ast.IfExp):
         return [node.body, node.orelse]
     if isinstance(node, ast.List | ast.Tuple):
-        return [*node.elts]
+        return [*node.elts] if isinstance(node.ctx, ast.Load) else []
     if isinstance(node, ast.Dict):
         return [*node.values]
     value = node.body if isinstance(node, ast.Lambda) else getattr(node, "value", None)

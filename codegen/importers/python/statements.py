@@ -10,7 +10,7 @@ Does not: take try, with, global, nonlocal, del or raise on a path that may be t
 import ast
 from typing import Any
 
-from codegen.errors import shown
+from codegen.errors import InputError, shown
 from codegen.importers.python.arithmetic import binary, compared
 from codegen.importers.python.containers import assign, ensure_length
 from codegen.importers.python.expressions import decided, defaults_of
@@ -174,7 +174,12 @@ def _for(m: Machine, node: ast.For, scope: Scope) -> None:
 def _while(m: Machine, node: ast.While, scope: Scope) -> None:
     for _ in range(MAX_TURNS):
         m.line = node.lineno
-        if not decided(m, node.test, scope):
+        try:
+            more = decided(m, node.test, scope)
+        except InputError as error:
+            what = f"a loop goes on until a feature says otherwise: {error.what}"
+            raise m.refused(node, what, "give the loop an end: for k in range(5)") from None
+        if not more:
             m.block(node.orelse, scope)
             return
         try:
