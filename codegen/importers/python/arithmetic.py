@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from codegen.importers.python.machine import MAX_ITEMS, TEST_ADVICE, Machine, step_of
-from codegen.importers.python.values import Array, Condition, Extreme, Length, Member, Part, Symbol, Unread
+from codegen.importers.python.values import Array, Condition, Extreme, Instance, Length, Member, Part, Symbol, Unread
 from codegen.importers.symbolic.feature import FALLING, FOLDING, RISING, SIGNS, TURNED, Feature, Step, Test
 
 MAX_BITS = 1 << 12
@@ -75,7 +75,8 @@ def binary(m: Machine, kind: type[ast.operator], left: Any, right: Any) -> Any:
 
 
 def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float | np.number) or (isinstance(value, Member) and value.kind.whole)
+    value = value.value if isinstance(value, Member) and value.kind.mixed else value
+    return isinstance(value, int | float | np.number)
 
 
 def _of_constants(m: Machine, kind: type[ast.operator], left: Any, right: Any) -> Any:
@@ -98,7 +99,7 @@ def _of_constants(m: Machine, kind: type[ast.operator], left: Any, right: Any) -
         return m.unread("an operation on constants is not understood", "write the result itself")
     if isinstance(found, complex) or (isinstance(found, int) and found.bit_length() > MAX_BITS):
         return m.unread("a number is too large, or complex", "write the result itself")
-    return m.kept(found) if isinstance(found, list | str) else found
+    return m.kept(found) if isinstance(found, list | tuple | str | set | dict) else found
 
 
 def of_feature(m: Machine, kind: type[ast.operator], left: Any, right: Any) -> Any:
@@ -228,6 +229,7 @@ def unary(m: Machine, kind: type[ast.unaryop], value: Any) -> Any:
 
 def compared(m: Machine, sign: str, left: Any, right: Any) -> Any:
     """What `left sign right` is: a test of a feature, a condition, or a constant."""
+    m.count()
     if isinstance(left, Length) or isinstance(right, Length):
         return _of_length(m, sign, left, right)
     left, right = (each if isinstance(each, Symbol) else m.plain(each) for each in (left, right))
@@ -241,6 +243,12 @@ def compared(m: Machine, sign: str, left: Any, right: Any) -> Any:
             return sign == "!="
         pairs = [compared(m, "==", a, b) for a, b in zip(left, right, strict=True)]
         return Condition(lambda: all(m.truth(each) for each in pairs) == (sign == "=="))
+    if any(isinstance(each, Instance) for each in (left, right)):
+        return (
+            m.unread("objects are compared", "compare their attributes")
+            if left is not right
+            else sign in ("==", "<=", ">=")
+        )
     for one, other, said in ((left, right, sign), (right, left, TURNED[sign])):
         if isinstance(one, Extreme) and _is_number(other):
             return _extreme_compared(m, one, said, other)
@@ -330,4 +338,5 @@ def _of_length(m: Machine, sign: str, left: Any, right: Any) -> Any:
         sign = TURNED[sign]
     if not known and sign in ("==", "!="):
         m.inputs.widths[length.part.path] = known = number
+        m.notes[f"line {m.line}: the observation is taken to have {number} numbers"] = None
     return bool(SIGNS[sign](known, number)) if known else sign in (">", ">=", "!=")

@@ -40,6 +40,8 @@ METHODS: Mapping[type, frozenset[str]] = {
         lstrip rstrip""".split()  # noqa: SIM905
     ),
 }
+MAX_TEXT = 1 << 10
+CONSTANT = (int, float, str, bool, type(None), Member, tuple)
 CHANGING = frozenset(("append", "extend", "insert", "pop", "remove", "reverse", "clear", "update", "setdefault", "add",
                       "discard"))  # fmt: skip
 
@@ -172,8 +174,12 @@ def _method(value: Any, name: str) -> Bound:
             m.count(len(given[0]))
         elif (isinstance(value, dict) and name in ("get", "pop")) or name in ("index", "count", "remove"):
             given = [m.whole(given[0]), *given[1:]]
+            if not isinstance(value, dict | str) and not all(isinstance(each, CONSTANT) for each in value):
+                return m.unread(f"'.{name}' looks for features or objects", "compare them one by one")
         elif name not in ("append", "insert", "setdefault", "add"):
             given = [m.needed(each) for each in given]
+        if any(isinstance(each, str) and len(each) > MAX_TEXT for each in (value, *given)):
+            raise m.refused(node, "a text is too long", "make it shorter")
         try:
             function: Callable[..., Any] = getattr(value, name)
             found = function(*given, **named)
@@ -181,8 +187,8 @@ def _method(value: Any, name: str) -> Bound:
             raise m.refused(node, f"'.{name}' fails with what it is given here", "look it up before") from None
         if isinstance(value, dict) and name in ("keys", "values", "items"):
             return list(found)
-        if isinstance(found, str) and len(found) > 1 << 12:
-            raise m.refused(node, "a text is too long", "make it shorter")
-        return m.kept(found) if isinstance(found, list | dict | set) else found
+        if name in CHANGING:
+            m.weigh(value)
+        return m.kept(found) if isinstance(found, list | dict | set | str | tuple) else found
 
     return Bound(name, called)

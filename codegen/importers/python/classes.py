@@ -17,8 +17,8 @@ from codegen.importers.python.statements import decorator_of
 from codegen.importers.python.values import AUTO, Class, Factory, Function, Instance, Member, Scope, Symbol, Unread
 
 ENUMS = ("Enum", "IntEnum", "StrEnum", "IntFlag", "Flag")
-WHOLE = ("IntEnum", "IntFlag", "int")
-PLAIN = ("object", "ABC", "Protocol", "Generic", "NamedTuple", "TypedDict", "str", "float", *ENUMS, *WHOLE)
+MIXED = ("IntEnum", "IntFlag", "StrEnum", "int", "str", "float")
+PLAIN = ("object", "ABC", "Protocol", "Generic", "NamedTuple", "TypedDict", *ENUMS, *MIXED)
 DECORATORS = ("dataclass", "unique", "final", "runtime_checkable")
 MAKERS = ("__init__", "__post_init__", "__new__")
 MAGIC = ("__getattr__", "__getattribute__", "__setattr__", "__new__", "__class_getitem__")
@@ -47,7 +47,7 @@ def class_of(m: Machine, node: ast.ClassDef, scope: Scope) -> Class | Unread:
     )
     found = Class(node.name, own, members, fields=fields, kept=_kept(node).union(*(each.kept for each in own)))
     found.enum = any(each in ENUMS for each in names) or any(each.enum for each in own)
-    found.whole = any(each in WHOLE for each in names) or any(each.whole for each in own)
+    found.mixed = any(each in MIXED for each in names) or any(each.mixed for each in own)
     if found.enum:
         _ensure_members(found, text="StrEnum" in names)
     return found

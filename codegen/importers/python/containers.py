@@ -31,7 +31,9 @@ def _list(m: Machine, node: Any, scope: Scope) -> Any:
         else:
             items.append(m.eval(each, scope))
     m.kept(items)
-    return items if isinstance(node, ast.List) else tuple(items) if isinstance(node, ast.Tuple) else m.kept(set(items))
+    if isinstance(node, ast.Set):
+        return m.kept({key_of(m, each) for each in items})
+    return items if isinstance(node, ast.List) else tuple(items)
 
 
 @reads(EXPRESSIONS, ast.Dict)
@@ -50,6 +52,7 @@ def _dict(m: Machine, node: ast.Dict, scope: Scope) -> Any:
 
 def key_of(m: Machine, value: Any) -> Any:
     """A key of a dictionary: a constant."""
+    m.count()
     if isinstance(value, tuple):
         return tuple(key_of(m, each) for each in value)
     value = m.whole(value)
@@ -138,7 +141,7 @@ def _comprehension(m: Machine, node: Any, scope: Scope) -> Any:
     return (
         each
         if isinstance(node, ast.GeneratorExp)
-        else m.kept(list(each) if isinstance(node, ast.ListComp) else set(each))
+        else m.kept(list(each) if isinstance(node, ast.ListComp) else {key_of(m, one) for one in each})
     )
 
 

@@ -157,7 +157,7 @@ def _pair(m: Machine, operator: ast.cmpop, left: Any, right: Any) -> Any:
     if sign is not None:
         return compared(m, sign, left, right)
     if isinstance(operator, ast.In | ast.NotIn):
-        if isinstance(right, Part):  # `"speed" in obs`
+        if isinstance(right, Part) and isinstance(left, str):  # `"speed" in obs`
             return isinstance(operator, ast.In)
         items = right if isinstance(right, str | set | frozenset) else items_of(m, right)
         if isinstance(items, Unread):
@@ -189,13 +189,7 @@ def _same(m: Machine, left: Any, right: Any) -> Any:
 
 @reads(EXPRESSIONS, ast.Call)
 def _call(m: Machine, node: ast.Call, scope: Scope) -> Any:
-    if isinstance(node.func, ast.Attribute) and isinstance(node.func.value, ast.Name) and node.func.value.id in LOGGERS:
-        m.notes[f"line {node.lineno}: {text_of(node)} is skipped"] = None
-        return None
     function = m.eval(node.func, scope)
-    if isinstance(function, Bound) and function.name == "print":
-        m.notes[f"line {node.lineno}: {text_of(node)} is skipped"] = None
-        return None
     if isinstance(node.func, ast.Name) and node.func.id == "super" and isinstance(function, Symbol):
         return _super(m, node, scope)
     given: list[Any] = []
@@ -210,11 +204,20 @@ def _call(m: Machine, node: ast.Call, scope: Scope) -> Any:
         value = m.eval(each.value, scope)
         named |= {each.arg: value} if each.arg else m.needed(value) if isinstance(value, dict) else {}
     m.line = node.lineno
+    if _is_told(function):
+        m.notes[f"line {node.lineno}: {text_of(node)} is skipped"] = None
+        return None if function.name == "print" else Symbol(LOGGERS[0])
     if isinstance(function, Class):
         from codegen.importers.python.classes import instance_of
 
         return instance_of(m, function, given, named, node)
     return m.call(function, given, named, node)
+
+
+def _is_told(function: Any) -> bool:
+    """Whether a function only tells somebody something: print, or a logger's."""
+    name = function.name if isinstance(function, Bound | Symbol) else ""
+    return name == "print" or name.split(".")[0] in LOGGERS
 
 
 def _super(m: Machine, node: ast.Call, scope: Scope) -> Any:

@@ -89,6 +89,7 @@ class Machine:
         self.symbols: set[str] = set()  # names that are returned without being defined
         self.texts: set[str] = set()  # texts that are returned
         self.notes: dict[str, None] = {}  # what was skipped, in words
+        self.streams = False  # whether this path has made an iterator, which no state may hold
         self.finite = False  # whether something is computed that Python refuses for infinite numbers
         self.long = False  # whether a feature is compared with a whole number that no double equals
         self.used: set[Function] = set()  # functions that the file calls itself, outside of all functions
@@ -133,11 +134,26 @@ class Machine:
 
     def kept(self, value: Any) -> Any:
         """A new list, dictionary or object, which this path may change."""
-        if isinstance(value, list | dict | set | str) and len(value) > MAX_ITEMS:  # pyright: ignore
-            raise self.refused(None, f"a list or text has more than {MAX_ITEMS} parts", "make it shorter")
-        if not isinstance(value, str):
+        self.weigh(value)
+        if not isinstance(value, str | tuple):
             self.fresh[id(value)] = value
         return value
+
+    def weigh(self, value: Any) -> None:
+        """InputError for a container of too many parts, with those of its parts."""
+        weight = len(value) if isinstance(value, str) else 0
+        open_ = [value]
+        while open_ and weight <= MAX_ITEMS:
+            each = open_.pop()
+            if isinstance(each, list | tuple | set | frozenset):
+                weight += len(each)
+                open_ += each
+            elif isinstance(each, dict):
+                weight += len(each)
+                open_ += [*each, *each.values()]
+        self.count(1 + (weight >> 4))
+        if weight > MAX_ITEMS:
+            raise self.refused(None, f"a list or text has more than {MAX_ITEMS} parts", "make it shorter")
 
     def changed(self, value: Any, node: ast.AST) -> Any:
         """The value, which is about to be changed. InputError where that outlives the decision."""
@@ -154,7 +170,7 @@ class Machine:
             if value.offset:
                 return self.unread("a part of the observation is used as a number", TEST_ADVICE)
             return Feature(self.inputs.number(value.path, self.line), value.steps)
-        if isinstance(value, Member) and value.kind.whole:
+        if isinstance(value, Member) and value.kind.mixed:
             return value.value
         if isinstance(value, Test | Condition):
             return self.truth(value)
@@ -168,6 +184,7 @@ class Machine:
 
     def truth(self, value: Any) -> bool:
         """Whether a value counts as true."""
+        self.count()
         value = self.needed(value)
         if isinstance(value, Test):
             return self.holds(value)
@@ -178,7 +195,7 @@ class Machine:
         if isinstance(value, Feature):
             return self.holds(Test(value, "!=", 0))
         if isinstance(value, Member):
-            return bool(value.value) if value.kind.whole else True
+            return bool(value.value) if value.kind.mixed else True
         if isinstance(value, Extreme):
             raise self.refused(None, "the least or the largest of several features is no condition", TEST_ADVICE)
         if isinstance(value, Function | Class | Instance | Module | Bound | Length):
@@ -252,7 +269,11 @@ class Machine:
         if handler is None:
             what = f"'{type(node).__name__.lower()}' is not understood"
             raise self.refused(node, what, "use if, elif, else, match, for over a list, return and name = value")
-        handler(self, node, scope)
+        try:
+            handler(self, node, scope)
+        except (TypeError, LookupError, ArithmeticError, AttributeError, StopIteration) as error:
+            what = f"{text_of(node)} fails in a way that is not understood: {shown(error)[:80]}"
+            raise self.refused(node, what, TEST_ADVICE) from None
 
     def bound(
         self, function: Function, given: Sequence[Any], named: Mapping[str, Any], node: ast.AST

@@ -87,7 +87,7 @@ def _of(m: Machine, feature: Feature) -> Feature:
 
 def constant(m: Machine, node: ast.AST, function: Callable[..., Any], given: Given, named: Named) -> Any:
     """A function of constants, computed by Python itself."""
-    given = [each.value if isinstance(each, Member) and each.kind.whole else each for each in given]
+    given = [each.value if isinstance(each, Member) and each.kind.mixed else each for each in given]
     plain = (bool, int, float, str, np.number, type(None))
     if not all(
         isinstance(each, plain) or (isinstance(each, list | tuple) and all(isinstance(one, plain) for one in each))

@@ -8,7 +8,7 @@ Does not: compare features.
 # pyright: basic
 # the values of a program may be anything
 import ast
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, cast
 
@@ -47,8 +47,8 @@ def items_of(m: Machine, value: Any) -> Any:
     raise m.refused(None, "a loop goes over something that is no list", "loop over literals")
 
 
-def listed(make: Callable[[Iterable[Any]], Any]) -> Call:
-    """list, tuple, enumerate, zip and so on, of lists."""
+def listed(make: Callable[..., Any]) -> Call:
+    """list, tuple, enumerate, zip and so on: lists of lists, or iterators over them, as Python makes them."""
 
     def called(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
         items = [items_of(m, each) if not isinstance(each, int) else each for each in given]
@@ -57,8 +57,8 @@ def listed(make: Callable[[Iterable[Any]], Any]) -> Call:
             found = unread or make(*items, **named)
         except (TypeError, ValueError):
             raise m.refused(node, "a list is made of what it cannot be made of", "write the list itself") from None
-        m.count(len(found) if isinstance(found, list | tuple | dict | set) else 1)
-        return m.kept(found) if isinstance(found, list | dict | set) else found
+        m.streams |= hasattr(found, "__next__")
+        return m.kept(found) if isinstance(found, list | dict | set | tuple) else found
 
     return called
 
@@ -69,7 +69,8 @@ def map_of(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
         return mapped(m, given[1], lambda each: m.call(given[0], [each], {}, node))
     items = [items_of(m, each) for each in given[1:]]
     unread = next((each for each in items if isinstance(each, Unread)), None)
-    return unread or m.kept([m.call(given[0], list(each), {}, node) for each in zip(*items, strict=False)])
+    m.streams = True
+    return unread or (m.call(given[0], list(each), {}, node) for each in zip(*items, strict=False))
 
 
 def mapped(m: Machine, part: Part, function: Callable[[Any], Any]) -> Any:
@@ -83,11 +84,10 @@ def mapped(m: Machine, part: Part, function: Callable[[Any], Any]) -> Any:
 def filtered_of(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
     """`filter`."""
     items = items_of(m, given[1])
-    return (
-        items
-        if isinstance(items, Unread)
-        else m.kept([each for each in items if m.truth(m.call(given[0], [each], {}, node))])
-    )
+    if isinstance(items, Unread):
+        return items
+    m.streams = True
+    return (each for each in items if m.truth(m.call(given[0], [each], {}, node)))
 
 
 def length(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:

@@ -111,7 +111,7 @@ class _Follower:
     def run(self, paths: Paths, state: Any) -> Value:
         """What is returned on the present path."""
         m, function = self.machine, self.function
-        m.paths, m.fresh, m.written, m.depth = paths, {}, {}, 0
+        m.paths, m.fresh, m.written, m.depth, m.streams = paths, {}, {}, 0, False
         if state is None:
             named = {each: Part((each,)) for each in self.keywords}
             named |= {each: Part((each,)) for each in self.names}

@@ -51,7 +51,7 @@ def follow(m: Machine, rest: Any, scope: Scope, *, marks: bool) -> Any:
     """Runs the statements of a function to its return. `marks`: whether a path may go on between them."""
     while rest is not None:
         node, after = rest
-        if marks and m.paths is not None:
+        if marks and m.paths is not None and not m.streams:
             m.paths.mark((rest, dict(scope.names)))
         if isinstance(node, ast.If):
             m.line = node.lineno
@@ -96,7 +96,7 @@ def _pass(m: Machine, node: ast.AST, scope: Scope) -> None:
 @reads(STATEMENTS, ast.Expr)
 def _expression(m: Machine, node: ast.Expr, scope: Scope) -> None:
     value = m.eval(node.value, scope)
-    if isinstance(value, Unread | Symbol) and isinstance(node.value, ast.Call):
+    if isinstance(value, Unread) and isinstance(node.value, ast.Call):
         m.needed(value)
 
 
@@ -287,7 +287,9 @@ def _import(m: Machine, node: Any, scope: Scope) -> None:
             module = each.name if each.asname else name
             scope.names[name] = MODULES.get(module, Symbol(name))
         elif each.name == "*":
-            if node.module not in ("typing", "enum", "dataclasses", "__future__"):
+            if node.module == "math":
+                scope.names |= MODULES["math"].members
+            elif node.module not in ("typing", "enum", "dataclasses", "__future__"):
                 raise m.refused(node, f"{text_of(node)} may give names other meanings", "import names one by one")
         else:
             known = MODULES.get(node.module or "")

@@ -102,7 +102,7 @@ class Class:
     bases: tuple["Class", ...]
     members: dict[str, Any]
     enum: bool = False  # its members are constants
-    whole: bool = False  # ... and numbers
+    mixed: bool = False  # ... and compare as their values do
     fields: tuple[str, ...] = ()  # of a dataclass or named tuple, in their order
     kept: frozenset[str] = frozenset()  # attributes that methods assign, other than __init__
 
