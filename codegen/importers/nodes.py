@@ -17,7 +17,8 @@ import numpy as np
 
 from codegen.errors import InputError, shown
 from codegen.importers.origin import Origin
-from codegen.importers.rules import Value, at_most, below
+from codegen.importers.symbolic.labels import Value
+from codegen.importers.symbolic.line import at_most, below
 from codegen.ir import MAX_DEPTH, MAX_NODES, NO_ACTION, NO_CHILD, NO_FEATURE, ROOT, Floats, GrownTree, Int32
 
 REPLAYED_BY = "a second reading of the file"

@@ -8,24 +8,19 @@ Does not: read a language (python/source.py), or choose names.
 Every test becomes x <= t with t a double, exactly: x < c says x <= (the double before c); an integer that no double
 equals is rounded down first. Only NaN may be decided otherwise: it fails every comparison, and so passes to the right
 of a split, but x > c sends it where x <= c holds. `Program.nan` says whether no NaN meets such a test.
-
-Returned numbers become actions in ascending order, texts in the order in which the source names them. Of a list of
-numbers, if the user says that it holds a score for each action, the largest counts, and the first of equal ones, as
-numpy's argmax.
 """
 
 import math
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, TypeAlias, cast
+from typing import TypeAlias
 
 import numpy as np
 
 from codegen.errors import InputError
+from codegen.importers.symbolic.labels import Value
+from codegen.importers.symbolic.line import Number, at_most, below
 from codegen.ir import MAX_DEPTH, NO_ACTION, NO_CHILD, NO_FEATURE, GrownTree
 
-Number: TypeAlias = int | float
-Value: TypeAlias = int | float | str | tuple[int | float, ...]  # what is returned; a tuple: a list of numbers
 UNBOUNDED = (-math.inf, math.inf)
 MAX_NODES = 1 << 19
 MAX_STEPS = 10_000_000  # of following paths, which a program of many variables multiplies
@@ -108,21 +103,6 @@ class _Path:
     depth: int
     parent: int  # the row and the column that lead on to it
     column: int
-
-
-def at_most(number: Number) -> float:
-    """The largest double that is not above a number."""
-    try:
-        near = float(number)
-    except OverflowError:
-        near = math.inf if number > 0 else -math.inf
-    return near if near <= number else math.nextafter(near, -math.inf)
-
-
-def below(number: Number) -> float:
-    """The largest double that is below a number."""
-    near = at_most(number)
-    return math.nextafter(near, -math.inf) if near == number else near
 
 
 def compared(feature: int, operator: str, number: Number) -> Condition:
@@ -242,50 +222,3 @@ def _simpler(condition: Condition, statement: If) -> tuple[Statement, ...]:
         return (If(first, inner, otherwise, line) if condition.every else If(first, then, inner, line),)
     holds = condition.every if isinstance(condition, Joined) else bool(condition)
     return then if holds else otherwise
-
-
-# --- what is returned
-
-
-@dataclass(frozen=True)
-class Labels:
-    """The labels of the actions, and the place of each value."""
-
-    labels: tuple[Any, ...]
-    places: Mapping[Value, int]
-    called: Mapping[Any, str]  # what the source calls some of them
-
-    def place(self, value: Value) -> int:
-        """The place of a value, -1 for one that no leaf returns."""
-        return self.places.get(value, -1)
-
-
-def labels_of(
-    values: Sequence[Value], order: Sequence[Value], called: Mapping[Value, str], where: str, *, scores: bool
-) -> Labels:
-    """The labels of a program's values. `order`: as the source names them; `called`: names for values; `scores`:
-    whether the user says that lists are scores.
-
-    InputError for values of several kinds, and for lists that are no scores, such as a motor's two speeds.
-    """
-    kinds = {tuple if isinstance(each, tuple) else str if isinstance(each, str) else float for each in values}
-    if len(kinds) > 1:
-        raise InputError("numbers, texts and lists are returned side by side", where, "return one kind of label")
-    if kinds == {tuple} and not scores:
-        length = len(cast(tuple[Any, ...], values[0]))
-        what = f"a list of {length} number{'s' * (length > 1)} is returned, which may be an action of several numbers"
-        raise InputError(what, where, "say --scores if it holds a score for each action, of which the largest acts")
-    if kinds == {tuple}:
-        return _scores([each for each in values if isinstance(each, tuple)], where)
-    first = {value: place for place, value in reversed(list(enumerate(order)))}
-    # numbers are of one kind here, which the annotation cannot say
-    chosen: list[Any] = sorted(values, key=first.__getitem__) if kinds == {str} else sorted(values)  # pyright: ignore
-    return Labels(tuple(chosen), {each: place for place, each in enumerate(chosen)}, called)
-
-
-def _scores(lists: Sequence[tuple[Any, ...]], where: str) -> Labels:
-    lengths = {len(each) for each in lists}
-    if len(lengths) > 1 or min(lengths) <= 1:
-        what = f"lists of {' and '.join(map(str, sorted(lengths)))} numbers are returned"
-        raise InputError(what, where, "return one score for each of two or more actions, or a single number")
-    return Labels(tuple(range(lengths.pop())), {each: each.index(max(each)) for each in lists}, {})

@@ -40,9 +40,9 @@ from codegen.importers.rules import (
     Statement,
     Value,
     compared,
-    labels_of,
     program,
 )
+from codegen.importers.symbolic.labels import labels_of
 from codegen.ir import Floats, Int32
 
 KIND, REPLAYED_BY = "if/else C", "an interpreter of the file's syntax tree"
