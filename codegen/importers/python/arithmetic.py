@@ -86,6 +86,8 @@ def _of_constants(m: Machine, kind: type[ast.operator], left: Any, right: Any) -
         if abs(bits) > MAX_BITS:
             return m.unread("a number is too large", f"keep whole numbers below {MAX_BITS} bits")
     items = [each for each in (left, right) if isinstance(each, str | list | tuple)]
+    if any(isinstance(one, Part | Feature) for each in items for one in each):
+        return m.unread("arithmetic is done on a part of the observation", "do it on each number")
     times = [each for each in (left, right) if isinstance(each, int)]
     if kind is ast.Mult and items and times and len(items[0]) * max(times[0], 0) > MAX_ITEMS:
         return m.unread("a list or text is too long", f"keep it below {MAX_ITEMS} parts")

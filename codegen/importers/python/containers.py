@@ -97,12 +97,13 @@ def part_of(m: Machine, part: Part, key: Any, node: ast.AST) -> Any:
             part = part_of(m, part, each, node)
         return part
     if isinstance(key, slice):
-        n, low, high, step = m.inputs.length(part.path), key.start or 0, key.stop, key.step or 1
+        low, high, step = key.start or 0, key.stop, key.step or 1
+        n = max(m.inputs.length(part.path) - part.offset, 0)
         if high is None and not n and isinstance(low, int) and low >= 0 and step == 1:
             return replace(part, offset=part.offset + low)
         if not n and (not isinstance(high, int) or min(low, high) < 0 or step != 1):
             return m.unread("the file does not say how many features there are", "name all: --features a,b,c")
-        places = range(*key.indices(n or high))
+        places = range(*key.indices(n or int(high or 0)))
         return tuple(m.inputs.enter(part, place, m.line) for place in places)
     key = m.whole(key)
     key = key.value if isinstance(key, Member) else key

@@ -126,8 +126,9 @@ def _skip(m: Machine, node: ast.stmt, scope: Scope, error: InputError) -> None:
 def deciders(file: File, wanted: str = "") -> list[Decider]:
     """The functions that decide; `wanted`: the only one that is asked for, if there is one of that name."""
     names = {name: value for name, value in file.scope.names.items() if isinstance(value, Function | Class | Instance)}
-    if isinstance(names.get(wanted), Function):
-        return [Decider(wanted, names[wanted])]
+    chosen = names.get(wanted)
+    if isinstance(chosen, Function):
+        return [Decider(wanted, chosen)]
     made = {id(each.kind) for each in names.values() if isinstance(each, Instance)}
     found: dict[str, Decider] = {}
     for name, value in names.items():

@@ -78,7 +78,7 @@ def _isinstance(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
     if isinstance(value, Feature):
         return any(each in ("float", "int", "Number", "Real", "floating", "number") for each in names)
     plain = {"int": int, "float": float, "str": str, "bool": bool, "list": list, "tuple": tuple, "dict": dict}
-    return any(isinstance(value, plain[each]) for each in names if each in plain)
+    return any(isinstance(value, plain[each]) for each in names if isinstance(each, str) and each in plain)
 
 
 def _below(base: Class, kind: Class) -> list[Class]:

@@ -116,11 +116,9 @@ class _Follower:
             named = {each: Part((each,)) for each in self.keywords}
             named |= {each: Part((each,)) for each in self.names}
             names = m.bound(function, self.first, named, function.node)
-            body = (
-                [ast.copy_location(ast.Return(function.node.body), function.node)]
-                if isinstance(function.node, ast.Lambda)
-                else function.node.body
-            )
+            body = function.node.body
+            if isinstance(body, ast.expr):  # of a lambda
+                body = [ast.copy_location(ast.Return(body), body)]
             state = linked(body, None), names
         rest, names = state
         scope = Scope(dict(names), function.scope, function.local)
@@ -175,7 +173,7 @@ class _Follower:
             raise m.refused(
                 self.function.node, f"{shown(min(both))!r} is returned as a text and as a name", "return one of them"
             )
-        order = [
+        order: list[Any] = [
             each.value if isinstance(each, ast.Constant) else ast.unparse(each)
             for each in self.file.nodes
             if (isinstance(each, ast.Constant) and isinstance(each.value, str))

@@ -8,11 +8,12 @@ Does not: take try, with, global, nonlocal, del or raise on a path that may be t
 # pyright: basic
 # the values of a program may be anything
 import ast
+from collections.abc import Sequence
 from typing import Any
 
 from codegen.errors import InputError, shown
 from codegen.importers.python.arithmetic import binary, compared
-from codegen.importers.python.containers import assign, ensure_length
+from codegen.importers.python.containers import assign
 from codegen.importers.python.expressions import decided, defaults_of
 from codegen.importers.python.library import MODULES
 from codegen.importers.python.machine import (
@@ -40,7 +41,7 @@ IDLE = ("cache", "lru_cache", "abstractmethod", "override", "final", "njit")
 MAX_TURNS = 100_000
 
 
-def linked(nodes: list[ast.stmt], rest: Any) -> Any:
+def linked(nodes: Sequence[ast.stmt], rest: Any) -> Any:
     """Statements before what is still to be done, as pairs."""
     for node in reversed(nodes):
         rest = (node, rest)
@@ -229,7 +230,6 @@ def _matches(m: Machine, pattern: ast.pattern, value: Any, scope: Scope) -> bool
         return True
     if isinstance(pattern, ast.MatchSequence) and not any(isinstance(each, ast.MatchStar) for each in pattern.patterns):
         if isinstance(value, Part):
-            ensure_length(m, pattern, value, [ast.Name("_") for _ in pattern.patterns][:0], [0])
             m.inputs.widths.setdefault(value.path, len(pattern.patterns))
         items = m.needed(items_of(m, value))
         return len(items) == len(pattern.patterns) and all(

@@ -45,7 +45,7 @@ class Paths(ABC):
 
     def __init__(self, where: str, known: Any) -> None:
         self.where, self.steps = where, 0
-        self.known = known  # how earlier answers narrow the observation
+        self.known: Any = known  # how earlier answers narrow the observation
         self._open = [_Open(None, (), known, NO_CHILD, 0)]
         self._answers: tuple[bool, ...] = ()
         self._given, self._parent, self._depth = list[bool](), NO_CHILD, 0
@@ -135,8 +135,7 @@ class Growth(Paths):
         return min(feature.value(number(end, self.numbers)) for end in ends if first <= end <= last)
 
     def _within(self, feature: int, last: int) -> tuple[int, int]:
-        known: dict[int, tuple[int, int]] = self.known
-        return known.get(feature, (-last, last))
+        return self.known.get(feature, (-last, last))
 
     def ended(self, value: Any) -> None:
         """A leaf."""
