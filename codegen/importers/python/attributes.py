@@ -13,7 +13,7 @@ from dataclasses import replace
 from typing import Any
 
 from codegen.errors import shown
-from codegen.importers.python.machine import STATE_ADVICE, Machine, step_of
+from codegen.importers.python.machine import EXPRESSIONS, STATE_ADVICE, Machine, reads, step_of
 from codegen.importers.python.values import (
     Array,
     Bound,
@@ -24,6 +24,7 @@ from codegen.importers.python.values import (
     Member,
     Module,
     Part,
+    Scope,
     Symbol,
     Unread,
 )
@@ -192,3 +193,8 @@ def _method(value: Any, name: str) -> Bound:
         return m.kept(found) if isinstance(found, list | dict | set | str | tuple) else found
 
     return Bound(name, called)
+
+
+@reads(EXPRESSIONS, ast.Attribute)
+def _attribute(m: Machine, node: ast.Attribute, scope: Scope) -> Any:
+    return attribute_of(m, m.eval(node.value, scope), node.attr, node)

@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from codegen.errors import shown
-from codegen.importers.python.machine import Machine, text_of
+from codegen.importers.python.machine import CALLS, STATEMENTS, Machine, reads, text_of
 from codegen.importers.python.statements import decorator_of
 from codegen.importers.python.values import AUTO, Class, Factory, Function, Instance, Member, Scope, Symbol, Unread
 
@@ -24,7 +24,12 @@ MAKERS = ("__init__", "__post_init__", "__new__")
 MAGIC = ("__getattr__", "__getattribute__", "__setattr__", "__new__", "__class_getitem__")
 
 
-def class_of(m: Machine, node: ast.ClassDef, scope: Scope) -> Class | Unread:
+@reads(STATEMENTS, ast.ClassDef)
+def _class(m: Machine, node: ast.ClassDef, scope: Scope) -> None:
+    scope.names[node.name] = _class_of(m, node, scope)
+
+
+def _class_of(m: Machine, node: ast.ClassDef, scope: Scope) -> Class | Unread:
     """The class that a statement defines."""
     bases = [m.eval(each, scope) for each in node.bases]
     names = [each.name.rpartition(".")[2] for each in bases if isinstance(each, Symbol)]
@@ -111,3 +116,6 @@ def instance_of(m: Machine, kind: Class, given: Sequence[Any], named: Mapping[st
     if isinstance(after, Function):
         m.apply(after, [made], {}, node)
     return made
+
+
+CALLS[Class] = instance_of

@@ -61,11 +61,6 @@ def _walrus(m: Machine, node: ast.NamedExpr, scope: Scope) -> Any:
     return value
 
 
-@reads(EXPRESSIONS, ast.Attribute)
-def _attribute(m: Machine, node: ast.Attribute, scope: Scope) -> Any:
-    return m.attribute(m.eval(node.value, scope), node.attr, node)
-
-
 @reads(EXPRESSIONS, ast.IfExp)
 def _choice(m: Machine, node: ast.IfExp, scope: Scope) -> Any:
     return m.eval(node.body if decided(m, node.test, scope) else node.orelse, scope)
@@ -207,10 +202,6 @@ def _call(m: Machine, node: ast.Call, scope: Scope) -> Any:
     if _is_told(function):
         m.notes[f"line {node.lineno}: {text_of(node)} is skipped"] = None
         return None if function.name == "print" else Symbol(LOGGERS[0])
-    if isinstance(function, Class):
-        from codegen.importers.python.classes import instance_of
-
-        return instance_of(m, function, given, named, node)
     return m.call(function, given, named, node)
 
 

@@ -201,8 +201,8 @@ def _idle(m: Machine, decider: Decider) -> str:
     ]
     if len(required) <= len(decider.first):
         return "takes no observation"
-    if function in m.used:
-        return "is called outside functions"
+    if function in m.makers:
+        return "makes functions or objects"
     if isinstance(node, ast.Lambda):
         return ""
     inner = [each for part in node.body for each in ast.walk(part)]

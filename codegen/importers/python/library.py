@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from codegen.importers.python import numbers, sequences
-from codegen.importers.python.attributes import conversion
+from codegen.importers.python.attributes import attribute_of, conversion
 from codegen.importers.python.machine import Machine, step_of
 from codegen.importers.python.numbers import STEPS
 from codegen.importers.python.sequences import Call, Given, Named, items_of
@@ -142,7 +142,9 @@ def _best(largest: bool) -> Call:
 
 
 def _attribute(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
-    return m.attribute(given[0], given[1], node) if isinstance(given[1], str) else m.unread("getattr", "write x.name")
+    return (
+        attribute_of(m, given[0], given[1], node) if isinstance(given[1], str) else m.unread("getattr", "write x.name")
+    )
 
 
 def _field(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:

@@ -4,15 +4,16 @@ Does: evaluates nodes by the handlers that expressions.py and statements.py regi
 Assumes: a syntax tree that Python accepts.
 Does not: run Python code, import a module, or touch anything outside the syntax tree.
 
-A feature is computed with only by steps that feature.py can turn into a threshold. What cannot be said exactly is
-`Unread`, and an error only where a decision needs it. Everything is counted: a file that does not end is refused.
+A feature is computed with only by steps that symbolic/feature.py can turn into a threshold. What cannot be said
+exactly is `Unread`, and an error only where a decision needs it. Everything is counted: a file that does not end is
+refused.
 """
 
 # pyright: basic
 # the values of a program may be anything
 import ast
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -46,7 +47,8 @@ RETURN_ADVICE = "return a number, a text, a name or a list of numbers"
 STATE_ADVICE = "a decision may depend on the observation alone; give what is remembered as a feature"
 Handler = Callable[["Machine", Any, Scope], Any]
 EXPRESSIONS: dict[type[ast.AST], Handler] = {}
-STATEMENTS: dict[type[ast.AST], Handler] = {}
+STATEMENTS: dict[type[ast.AST], Handler] = {}  # these give an `End`, or None
+CALLS: dict[type, Callable[..., Any]] = {}  # what calling a value of a kind gives: machine, value, arguments, node
 
 
 def reads(table: dict[type[ast.AST], Handler], *kinds: type[ast.AST]) -> Callable[[Handler], Handler]:
@@ -68,11 +70,11 @@ def text_of(node: ast.AST) -> str:
     return text if len(text) <= MAX_SHOWN else f"{text[: MAX_SHOWN - 3]}..."
 
 
-class Finished(Exception):
+class End(NamedTuple):
     """A `break`, `continue` or `return`; the value of a return."""
 
-    def __init__(self, kind: str, value: Any = None) -> None:
-        self.kind, self.value = kind, value
+    kind: str
+    value: Any = None
 
 
 class Machine:
@@ -92,7 +94,7 @@ class Machine:
         self.streams = False  # whether this path has made an iterator, which no state may hold
         self.finite = False  # whether something is computed that Python refuses for infinite numbers
         self.long = False  # whether a feature is compared with a whole number that no double equals
-        self.used: set[Function] = set()  # functions that the file calls itself, outside of all functions
+        self.makers: set[Function] = set()  # functions that the file calls to make functions or objects
 
     # --- errors
 
@@ -228,7 +230,10 @@ class Machine:
         if isinstance(called, Function):
             return self.apply(called, given, named, node)
         if isinstance(called, Instance):
-            return self.call(self.attribute(called, "__call__", node), given, named, node)
+            found = called.kind.find("__call__")
+            return self.call(found, [called, *given], named, node)
+        if type(called) in CALLS:
+            return CALLS[type(called)](self, called, given, named, node)
         if isinstance(called, Unread):
             return called
         if isinstance(called, Symbol):
@@ -242,26 +247,28 @@ class Machine:
         """What a function of the file returns."""
         if self.depth >= MAX_CALLS:
             raise self.refused(node, f"calls are nested more than {MAX_CALLS} deep", "write recursion as tests")
-        if self.paths is None:
-            self.used.add(function)
         scope = Scope(self.bound(function, given, named, node), function.scope, function.local)
         self.depth, line = self.depth + 1, self.line
         try:
             if isinstance(function.node, ast.Lambda):
                 return self.eval(function.node.body, scope)
-            self.block(function.node.body, scope)
-        except Finished as end:
-            return end.value
+            end = self.block(function.node.body, scope)
+            found = end.value if end else None
+            if self.paths is None and isinstance(found, Function | Instance):
+                self.makers.add(function)
+            return found
         finally:
             self.depth, self.line = self.depth - 1, line
+
+    def block(self, nodes: Iterable[ast.stmt], scope: Scope) -> End | None:
+        """Runs statements; how they end, if not by going on."""
+        for node in nodes:
+            end = self.run(node, scope)
+            if end is not None:
+                return end
         return None
 
-    def block(self, nodes: Iterable[ast.stmt], scope: Scope) -> None:
-        """Runs statements."""
-        for node in nodes:
-            self.run(node, scope)
-
-    def run(self, node: ast.stmt, scope: Scope) -> None:
+    def run(self, node: ast.stmt, scope: Scope) -> End | None:
         """Runs a statement."""
         self.line = node.lineno
         self.count()
@@ -270,7 +277,7 @@ class Machine:
             what = f"'{type(node).__name__.lower()}' is not understood"
             raise self.refused(node, what, "use if, elif, else, match, for over a list, return and name = value")
         try:
-            handler(self, node, scope)
+            return handler(self, node, scope)
         except (TypeError, LookupError, ArithmeticError, AttributeError, StopIteration) as error:
             what = f"{text_of(node)} fails in a way that is not understood: {shown(error)[:80]}"
             raise self.refused(node, what, TEST_ADVICE) from None
@@ -294,12 +301,6 @@ class Machine:
                 node, f"{text_of(node)} does not fit the parameters of {shown(function.name)}", "mend it"
             )
         return found
-
-    def attribute(self, value: Any, name: str, node: ast.AST) -> Any:
-        """What an attribute is."""
-        from codegen.importers.python.attributes import attribute_of
-
-        return attribute_of(self, value, name, node)
 
 
 def _keywords(takes: ast.arguments) -> list[str]:

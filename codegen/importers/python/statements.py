@@ -19,7 +19,7 @@ from codegen.importers.python.library import MODULES
 from codegen.importers.python.machine import (
     STATE_ADVICE,
     STATEMENTS,
-    Finished,
+    End,
     Machine,
     reads,
     text_of,
@@ -59,16 +59,15 @@ def follow(m: Machine, rest: Any, scope: Scope, *, marks: bool) -> Any:
             m.count()
             rest = linked(node.body if decided(m, node.test, scope) else node.orelse, after)
             continue
-        try:
-            m.run(node, scope)
-        except Finished as end:
+        end = m.run(node, scope)
+        if end is not None:
             return end.value
         rest = after
     return None
 
 
 @reads(STATEMENTS, ast.If)
-def _if(m: Machine, node: ast.If, scope: Scope) -> None:
+def _if(m: Machine, node: ast.If, scope: Scope) -> End | None:
     """Also of long ladders, without going deeper."""
     rest: ast.stmt = node
     while isinstance(rest, ast.If):
@@ -76,16 +75,16 @@ def _if(m: Machine, node: ast.If, scope: Scope) -> None:
         m.count()
         nodes = rest.body if decided(m, rest.test, scope) else rest.orelse
         if len(nodes) != 1 or not isinstance(nodes[0], ast.If):
-            m.block(nodes, scope)
-            return
+            return m.block(nodes, scope)
         rest = nodes[0]
+    return None
 
 
 @reads(STATEMENTS, ast.Return)
-def _return(m: Machine, node: ast.Return, scope: Scope) -> None:
+def _return(m: Machine, node: ast.Return, scope: Scope) -> End:
     value = None if node.value is None else m.eval(node.value, scope)
     m.line = node.lineno
-    raise Finished("return", value)
+    return End("return", value)
 
 
 @reads(STATEMENTS, ast.Pass, ast.Global)
@@ -156,23 +155,19 @@ def _loaded(target: ast.expr) -> ast.expr:
 
 
 @reads(STATEMENTS, ast.For)
-def _for(m: Machine, node: ast.For, scope: Scope) -> None:
+def _for(m: Machine, node: ast.For, scope: Scope) -> End | None:
     items = items_of(m, m.eval(node.iter, scope))
     for each in m.needed(items) if isinstance(items, Unread) else items:
         m.count()
         assign(m, node.target, each, scope)
-        try:
-            m.block(node.body, scope)
-        except Finished as end:
-            if end.kind == "break":
-                return
-            if end.kind == "return":
-                raise
-    m.block(node.orelse, scope)
+        end = m.block(node.body, scope)
+        if end is not None and end.kind != "continue":
+            return end if end.kind == "return" else None
+    return m.block(node.orelse, scope)
 
 
 @reads(STATEMENTS, ast.While)
-def _while(m: Machine, node: ast.While, scope: Scope) -> None:
+def _while(m: Machine, node: ast.While, scope: Scope) -> End | None:
     for _ in range(MAX_TURNS):
         m.line = node.lineno
         try:
@@ -181,34 +176,29 @@ def _while(m: Machine, node: ast.While, scope: Scope) -> None:
             what = f"a loop goes on until a feature says otherwise: {error.what}"
             raise m.refused(node, what, "give the loop an end: for k in range(5)") from None
         if not more:
-            m.block(node.orelse, scope)
-            return
-        try:
-            m.block(node.body, scope)
-        except Finished as end:
-            if end.kind == "break":
-                return
-            if end.kind == "return":
-                raise
+            return m.block(node.orelse, scope)
+        end = m.block(node.body, scope)
+        if end is not None and end.kind != "continue":
+            return end if end.kind == "return" else None
     raise m.refused(node, "a loop does not end", "loop over literals")
 
 
 @reads(STATEMENTS, ast.Break, ast.Continue)
-def _leave(m: Machine, node: ast.AST, scope: Scope) -> None:
-    raise Finished(type(node).__name__.lower())
+def _leave(m: Machine, node: ast.AST, scope: Scope) -> End:
+    return End(type(node).__name__.lower())
 
 
 # --- match
 
 
 @reads(STATEMENTS, ast.Match)
-def _match(m: Machine, node: ast.Match, scope: Scope) -> None:
+def _match(m: Machine, node: ast.Match, scope: Scope) -> End | None:
     subject = m.eval(node.subject, scope)
     for case in node.cases:
         m.line = case.pattern.lineno
         if _matches(m, case.pattern, subject, scope) and (case.guard is None or decided(m, case.guard, scope)):
-            m.block(case.body, scope)
-            return
+            return m.block(case.body, scope)
+    return None
 
 
 def _matches(m: Machine, pattern: ast.pattern, value: Any, scope: Scope) -> bool:
@@ -295,10 +285,3 @@ def _import(m: Machine, node: Any, scope: Scope) -> None:
             known = MODULES.get(node.module or "")
             found = known.members.get(each.name) if known else None
             scope.names[each.asname or each.name] = found if found is not None else Symbol(each.asname or each.name)
-
-
-@reads(STATEMENTS, ast.ClassDef)
-def _class(m: Machine, node: ast.ClassDef, scope: Scope) -> None:
-    from codegen.importers.python.classes import class_of
-
-    scope.names[node.name] = class_of(m, node, scope)

@@ -8,8 +8,7 @@ import pytest
 from codegen.errors import InputError
 from codegen.importers.python import machine
 from codegen.importers.symbolic import paths
-from tests.codegen.importers.python.test_source import imported, same
-from tests.support.python_source import nested
+from tests.support.python_source import imported, nested, same
 
 ACT = "def act(x):\n"
 REFUSED = [
