@@ -23,20 +23,13 @@ def found():
 
 def test_the_manual_has_the_records_numbers(found):
     said = " ".join(section().split())
+    rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in section().splitlines()]
     for name, (levels, _) in found.items():
         expert = name.partition("-")[0].upper()
         for row in levels:
             cells = [f"{row['touches']:.2f}", f"{row['fine']:.2f}", f"{100 * row['inside']:.0f} %"]
             cells += [f"{row['touches inside']:.2f}", f"{row['return']:.2f}"]
-            line = [
-                line for line in section().splitlines() if f"| {expert}" in line and NAMES[row["algorithm"]] in line
-            ]
-            wanted = [NAMES[row["algorithm"]], *cells]
-            assert [
-                [cell.strip() for cell in each.split("|")[2:-1]]
-                for each in line
-                if NAMES[row["algorithm"]] in [cell.strip() for cell in each.split("|")]
-            ] == [wanted]
+            assert [expert, NAMES[row["algorithm"]], *cells] in rows
     for name, other in (("maddpg-predator-prey", "iviper"), ("mappo-predator-prey", "imitation")):
         (row,) = [each for each in found[name][1] if each["other"] == other]
         value, low, high, seeds = row["return"]
