@@ -57,11 +57,13 @@ def compile_verb(
     from codegen.policy_json import content_hash
     from maviper.cli.agreement import say_agreement, say_proofs
     from maviper.compilation.run import compile_and_prove
-    from maviper.files import outputs
+    from maviper.files import outputs, runs
     from maviper.files.profiles import load
 
     console = console_of(context)
-    code = compile_and_prove(load(profile), targets, **options)
+    loaded = load(profile)
+    runs.room(output)
+    code = compile_and_prove(loaded, targets, **options)
     for note in code.notes:
         console.line("pass", note)
     verb = outputs.of_code(code.build.model.prefix, content_hash(code.build.profile))

@@ -63,6 +63,7 @@ def repair(
     asked = request(**options)
     before = load(profile)
     outputs.ensure_own(output, {runs.PROFILE_FILE: dumps(before)}, outputs.REPAIR)
+    runs.room(output)
     with console.following("repairing") as listener, listening(listener):
         outcome = repair_profile(before, name, region, asked, profile.name)
     if outcome.after is None:

@@ -43,12 +43,15 @@ def robust(
     Without -o, the table is printed as CSV.
     """
     from codegen.policy_json import layout
-    from maviper.files import outputs
+    from maviper.files import outputs, runs
     from maviper.files.profiles import load
     from maviper.verification.robust import robust as radii
 
     console = console_of(context)
-    table = radii(load(profile), observations, agent, certify)
+    loaded = load(profile)
+    if output is not None:
+        runs.room(output)
+    table = radii(loaded, observations, agent, certify)
     console.line("radii", table.line)
     if certify:
         console.line("proved", f"{len(table.certificates)} radii; the independent checker accepted each certificate")
