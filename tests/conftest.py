@@ -72,15 +72,32 @@ def pytest_runtest_setup(item):
 
 
 @pytest.fixture
-def few_observations(monkeypatch):
+def unoptimised(monkeypatch):
+    """For tests of what generated code decides: no compiler takes time to optimise C and Rust, which others do."""
+    from codegen.agreement import build
+
+    monkeypatch.setattr(build.Build.__init__, "__defaults__", (False,))
+
+
+@pytest.fixture
+def few_observations(monkeypatch, unoptimised):
     """For tests that compile but are about something else: agreement is looked for on a hundredth of the random
-    observations, beside all thresholds and special values, by a library that no compiler takes time to optimise.
-    Tests of agreement itself ask all.
+    observations, beside all thresholds and special values. Tests of agreement itself ask all.
     """
-    from codegen.agreement import build, selfcheck
+    del unoptimised
+    from codegen.agreement import selfcheck
 
     monkeypatch.setattr(selfcheck.check, "__defaults__", (1_000,))
-    monkeypatch.setattr(build.Build.__init__, "__defaults__", (False,))
+
+
+@pytest.fixture
+def few_episodes(monkeypatch):
+    """For tests that extract but are about something else than the figures in a profile: fifty held-out episodes,
+    not a thousand.
+    """
+    from maviper.evaluation import held_out
+
+    monkeypatch.setattr(held_out, "EVALUATION_EPISODES", 50)
 
 
 @pytest.fixture(scope="session")

@@ -20,7 +20,8 @@ from codegen.targets import USUAL, written
 class Build:
     """`files`: name -> text; bytes of targets that are none. They may be some, or others than the model's own.
 
-    `optimised`: whether the library is; for a few decisions a compiler takes three times as long to optimise it.
+    `optimised`: whether the library and the program in Rust are; for a few decisions compilers take three times as long
+    to optimise them.
     """
 
     profile: PolicyProfile

@@ -147,7 +147,9 @@ def javascript_act(text: str, model: Model, rows: Mapping[str, Float64], asked: 
         return found, _told(folder, model)
 
 
-def rust_act(text: str, model: Model, rows: Mapping[str, Floats], asked: Asked) -> tuple[dict[str, Ran], Told]:
+def rust_act(
+    text: str, model: Model, rows: Mapping[str, Floats], asked: Asked, optimised: bool = True
+) -> tuple[dict[str, Ran], Told]:
     """Per agent its decisions, and what else the module answers. MissingToolError without rustc."""
     rustc = _tool("rustc", "install Rust, or leave the target rust out")
     with tempfile.TemporaryDirectory(prefix="maviper-") as name:
@@ -158,7 +160,7 @@ def rust_act(text: str, model: Model, rows: Mapping[str, Floats], asked: Asked) 
         _ask(folder, model, asked)
         failed = "the generated Rust does not compile"
         _run([rustc, "--edition=2021", "--crate-type=lib", "--emit=metadata", "alone.rs"], folder, failed)
-        _run([rustc, "--edition=2021", "-O", "main.rs", "-o", "run"], folder, failed)
+        _run([rustc, "--edition=2021", *(["-O"] if optimised else []), "main.rs", "-o", "run"], folder, failed)
         for agent in model.agents:
             (folder / f"{agent.lower}.rows").write_bytes(_bytes(agent, rows[agent.name]))
         _run([str(folder / "run")], folder, "the generated Rust does not run")

@@ -141,7 +141,7 @@ def _checked(build: Build, asked: Kept, wanted: Mapping[str, Int32]) -> Report:
         text = build.text(suffix)
         if text is not None:
             try:
-                found += check(profile, text, model, asked, wanted)
+                found += check(build, text, asked, wanted)
             except MissingToolError as error:
                 skipped.append(f"{suffix}: {error.what}")
     return Report(tuple(found), tuple(skipped), " ".join(build.compiler or []))
@@ -289,8 +289,9 @@ def _check_python(
 
 
 def _check_javascript(
-    profile: ir.PolicyProfile, module: str, model: Model, asked: Mapping[str, Floats], wanted: Mapping[str, Int32]
+    build: Build, module: str, asked: Mapping[str, Floats], wanted: Mapping[str, Int32]
 ) -> list[Agreement]:
+    profile, model = build.profile, build.model
     near = {p.agent: probes.doubles(p.tree, p.features, np.random.default_rng(SEED)) for p in profile.agents}
     rows = {name: np.concatenate([seen.astype(np.float64), near[name]]) for name, seen in asked.items()}
     entry = Asked(profile)
@@ -306,11 +307,10 @@ def _check_javascript(
     return found
 
 
-def _check_rust(
-    profile: ir.PolicyProfile, module: str, model: Model, asked: Mapping[str, Floats], wanted: Mapping[str, Int32]
-) -> list[Agreement]:
+def _check_rust(build: Build, module: str, asked: Mapping[str, Floats], wanted: Mapping[str, Int32]) -> list[Agreement]:
+    profile, model = build.profile, build.model
     entry = Asked(profile)
-    ran, told = readback.rust_act(module, model, asked, entry)
+    ran, told = readback.rust_act(module, model, asked, entry, build.optimised)
     found = entries.compared("rust", entry, told)
     for name, acted in ran.items():
         policy, rows = profile.policy(name), asked[name]

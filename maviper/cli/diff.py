@@ -62,9 +62,9 @@ def diff(
     one, other = load(first), load(second)
     given = {runs.PROFILE_FILE: first, AGAINST_FILE: second}
     if output is not None:
+        runs.room(output)
         texts = {runs.PROFILE_FILE: dumps(one), AGAINST_FILE: dumps(other)}
         outputs.ensure_own(output, outputs.without_given(output, texts, given), outputs.DIFF)
-        runs.room(output)
     with console.following("comparing") as listener, listening(listener):
         comparison = compare_profiles(one, other, region, request(**options))
     for label, text in comparison.lines:

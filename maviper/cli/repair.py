@@ -62,8 +62,8 @@ def repair(
     console = console_of(context)
     asked = request(**options)
     before = load(profile)
-    outputs.ensure_own(output, {runs.PROFILE_FILE: dumps(before)}, outputs.REPAIR)
     runs.room(output)
+    outputs.ensure_own(output, {runs.PROFILE_FILE: dumps(before)}, outputs.REPAIR)
     with console.following("repairing") as listener, listening(listener):
         outcome = repair_profile(before, name, region, asked, profile.name)
     if outcome.after is None:

@@ -98,6 +98,7 @@ def test_a_wrong_function_of_a_sum_is_caught(name, old, new):
 
 
 @pytest.mark.compile
+@pytest.mark.usefixtures("unoptimised")
 def test_a_wrong_entry_of_c_is_caught(team):
     c = ("c", ".h")
     assert "c constants" in differing(team, *c, "_FORCE 5.0", "_FORCE 4.0")

@@ -29,6 +29,7 @@ MORE = ("javascript", "rust", "smt", "svg")
 @pytest.mark.compile
 @settings(max_examples=3)
 @given(profiles())
+@pytest.mark.usefixtures("unoptimised")
 def test_further_targets_agree_on_random_profiles(profile):
     report = selfcheck.check_files(profile, emit(profile, MORE), random=FEW).ensure()
     missing = {tool for tool in ("node", "rustc") if shutil.which(tool) is None}
