@@ -336,7 +336,7 @@ def test_ctrl_c_while_a_property_is_decided(document, place):
     (place / "p.toml").write_text(f'[[property]]\nformula = "{hard}"\n' * 60)
     command = [sys.executable, "-m", "maviper", "verify", "profile.json", "--properties", "p.toml"]
     process = subprocess.Popen(command, cwd=place, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
-    time.sleep(4)
+    time.sleep(2.5)
     process.send_signal(signal.SIGINT)
     _, err = process.communicate(timeout=60)
     assert process.returncode == ExitCode.INTERRUPTED

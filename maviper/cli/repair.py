@@ -5,8 +5,9 @@ Assumes: `maviper.verification.repair` repairs and measures.
 Does not: choose guards or decide verdicts.
 """
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Unpack
+from typing import TYPE_CHECKING, Unpack
 
 import click
 
@@ -16,6 +17,10 @@ from maviper.cli.group import Verb
 from maviper.cli.options import PROFILE, REGION, console_of, option, options_of, output
 from maviper.options import RepairOptions
 from maviper.options.verification import QUESTION
+
+if TYPE_CHECKING:
+    from maviper.console import Console
+    from maviper.verification.repair import Repaired
 
 
 @click.command(cls=Verb, example="maviper repair demo/profile.json --max-depth 8 -o repaired")
@@ -66,17 +71,14 @@ def repair(
     outputs.ensure_own(output, {runs.PROFILE_FILE: dumps(before)}, outputs.REPAIR)
     with console.following("repairing") as listener, listening(listener):
         outcome = repair_profile(before, name, region, asked, profile.name)
+    given = [profile, Path(region)]
     if outcome.after is None:
-        subject = f"{outcome.claim.name} of the {outcome.claim.team}, region {outcome.region.name}"
-        console.line("not repaired", f"{subject}: {outcome.repair.reason}")
-        console.line("", f"{counted(len(outcome.repair.guards), 'guard')} set; nothing was written")
-        if outputs.clear(output, outputs.REPAIR, [profile, Path(region)]):
-            console.line("removed", f"the files of an earlier repair in {output}")
+        _say_unrepaired(outcome, output, given, console)
         return ExitCode.INCONCLUSIVE
     say_repair(outcome, console)
     say_results(outcome.after, outcome.results, console)
     page = {} if unplayable(outcome.after) else {FILE: page_of(outcome.after, outcome.results)}
-    outputs.write_set(output, {**outcome.files, **page}, outputs.REPAIR, keep=[profile, Path(region)])
+    outputs.write_set(output, {**outcome.files, **page}, outputs.REPAIR, keep=given)
     console.line("wrote", f"{output / runs.PROFILE_FILE}  id {content_hash(outcome.after)[:16]}")
     for name in outcome.certificates:
         console.line("certificate", f"{output / name}; maviper check {output / name}")
@@ -88,3 +90,14 @@ def repair(
         )
         return ExitCode.VIOLATED
     return exit_code([result.verdict for result in outcome.results])
+
+
+def _say_unrepaired(outcome: "Repaired", output: Path, given: Sequence[Path], console: "Console") -> None:
+    """Why there is no repair. What an earlier one left goes, as it would be taken for this one's."""
+    from maviper.files import outputs
+
+    subject = f"{outcome.claim.name} of the {outcome.claim.team}, region {outcome.region.name}"
+    console.line("not repaired", f"{subject}: {outcome.repair.reason}")
+    console.line("", f"{counted(len(outcome.repair.guards), 'guard')} set; nothing was written")
+    if outputs.clear(output, outputs.REPAIR, given):
+        console.line("removed", f"the files of an earlier repair in {output}")

@@ -20,8 +20,7 @@ from codegen.json_layout import layout
 from codegen.policy_json import content_hash
 from codegen.wording import counted
 from maviper.console import Console
-from maviper.evaluation import comparison
-from maviper.evaluation.held_out import EVALUATION_EPISODES
+from maviper.evaluation import comparison, held_out
 from maviper.evaluation.players import EXPERT, Player
 from maviper.experts.expert import Expert
 from maviper.extraction.examples import NO_EXAMPLES, Examples, FailingStates, Lesson, lesson_of
@@ -204,7 +203,7 @@ def _outcome(given: Failing, after: PolicyProfile, place: Path, expert: Player, 
         learned = Share(int((~fails(Question(Game(after), claim, region), given.states)).sum()), len(given.states))
     cost = None
     if before is not None:
-        cost = comparison.measure_cost(before, after, claim.team, region, world, expert, EVALUATION_EPISODES)
+        cost = comparison.measure_cost(before, after, claim.team, region, world, expert, held_out.EVALUATION_EPISODES)
     words = shlex.split(given.command) or ["maviper", "verify", runs.PROFILE_FILE]
     command = shlex.join([*words[:2], str(place), *words[3:]])
     shares = failures(before), failures(after if whole else None)

@@ -34,6 +34,7 @@ from maviper.extraction.settings import Settings
 from maviper.worlds import find
 from tests.support.strategies import grown_trees
 
+pytestmark = pytest.mark.usefixtures("few_episodes")
 TREES = st.lists(grown_trees(n_features=3, max_depth=4), min_size=1, max_size=5)
 
 
@@ -258,7 +259,6 @@ SMALL = {"iterations": 3, "rollouts": 8, "selection_episodes": 20, "max_depth": 
 
 @pytest.fixture
 def quick(monkeypatch):
-    monkeypatch.setattr(held_out, "EVALUATION_EPISODES", 50)
     for name, value in (("FIRST", 8), ("LAST", 32), ("MOVES", 10)):
         monkeypatch.setattr(refine, name, value)
 
@@ -298,8 +298,7 @@ def test_any_step_may_be_the_last_before_an_interruption(quick, world, expert, a
         assert sorted(path.relative_to(folder) for path in folder.rglob("*.safetensors")) == steps
 
 
-def test_jobs_change_nothing(world, expert, monkeypatch):
-    monkeypatch.setattr(held_out, "EVALUATION_EPISODES", 50)
+def test_jobs_change_nothing(world, expert):
     settings = Settings.of({**SMALL, "refinement": refine.round_cost()})
     alone, beside = (extract(world, expert, settings, Running(jobs=jobs)) for jobs in (1, 2))
     assert policy_json.dumps(alone) == policy_json.dumps(beside)
@@ -548,7 +547,8 @@ def test_an_expert_of_another_world_is_refused(tmp_path, capsys):
     assert "the expert plays another world" in capsys.readouterr().err
 
 
-def test_several_seeds_side_by_side(tmp_path, capsys):
+def test_several_seeds_side_by_side(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(held_out, "EVALUATION_EPISODES", 1_000)  # as in the processes of --jobs
     asked = ["extract", "physical-deception", "--iterations", "1", "--max-depth", "2", "--refinement-episodes", "0"]
     asked += ["--rollouts", "20", "--selection-episodes", "4", "--seed", "5", "-o", str(tmp_path / "run")]
     assert main.run([*asked, "--seeds", "2", "--jobs", "2"]) == 0

@@ -59,6 +59,13 @@ STATES = "states-1-distinct_targets.json"
 pytestmark = pytest.mark.solver
 
 
+@pytest.fixture(autouse=True)
+def quick(request):
+    """What is compared with the whole command has its thousand held-out episodes."""
+    if "after" not in request.fixturenames:
+        request.getfixturevalue("few_episodes")
+
+
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     """An extracted team that violates `distinct_targets`, and what `maviper verify -o` wrote about it."""

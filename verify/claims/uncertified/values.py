@@ -84,9 +84,10 @@ class Batch:
         total = np.zeros(self._count)
         for weight, name in atom.terms:
             column = self._columns[name]
-            total = (
-                total + column if weight == 1 else total - column if weight == -1 else total + float(weight) * column
-            )
+            if abs(weight) == 1:
+                (np.add if weight == 1 else np.subtract)(total, column, out=total)
+            else:
+                total += float(weight) * column
         if self._doubting:
             return ~(total - float(atom.bound) > self._error(atom))  # true of NaN
         return np.asarray(total < float(atom.bound) if atom.strict else total <= float(atom.bound))
