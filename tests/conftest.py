@@ -29,6 +29,9 @@ os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 def pytest_addoption(parser):
     parser.addoption("--update-golden", action="store_true", help="renew golden files instead of comparing")
     parser.addoption("--seconds", metavar="RECORD", help="write there how long each file took and what was skipped")
+    parser.addoption(
+        "--left-of", metavar="RECORD", action="append", default=[], help="without what passed in that run (--seconds)"
+    )
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -57,6 +60,9 @@ def pytest_ignore_collect(collection_path, config):
 
 @pytest.hookimpl(trylast=True)
 def pytest_collection_modifyitems(config, items):
+    done = seconds.passed_in(map(Path, config.getoption("left_of")))
+    config.hook.pytest_deselected(items=[item for item in items if item.nodeid in done])
+    items[:] = [item for item in items if item.nodeid not in done]
     if hasattr(config, "workerinput"):
         items[:] = seconds.longest_first(items, seconds.table())
 

@@ -1,6 +1,7 @@
 """Seconds that each file of tests takes: recorded by a run, compared with a committed table, and the order of a run.
 
-Does: as a plugin, writes what a run took by file and why tests were skipped (`pytest --seconds RECORD`); as a command
+Does: as a plugin, writes what a run took by file, why tests were skipped and which passed (`pytest --seconds RECORD`,
+  and `--left-of RECORD` runs those that did not pass there); as a command
   (`python -m tests.seconds RECORD`), prints skips and which files are over their cap; `--update` renews the table.
 Assumes: the table is of README's line of tests, on two idle cores; a slower machine is slower for most files alike.
 Does not: run inside a test; no test asserts a time.
@@ -11,6 +12,7 @@ import json
 import statistics
 import sys
 from collections import Counter
+from collections.abc import Iterable
 from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
@@ -28,10 +30,13 @@ class Recorder:
         self.place = place
         self.seconds: Counter[str] = Counter()
         self.skipped: dict[str, str] = {}
+        self.passed: set[str] = set()
 
     def pytest_runtest_logreport(self, report):
         """Setup, call and teardown of one test."""
         self.seconds[report.nodeid.split("::")[0]] += report.duration
+        if report.when == "call" and report.passed:
+            self.passed.add(report.nodeid)
         self._note_skip(report)
 
     def pytest_collectreport(self, report):
@@ -43,6 +48,7 @@ class Recorder:
         record = {
             "seconds": {name: round(spent, 2) for name, spent in sorted(self.seconds.items())},
             "skipped": dict(sorted(self.skipped.items())),
+            "passed": sorted(self.passed),
         }
         self.place.write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
 
@@ -60,6 +66,11 @@ def longest_first(items, seconds):
     """The same tests, those of long files first, so that no worker ends alone with one; unknown files before all."""
     unknown = float("inf")
     return sorted(items, key=lambda item: -seconds.get(item.nodeid.split("::")[0], unknown))
+
+
+def passed_in(records: Iterable[Path]) -> set[str]:
+    """The tests that passed in some of the runs recorded."""
+    return set().union(*(json.loads(place.read_text(encoding="utf-8"))["passed"] for place in records))
 
 
 def pace(seconds, expected) -> float:

@@ -436,8 +436,8 @@ def test_output_folders_that_cannot_be(document, place, kind, command, monkeypat
 
 WORK = {
     "compile": ("maviper.compilation.run.compile_and_prove", []),
-    "diff": ("maviper.verification.diff.compared", ["profile.json"]),
-    "repair": ("maviper.verification.repair.repaired", []),
+    "diff": ("maviper.verification.diff.compare_profiles", ["profile.json"]),
+    "repair": ("maviper.verification.repair.repair_profile", []),
     "robust": ("maviper.verification.robust.robust", ["rows.csv"]),
 }
 

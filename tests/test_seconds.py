@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from tests import seconds
+from tests import conftest, seconds
 
 pytestmark = pytest.mark.smoke
 
@@ -71,12 +71,34 @@ def test_long_files_come_first_and_keep_their_order_and_unknown_ones_come_before
 def test_a_recorder_adds_up_what_reports_say(tmp_path):
     recorder = seconds.Recorder(tmp_path / "record.json")
     for nodeid, spent in (("a.py::x", 1.0), ("a.py::x", 0.5), ("b.py::y", 2.0)):
-        recorder.pytest_runtest_logreport(SimpleNamespace(nodeid=nodeid, duration=spent, skipped=False))
+        told = SimpleNamespace(nodeid=nodeid, duration=spent, skipped=False, passed=spent != 2.0, when="call")
+        recorder.pytest_runtest_logreport(told)
     place = ("a.py", 3, "Skipped: no node")
-    recorder.pytest_runtest_logreport(SimpleNamespace(nodeid="a.py::z", duration=0.0, skipped=True, longrepr=place))
+    recorder.pytest_runtest_logreport(
+        SimpleNamespace(nodeid="a.py::z", duration=0.0, skipped=True, longrepr=place, passed=False, when="setup")
+    )
     recorder.pytest_sessionfinish()
     written = json.loads(recorder.place.read_text())
-    assert written == {"seconds": {"a.py": 1.5, "b.py": 2.0}, "skipped": {"a.py::z": "no node"}}
+    assert written == {
+        "seconds": {"a.py": 1.5, "b.py": 2.0},
+        "skipped": {"a.py::z": "no node"},
+        "passed": ["a.py::x"],
+    }
+
+
+def test_what_passed_in_an_earlier_run_is_not_run_again(tmp_path):
+    """What failed or was skipped there is, and what was not there."""
+    runs = []
+    for place, names in ((tmp_path / "one.json", ["a.py::x", "a.py::y[1]"]), (tmp_path / "two.json", ["b.py::x"])):
+        place.write_text(json.dumps({"passed": names}))
+        runs.append(str(place))
+    dropped = []
+    hook = SimpleNamespace(pytest_deselected=lambda items: dropped.extend(items))
+    config = SimpleNamespace(getoption=lambda name: runs, hook=hook)
+    items = [SimpleNamespace(nodeid=name) for name in ("a.py::x", "a.py::y[1]", "a.py::y[2]", "b.py::x", "c.py::x")]
+    conftest.pytest_collection_modifyitems(config, items)
+    assert [item.nodeid for item in items] == ["a.py::y[2]", "c.py::x"]
+    assert [item.nodeid for item in dropped] == ["a.py::x", "a.py::y[1]", "b.py::x"]
 
 
 def test_tests_of_some_folders_must_not_be_skipped(tmp_path, capsys):

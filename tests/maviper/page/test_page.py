@@ -232,17 +232,21 @@ def test_episodes_are_the_simulators_action_for_action(name, run):
 
 
 @pytest.mark.parametrize("name", POLICIES)
-@pytest.mark.parametrize("title", ["reaches", "covers", "keeps_apart"])
-def test_episode_claims_are_judged_by_the_episode(name, title, run):
+def test_episode_claims_are_judged_by_the_episode(name, run):
     profile, given, episodes = played(name, 400)
     team = {"physical": "defenders", "proved_d": "defenders", "proved_n": "agents", "verdicts": "prey"}[name[:8]]
-    others = {"others": ("adversary_0",)} if title == "keeps_apart" and team != "agents" else {}
+    others = {"others": ("adversary_0",)} if team != "agents" else {}
     wide = Fraction(2) if team == "prey" else Fraction(2, 5)  # prey do not go to obstacles
-    radius = {"reaches": Fraction(1, 5), "covers": wide, "keeps_apart": Fraction(3, 20)}[title]
-    claim = find_claim(title, profile, team, radius=radius, **others)
-    told = run(page(profile, Contents((Shown(claim),))), JUDGED, [(*start, 0) for start in given])
-    assert told == expected_of(profile, claim, episodes)
-    assert 0 < sum(told) < 400
+    claims = [
+        find_claim("reaches", profile, team, radius=Fraction(1, 5)),
+        find_claim("covers", profile, team, radius=wide),
+        find_claim("keeps_apart", profile, team, radius=Fraction(3, 20), **others),
+    ]
+    asked = [(*start, place) for place in range(len(claims)) for start in given]
+    told = np.reshape(run(page(profile, Contents(tuple(map(Shown, claims)))), JUDGED, asked), (len(claims), 400))
+    for claim, said in zip(claims, told.tolist(), strict=True):
+        assert said == expected_of(profile, claim, episodes), claim.name
+        assert 0 < sum(said) < 400, claim.name
 
 
 def expected_of(profile, claim, episodes):
@@ -269,32 +273,38 @@ def expected_of(profile, claim, episodes):
 
 
 def counterexamples():
-    """Those whose claim fails by the state alone; a page knows no errors that a file names."""
+    """Folder -> those whose claim fails by the state alone; a page knows no errors that a file names."""
+    found = {}
     for file in sorted(GENERATED.glob("verdicts/*/counterexample-*.json")):
-        if json.loads(file.read_text(encoding="utf-8")).get("errors"):
-            continue
-        yield pytest.param(file, id=f"{file.parent.name}-{file.stem}")
+        stored = json.loads(file.read_text(encoding="utf-8"))
+        if not stored.get("errors"):
+            found.setdefault(file.parent, {})[file.name] = stored
+    return found
 
 
-@pytest.mark.parametrize("file", [*counterexamples()])
-def test_committed_counterexamples_fail_on_the_page(file, run):
-    stored = json.loads(file.read_text(encoding="utf-8"))
-    profile = policy_json.loads((file.parent / "profile.json").read_text(encoding="utf-8"))
-    html = page(profile, Contents(usual_claims(profile)))
-    if "formula" in stored:
-        stated = stored["formula"]
-        script = (
-            STATE
-            + """
-          const [[at, goal, formula]] = given;
-          return Engine.judge(game, { formula, eps: null, episode: null })(stateIn(game)(at, goal));
-        """
-        )
-        assert run(html, script, [(stored["position"], stored["goal"], stated)]) is False
-        return
-    claim = find_claim(stored["claim"], profile, stored["team"], **parameters_of(stored))
-    html = page(profile, Contents((Shown(claim),)))
-    assert run(html, JUDGED, [(stored["position"], stored["goal"], 0)]) == [False]
+WITH_FORMULAS = (
+    STATE
+    + """
+  const judge = (asked) => Number.isInteger(asked) ? judges[asked]
+    : Engine.judge(game, { formula: asked, eps: null, episode: null });
+  return given.map(([at, goal, asked]) => judge(asked)(stateIn(game)(at, goal)));
+"""
+)
+
+
+@pytest.mark.parametrize("folder", counterexamples(), ids=lambda folder: folder.name)
+def test_committed_counterexamples_fail_on_the_page(folder, run):
+    profile = policy_json.loads((folder / "profile.json").read_text(encoding="utf-8"))
+    claims, given = [], {}
+    for name, stored in counterexamples()[folder].items():
+        asked = stored.get("formula")
+        if asked is None:
+            asked = len(claims)
+            claims.append(find_claim(stored["claim"], profile, stored["team"], **parameters_of(stored)))
+        given[name] = stored["position"], stored["goal"], asked
+    html = page(profile, Contents(tuple(map(Shown, claims)) or usual_claims(profile)))
+    told = run(html, WITH_FORMULAS, list(given.values()))
+    assert dict(zip(given, told, strict=True)) == dict.fromkeys(given, False)
 
 
 def parameters_of(stored):
