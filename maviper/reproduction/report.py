@@ -102,8 +102,8 @@ def _facts(table: Results, known: Register, experts: Sequence[str]) -> dict[str,
         "cells": cells or "none",
         "expert's episodes": ", ".join(map(str, sorted(set(played.values())))) or "none",
         "CPU hours": f"{spent / 3600:.2f}",
-        "register": known.sha256,
         "rules": f"alpha {known.alpha:g}, margin {known.margin:g}, power {known.power:g}, Holm within a family",
+        "register": known.sha256,
     }
 
 
