@@ -126,7 +126,7 @@ def _driven(made: Build, world: World, episodes: Episodes) -> list[Agreement]:
     """The same episodes, driven by the compiled C: every action and world state must be the same."""
     profile = made.profile
     driver = Policies([partial(made.library.act, policy.agent) for policy in profile.agents])
-    again = on_policy(profile, world, driver)
+    again = on_policy(profile, world, driver, keep=False)
     if any(_bytes(a) != _bytes(b) for a, b in zip(again.states, episodes.states, strict=True)):
         raise DisagreementError(
             "episodes driven by the compiled C differ from those of the profile",

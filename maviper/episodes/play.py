@@ -30,6 +30,9 @@ class Controller(Protocol):
         ...
 
 
+STEPS_AT_ONCE = 64  # for which room is made ahead
+
+
 @dataclass(frozen=True)
 class Policies:
     """A controller of one function for each agent, from its own observations to its actions."""
@@ -54,7 +57,7 @@ class Episodes:
     stands for it there is no observation, and no action, of the game.
     """
 
-    observations: tuple[Float32, ...]  # per agent [steps, batch, n_features]
+    observations: tuple[Float32, ...]  # per agent [steps, batch, n_features]; () where they were not kept
     actions: Int  # [steps, batch, n_agents]
     alive: Bool  # [steps, batch, n_agents] who acts
     states: Sequence[Any]  # steps + 1 batches, the starts first
@@ -73,10 +76,12 @@ def chosen(controllers: Sequence[Controller], observations: Sequence[Float32], s
     return acted
 
 
-def play(world: World, controllers: Sequence[Controller], start: Any) -> Episodes:
-    """Plays one episode from each start state. `controllers`: one for each agent, in the world's order."""
+def play(world: World, controllers: Sequence[Controller], start: Any, keep: bool = True) -> Episodes:
+    """Plays one episode from each start state. `controllers`: one for each agent, in the world's order; `keep`: what
+    agents observe, which is most of what episodes take.
+    """
     states = [start]
-    observations: list[tuple[Float32, ...]] = []
+    observations = _Kept(world.spec.episode_steps if keep else 0)
     actions: list[Int] = []
     alive = [world.alive(start)]
     returns = np.zeros((len(controllers), len(start)))
@@ -85,14 +90,36 @@ def play(world: World, controllers: Sequence[Controller], start: Any) -> Episode
         acted = chosen(controllers, seen, states[-1])
         states.append(world.step(states[-1], acted))
         returns += world.rewards(states[-1]).T
-        observations.append(seen)
+        if keep:
+            observations.add(seen)
         actions.append(acted)
         alive.append(world.alive(states[-1]))
         if not world.playing(states[-1]).any():
             break
-    per_agent = tuple(np.stack([seen[agent] for seen in observations]) for agent in range(len(controllers)))
     acting = np.stack(alive[: len(actions)])
-    return Episodes(per_agent, np.stack(actions), acting, states, world.values(states[1:]), returns)
+    return Episodes(observations.joined(), np.stack(actions), acting, states, world.values(states[1:]), returns)
+
+
+class _Kept:
+    """Each agent's observations, written step by step where they stay: lists of steps, joined, take twice the room."""
+
+    def __init__(self, steps: int) -> None:
+        self._steps, self._done = min(steps, STEPS_AT_ONCE), 0
+        self._blocks: list[list[Float32]] = []  # of so many steps, per agent [steps, batch, n_features]
+
+    def add(self, seen: Sequence[Float32]) -> None:
+        """What the agents observe in the next step."""
+        step = self._done % self._steps
+        if not step:
+            self._blocks.append([np.empty((self._steps, *rows.shape), rows.dtype) for rows in seen])
+        for kept, rows in zip(self._blocks[-1], seen, strict=True):
+            kept[step] = rows
+        self._done += 1
+
+    def joined(self) -> tuple[Float32, ...]:
+        """Per agent [steps, batch, n_features]; () where nothing was kept."""
+        blocks = zip(*self._blocks, strict=True)
+        return tuple((each[0] if len(each) == 1 else np.concatenate(each))[: self._done] for each in blocks)
 
 
 def rollout(world: World, controllers: Sequence[Controller], seeds: Sequence[int]) -> list[Episodes]:

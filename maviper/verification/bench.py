@@ -64,7 +64,7 @@ class Bench:
 
     @cached_property
     def _episodes(self) -> Episodes | None:
-        return None if self.world is None else on_policy(self.profile, self.world)
+        return None if self.world is None else on_policy(self.profile, self.world, keep=False)
 
     def visited(self, region: Region) -> Visited | None:
         """How many states of its own episodes lie inside a region; None where the world cannot be played here."""
