@@ -6,7 +6,7 @@ Assumes: the package onnx; a runtime with ai.onnx.ml that keeps subnormal number
   denormals to zero).
 Does not: round for its user: doubles become float32 first, as for the reference, where float32 is compared.
 
-One file an agent: agents observe different numbers of features, and a runtime's session holds one model, which whoever
+One file per agent: agents observe different numbers of features, and a runtime's session holds one model, which whoever
 deploys one agent loads alone. BRANCH_LEQ compares the input's numbers, and missing values (NaN) do not track true, so
 NaN goes right. Each leaf has a weight for every class, 1 for its own and 0 for the others, and there are two classes at
 least: runtimes read ensembles whose leaves name one class only as binary, and answer another class then.

@@ -34,7 +34,7 @@ from maviper.evaluation.crossplay import (
 )
 from maviper.evaluation.players import RANDOM, Player, find_player, shipped_expert
 from maviper.evaluation.why import Causes, causes, ensure_branched
-from maviper.options import EvaluateOptions, completed
+from maviper.options import EvaluateOptions, requested
 from maviper.worlds import World, find
 from maviper.worlds.world import Int
 
@@ -124,19 +124,6 @@ def _wanted(expert: Controller, episodes: Episodes) -> Int:
 
 
 @dataclass(frozen=True)
-class EvaluateRequest:
-    """What is measured besides the subject, by name."""
-
-    replaced: tuple[str, ...]  # each NAME=SUBJECT
-    against: tuple[str, ...]  # opponents
-    expert: str | None  # what ratios refer to
-    world: str | None  # of a user's own
-    team: str | None  # None: all
-    episodes: int  # held out
-    why: bool  # the gap to the expert is split into its causes
-
-
-@dataclass(frozen=True)
 class Request:
     """What is asked for, found and checked."""
 
@@ -161,7 +148,7 @@ class Request:
 
 def request(text: str, **options: Unpack[EvaluateOptions]) -> Request:
     """Finds everything that is named. InputError for what cannot be used."""
-    asked = EvaluateRequest(**completed(EvaluateOptions, options))
+    asked = requested(EvaluateOptions, options)
     given = None if asked.world is None else find(asked.world)
     subject, world = find_player(text, "SUBJECT", given)
     replaced = dict(_replacement(item, world) for item in asked.replaced)

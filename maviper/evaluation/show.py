@@ -16,7 +16,7 @@ from codegen.wording import counted, within
 
 
 def rules(policy: ir.AgentPolicy) -> Iterator[str]:
-    """One line a leaf: the ranges that lead to it, the action, the leaf's id."""
+    """One line per leaf: the ranges that lead to it, the action, the leaf's id."""
     tree = policy.tree
     n = len(policy.features)
     stack = [(ir.ROOT, np.full(n, -np.inf, tree.numbers), np.full(n, np.inf, tree.numbers))]

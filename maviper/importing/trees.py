@@ -7,7 +7,7 @@ Does not: write anything.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Unpack
 
@@ -17,28 +17,16 @@ from codegen.importers.origin import Names, Origin, Said, profile_of
 from codegen.ir import PolicyProfile
 from maviper.files import kinds, runs
 from maviper.importing.tying import Spoken, tied
-from maviper.options import ImportOptions, completed
+from maviper.options import ImportOptions, requested
 from maviper.worlds import WORLDS, find
 from maviper.worlds.outside.sources import named_by_user
-
-
-@dataclass(frozen=True)
-class ImportRequest:
-    """What is said of a file that it does not say itself; names instead of the file's own are for every agent."""
-
-    feature_names: tuple[str, ...] | None
-    action_names: tuple[str, ...] | None
-    name: str  # of the world; where it names one to play, the trees become its agents
-    numbers: str | None  # that agents compare: float32, or as the files do
-    arrays: str | None  # of which numbers if/else Python is given arrays; None: it is given Python's floats
-    scores: bool  # whether a list of numbers holds a score for each action
 
 
 def import_trees(
     file: Path | None, agents: Mapping[str, Path] | None = None, **options: Unpack[ImportOptions]
 ) -> PolicyProfile:
     """The profile of the trees in a file, or in a file for each agent. InputError for what is not understood."""
-    asked = ImportRequest(**completed(ImportOptions, options))
+    asked = requested(ImportOptions, options)
     plain = tuple(each for each in asked.feature_names or () if "=" not in each)
     said = Said(asked.scores, features=plain, arrays=asked.arrays or "")
     names = Names(asked.feature_names, asked.action_names, asked.name)

@@ -15,11 +15,9 @@ import maviper
 from codegen.errors import InputError
 from maviper import claims, manual
 from maviper.cli import main
-from maviper.evaluation import run as evaluation
 from maviper.extraction import bundles
 from maviper.extraction import run as extraction
 from maviper.extraction.settings import PRESETS, SELECTIONS, Settings, part_settings
-from maviper.importing import trees
 from maviper.options import (
     CompileOptions,
     DiffOptions,
@@ -74,8 +72,6 @@ OWN = {
     "repair": {"name", "region"},
 }
 REQUESTS = {
-    EvaluateOptions: evaluation.EvaluateRequest,
-    ImportOptions: trees.ImportRequest,
     ReproduceOptions: reproduction.Request,
 }
 VERBS = {name: maviper.from_file if name == "import" else getattr(maviper, name) for name in TABLES}

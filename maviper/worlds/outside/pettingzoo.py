@@ -1,6 +1,6 @@
 """A user's PettingZoo parallel environment as a world, by `module:function,option=value`. The slow path.
 
-Does: derives spec, teams, features, actions and measures from an environment; plays one copy a core.
+Does: derives spec, teams, features, actions and measures from an environment; plays one copy per core.
 Assumes: discrete actions, vector observations, episodes that follow from their seed (`maviper worlds check` tests it).
 Does not: know the dynamics, or where episodes start. What a profile must state about them says so: time step, damping,
   sizes and forces are 0, there are no landmarks or goals, and the start region is the widest that a profile may have.

@@ -367,7 +367,7 @@ def test_a_users_environment(profile, tmp_path):
     (tmp_path / "p.json").write_text(policy_json.dumps(ir.PolicyProfile(world.spec, agents, profile.provenance)))
     with pytest.raises(InputError) as error:
         asked(tmp_path / "p.json")
-    assert "--world module:function" in error.value.next_step
+    assert error.value.next_step == "add --world tests.support.environments:Line"
     from maviper.evaluation.players import find_player
 
     player, _ = find_player(str(tmp_path / "p.json"), "SUBJECT", world)
