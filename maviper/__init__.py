@@ -19,8 +19,6 @@ from codegen.process import flags
 from maviper import claims, options
 from maviper.importing.verbs import from_file, from_onnx, from_sklearn
 from maviper.options.profiles import TARGETS
-from maviper.reproduction.verb import reproduce
-from maviper.verification.verb import diff, robust, verify_system
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -31,9 +29,13 @@ if TYPE_CHECKING:
     from maviper.compilation.compile import Compiled
     from maviper.evaluation.exploitability import Exploitability
     from maviper.evaluation.run import Evaluation
+    from maviper.reproduction.run import Reproduced
+    from maviper.verification.diff import Compared
     from maviper.verification.files.certificates import Checked
     from maviper.verification.files.counterexamples import Replayed
     from maviper.verification.repair import Repaired
+    from maviper.verification.robust import Radii
+    from maviper.verification.run import Verified
     from verify.result import AnyResult
 
 __all__ = [
@@ -266,3 +268,73 @@ def repair(
     from maviper.verification.repair import repair_profile, request
 
     return repair_profile(ensure(profile), claim, str(region), request(**asked))
+
+
+@flags.defaults
+def robust(
+    profile: PolicyProfile | str | Path, observations: str | Path, agent: str | None = None, *, certify: bool = False
+) -> Radii:
+    """For each observation of a CSV or JSON file the largest radius within which an agent acts the same, exactly.
+
+    `agent`: default, the only one; `certify`: each radius is proved, and its certificate checked. InputError for a file
+    that is no table of finite observations of that agent.
+    """
+    from pathlib import Path
+
+    from maviper.files.profiles import find_profile
+    from maviper.verification.robust import robust as radii
+
+    return radii(find_profile(profile, beside=Path(observations)), Path(observations), agent, certify)
+
+
+@flags.defaults
+@options.spelled_out(options.DiffOptions)
+def diff(
+    first: PolicyProfile, second: PolicyProfile, region: str | Path = "start", **asked: Unpack[options.DiffOptions]
+) -> Compared:
+    """Every state of a region in which two profiles act differently, or the proof that there is none.
+
+    `Compared.facts` has shares, zones and examples, `Compared.found` the certificate. InputError for profiles whose
+    worlds, agents, features or actions differ.
+    """
+    from maviper.verification.diff import compare_profiles, request
+
+    return compare_profiles(first, second, str(region), request(**asked))
+
+
+@flags.defaults
+@options.spelled_out(options.SystemOptions)
+def verify_system(
+    profile: PolicyProfile,
+    world: str | Path,
+    properties: str | Path | None = None,
+    **asked: Unpack[options.SystemOptions],
+) -> Verified:
+    """The verdicts on the claims of a world file, or of a property file, about the system that the file states.
+
+    `Verified.results` has verdicts and evidence, `document` the report. InputError for files that cannot be used, a
+    profile of another world, and a statement that is further from its reference than it says.
+    """
+    from pathlib import Path
+
+    from codegen.check import ensure
+    from maviper.verification.ask import VerifyOptions
+    from maviper.verification.run import verified_system
+
+    file = None if properties is None else Path(properties)
+    about = VerifyOptions(world=Path(world), file=file, **options.completed(options.SystemOptions, asked))
+    return verified_system(ensure(profile), about)
+
+
+@flags.defaults
+@options.spelled_out(options.ReproduceOptions)
+def reproduce(output: str | Path, **asked: Unpack[options.ReproduceOptions]) -> Reproduced:
+    """The experiments of the MAVIPER paper, as cells in the folder `output`, with their table and report.
+
+    None: as quick, default or full says. With `plan`, `lines` of what is returned are the plan. `failed` of it: cells
+    that failed, with their messages. Finished cells are not made again. InputError for what cannot be used,
+    MissingToolError without room on the disk, without Dask, or when its scheduler goes away.
+    """
+    from maviper.reproduction.run import reproduced, request
+
+    return reproduced(output, request(asked))

@@ -21,8 +21,6 @@ VERBS = (
     "maviper.__main__",
     "maviper.cli",
     "maviper.importing.verbs",
-    "maviper.reproduction.verb",
-    "maviper.verification.verb",
 )  # load what they do when they are called
 EXTRAS = {  # asked for where they are missing
     "dask",
