@@ -44,7 +44,16 @@ def import_trees(
 def _read(path: Path, said: Said) -> dict[str, Origin]:
     data = runs.read(path, foreign.MAX_BYTES)
     kinds.ensure(data, str(path), "a tree of another program")
-    return foreign.read(data, path.name, said)
+    return foreign.read(data, path.name, replace(said, beside=lambda name: _beside(path, name)))
+
+
+def _beside(path: Path, name: str) -> bytes | None:
+    """The content of a file in the folder of a source, or below it; None: there is none."""
+    folder = path.resolve().parent
+    found = (folder / name).resolve()
+    if not found.is_relative_to(folder) or not found.is_file():
+        return None
+    return runs.read(found, foreign.MAX_BYTES)
 
 
 def _one(agent: str, path: Path, said: Said) -> Origin:

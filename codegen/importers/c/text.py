@@ -1,33 +1,190 @@
-"""The text of a C file as a parser takes it: without comments, and without lines of the preprocessor.
+"""The text of a C file after its preprocessor, which pcpp is.
 
-Does: blanks comments, an include guard and a few includes, so that lines keep their numbers.
-Assumes: that no string of the file holds a comment; source.py takes no strings.
-Does not: expand macros, or skip what a compiler might skip: every other line of the preprocessor is refused.
+Does: expands macros; reads headers that lie beside the file; skips standard headers, and names what it could not read.
+Assumes: no macro is given to the compiler, other than those of the language.
+Does not: touch files (`beside` does), or guess: what a missing header might decide is refused.
+
+A macro that is a plain whole number stays as a name, so that actions keep the names that the source gives them.
 """
 
+import io
 import re
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from pcpp.preprocessor import Action, OutputDirective, Preprocessor
 
 from codegen.errors import InputError, shown
 
-HARMLESS = re.compile(r"#\s*(include\s*<(string|math|stdint|stdbool|stddef|float)\.h>|pragma once)")
-GUARD = re.compile(r"#ifndef ([A-Za-z]\w*_H_?)")  # a name that no compiler defines by itself
-COMMENT = re.compile(r"/\*(?:.*?\*/|.*\Z)|//[^\n]*", re.DOTALL)
+STANDARD = frozenset(
+    [
+        "assert",
+        "complex",
+        "ctype",
+        "errno",
+        "fenv",
+        "float",
+        "inttypes",
+        "iso646",
+        "limits",
+        "locale",
+        "math",
+        "setjmp",
+        "signal",
+        "stdalign",
+        "stdarg",
+        "stdatomic",
+        "stdbool",
+        "stddef",
+        "stdint",
+        "stdio",
+        "stdlib",
+        "stdnoreturn",
+        "string",
+        "tgmath",
+        "threads",
+        "time",
+        "uchar",
+        "wchar",
+        "wctype",
+    ]
+)
+PREDEFINED = "__STDC__ 1", "__STDC_VERSION__ 201112L", "__attribute__(x)", "__inline inline", "__inline__ inline"
+MORE = "__restrict", "__restrict__", "__extension__", "__const const", "__volatile__ volatile"
+PLAIN = re.compile(r"\(?\s*(-?\s*(?:\d+|0[xX][0-9a-fA-F]+))\s*\)?")
+MAX_EXPANSIONS = 200_000
+MAX_LETTERS = 1 << 24
+ADVICE = "give C that a compiler takes as it stands"
+Beside: Any = Callable[[str], "bytes | None"]
 
 
-def plain(text: str, where: str) -> str:
-    """The file without comments, its guard and harmless lines of the preprocessor; other such lines are refused."""
-    text = text.replace("\r\n", "\n")
-    raw, lines = (each.split("\n") for each in (text, COMMENT.sub(lambda each: re.sub(r"[^\n]", " ", each[0]), text)))
-    written = [place for place, line in enumerate(lines) if line.strip()]
-    guard = GUARD.fullmatch(lines[written[0]].strip()) if len(written) > 2 else None
-    if guard and (lines[written[1]].strip(), lines[written[-1]].strip()) == (f"#define {guard[1]}", "#endif"):
-        for place in (written[0], written[1], written[-1]):
-            lines[place] = ""
-    for place, (line, before) in enumerate(zip(lines, raw, strict=True)):
-        # a line that goes on may be a comment that goes on; trigraphs may hide it
-        odd = "\\" in before or "??" in before or not before.expandtabs().isprintable()
-        if odd or (line.strip().startswith("#") and not HARMLESS.fullmatch(line.strip())):
-            what = f"a line is not understood: {shown(before.strip()[:80])}"
-            raise InputError(what, f"{where}, line {place + 1}", "give C without macros and backslashes")
-        lines[place] = "" if line.strip().startswith("#") else line
-    return "\n".join(lines)
+class Expanded(NamedTuple):
+    """A text without macros."""
+
+    text: str
+    names: dict[str, int]  # macros that are whole numbers, which stay as names
+    missing: tuple[str, ...]  # headers that were not read
+    contracts: bool  # whether a compiler may join a product and a sum
+
+
+class _Reader(Preprocessor):
+    def __init__(self, where: str, beside: Callable[[str], bytes | None]) -> None:
+        self.where, self.beside = where, beside
+        self.missing, self.expansions, self.directive = list[str](), 0, 0
+        self.kept, self.contracts = dict[str, int](), True
+        super().__init__()
+        self.expand_filemacro = self.expand_linemacro = self.expand_countermacro = False
+        for name in ("__DATE__", "__TIME__", "__PCPP__", "__FILE__"):
+            self.macros.pop(name, None)
+        for each in (*PREDEFINED, *MORE):
+            self.define(each)
+        self.kept.clear()
+
+    def refused(self, what: str, line: int, advice: str = ADVICE) -> InputError:
+        return InputError(what, f"{self.where}, line {line}" if line else self.where, advice)
+
+    def on_error(self, file: str, line: int, msg: str) -> None:
+        raise self.refused(f"not C that is understood: {shown(msg)[:100]}", line)
+
+    def on_directive_handle(self, directive: Any, toks: Any, ifpassthru: bool, precedingtoks: Any) -> Any:
+        self.directive = directive.lineno
+        if directive.value == "error":
+            raise self.refused(f"#error: {shown(''.join(tok.value for tok in toks))[:80]}", directive.lineno)
+        if directive.value in ("pragma", "line"):
+            words = "".join(tok.value for tok in toks).split()
+            self.contracts &= words != ["STDC", "FP_CONTRACT", "OFF"]
+            raise OutputDirective(Action.IgnoreAndRemove)
+        if directive.value in ("define", "undef") and toks and toks[0].value in self.kept:
+            self.kept.pop(toks[0].value)  # a name that means several things is expanded where it stands
+        return True
+
+    def on_directive_unknown(self, directive: Any, toks: Any, ifpassthru: bool, precedingtoks: Any) -> Any:
+        raise self.refused(f"a line is not understood: #{shown(directive.value)}", directive.lineno)
+
+    def on_include_not_found(self, is_malformed: bool, is_system_include: bool, curdir: str, includepath: str) -> Any:
+        raise self.refused(f"a header is not understood: {shown(includepath)}", self.directive)
+
+    def on_unknown_macro_in_defined_expr(self, tok: Any) -> bool:
+        if self.missing and not tok.value.startswith("__") and not tok.value.endswith("_H"):
+            what = f"whether {shown(tok.value)} is defined may depend on {self.missing[0]}, which is not there"
+            raise self.refused(what, tok.lineno, "put the header beside the file, or take the test out")
+        return False
+
+    def on_unknown_macro_in_expr(self, ident: str) -> int:
+        if self.missing:
+            what = f"the macro {shown(ident)} is not known, {self.missing[0]} is not there"
+            raise self.refused(what, self.directive, "put the header beside the file")
+        return 0
+
+    def on_unknown_macro_function_in_expr(self, ident: str) -> Any:
+        raise self.refused(f"the macro {shown(ident)} is not known", self.directive)
+
+    def include(self, tokens: Any, original_line: Any) -> Any:
+        """Reads a header that lies beside the file; others are skipped."""
+        text = "".join(tok.value for tok in self.tokenstrip(list(tokens)))
+        name = text[1:-1]
+        if text[:1] == "<" and name.removesuffix(".h") in STANDARD:
+            return
+        if name in self.include_once:
+            return
+        content = self.beside(name) if text[:1] == '"' else None
+        if content is None:
+            self.missing.append(name)
+        else:
+            if re.search(rb"^\s*#\s*pragma\s+once\b", content, re.MULTILINE):
+                self.include_once[name] = None
+            if self.include_depth > 20:
+                raise self.refused(f"the header {shown(name)} includes itself", self.directive)
+            yield from self.parsegen(content.decode(errors="replace").replace("\r\n", "\n"), name, name)
+
+    def define(self, tokens: Any) -> Any:
+        """Keeps a macro that is a whole number as a name."""
+        known = set(self.macros)
+        found = super().define(tokens)
+        for name in set(self.macros) - known:
+            macro = self.macros[name]
+            text = "".join(tok.value for tok in macro.value)
+            if macro.arglist is None and PLAIN.fullmatch(text.strip()) and abs(_value(text)) < 2**31:
+                self.kept[name] = _value(text)
+        return found
+
+    def evalexpr(self, tokens: Any) -> Any:
+        kept, self.kept = self.kept, {}
+        try:
+            return super().evalexpr(tokens)
+        finally:
+            self.kept = kept
+
+    def expand_macros(self, tokens: Any, expanding_from: Any = ()) -> Any:
+        self.expansions += 1
+        if self.expansions > MAX_EXPANSIONS or len(tokens) > MAX_EXPANSIONS:
+            raise self.refused("macros expand to too much text", self.directive)
+        hidden = {name: self.macros.pop(name) for name in self.kept if name in self.macros}
+        try:
+            return super().expand_macros(tokens, list(expanding_from))
+        finally:
+            self.macros.update(hidden)
+
+
+def _value(text: str) -> int:
+    digits = re.sub(r"[()\s]", "", text)
+    sign, digits = (-1, digits[1:]) if digits[:1] == "-" else (1, digits)
+    octal = len(digits) > 1 and digits[0] == "0" and digits[1] not in "xX"
+    return sign * int(digits, 8 if octal else 0) if not octal or not set(digits) & set("89") else 2**31
+
+
+def expanded(text: str, where: str, beside: Callable[[str], bytes | None]) -> Expanded:
+    """The text as a compiler's parser meets it. InputError with its line for what is not understood."""
+    for at, line in enumerate(text.split("\n")):
+        if "??" in line or not line.expandtabs().rstrip("\f\r").isprintable():
+            raise InputError("a line has trigraphs or unprintable letters", f"{where}, line {at + 1}", ADVICE)
+    reader = _Reader(where, beside)
+    out = io.StringIO()
+    try:
+        reader.parse(text, where)
+        reader.write(out)
+    except (IndexError, AttributeError, AssertionError, TypeError) as error:  # of lines that pcpp does not expect
+        raise reader.refused(f"not C that is understood: {shown(error)[:80]}", reader.directive) from None
+    if out.tell() > MAX_LETTERS:
+        raise reader.refused("macros expand to too much text", 0)
+    return Expanded(out.getvalue(), dict(reader.kept), tuple(dict.fromkeys(reader.missing)), reader.contracts)

@@ -1,0 +1,400 @@
+"""The number arithmetic of C, of numbers and of features: conversions, operators, comparisons.
+
+Does: promotes and converts as C does; computes numbers; makes a step of what is computed of a feature.
+Assumes: each type is evaluated as itself (FLT_EVAL_METHOD 0); a compiler without fast-math.
+Does not: wrap signed numbers, or convert a float that does not fit: C leaves both undefined.
+
+A compiler may round a product and a sum once instead of twice (contraction). Where that moves a threshold, the test is
+refused.
+"""
+
+import math
+import operator
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from codegen.errors import InputError
+from codegen.importers.c.kinds import BOOL, DOUBLE, ENUM, FLOAT, INT, LONG, UINT, ULONG, UNSIGNED, Kind, rounded
+from codegen.importers.c.values import Condition, Number, Symbol, Value
+from codegen.importers.symbolic.feature import FALLING, FOLDING, RISING, TURNED, Feature, Step, Test, turns_of
+from codegen.importers.symbolic.paths import Paths
+
+COMPARE = {
+    "<": operator.lt,
+    "<=": operator.le,
+    ">": operator.gt,
+    ">=": operator.ge,
+    "==": operator.eq,
+    "!=": operator.ne,
+}
+COMPUTE = {"+": operator.add, "-": operator.sub, "*": operator.mul}
+BITS = {"&": operator.and_, "|": operator.or_, "^": operator.xor}
+TEST_ADVICE = "compare one feature with a number; give a sum or a difference as a feature of its own"
+RANGE_ADVICE = "give the parameter a type that it fits, such as int16_t, or test its range first"
+CONTRACTED = "compare the feature itself with a number, or say #pragma STDC FP_CONTRACT OFF"
+NEGATE = Step("negated", operator.neg, FALLING)
+
+
+@dataclass(frozen=True)
+class Rounding(Step):
+    """A step that rounds an exact result, so that a compiler may join it with another one."""
+
+    exact: Callable[[Fraction], Fraction] = field(default=lambda exact: exact, compare=False)
+    kind: Kind = DOUBLE
+    sums: bool = False  # whether it adds; else it multiplies
+
+
+class Arithmetic:
+    """Computes on one path. `contracts`: whether a product and a sum may be joined."""
+
+    def __init__(self, refused: Callable[[str, str], InputError], numbers: str, *, contracts: bool) -> None:
+        self.refused, self.numbers, self.contracts = refused, numbers, contracts
+        self.paths: Paths | None = None
+        self.defined: dict[
+            str, tuple[Feature, int, int]
+        ] = {}  # features that must fit, for the program to mean something
+
+    # --- truth
+
+    def truth(self, value: Value) -> bool:
+        """Whether a value is not 0."""
+        if isinstance(value, Condition):
+            return value.holds()
+        if isinstance(value, Number):
+            return bool(value.value != 0)
+        if isinstance(value, Symbol):
+            return self._holds(value.feature, "!=", 0)
+        if value is None:
+            raise self.refused("a value is used that nothing has set", "set it on every path")
+        return True  # of a pointer
+
+    def _holds(self, feature: Feature, sign: str, number: Any) -> bool:
+        if self.paths is None:
+            raise self.refused("a feature is read outside a function", TEST_ADVICE)
+        if isinstance(number, float | np.floating) and math.isnan(number):
+            return sign == "!="
+        # a double, since NumPy would make a float of Python's number
+        test = Test(feature, sign, number if isinstance(number, int) else np.float64(number))
+        joined = self.contracts and _joined(feature)
+        if joined and turns_of(test, self.numbers) != turns_of(Test(joined, sign, test.number), self.numbers):
+            what = (
+                "a product and a sum may be rounded once or twice, as the compiler likes, and a decision depends on it"
+            )
+            raise self.refused(what, CONTRACTED)
+        return self.paths.holds(test)
+
+    def plain(self, value: Value) -> Number | Symbol:
+        """A value as a number or a feature; a condition is asked."""
+        if isinstance(value, Condition):
+            return Number(int(value.holds()), INT)
+        if isinstance(value, Number | Symbol):
+            return value
+        if value is None:
+            raise self.refused("a value is used that nothing has set", "set it on every path")
+        raise self.refused("a pointer or a text is used as a number", TEST_ADVICE)
+
+    # --- conversions
+
+    def converted(self, value: Value, kind: Kind) -> Number | Symbol | Condition:
+        """A value as one of a type."""
+        if kind == BOOL and isinstance(value, Condition | Symbol):
+            return value if isinstance(value, Condition) else Condition(lambda: self.truth(value))
+        if isinstance(value, Condition) and kind.rank <= INT.rank and kind != UINT:
+            return value
+        given = self.plain(value)
+        if isinstance(given, Number):
+            return Number(self._number(given, kind), kind, given.name)
+        return given if given.kind == kind else Symbol(self._feature(given, kind), kind)
+
+    def _number(self, given: Number, kind: Kind) -> Any:
+        value = given.value
+        if kind == BOOL:
+            return int(value != 0)
+        if kind.floating:
+            if not given.kind.floating:
+                return rounded(value, kind)
+            found = (np.float32 if kind == FLOAT else np.float64)(value)
+            if np.isfinite(value) and not np.isfinite(found):
+                raise self.refused(f"the number {value} is beyond {kind}", "write a smaller one")
+            return found
+        if given.kind.floating:
+            if not np.isfinite(value) or not kind.holds(math.trunc(value)):
+                raise self.refused(f"the number {value} is no {kind}", RANGE_ADVICE)
+            return math.trunc(value)
+        return self.wrapped(value, kind)
+
+    def wrapped(self, value: int, kind: Kind) -> int:
+        """A whole number in a type. InputError where compilers differ, or where C says nothing."""
+        if kind.holds(value):
+            return value
+        if kind.signed or kind in (ULONG, ENUM) or kind.name == "char":
+            raise self.refused(f"the number {value} is no {kind}", "write a number of the type")
+        return value % (kind.high + 1)
+
+    def _feature(self, given: Symbol, kind: Kind) -> Feature:
+        feature = given.feature
+        if kind.floating and given.kind.floating:
+            return feature.then(_to(kind)) if kind.rank < given.kind.rank else feature
+        if kind.floating:
+            least, most = self.ends(feature)
+            exact = max(-least, most) <= 2 ** (24 if kind == FLOAT else 53)
+            return feature if exact and kind == DOUBLE else feature.then(_to(kind))
+        if given.kind.floating:
+            feature = feature.then(Step("truncated", _truncated))
+        least, most = self.ends(feature)
+        if least < kind.low or most > kind.high:
+            told = "converted to" if given.kind.floating else "made"
+            what = f"a number from {least} to {most} is {told} {kind}, which holds {kind.low} to {kind.high}"
+            raise self.refused(what, RANGE_ADVICE)
+        return feature
+
+    def ends(self, feature: Feature) -> tuple[Any, Any]:
+        """The least and the most that a feature is on this path."""
+        if self.paths is None:
+            raise self.refused("a feature is read outside a function", TEST_ADVICE)
+        if any(step.key.startswith("truncated") for step in feature.steps):
+            self.paths.nan = False
+        return self.paths.least(feature), -self.paths.least(feature.then(NEGATE))
+
+    # --- operators
+
+    def unary(self, sign: str, value: Value) -> Value:
+        """`+`, `-`, `~` and `!` of a value."""
+        if sign == "!":
+            known = value if isinstance(value, Number) else None
+            return Number(int(known.value == 0), INT) if known else Condition(lambda: not self.truth(value))
+        given = self._promoted(self.plain(value))
+        if sign == "+":
+            return given
+        if sign == "-" and given.kind.floating:
+            return Number(-given.value, given.kind) if isinstance(given, Number) else self._then(given, NEGATE)
+        if sign == "-":
+            return self._whole("-", Number(0, given.kind), given, given.kind)
+        if not isinstance(given, Number) or given.kind.floating:
+            raise self.refused("bits of a feature are used", TEST_ADVICE)
+        return Number(~given.value if given.kind.signed else given.kind.high - given.value, given.kind)
+
+    def _promoted(self, given: Number | Symbol) -> Number | Symbol:
+        if given.kind == ENUM:
+            return Number(given.value, INT, given.name) if isinstance(given, Number) else Symbol(given.feature, INT)
+        if given.kind.rank >= INT.rank:
+            return given
+        return Number(given.value, INT, given.name) if isinstance(given, Number) else Symbol(given.feature, INT)
+
+    def common(self, one: Kind, other: Kind) -> Kind:
+        """The type in which two numbers meet."""
+        if one.rank == other.rank and one.signed != other.signed:
+            return UNSIGNED.get(one, one) if one.signed else one
+        high, low = (one, other) if one.rank >= other.rank else (other, one)
+        return ULONG if (high, low) == (LONG, UINT) else high
+
+    def binary(self, sign: str, left: Value, right: Value) -> Value:
+        """An operator of two numbers."""
+        one, other = self.plain(left), self.plain(right)
+        enums = [each for each in (one, other) if each.kind == ENUM]
+        one, other = self._promoted(one), self._promoted(other)
+        if sign in ("<<", ">>"):
+            return self._shifted(sign, one, other)
+        kind = self.common(one.kind, other.kind)
+        one, other = (self.plain(self.converted(each, kind)) for each in (one, other))
+        if enums and any(isinstance(each, Number) and each.value < 0 for each in (one, other)):
+            raise self.refused("an enum meets a negative number, which compilers read differently", "convert it to int")
+        if sign in COMPARE:
+            return self._compared(sign, one, other)
+        if kind.floating:
+            return self._floating(sign, one, other, kind)
+        found = self._whole(sign, one, other, kind)
+        if enums and isinstance(found, Number) and found.value < 0:
+            raise self.refused("an enum makes a negative number, which compilers read differently", "convert it to int")
+        return found
+
+    def _compared(self, sign: str, one: Number | Symbol, other: Number | Symbol) -> Value:
+        if isinstance(one, Number) and isinstance(other, Number):
+            return Number(int(COMPARE[sign](one.value, other.value)), INT)
+        if isinstance(one, Symbol) and isinstance(other, Symbol):
+            raise self.refused("two features are compared", TEST_ADVICE)
+        if isinstance(one, Number):
+            one, other, sign = other, one, TURNED[sign]
+        assert isinstance(one, Symbol) and isinstance(other, Number)
+        feature, number = one.feature, other.value
+        return Condition(lambda: self._holds(feature, sign, number))
+
+    def _then(self, given: Symbol, *steps: Step) -> Symbol:
+        return Symbol(given.feature.then(*steps), given.kind)
+
+    def _floating(self, sign: str, one: Number | Symbol, other: Number | Symbol, kind: Kind) -> Value:
+        make = np.float32 if kind == FLOAT else np.float64
+        if isinstance(one, Number) and isinstance(other, Number):
+            a, b = make(one.value), make(other.value)
+            if sign == "/" and b == 0:
+                raise self.refused("a number is divided by 0", "write the value")
+            if sign not in "+-*/":
+                raise self.refused(f"the operator {sign} takes no floats", TEST_ADVICE)
+            with np.errstate(all="ignore"):
+                return Number(make(a / b if sign == "/" else COMPUTE[sign](a, b)), kind)
+        if isinstance(one, Symbol) and isinstance(other, Symbol):
+            return self._squared(sign, one, other, kind)
+        given, number = (one, other) if isinstance(one, Symbol) else (other, one)
+        assert isinstance(given, Symbol) and isinstance(number, Number)
+        c, first = make(number.value), given is one
+        if not np.isfinite(c) or (sign in "*/" and c == 0) or (sign == "/" and not first) or sign not in "+-*/":
+            what = "a number is divided by a feature" if sign == "/" and not first else f"a feature {sign} {c}"
+            raise self.refused(f"{what} is not read", TEST_ADVICE)
+        exact = Fraction(float(c))
+        if sign == "/":
+            step: Step = Step(f"/{c!r}{kind}", lambda v: make(make(v) / c), RISING if c > 0 else FALLING)
+        elif sign == "*":
+            sense = RISING if c > 0 else FALLING
+            step = Rounding(f"*{c!r}{kind}", lambda v: make(make(v) * c), sense, lambda v: v * exact, kind)
+        elif sign == "-" and not first:
+            step = Rounding(f"{c!r}-{kind}", lambda v: make(c - make(v)), FALLING, lambda v: exact - v, kind, True)
+        else:
+            c, exact = (-c, -exact) if sign == "-" else (c, exact)
+            step = Rounding(f"+{c!r}{kind}", lambda v: make(make(v) + c), RISING, lambda v: v + exact, kind, True)
+        return self._then(given, step)
+
+    def _squared(self, sign: str, one: Symbol, other: Symbol, kind: Kind) -> Symbol:
+        if sign != "*" or one.feature.key != other.feature.key:
+            what = "a product of features" if sign in "*/" else "a sum of several features"
+            raise self.refused(f"{what} is not read", TEST_ADVICE)
+        make = np.float32 if kind == FLOAT else np.float64
+        return self._then(
+            one, Rounding(f"squared{kind}", lambda v: make(make(v) * make(v)), FOLDING, lambda v: v * v, kind)
+        )
+
+    def _whole(self, sign: str, one: Number | Symbol, other: Number | Symbol, kind: Kind) -> Value:
+        if isinstance(one, Number) and isinstance(other, Number):
+            return Number(self._computed(sign, one.value, other.value, kind), kind)
+        if isinstance(one, Symbol) and isinstance(other, Symbol):
+            what = "a product of features" if sign in "*/%" else "a sum of several features"
+            raise self.refused(f"{what} is not read", TEST_ADVICE)
+        given, number = (one, other) if isinstance(one, Symbol) else (other, one)
+        assert isinstance(given, Symbol) and isinstance(number, Number)
+        c, first = int(number.value), given is one
+        if sign in COMPUTE and (sign != "*" or c):
+            compute = COMPUTE[sign]
+            sense = FALLING if (sign == "*" and c < 0) or (sign == "-" and not first) else RISING
+            step = Step(f"{sign}{c}{first}", lambda v: compute(v, c) if first else compute(c, v), sense)
+        elif sign == "/" and first and c:
+            step = Step(f"//{c}", lambda v: _quotient(v, c), RISING if c > 0 else FALLING)
+        elif sign == "*":
+            return Number(0, kind)
+        else:
+            raise self.refused(f"the operator {sign} of a whole number that is a feature is not read", TEST_ADVICE)
+        found = self._then(Symbol(given.feature, kind), step)
+        least, most = self.ends(found.feature)
+        if least < kind.low or most > kind.high:
+            if not kind.signed:
+                raise self.refused(f"a number from {least} to {most} wraps around in {kind}", RANGE_ADVICE)
+            self.defined[found.feature.key] = (found.feature, kind.low, kind.high)
+        return found
+
+    def _computed(self, sign: str, a: int, b: int, kind: Kind) -> int:
+        """A number of two whole numbers."""
+        if sign in ("/", "%"):
+            if b == 0:
+                raise self.refused("a number is divided by 0", "write the value")
+            quotient = _quotient(a, b)
+            return self.wrapped(quotient if sign == "/" else a - quotient * b, kind)
+        if sign in BITS:
+            return BITS[sign](a, b)
+        if sign not in COMPUTE:
+            raise self.refused(f"the operator {sign} is not read", TEST_ADVICE)
+        return self.wrapped(COMPUTE[sign](a, b), kind)
+
+    def _shifted(self, sign: str, one: Number | Symbol, other: Number | Symbol) -> Value:
+        if not isinstance(other, Number) or one.kind.floating or not 0 <= other.value < one.kind.bits:
+            raise self.refused("a shift is not read", "shift by a number within the type")
+        factor = 2**other.value
+        if isinstance(one, Symbol):
+            if sign == ">>" and self.ends(one.feature)[0] < 0:
+                raise self.refused("a negative number may be shifted", RANGE_ADVICE)
+            return self._whole("*" if sign == "<<" else "/", one, Number(factor, one.kind), one.kind)
+        if one.value < 0:
+            raise self.refused("a negative number is shifted", "write the value")
+        return Number(self.wrapped(one.value * factor if sign == "<<" else one.value // factor, one.kind), one.kind)
+
+    # --- functions of one number
+
+    def absolute(self, value: Value, kind: Kind) -> Value:
+        """The absolute value, as one of a type."""
+        given = self.plain(self.converted(value, kind))
+        if isinstance(given, Number):
+            return Number(self.wrapped(abs(given.value), kind) if not kind.floating else abs(given.value), kind)
+        found = self._then(given, Step("absolute", abs, FOLDING))
+        if not kind.floating and self.ends(found.feature)[1] > kind.high:
+            self.defined[found.feature.key] = (found.feature, kind.low, kind.high)
+        return found
+
+    def extreme(self, most: bool, values: list[Value], kind: Kind) -> Value:
+        """fmin and fmax."""
+        one, other = (self.plain(self.converted(each, kind)) for each in values)
+        choose = max if most else min
+        if isinstance(one, Number) and isinstance(other, Number):
+            return Number(choose(one.value, other.value), kind)
+        if isinstance(one, Symbol) and isinstance(other, Symbol):
+            raise self.refused("the larger or smaller of two features is not read", TEST_ADVICE)
+        given, number = (one, other) if isinstance(one, Symbol) else (other, one)
+        assert isinstance(given, Symbol) and isinstance(number, Number) and self.paths is not None
+        self.paths.nan = False  # they leave a NaN out
+        c = number.value
+        return self._then(given, Step(f"{'max' if most else 'min'}{c!r}", lambda v: v if v != v else choose(v, c)))
+
+
+def _to(kind: Kind) -> Step:
+    """The conversion to a floating type."""
+    make = np.float32 if kind == FLOAT else np.float64
+
+    def apply(v: Any) -> Any:
+        return rounded(v, kind) if isinstance(v, int) else make(v)
+
+    return Step(f"to {kind}", apply)
+
+
+def _truncated(v: Any) -> Any:
+    """A float without its part behind the point; an infinite one stays."""
+    return math.trunc(v) if np.isfinite(v) else float(v)
+
+
+def _quotient(a: Any, b: int) -> Any:
+    """Whole numbers divided, towards 0."""
+    if not isinstance(a, int):
+        return a if b > 0 else -a
+    return abs(a) // abs(b) * (1 if (a < 0) == (b < 0) else -1)
+
+
+def _joined(feature: Feature) -> Feature | None:
+    """The feature with each product kept exact until the sum that follows it; None: there is no such pair."""
+    found, product = list[Step](feature.steps), -1
+    joined = False
+    for at, step in enumerate(feature.steps):
+        if isinstance(step, Rounding) and step.sums and product >= 0 and feature.steps[product].kind == step.kind:  # type: ignore[attr-defined]
+            found[product] = _exact(feature.steps[product])  # type: ignore[arg-type]
+            found[at], joined = _once(step), True
+        if not isinstance(step, Rounding) and step is not NEGATE:
+            product = -1
+        elif isinstance(step, Rounding):
+            product = -1 if step.sums else at
+    return Feature(feature.place, tuple(found)) if joined else None
+
+
+def _exact(product: Rounding) -> Step:
+    """A product without its rounding."""
+
+    def apply(v: Any) -> Any:
+        return product.exact(Fraction(float(v))) if np.isfinite(v) else product.apply(v)
+
+    return Step(f"exactly {product.key}", apply, product.sense)
+
+
+def _once(total: Rounding) -> Step:
+    """A sum of an exact number."""
+
+    def apply(v: Any) -> Any:
+        return rounded(total.exact(v), total.kind) if isinstance(v, Fraction) else total.apply(v)
+
+    return Step(f"once {total.key}", apply, total.sense)

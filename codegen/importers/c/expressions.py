@@ -1,0 +1,431 @@
+"""Expressions of C, whose values may be features.
+
+Does: reads objects and sets them; operators, casts, calls; what a type of an expression is without computing it.
+Assumes: nodes of pycparser; statements.py follows what a call runs.
+Does not: compute (arithmetic.py), or call anything that the file does not hold, but library.py.
+"""
+
+# pyright: basic
+# pycparser's nodes have no declared attributes
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from pycparser import c_ast
+
+from codegen.errors import InputError, shown
+from codegen.importers.c.arithmetic import COMPARE, TEST_ADVICE, Arithmetic
+from codegen.importers.c.declarations import Declarations, text_of
+from codegen.importers.c.inputs import STATE_ADVICE, Inputs
+from codegen.importers.c.kinds import CHAR, ENUM, INT, ULONG, Callable_, Kind, Many, Pointer, Type, literal, size_of
+from codegen.importers.c.library import CONSTANTS, FUNCTIONS, RESULTS
+from codegen.importers.c.values import (
+    Array,
+    Cell,
+    Condition,
+    Function,
+    Number,
+    Object,
+    Reference,
+    Struct,
+    Symbol,
+    Text,
+    Value,
+    made,
+)
+from codegen.importers.symbolic.paths import Paths
+
+CALL_ADVICE = "a decision may depend on the observation alone; give what the call answers as a feature"
+MAX_CALLS = 40
+
+
+class Expressions(Declarations):
+    """Evaluates expressions on one path."""
+
+    paths: Paths | None = None
+    inputs: Inputs | None = None
+
+    def __init__(self, where: str, names: Mapping[str, int], numbers: str, *, contracts: bool) -> None:
+        super().__init__(where, names)
+        self.arithmetic = Arithmetic(self.refused, numbers, contracts=contracts)
+        self.changing: set[str] = set()  # variables of the file that some function sets
+        self.depth = 0
+        self._handlers: dict[type, Callable[[Any], Value]] = {
+            c_ast.Constant: self._constant,
+            c_ast.ID: lambda node: self.load(self.place(node)),
+            c_ast.ArrayRef: lambda node: self.load(self.place(node)),
+            c_ast.StructRef: lambda node: self.load(self.place(node)),
+            c_ast.UnaryOp: self._unary,
+            c_ast.BinaryOp: self._binary,
+            c_ast.TernaryOp: self._ternary,
+            c_ast.Assignment: self._assignment,
+            c_ast.FuncCall: self._call,
+            c_ast.Cast: lambda node: self.cast(self.value(node.expr), self.type_of(node.to_type)),
+            c_ast.ExprList: lambda node: [self.value(each) for each in node.exprs][-1],
+            c_ast.CompoundLiteral: self._compound,
+        }
+
+    def value(self, node: Any) -> Value:
+        """What an expression is."""
+        self.at(node)
+        if self.paths is not None:
+            self.paths.line = self.line
+            self.paths.step()
+        handler = self._handlers.get(type(node))
+        if handler is None:
+            raise self.refused(f"an expression is not read: {text_of(node)}")
+        return handler(node)
+
+    def truth(self, node: Any) -> bool:
+        """Whether a condition holds."""
+        if isinstance(node, c_ast.BinaryOp) and node.op in ("&&", "||"):
+            return self.truth(node.right) if self.truth(node.left) == (node.op == "&&") else node.op == "||"
+        if isinstance(node, c_ast.UnaryOp) and node.op == "!":
+            return not self.truth(node.expr)
+        value = self.value(node)
+        self.at(node)
+        return self.arithmetic.truth(value)
+
+    def constant(self, node: Any) -> int:
+        """The whole number that an expression is."""
+        value = self.value(node)
+        if isinstance(value, Condition):
+            return int(value.holds())
+        if not isinstance(value, Number) or value.kind.floating:
+            raise self.refused(f"not a whole number: {text_of(node)}", "write the number")
+        return int(value.value)
+
+    # --- objects
+
+    def place(self, node: Any) -> Object | Number | Function | Value:
+        """The object that an expression names; for what is none, its value."""
+        if isinstance(node, c_ast.ID):
+            return self._named(node)
+        if isinstance(node, c_ast.StructRef):
+            holder = self.place(node.name) if node.type == "." else self._target(self.value(node.name), 0, node)
+            if not isinstance(holder, Struct) or node.field.name not in holder.members:
+                raise self.refused(f"there is no such member: {text_of(node)}")
+            return holder.members[node.field.name]
+        if isinstance(node, c_ast.ArrayRef):
+            base = self.value(node.name)
+            subscript = self.arithmetic.plain(self.value(node.subscript))
+            if not isinstance(subscript, Number) or subscript.kind.floating:
+                raise self.refused(f"an item is chosen by a feature: {text_of(node)}", "choose by if or switch")
+            return self._target(base, int(subscript.value), node)
+        if isinstance(node, c_ast.UnaryOp) and node.op == "*":
+            return self._target(self.value(node.expr), 0, node)
+        return self.value(node)
+
+    def _named(self, node: Any) -> Object | Number | Function:
+        found = self.found(node.name)
+        if found is None and node.name in self.functions:
+            return Function(self.functions[node.name])
+        if found is None and node.name in CONSTANTS:
+            return CONSTANTS[node.name]
+        if found is None:
+            raise self.refused(f"the name {shown(node.name)} is not known", "define it in the file")
+        if node.name in self.changing and self.scopes[0].get(node.name) is found:
+            self.at(node)
+            raise self.refused(f"the variable {shown(node.name)} keeps what earlier decisions set", STATE_ADVICE)
+        return found
+
+    def _target(self, base: Any, at: int, node: Any) -> Object:
+        """The item that a pointer and an index lead to."""
+        target = base.target if isinstance(base, Reference) else None
+        if isinstance(target, Array):
+            target = target.item(base.at + at)
+        elif target is not None and (base.at or at):
+            target = None
+        if target is None:
+            raise self.refused(f"there is no such item: {text_of(node)}", "stay within the declared length")
+        return target
+
+    def load(self, target: Any) -> Value:
+        """What an object holds."""
+        if isinstance(target, Array):
+            return Reference(target)
+        if isinstance(target, Cell):
+            if target.value is None and target.origin is not None and self.inputs is not None:
+                return self.inputs.value(target)
+            if target.value is None:
+                raise self.refused("a variable is read that holds nothing on some path", "set it where it is declared")
+            return target.value
+        return target
+
+    def store(self, target: Any, value: Value) -> None:
+        """Sets an object."""
+        if isinstance(target, Struct) and isinstance(value, Struct):
+            for name, member in target.members.items():
+                other = value.members[name]
+                if not isinstance(other, Cell) or other.value is not None or other.origin is not None:
+                    self.store(member, self.load(other) if isinstance(other, Cell) else other)
+            return
+        if isinstance(target, Array) and isinstance(value, Array):
+            for at in range(target.type.length):
+                self.store(target.item(at), self.load(value.item(at)))
+            return
+        if not isinstance(target, Cell):
+            raise self.refused("what is assigned to is not a variable")
+        if target.fixed:
+            raise self.refused(target.fixed, STATE_ADVICE)
+        if self.inputs is not None:
+            self.inputs.write(target)
+        target.value = self.cast(value, target.type)
+
+    def cast(self, value: Value, type_: Type) -> Value:
+        """A value as one of a type."""
+        if isinstance(type_, Kind) and not isinstance(value, Reference | Text | Function | Struct):
+            return self.arithmetic.converted(value, type_)
+        if isinstance(type_, Kind) and type_.name == "_Bool":
+            return Number(1, type_)
+        if isinstance(type_, Kind):
+            raise self.refused("a pointer or a text becomes a number", TEST_ADVICE)
+        return value
+
+    # --- handlers
+
+    def _constant(self, node: Any) -> Value:
+        if node.type == "string":
+            try:
+                return Text(node.value[1:-1].encode().decode("unicode_escape"))
+            except UnicodeDecodeError:
+                raise self.refused(f"a text is not read: {shown(node.value)[:60]}") from None
+        found = literal(node.value)
+        if found is None:
+            advice = "write a finite number of int, float or double"
+            raise self.refused(f"a number is not read: {shown(node.value)[:60]}", advice)
+        return Number(*found)
+
+    def _unary(self, node: Any) -> Value:
+        if node.op == "sizeof":
+            of = node.expr
+            size = size_of(self.type_of(of) if isinstance(of, c_ast.Typename) else self.static(of))[0]
+            return Number(size, ULONG)
+        if node.op == "&":
+            if isinstance(node.expr, c_ast.ArrayRef):
+                base, at = self.value(node.expr.name), self.constant(node.expr.subscript)
+                return Reference(base.target, base.at + at) if isinstance(base, Reference) else base
+            target = self.place(node.expr)
+            return Reference(target) if isinstance(target, Cell | Array | Struct) else target  # type: ignore[return-value]
+        if node.op == "*":
+            value = self.value(node.expr)
+            return value if isinstance(value, Function) else self.load(self._target(value, 0, node))
+        if node.op in ("++", "--", "p++", "p--"):
+            target = self.place(node.expr)
+            before = self.load(target)
+            after = self._stepped(before, 1 if "+" in node.op else -1)
+            self.store(target, after)
+            return before if node.op[0] == "p" else self.load(target)
+        return self.arithmetic.unary(node.op, self.value(node.expr))
+
+    def _stepped(self, value: Value, step: int) -> Value:
+        if isinstance(value, Reference):
+            return Reference(value.target, value.at + step)
+        return self.arithmetic.binary("+" if step > 0 else "-", value, Number(1, INT))
+
+    def _binary(self, node: Any) -> Value:
+        if node.op in ("&&", "||"):
+            return self._both(node)
+        left, right = self.value(node.left), self.value(node.right)
+        self.at(node)
+        pointers = [each for each in (left, right) if isinstance(each, Reference | Text | Function)]
+        if not pointers:
+            return self.arithmetic.binary(node.op, left, right)
+        if node.op in ("==", "!=") and any(isinstance(each, Number) and each.value == 0 for each in (left, right)):
+            return Number(int(node.op == "!="), INT)  # no pointer that is given is null
+        if node.op in ("+", "-") and isinstance(left, Reference) and isinstance(right, Number):
+            return Reference(left.target, left.at + (right.value if node.op == "+" else -right.value))
+        raise self.refused(f"pointers or texts are computed with: {text_of(node)}", TEST_ADVICE)
+
+    def _both(self, node: Any) -> Value:
+        """`&&` and `||` as a value: asked where it decides, if the second part does nothing and can be read."""
+        every, left = node.op == "&&", self.value(node.left)
+        if isinstance(left, Number):
+            if bool(left.value) != every:
+                return Number(int(not every), INT)
+            return self.arithmetic.unary("!", self.arithmetic.unary("!", self.value(node.right)))
+        if not _acts(node.right):
+            try:
+                right = self.value(node.right)
+            except InputError:  # what the first part rules out
+                right = None
+            if right is not None:
+                truth = self.arithmetic.truth
+                if every:
+                    return Condition(lambda: truth(left) and truth(right))
+                return Condition(lambda: truth(left) or truth(right))
+        return Number(int(self.truth(node.right) if self.arithmetic.truth(left) == every else not every), INT)
+
+    def _ternary(self, node: Any) -> Value:
+        holds = self.truth(node.cond)
+        value = self.value(node.iftrue if holds else node.iffalse)
+        kinds = [self.static(each) for each in (node.iftrue, node.iffalse)]
+        if all(isinstance(each, Kind) for each in kinds) and isinstance(value, Number | Symbol | Condition):
+            one, other = (
+                INT if each.rank < INT.rank or each == ENUM else each for each in kinds if isinstance(each, Kind)
+            )
+            return self.arithmetic.converted(value, self.arithmetic.common(one, other))
+        return value
+
+    def _assignment(self, node: Any) -> Value:
+        target = self.place(node.lvalue)
+        if node.op == "=":
+            value = self.value(node.rvalue)
+        else:
+            before, sign = self.load(target), node.op[:-1]
+            given = self.value(node.rvalue)
+            if isinstance(before, Reference) and isinstance(given, Number):
+                value = Reference(before.target, before.at + int(given.value) * (1 if sign == "+" else -1))
+            else:
+                value = self.arithmetic.binary(sign, before, given)
+        self.at(node)
+        self.store(target, value)
+        return self.load(target)
+
+    def _compound(self, node: Any) -> Value:
+        target = self.initialized(self.type_of(node.type), node.init)
+        return self.load(target)
+
+    def _call(self, node: Any) -> Value:
+        given = [] if node.args is None else list(node.args.exprs)
+        name = node.name.name if isinstance(node.name, c_ast.ID) else ""
+        target = self.value(node.name) if not name or self.found(name) or name in self.functions else None
+        if isinstance(target, Function):
+            return self.called(target.node, [self.value(each) for each in given])
+        if name in FUNCTIONS and target is None:
+            return FUNCTIONS[name](self, given)
+        raise self.refused(f"the function {shown(name or text_of(node.name))} is not read", CALL_ADVICE)
+
+    def called(self, node: Any, given: Sequence[Value]) -> Value:
+        """What a function of the file returns."""
+        raise NotImplementedError
+
+    # --- initializers
+
+    def initialized(self, type_: Type, node: Any, fixed: str = "") -> Object:
+        """A new object with an initializer."""
+        if isinstance(type_, Many) and not type_.length and isinstance(node, c_ast.InitList):
+            places = [at for at, _ in self._places(type_, node)]
+            type_ = Many(type_.of, max(places, default=-1) + 1)
+        target = made(type_)
+        self._fill(target, node)
+        self._fix(target, fixed)
+        return target
+
+    def _places(self, type_: Type, node: Any) -> list[tuple[Any, Any]]:
+        """The member or item of each part of a list."""
+        names = list(type_.members) if not isinstance(type_, Many) else []  # type: ignore[union-attr]
+        found, at = list[tuple[Any, Any]](), 0
+        for each in node.exprs or []:
+            if isinstance(each, c_ast.NamedInitializer):
+                if len(each.name) != 1:
+                    raise self.refused(f"an initializer is not read: {text_of(each)}")
+                at = self.constant(each.name[0]) if not names else names.index(each.name[0].name)
+                each = each.expr
+            if names and at >= len(names):
+                raise self.refused("an initializer has too many parts")
+            found.append((names[at] if names else at, each))
+            at += 1
+        return found
+
+    def _fill(self, target: Object, node: Any) -> None:
+        if isinstance(target, Cell):
+            only = node.exprs[0] if isinstance(node, c_ast.InitList) and len(node.exprs) == 1 else node
+            self.store(target, self.value(only))
+            return
+        if not isinstance(node, c_ast.InitList):
+            value = self.value(node)
+            self.store(target, value.target if isinstance(value, Reference) and isinstance(target, Array) else value)
+            return
+        for key, each in self._places(target.type, node):
+            part = target.members[key] if isinstance(target, Struct) else target.item(key)
+            if part is None:
+                raise self.refused("an initializer has too many parts")
+            self._fill(part, each)
+        self.zeroed(target)
+
+    def zeroed(self, target: Object) -> None:
+        """What nothing has set becomes 0."""
+        if isinstance(target, Cell) and target.value is None and isinstance(target.type, Kind):
+            target.value = self.arithmetic.converted(Number(0, INT), target.type)
+        elif isinstance(target, Struct):
+            for each in target.members.values():
+                self.zeroed(each)
+        elif isinstance(target, Array):
+            for at in range(target.type.length):
+                self.zeroed(target.item(at))  # type: ignore[arg-type]
+
+    def _fix(self, target: Object, fixed: str) -> None:
+        """Nothing may be set from here on."""
+        if isinstance(target, Cell | Array):
+            target.fixed = fixed
+        parts = (
+            target.members.values()
+            if isinstance(target, Struct)
+            else target.items.values()
+            if isinstance(target, Array)
+            else ()
+        )
+        for each in parts:
+            self._fix(each, fixed)
+
+    # --- types of expressions
+
+    def static(self, node: Any) -> Type | None:
+        """The type of an expression; None for what has no type of numbers."""
+        if isinstance(node, c_ast.Constant):
+            found = literal(node.value) if node.type != "string" else None
+            return found.kind if found else Many(CHAR, len(node.value) - 1)
+        if isinstance(node, c_ast.ID):
+            found = self.found(node.name) or CONSTANTS.get(node.name)
+            return found.kind if isinstance(found, Number) else found.type if found is not None else None
+        if isinstance(node, c_ast.StructRef):
+            holder = self.static(node.name)
+            holder = holder.to if isinstance(holder, Pointer) else holder
+            return getattr(holder, "members", {}).get(node.field.name)
+        if isinstance(node, c_ast.ArrayRef) or (isinstance(node, c_ast.UnaryOp) and node.op == "*"):
+            holder = self.static(node.name if isinstance(node, c_ast.ArrayRef) else node.expr)
+            holder = holder.to if isinstance(holder, Pointer) else holder
+            return holder.of if isinstance(holder, Many) else holder
+        if isinstance(node, c_ast.Cast | c_ast.CompoundLiteral):
+            return self.type_of(node.to_type if isinstance(node, c_ast.Cast) else node.type)
+        if isinstance(node, c_ast.Assignment):
+            return self.static(node.lvalue)
+        if isinstance(node, c_ast.ExprList):
+            return self.static(node.exprs[-1])
+        if isinstance(node, c_ast.FuncCall):
+            name = node.name.name if isinstance(node.name, c_ast.ID) else ""
+            result = self.results.get(name, RESULTS.get(name))
+            return result.result if isinstance(result, Callable_) else result
+        return self._computed(node)
+
+    def _computed(self, node: Any) -> Type | None:
+        if isinstance(node, c_ast.UnaryOp) and node.op in ("sizeof", "!", "&"):
+            return ULONG if node.op == "sizeof" else INT if node.op == "!" else None
+        if isinstance(node, c_ast.BinaryOp) and (node.op in COMPARE or node.op in ("&&", "||")):
+            return INT
+        parts = (
+            [node.expr] if isinstance(node, c_ast.UnaryOp)
+            else [node.left, node.right] if isinstance(node, c_ast.BinaryOp)
+            else [node.iftrue, node.iffalse] if isinstance(node, c_ast.TernaryOp) else []
+        )  # fmt: skip
+        kinds = [each for each in map(self.static, parts) if isinstance(each, Kind)]
+        if not kinds or len(kinds) < len(parts):
+            return None
+        if isinstance(node, c_ast.UnaryOp) and "+" in node.op + "-" and len(node.op) > 1:
+            return kinds[0]
+        kinds = [INT if each.rank < INT.rank or each == ENUM else each for each in kinds]
+        if isinstance(node, c_ast.BinaryOp) and node.op in ("<<", ">>"):
+            return kinds[0]
+        return kinds[0] if len(kinds) == 1 else self.arithmetic.common(*kinds)
+
+
+def _acts(node: Any) -> bool:
+    """Whether an expression may do more than compute."""
+    open_ = [node]
+    while open_:
+        each = open_.pop()
+        counts = isinstance(each, c_ast.UnaryOp) and each.op in ("++", "--", "p++", "p--")
+        if counts or isinstance(each, c_ast.Assignment | c_ast.FuncCall | c_ast.TernaryOp):
+            return True
+        open_ += [child for _, child in each.children()]
+    return False

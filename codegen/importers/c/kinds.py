@@ -1,0 +1,212 @@
+"""Types of C, and numbers of them: what an object may hold, how large it is, what a literal is.
+
+Does: names the arithmetic types with their ranges; reads literals; rounds exact numbers to float and double.
+Assumes: IEEE binary32 `float`, binary64 `double`, `int` of 32 bits, `long long` of 64; each type evaluated as itself.
+Does not: take long double. `char` may be signed or not, `long` may have 32 bits or 64: what depends on it is refused.
+"""
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any, Final, NamedTuple, TypeAlias
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Kind:
+    """An arithmetic type. Whole numbers: `low` to `high`; floats: of `bits`."""
+
+    name: str
+    bits: int
+    rank: int  # of conversions; floats from 10 on
+    low: int = 0
+    high: int = 0
+
+    @property
+    def floating(self) -> bool:
+        """Whether it is float or double."""
+        return self.rank >= 10
+
+    @property
+    def signed(self) -> bool:
+        """Whether it has negative numbers."""
+        return self.floating or self.low < 0
+
+    def holds(self, value: Any) -> bool:
+        """Whether a whole number is one of this type."""
+        return self.low <= value <= self.high
+
+    def __str__(self) -> str:
+        return self.name
+
+
+def _whole(name: str, bits: int, rank: int, *, signed: bool, size: int = 0) -> Kind:
+    low, high = (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1) if signed else (0, 2**bits - 1)
+    return Kind(name, size or bits, rank, low, high)
+
+
+BOOL, CHAR = _whole("_Bool", 1, 0, signed=False, size=8), Kind("char", 8, 1, 0, 127)
+SCHAR, UCHAR = _whole("signed char", 8, 1, signed=True), _whole("unsigned char", 8, 1, signed=False)
+SHORT, USHORT = _whole("short", 16, 2, signed=True), _whole("unsigned short", 16, 2, signed=False)
+INT, UINT = _whole("int", 32, 3, signed=True), _whole("unsigned int", 32, 3, signed=False)
+LONG = Kind("long", 64, 4, -(2**31), 2**31 - 1)  # what it holds everywhere
+ULONG = Kind("unsigned long", 64, 4, 0, 2**32 - 1)
+LLONG, ULLONG = _whole("long long", 64, 5, signed=True), _whole("unsigned long long", 64, 5, signed=False)
+FLOAT, DOUBLE = Kind("float", 32, 10), Kind("double", 64, 11)
+ENUM = Kind("enum", 32, 3, 0, 2**31 - 1)  # int or unsigned int, as the compiler likes
+UNSIGNED: Final = {INT: UINT, LONG: ULONG, LLONG: ULLONG}
+SPELLED: Final[Mapping[tuple[str, ...], Kind]] = {
+    tuple(sorted(spelling.split())): kind
+    for kind, spellings in {
+        BOOL: ("_Bool",),
+        CHAR: ("char",),
+        SCHAR: ("signed char",),
+        UCHAR: ("unsigned char",),
+        SHORT: ("short", "short int", "signed short", "signed short int"),
+        USHORT: ("unsigned short", "unsigned short int"),
+        INT: ("int", "signed", "signed int"),
+        UINT: ("unsigned", "unsigned int"),
+        LONG: ("long", "long int", "signed long", "signed long int"),
+        ULONG: ("unsigned long", "unsigned long int"),
+        LLONG: ("long long", "long long int", "signed long long", "signed long long int"),
+        ULLONG: ("unsigned long long", "unsigned long long int"),
+        FLOAT: ("float",),
+        DOUBLE: ("double",),
+    }.items()
+    for spelling in spellings
+}
+STANDARD: Final[Mapping[str, Kind]] = {  # what headers name
+    "bool": BOOL, "size_t": ULONG, "ptrdiff_t": LONG, "intptr_t": LONG, "uintptr_t": ULONG, "float_t": FLOAT,
+    "double_t": DOUBLE, "int8_t": SCHAR, "uint8_t": UCHAR, "int16_t": SHORT, "uint16_t": USHORT, "int32_t": INT,
+    "uint32_t": UINT, "int64_t": LLONG, "uint64_t": ULLONG, "int_least8_t": SCHAR, "uint_least8_t": UCHAR,
+    "int_least16_t": SHORT, "uint_least16_t": USHORT, "int_least32_t": INT, "uint_least32_t": UINT,
+    "intmax_t": LLONG, "uintmax_t": ULLONG, "time_t": LLONG, "FILE": CHAR,
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Pointer:
+    """The type of a pointer."""
+
+    to: "Type"
+    bits = 64
+
+
+@dataclass(frozen=True)
+class Many:
+    """The type of an array; length 0: not known."""
+
+    of: "Type"
+    length: int
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """The type of a struct: its members, which a later declaration may fill in."""
+
+    tag: str
+    members: dict[str, "Type"]
+
+
+@dataclass(frozen=True)
+class Void:
+    """No type."""
+
+
+@dataclass(frozen=True)
+class Callable_:
+    """The type of a function."""
+
+    result: "Type"
+
+
+Type: TypeAlias = Kind | Pointer | Many | Record | Void | Callable_
+
+
+def size_of(type_: Type) -> tuple[int, int]:
+    """The bytes of an object, and what its address is a multiple of."""
+    if isinstance(type_, Many):
+        size, align = size_of(type_.of)
+        return size * type_.length, align
+    if isinstance(type_, Record):
+        at, most = 0, 1
+        for member in type_.members.values():
+            size, align = size_of(member)
+            at, most = -(-at // align) * align + size, max(most, align)
+        return -(-at // most) * most, most
+    bits = type_.bits if isinstance(type_, Kind | Pointer) else 8
+    return bits // 8, bits // 8
+
+
+class Literal(NamedTuple):
+    """A number and its type."""
+
+    value: Any
+    kind: Kind
+
+
+DECIMAL = re.compile(r"(\d+\.\d*|\.\d+|\d+)([eE][+-]?\d{1,4})?([fF]?)")
+HEXADECIMAL = re.compile(r"(0[xX][01](?:\.[0-9a-fA-F]{0,13})?[pP][+-]?\d{1,4})([fF]?)")  # so that a double holds it
+WHOLE_NUMBER = re.compile(r"(0[xX][0-9a-fA-F]+|0[0-7]*|[1-9]\d*)([uU]?(?:l|L|ll|LL)?|(?:l|L|ll|LL)[uU])", re.ASCII)
+CHARACTER = re.compile(r"'([ -&(-\[\]-~]|\\[0abfnrtv\\'\"])'")  # of ASCII
+ESCAPES = {"0": 0, "a": 7, "b": 8, "t": 9, "n": 10, "v": 11, "f": 12, "r": 13, "\\": 92, "'": 39, '"': 34}
+MAX_DIGITS = 1_000
+
+
+def literal(text: str) -> Literal | None:
+    """A literal without its sign; None: it is not understood, or not finite."""
+    if len(text) > MAX_DIGITS:
+        return None
+    if match := CHARACTER.fullmatch(text):
+        return Literal(ESCAPES[match[1][1]] if len(match[1]) == 2 else ord(match[1]), INT)
+    if match := WHOLE_NUMBER.fullmatch(text):
+        return _typed(match[1], match[2].lower())
+    match = DECIMAL.fullmatch(text)
+    if match and (match[2] or "." in match[1]):
+        return _finite(Fraction(match[1] + (match[2] or "")), FLOAT if match[3] else DOUBLE)
+    match = HEXADECIMAL.fullmatch(text)
+    if match:
+        digits, _, exponent = match[1].lower().partition("p")
+        whole, _, part = digits[2:].partition(".")
+        exact = Fraction(int(whole + part, 16), 16 ** len(part)) * Fraction(2) ** int(exponent)
+        return _finite(exact, FLOAT if match[2] else DOUBLE)
+    return None
+
+
+def _finite(exact: Fraction, kind: Kind) -> Literal | None:
+    value = rounded(exact, kind)
+    return Literal(value, kind) if np.isfinite(value) else None
+
+
+def _typed(digits: str, suffix: str) -> Literal | None:
+    """A whole number, of the first type that holds it."""
+    decimal = digits[0] != "0"
+    value = int(digits, 10 if decimal else 16 if digits[:2] in ("0x", "0X") else 8)
+    kinds = [INT, UINT, LONG, ULONG, LLONG, ULLONG]
+    if "u" in suffix:
+        kinds = [UINT, ULONG, ULLONG]
+    elif decimal:
+        kinds = [INT, LONG, LLONG]
+    rank = {0: 3, 1: 4, 2: 5}[suffix.count("l")]
+    fitting = [kind for kind in kinds if kind.rank >= rank and kind.holds(value)]
+    return Literal(value, fitting[0]) if fitting else None
+
+
+def rounded(exact: Fraction | int, kind: Kind) -> Any:
+    """The nearest number of a floating type, ties to even; infinite beyond the largest."""
+    if kind == DOUBLE:
+        try:
+            return np.float64(exact.numerator / exact.denominator)
+        except OverflowError:
+            return np.float64(math.copysign(math.inf, exact))
+    with np.errstate(over="ignore", under="ignore"):
+        near = np.float32(rounded(exact, DOUBLE))
+        if not np.isfinite(near):  # halfway between the largest float and 2**128, or not
+            return near if abs(exact) >= 2**128 - 2**103 else np.float32(math.copysign(3.4028234663852886e38, exact))
+        beside = [near, np.nextafter(near, np.float32(-np.inf)), np.nextafter(near, np.float32(np.inf))]
+    finite = [each for each in beside if np.isfinite(each)]
+    best = min(finite, key=lambda each: (abs(Fraction(float(each)) - exact), int(each.view(np.uint32)) & 1))
+    return np.float32(math.copysign(math.inf, exact)) if abs(exact) >= 2**128 - 2**103 else best

@@ -1,0 +1,135 @@
+"""What an interpreter of C holds: numbers, features, conditions, and the objects that pointers lead to.
+
+Does: values with their types; objects that are read, set and copied; inputs that become features once they are read.
+Assumes: an object of a decision lives as long as its path.
+Does not: compute (arithmetic.py), or read a syntax tree.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from typing import Any, TypeAlias
+
+from codegen.importers.c.kinds import Kind, Many, Record, Type
+from codegen.importers.symbolic.feature import Feature
+
+
+@dataclass(frozen=True)
+class Number:
+    """A number and its type. `name`: what the source calls it."""
+
+    value: Any
+    kind: Kind
+    name: str = ""
+
+
+@dataclass(frozen=True)
+class Symbol:
+    """A number that is computed of an input, and its type."""
+
+    feature: Feature
+    kind: Kind
+
+
+@dataclass(frozen=True)
+class Condition:
+    """A truth value that is asked for where it decides."""
+
+    holds: Callable[[], bool]
+
+
+@dataclass(frozen=True)
+class Text:
+    """A text."""
+
+    text: str
+
+
+@dataclass(frozen=True)
+class Function:
+    """A function of the file."""
+
+    node: Any
+
+
+@dataclass(frozen=True)
+class Reference:
+    """A pointer to an item of an array, or to an object of its own (`at` 0)."""
+
+    target: "Object"
+    at: int = 0
+
+
+Value: TypeAlias = "Number | Symbol | Condition | Text | Function | Reference | Struct | None"
+
+
+@dataclass(frozen=True)
+class Origin:
+    """Where an object stands that the caller hands over: a parameter, and the way from it."""
+
+    parameter: str
+    way: tuple[str | int, ...] = ()
+
+    def then(self, step: str | int) -> "Origin":
+        """A member or an item of it."""
+        return Origin(self.parameter, (*self.way, step))
+
+
+@dataclass
+class Cell:
+    """An object that holds one value."""
+
+    type: Type
+    value: Value = None
+    origin: Origin | None = None  # the caller's, until it is set
+    fixed: str = ""  # why it must not be set
+
+
+@dataclass
+class Array:
+    """Items of one type. `length` 0: as many as are asked for."""
+
+    type: Many
+    items: dict[int, "Object"] = field(default_factory=dict[int, "Object"])
+    origin: Origin | None = None
+    fixed: str = ""
+
+    def item(self, at: int) -> "Object | None":
+        """The item at a place; None: there is none."""
+        if at < 0 or (self.type.length and at >= self.type.length):
+            return None
+        if at not in self.items:
+            self.items[at] = made(self.type.of, self.origin.then(at) if self.origin else None, self.fixed)
+        return self.items[at]
+
+
+@dataclass
+class Struct:
+    """Members by name."""
+
+    type: Record
+    members: dict[str, "Object"]
+
+
+Object: TypeAlias = Cell | Array | Struct
+
+
+def made(type_: Type, origin: Origin | None = None, fixed: str = "") -> Object:
+    """An object without a value; with an `origin`, one whose values come from the caller."""
+    if isinstance(type_, Many):
+        return Array(type_, {}, origin, fixed)
+    if isinstance(type_, Record):
+        each = type_.members.items()
+        return Struct(type_, {name: made(of, origin.then(name) if origin else None, fixed) for name, of in each})
+    return Cell(type_, None, origin, fixed)
+
+
+def cells(target: Object) -> Iterator[Cell]:
+    """All cells of an object that were made, in order."""
+    if isinstance(target, Cell):
+        yield target
+    else:
+        parts = (
+            target.members.values() if isinstance(target, Struct) else (target.items[at] for at in sorted(target.items))
+        )
+        for part in parts:
+            yield from cells(part)
