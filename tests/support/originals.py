@@ -32,7 +32,7 @@ GIVE = {
 TYPES = {"d": float, "f": float, "i": int, "b": bool}
 DRIVER = """#include <stdio.h>
 #include <stdlib.h>
-#define main main_of_the_file
+#define main main_{place}
 #include "{path}"
 #undef main
 static FILE *answers;

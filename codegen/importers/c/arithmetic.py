@@ -54,6 +54,7 @@ class Arithmetic:
     def __init__(self, refused: Callable[[str, str], InputError], numbers: str, *, contracts: bool) -> None:
         self.refused, self.numbers, self.contracts = refused, numbers, contracts
         self.paths: Paths | None = None
+        self.used = set[int]()  # inputs that a test has looked at
         self.defined: dict[
             str, tuple[Feature, int, int]
         ] = {}  # features that must fit, for the program to mean something
@@ -75,6 +76,7 @@ class Arithmetic:
     def _holds(self, feature: Feature, sign: str, number: Any) -> bool:
         if self.paths is None:
             raise self.refused("a feature is read outside a function", TEST_ADVICE)
+        self.used.add(feature.place)
         if isinstance(number, float | np.floating) and math.isnan(number):
             return sign == "!="
         # a double, since NumPy would make a float of Python's number
@@ -122,9 +124,9 @@ class Arithmetic:
                 raise self.refused(f"the number {value} is beyond {kind}", "write a smaller one")
             return found
         if given.kind.floating:
-            if not np.isfinite(value) or not kind.holds(math.trunc(value)):
+            if not np.isfinite(value) or not kind.holds(math.trunc(float(value))):
                 raise self.refused(f"the number {value} is no {kind}", RANGE_ADVICE)
-            return math.trunc(value)
+            return math.trunc(float(value))
         return self.wrapped(value, kind)
 
     def wrapped(self, value: int, kind: Kind) -> int:
@@ -357,7 +359,7 @@ def _to(kind: Kind) -> Step:
 
 def _truncated(v: Any) -> Any:
     """A float without its part behind the point; an infinite one stays."""
-    return math.trunc(v) if np.isfinite(v) else float(v)
+    return math.trunc(float(v)) if np.isfinite(v) else float(v)
 
 
 def _quotient(a: Any, b: int) -> Any:

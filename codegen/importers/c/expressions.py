@@ -258,12 +258,9 @@ class Expressions(Declarations):
     def _ternary(self, node: Any) -> Value:
         holds = self.truth(node.cond)
         value = self.value(node.iftrue if holds else node.iffalse)
-        kinds = [self.static(each) for each in (node.iftrue, node.iffalse)]
-        if all(isinstance(each, Kind) for each in kinds) and isinstance(value, Number | Symbol | Condition):
-            one, other = (
-                INT if each.rank < INT.rank or each == ENUM else each for each in kinds if isinstance(each, Kind)
-            )
-            return self.arithmetic.converted(value, self.arithmetic.common(one, other))
+        kind = self.static(node)
+        if isinstance(kind, Kind) and isinstance(value, Number | Symbol | Condition):
+            return self.arithmetic.converted(value, kind)
         return value
 
     def _assignment(self, node: Any) -> Value:
@@ -358,14 +355,8 @@ class Expressions(Declarations):
         """Nothing may be set from here on."""
         if isinstance(target, Cell | Array):
             target.fixed = fixed
-        parts = (
-            target.members.values()
-            if isinstance(target, Struct)
-            else target.items.values()
-            if isinstance(target, Array)
-            else ()
-        )
-        for each in parts:
+        parts = target.members if isinstance(target, Struct) else target.items if isinstance(target, Array) else {}
+        for each in parts.values():
             self._fix(each, fixed)
 
     # --- types of expressions

@@ -101,16 +101,18 @@ class Inputs:
 
     # --- afterwards
 
-    def features(self) -> tuple[list[int], tuple[str, ...], int]:
-        """The place of each input that was read, the features' names, and how many there are (0: not known)."""
+    def features(self, used: set[int]) -> tuple[list[int], tuple[str, ...], int]:
+        """The place of each input that was read (-1: no test looks at it), the features' names, and how many there are
+        (0: not known). `used`: the inputs that tests look at.
+        """
+        numbers, self.read = self.read, {origin: at for origin, at in self.read.items() if at in used}
         whole = [name for name in self.parameters if self._is_whole(name)]
         used = [origin.parameter for origin in self.read]
         given = [name for name in self.parameters if name in whole or (not whole or name in used)]
         given = [name for name in given if name not in self.written and name in used + whole + self._scalars()]
         alone = self._numbers(given[0]) if len(given) == 1 else None
         if alone is not None:
-            places = [origin.way[0] for origin in self.read]
-            return [int(place) for place in places], (), alone
+            return [int(each.way[0]) if each in self.read else -1 for each in numbers], (), alone
         order = [origin for name in given for origin in self._parts(name)]
         place = {origin: at for at, origin in enumerate(order)}
         names = ["_".join(map(str, each.way)) or each.parameter for each in order]
@@ -118,7 +120,7 @@ class Inputs:
         full = ["_".join(map(str, (each.parameter, *each.way))) for each in order]
         numbered = [not each.way or isinstance(each.way[0], int) for each in order]
         chosen = [long if shared or at else short for short, long, at in zip(names, full, numbered, strict=True)]
-        return [place[self._counted(origin)] for origin in self.read], tuple(chosen), len(order)
+        return [place[self._counted(each)] if each in self.read else -1 for each in numbers], tuple(chosen), len(order)
 
     def _scalars(self) -> list[str]:
         return [name for name, type_ in self.parameters.items() if isinstance(type_, Kind)]

@@ -21,7 +21,7 @@ from pycparser.c_parser import ParseError
 
 from codegen.errors import InputError, shown
 from codegen.floats import FLOAT32, FLOAT64
-from codegen.importers.c.declarations import ADVICE, assigned
+from codegen.importers.c.declarations import ADVICE, assigned, is_const
 from codegen.importers.c.inputs import Inputs
 from codegen.importers.c.kinds import DOUBLE, STANDARD
 from codegen.importers.c.statements import Statements, parameters_of
@@ -45,7 +45,7 @@ def from_c(content: bytes, where: str, said: Said = NOTHING) -> dict[str, Origin
     try:
         text = expanded(content.decode(errors="replace").replace("\r\n", "\n"), where, said.beside)
         parsed = CParser().parse(TYPES + "\n" + text.text, where)
-        return {name: _origin(name, parsed, text, where, said) for name in _deciding(parsed, where)}
+        return {name: _origin(name, parsed, text, where, said) for name in _deciding(parsed, where, said.wanted)}
     except ParseError as error:
         at = re.match(r"(.*?):(\d+):\d+: (.*)", str(error), re.DOTALL)
         place, what = (f"{where}, line {at[2]}", at[3]) if at else (where, str(error))
@@ -54,22 +54,23 @@ def from_c(content: bytes, where: str, said: Said = NOTHING) -> dict[str, Origin
         raise InputError("the file is nested too deeply", where, "simplify it first") from None
 
 
-def _deciding(parsed: Any, where: str) -> list[str]:
+def _deciding(parsed: Any, where: str, wanted: str) -> list[str]:
     """The functions that no other one calls and that are given something to decide about."""
     functions = {each.decl.name: each for each in parsed.ext if isinstance(each, c_ast.FuncDef)}
-    called = {name for caller, node in functions.items() if caller not in ENTRIES for name in _called(node) - {caller}}
-    found = [name for name, node in functions.items() if name not in ENTRIES and parameters_of(node)]
-    found = [name for name in found if name not in called and _answers(functions[name])]
-    others = [name for name in found if not _names_only(functions[name])]
-    if not found:
+    if wanted in functions:
+        return [wanted]
+    deciding = [name for name, node in functions.items() if name not in ENTRIES and _answers(node)]
+    if not deciding:
         advice = "write one function an agent, of an observation, that returns its action"
         raise InputError("the file has no function that decides", where, advice)
-    return others or found
+    called = {inner for name in deciding for inner in _names(functions[name].body) - {name}}
+    roots = [name for name in deciding if name not in called] or deciding
+    return [name for name in roots if not _names_only(functions[name])] or roots
 
 
-def _called(node: Any) -> set[str]:
-    """The names of the functions that are called or handed on below a node."""
-    found, open_ = set[str](), [node.body]
+def _names(node: Any) -> set[str]:
+    """The names of variables and functions below a node."""
+    found, open_ = set[str](), [node]
     while open_:
         each = open_.pop()
         if isinstance(each, c_ast.ID):
@@ -79,12 +80,26 @@ def _called(node: Any) -> set[str]:
 
 
 def _answers(node: Any) -> bool:
-    """Whether a function returns something, or may write it to a parameter."""
+    """Whether a function is given something, and returns something or may write it to a parameter."""
+    parameters = parameters_of(node)
     result = node.decl.type.type
-    void = isinstance(result, c_ast.TypeDecl) and getattr(result.type, "names", None) == ["void"]
-    written = assigned(node.body) | _called(node)
-    given = {each.name for each in parameters_of(node) if isinstance(each.type, c_ast.PtrDecl | c_ast.ArrayDecl)}
-    return not void or bool(given & written)
+    if not (isinstance(result, c_ast.TypeDecl) and getattr(result.type, "names", None) == ["void"]):
+        return bool(parameters)
+    pointers = [each for each in parameters if isinstance(each.type, c_ast.PtrDecl | c_ast.ArrayDecl)]
+    return bool({each.name for each in pointers if not is_const(each.type.type)} & _set(node.body))
+
+
+def _set(node: Any) -> set[str]:
+    """The names of pointers that something may be written through below a node."""
+    found, open_ = assigned(node), [node]
+    while open_:
+        each = open_.pop()
+        if isinstance(each, c_ast.Assignment):
+            found |= _names(each.lvalue)
+        elif isinstance(each, c_ast.FuncCall) and each.args is not None:
+            found |= _names(each.args)
+        open_ += [child for _, child in each.children()]
+    return found
 
 
 def _names_only(node: Any) -> bool:
@@ -168,7 +183,7 @@ def _followed(machine: _Machine, text: Expanded, said: Said) -> Origin:
     places: list[int] = []
 
     def described() -> Described:
-        found, features, count = machine.observed.features()
+        found, features, count = machine.observed.features(machine.arithmetic.used)
         places.extend(found)
         notes = [f"{each} is not there, and is read as if it said nothing" for each in text.missing]
         return Described(
@@ -184,6 +199,7 @@ def _followed(machine: _Machine, text: Expanded, said: Said) -> Origin:
         )
 
     found = origin_of(machine.path, machine.where, described, machine.numbers)
+    found = replace(found, nan=found.nan and all(kind.floating for kind in machine.observed.kinds()))
     limits = list(machine.arithmetic.defined.values())
     if not limits:
         return found

@@ -240,6 +240,8 @@ class Statements(Expressions):
         return self._plain(target)
 
     def together(self, values: Sequence[Value]) -> Any:
+        """A value of Python for one value, a tuple for several."""
+        """A value of Python for one value, a tuple for several."""
         found = [self._plain(each) for each in values]
         return found[0] if len(found) == 1 else tuple(found)
 

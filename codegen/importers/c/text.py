@@ -17,37 +17,8 @@ from pcpp.preprocessor import Action, OutputDirective, Preprocessor
 from codegen.errors import InputError, shown
 
 STANDARD = frozenset(
-    [
-        "assert",
-        "complex",
-        "ctype",
-        "errno",
-        "fenv",
-        "float",
-        "inttypes",
-        "iso646",
-        "limits",
-        "locale",
-        "math",
-        "setjmp",
-        "signal",
-        "stdalign",
-        "stdarg",
-        "stdatomic",
-        "stdbool",
-        "stddef",
-        "stdint",
-        "stdio",
-        "stdlib",
-        "stdnoreturn",
-        "string",
-        "tgmath",
-        "threads",
-        "time",
-        "uchar",
-        "wchar",
-        "wctype",
-    ]
+    """assert complex ctype errno fenv float inttypes iso646 limits locale math setjmp signal stdalign stdarg stdatomic
+    stdbool stddef stdint stdio stdlib stdnoreturn string tgmath threads time uchar wchar wctype""".split()  # noqa: SIM905
 )
 PREDEFINED = "__STDC__ 1", "__STDC_VERSION__ 201112L", "__attribute__(x)", "__inline inline", "__inline__ inline"
 MORE = "__restrict", "__restrict__", "__extension__", "__const const", "__volatile__ volatile"

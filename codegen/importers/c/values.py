@@ -59,9 +59,6 @@ class Reference:
     at: int = 0
 
 
-Value: TypeAlias = "Number | Symbol | Condition | Text | Function | Reference | Struct | None"
-
-
 @dataclass(frozen=True)
 class Origin:
     """Where an object stands that the caller hands over: a parameter, and the way from it."""
@@ -79,7 +76,7 @@ class Cell:
     """An object that holds one value."""
 
     type: Type
-    value: Value = None
+    value: "Value" = None
     origin: Origin | None = None  # the caller's, until it is set
     fixed: str = ""  # why it must not be set
 
@@ -111,6 +108,7 @@ class Struct:
 
 
 Object: TypeAlias = Cell | Array | Struct
+Value: TypeAlias = Number | Symbol | Condition | Text | Function | Reference | Struct | None
 
 
 def made(type_: Type, origin: Origin | None = None, fixed: str = "") -> Object:
