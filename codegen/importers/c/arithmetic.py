@@ -10,14 +10,14 @@ refused.
 
 import math
 import operator
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
 from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
 from codegen.errors import InputError
+from codegen.importers.c.contraction import NEGATE, Rounding, joined
 from codegen.importers.c.kinds import BOOL, DOUBLE, ENUM, FLOAT, INT, LONG, UINT, ULONG, UNSIGNED, Kind, rounded
 from codegen.importers.c.values import Condition, Number, Symbol, Value
 from codegen.importers.symbolic.feature import FALLING, FOLDING, RISING, TURNED, Feature, Step, Test, turns_of
@@ -32,20 +32,13 @@ COMPARE = {
     "!=": operator.ne,
 }
 COMPUTE = {"+": operator.add, "-": operator.sub, "*": operator.mul}
-BITS = {"&": operator.and_, "|": operator.or_, "^": operator.xor}
+BITS: Mapping[str, Callable[[int, int], int]] = {
+    "&": lambda a, b: a & b, "|": lambda a, b: a | b, "^": lambda a, b: a ^ b,
+}  # fmt: skip
 TEST_ADVICE = "compare one feature with a number; give a sum or a difference as a feature of its own"
 RANGE_ADVICE = "give the parameter a type that it fits, such as int16_t, or test its range first"
+MAX_VALUES = 256  # of a whole number that is asked for its value
 CONTRACTED = "compare the feature itself with a number, or say #pragma STDC FP_CONTRACT OFF"
-NEGATE = Step("negated", operator.neg, FALLING)
-
-
-@dataclass(frozen=True)
-class Rounding(Step):
-    """A step that rounds an exact result, so that a compiler may join it with another one."""
-
-    exact: Callable[[Fraction], Fraction] = field(default=lambda exact: exact, compare=False)
-    kind: Kind = DOUBLE
-    sums: bool = False  # whether it adds; else it multiplies
 
 
 class Arithmetic:
@@ -77,12 +70,12 @@ class Arithmetic:
         if self.paths is None:
             raise self.refused("a feature is read outside a function", TEST_ADVICE)
         self.used.add(feature.place)
-        if isinstance(number, float | np.floating) and math.isnan(number):
+        if number != number:
             return sign == "!="
         # a double, since NumPy would make a float of Python's number
         test = Test(feature, sign, number if isinstance(number, int) else np.float64(number))
-        joined = self.contracts and _joined(feature)
-        if joined and turns_of(test, self.numbers) != turns_of(Test(joined, sign, test.number), self.numbers):
+        once = joined(feature) if self.contracts else None
+        if once and turns_of(test, self.numbers) != turns_of(Test(once, sign, test.number), self.numbers):
             what = (
                 "a product and a sum may be rounded once or twice, as the compiler likes, and a decision depends on it"
             )
@@ -98,6 +91,17 @@ class Arithmetic:
         if value is None:
             raise self.refused("a value is used that nothing has set", "set it on every path")
         raise self.refused("a pointer or a text is used as a number", TEST_ADVICE)
+
+    def settled(self, value: Value) -> Number | Symbol:
+        """A value as a number, also a feature that is one of few whole numbers: it is asked which."""
+        given = self.plain(value)
+        if isinstance(given, Number) or given.kind.floating:
+            return given
+        least, most = self.ends(given.feature)
+        if most - least >= MAX_VALUES:
+            return given
+        found = next((each for each in range(least, most) if self._holds(given.feature, "<=", each)), most)
+        return Number(found, given.kind)
 
     # --- conversions
 
@@ -367,36 +371,3 @@ def _quotient(a: Any, b: int) -> Any:
     if not isinstance(a, int):
         return a if b > 0 else -a
     return abs(a) // abs(b) * (1 if (a < 0) == (b < 0) else -1)
-
-
-def _joined(feature: Feature) -> Feature | None:
-    """The feature with each product kept exact until the sum that follows it; None: there is no such pair."""
-    found, product = list[Step](feature.steps), -1
-    joined = False
-    for at, step in enumerate(feature.steps):
-        if isinstance(step, Rounding) and step.sums and product >= 0 and feature.steps[product].kind == step.kind:  # type: ignore[attr-defined]
-            found[product] = _exact(feature.steps[product])  # type: ignore[arg-type]
-            found[at], joined = _once(step), True
-        if not isinstance(step, Rounding) and step is not NEGATE:
-            product = -1
-        elif isinstance(step, Rounding):
-            product = -1 if step.sums else at
-    return Feature(feature.place, tuple(found)) if joined else None
-
-
-def _exact(product: Rounding) -> Step:
-    """A product without its rounding."""
-
-    def apply(v: Any) -> Any:
-        return product.exact(Fraction(float(v))) if np.isfinite(v) else product.apply(v)
-
-    return Step(f"exactly {product.key}", apply, product.sense)
-
-
-def _once(total: Rounding) -> Step:
-    """A sum of an exact number."""
-
-    def apply(v: Any) -> Any:
-        return rounded(total.exact(v), total.kind) if isinstance(v, Fraction) else total.apply(v)
-
-    return Step(f"once {total.key}", apply, total.sense)

@@ -110,7 +110,7 @@ class Declarations:
                 bits = self.constant(each.bitsize)
                 low, high = (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1) if type_.signed else (0, 2**bits - 1)
                 type_ = Kind(f"{type_} of {bits} bits", 8, 1, max(low, type_.low), min(high, type_.high))
-            record.members[each.name] = type_
+            record.members[each.name or ""] = type_
         return record
 
     def _enum(self, node: Any) -> Kind:
@@ -150,7 +150,7 @@ def assigned(node: Any, found: set[str] | None = None) -> set[str]:
 
 def is_const(node: Any) -> bool:
     """Whether a declaration of an object says that it is constant."""
-    while isinstance(node, c_ast.Decl | c_ast.ArrayDecl):
+    while isinstance(node, c_ast.Decl | c_ast.ArrayDecl | c_ast.Typename):
         node = node.type
     return "const" in getattr(node, "quals", ())
 

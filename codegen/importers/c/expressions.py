@@ -1,53 +1,45 @@
 """Expressions of C, whose values may be features.
 
-Does: reads objects and sets them; operators, casts, calls; what a type of an expression is without computing it.
-Assumes: nodes of pycparser; statements.py follows what a call runs.
+Does: constants, operators, casts, assignments, calls; the type of an expression without computing it.
+Assumes: nodes of pycparser; objects.py finds what names stand for, statements.py follows what a call runs.
 Does not: compute (arithmetic.py), or call anything that the file does not hold, but library.py.
 """
 
 # pyright: basic
 # pycparser's nodes have no declared attributes
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from pycparser import c_ast
 
 from codegen.errors import InputError, shown
-from codegen.importers.c.arithmetic import COMPARE, TEST_ADVICE, Arithmetic
-from codegen.importers.c.declarations import Declarations, text_of
-from codegen.importers.c.inputs import STATE_ADVICE, Inputs
+from codegen.importers.c.arithmetic import COMPARE, TEST_ADVICE
+from codegen.importers.c.declarations import text_of
 from codegen.importers.c.kinds import CHAR, ENUM, INT, ULONG, Callable_, Kind, Many, Pointer, Type, literal, size_of
 from codegen.importers.c.library import CONSTANTS, FUNCTIONS, RESULTS
+from codegen.importers.c.objects import Objects
 from codegen.importers.c.values import (
     Array,
     Cell,
     Condition,
     Function,
     Number,
-    Object,
     Reference,
     Struct,
     Symbol,
     Text,
     Value,
-    made,
 )
-from codegen.importers.symbolic.paths import Paths
 
 CALL_ADVICE = "a decision may depend on the observation alone; give what the call answers as a feature"
 MAX_CALLS = 40
 
 
-class Expressions(Declarations):
+class Expressions(Objects):
     """Evaluates expressions on one path."""
 
-    paths: Paths | None = None
-    inputs: Inputs | None = None
-
-    def __init__(self, where: str, names: Mapping[str, int], numbers: str, *, contracts: bool) -> None:
-        super().__init__(where, names)
-        self.arithmetic = Arithmetic(self.refused, numbers, contracts=contracts)
-        self.changing: set[str] = set()  # variables of the file that some function sets
+    def __init__(self, *given: Any, **named: Any) -> None:
+        super().__init__(*given, **named)
         self.depth = 0
         self._handlers: dict[type, Callable[[Any], Value]] = {
             c_ast.Constant: self._constant,
@@ -94,93 +86,6 @@ class Expressions(Declarations):
             raise self.refused(f"not a whole number: {text_of(node)}", "write the number")
         return int(value.value)
 
-    # --- objects
-
-    def place(self, node: Any) -> Object | Number | Function | Value:
-        """The object that an expression names; for what is none, its value."""
-        if isinstance(node, c_ast.ID):
-            return self._named(node)
-        if isinstance(node, c_ast.StructRef):
-            holder = self.place(node.name) if node.type == "." else self._target(self.value(node.name), 0, node)
-            if not isinstance(holder, Struct) or node.field.name not in holder.members:
-                raise self.refused(f"there is no such member: {text_of(node)}")
-            return holder.members[node.field.name]
-        if isinstance(node, c_ast.ArrayRef):
-            base = self.value(node.name)
-            subscript = self.arithmetic.plain(self.value(node.subscript))
-            if not isinstance(subscript, Number) or subscript.kind.floating:
-                raise self.refused(f"an item is chosen by a feature: {text_of(node)}", "choose by if or switch")
-            return self._target(base, int(subscript.value), node)
-        if isinstance(node, c_ast.UnaryOp) and node.op == "*":
-            return self._target(self.value(node.expr), 0, node)
-        return self.value(node)
-
-    def _named(self, node: Any) -> Object | Number | Function:
-        found = self.found(node.name)
-        if found is None and node.name in self.functions:
-            return Function(self.functions[node.name])
-        if found is None and node.name in CONSTANTS:
-            return CONSTANTS[node.name]
-        if found is None:
-            raise self.refused(f"the name {shown(node.name)} is not known", "define it in the file")
-        if node.name in self.changing and self.scopes[0].get(node.name) is found:
-            self.at(node)
-            raise self.refused(f"the variable {shown(node.name)} keeps what earlier decisions set", STATE_ADVICE)
-        return found
-
-    def _target(self, base: Any, at: int, node: Any) -> Object:
-        """The item that a pointer and an index lead to."""
-        target = base.target if isinstance(base, Reference) else None
-        if isinstance(target, Array):
-            target = target.item(base.at + at)
-        elif target is not None and (base.at or at):
-            target = None
-        if target is None:
-            raise self.refused(f"there is no such item: {text_of(node)}", "stay within the declared length")
-        return target
-
-    def load(self, target: Any) -> Value:
-        """What an object holds."""
-        if isinstance(target, Array):
-            return Reference(target)
-        if isinstance(target, Cell):
-            if target.value is None and target.origin is not None and self.inputs is not None:
-                return self.inputs.value(target)
-            if target.value is None:
-                raise self.refused("a variable is read that holds nothing on some path", "set it where it is declared")
-            return target.value
-        return target
-
-    def store(self, target: Any, value: Value) -> None:
-        """Sets an object."""
-        if isinstance(target, Struct) and isinstance(value, Struct):
-            for name, member in target.members.items():
-                other = value.members[name]
-                if not isinstance(other, Cell) or other.value is not None or other.origin is not None:
-                    self.store(member, self.load(other) if isinstance(other, Cell) else other)
-            return
-        if isinstance(target, Array) and isinstance(value, Array):
-            for at in range(target.type.length):
-                self.store(target.item(at), self.load(value.item(at)))
-            return
-        if not isinstance(target, Cell):
-            raise self.refused("what is assigned to is not a variable")
-        if target.fixed:
-            raise self.refused(target.fixed, STATE_ADVICE)
-        if self.inputs is not None:
-            self.inputs.write(target)
-        target.value = self.cast(value, target.type)
-
-    def cast(self, value: Value, type_: Type) -> Value:
-        """A value as one of a type."""
-        if isinstance(type_, Kind) and not isinstance(value, Reference | Text | Function | Struct):
-            return self.arithmetic.converted(value, type_)
-        if isinstance(type_, Kind) and type_.name == "_Bool":
-            return Number(1, type_)
-        if isinstance(type_, Kind):
-            raise self.refused("a pointer or a text becomes a number", TEST_ADVICE)
-        return value
-
     # --- handlers
 
     def _constant(self, node: Any) -> Value:
@@ -198,8 +103,10 @@ class Expressions(Declarations):
     def _unary(self, node: Any) -> Value:
         if node.op == "sizeof":
             of = node.expr
-            size = size_of(self.type_of(of) if isinstance(of, c_ast.Typename) else self.static(of))[0]
-            return Number(size, ULONG)
+            type_ = self.type_of(of) if isinstance(of, c_ast.Typename) else self.static(of)
+            if type_ is None:
+                raise self.refused(f"a size is not read: {text_of(node)}", "write the number")
+            return Number(size_of(type_)[0], ULONG)
         if node.op == "&":
             if isinstance(node.expr, c_ast.ArrayRef):
                 base, at = self.value(node.expr.name), self.constant(node.expr.subscript)
@@ -295,69 +202,6 @@ class Expressions(Declarations):
     def called(self, node: Any, given: Sequence[Value]) -> Value:
         """What a function of the file returns."""
         raise NotImplementedError
-
-    # --- initializers
-
-    def initialized(self, type_: Type, node: Any, fixed: str = "") -> Object:
-        """A new object with an initializer."""
-        if isinstance(type_, Many) and not type_.length and isinstance(node, c_ast.InitList):
-            places = [at for at, _ in self._places(type_, node)]
-            type_ = Many(type_.of, max(places, default=-1) + 1)
-        target = made(type_)
-        self._fill(target, node)
-        self._fix(target, fixed)
-        return target
-
-    def _places(self, type_: Type, node: Any) -> list[tuple[Any, Any]]:
-        """The member or item of each part of a list."""
-        names = list(type_.members) if not isinstance(type_, Many) else []  # type: ignore[union-attr]
-        found, at = list[tuple[Any, Any]](), 0
-        for each in node.exprs or []:
-            if isinstance(each, c_ast.NamedInitializer):
-                if len(each.name) != 1:
-                    raise self.refused(f"an initializer is not read: {text_of(each)}")
-                at = self.constant(each.name[0]) if not names else names.index(each.name[0].name)
-                each = each.expr
-            if names and at >= len(names):
-                raise self.refused("an initializer has too many parts")
-            found.append((names[at] if names else at, each))
-            at += 1
-        return found
-
-    def _fill(self, target: Object, node: Any) -> None:
-        if isinstance(target, Cell):
-            only = node.exprs[0] if isinstance(node, c_ast.InitList) and len(node.exprs) == 1 else node
-            self.store(target, self.value(only))
-            return
-        if not isinstance(node, c_ast.InitList):
-            value = self.value(node)
-            self.store(target, value.target if isinstance(value, Reference) and isinstance(target, Array) else value)
-            return
-        for key, each in self._places(target.type, node):
-            part = target.members[key] if isinstance(target, Struct) else target.item(key)
-            if part is None:
-                raise self.refused("an initializer has too many parts")
-            self._fill(part, each)
-        self.zeroed(target)
-
-    def zeroed(self, target: Object) -> None:
-        """What nothing has set becomes 0."""
-        if isinstance(target, Cell) and target.value is None and isinstance(target.type, Kind):
-            target.value = self.arithmetic.converted(Number(0, INT), target.type)
-        elif isinstance(target, Struct):
-            for each in target.members.values():
-                self.zeroed(each)
-        elif isinstance(target, Array):
-            for at in range(target.type.length):
-                self.zeroed(target.item(at))  # type: ignore[arg-type]
-
-    def _fix(self, target: Object, fixed: str) -> None:
-        """Nothing may be set from here on."""
-        if isinstance(target, Cell | Array):
-            target.fixed = fixed
-        parts = target.members if isinstance(target, Struct) else target.items if isinstance(target, Array) else {}
-        for each in parts.values():
-            self._fix(each, fixed)
 
     # --- types of expressions
 

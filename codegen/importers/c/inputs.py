@@ -107,9 +107,9 @@ class Inputs:
         """
         numbers, self.read = self.read, {origin: at for origin, at in self.read.items() if at in used}
         whole = [name for name in self.parameters if self._is_whole(name)]
-        used = [origin.parameter for origin in self.read]
-        given = [name for name in self.parameters if name in whole or (not whole or name in used)]
-        given = [name for name in given if name not in self.written and name in used + whole + self._scalars()]
+        looked = [origin.parameter for origin in self.read]
+        given = [name for name in self.parameters if name in whole or (not whole or name in looked)]
+        given = [name for name in given if name not in self.written and name in looked + whole + self._scalars()]
         alone = self._numbers(given[0]) if len(given) == 1 else None
         if alone is not None:
             return [int(each.way[0]) if each in self.read else -1 for each in numbers], (), alone

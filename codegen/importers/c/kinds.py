@@ -154,6 +154,7 @@ WHOLE_NUMBER = re.compile(r"(0[xX][0-9a-fA-F]+|0[0-7]*|[1-9]\d*)([uU]?(?:l|L|ll|
 CHARACTER = re.compile(r"'([ -&(-\[\]-~]|\\[0abfnrtv\\'\"])'")  # of ASCII
 ESCAPES = {"0": 0, "a": 7, "b": 8, "t": 9, "n": 10, "v": 11, "f": 12, "r": 13, "\\": 92, "'": 39, '"': 34}
 MAX_DIGITS = 1_000
+LEAST_INFINITE = 2**128 - 2**103  # halfway between the largest float and 2**128
 
 
 def literal(text: str) -> Literal | None:
@@ -201,12 +202,11 @@ def rounded(exact: Fraction | int, kind: Kind) -> Any:
         try:
             return np.float64(exact.numerator / exact.denominator)
         except OverflowError:
-            return np.float64(math.copysign(math.inf, exact))
+            return np.float64(math.inf if exact > 0 else -math.inf)
+    if abs(exact) >= LEAST_INFINITE:
+        return np.float32(math.inf if exact > 0 else -math.inf)
     with np.errstate(over="ignore", under="ignore"):
         near = np.float32(rounded(exact, DOUBLE))
-        if not np.isfinite(near):  # halfway between the largest float and 2**128, or not
-            return near if abs(exact) >= 2**128 - 2**103 else np.float32(math.copysign(3.4028234663852886e38, exact))
         beside = [near, np.nextafter(near, np.float32(-np.inf)), np.nextafter(near, np.float32(np.inf))]
     finite = [each for each in beside if np.isfinite(each)]
-    best = min(finite, key=lambda each: (abs(Fraction(float(each)) - exact), int(each.view(np.uint32)) & 1))
-    return np.float32(math.copysign(math.inf, exact)) if abs(exact) >= 2**128 - 2**103 else best
+    return min(finite, key=lambda each: (abs(Fraction(float(each)) - exact), int(each.view(np.uint32)) & 1))

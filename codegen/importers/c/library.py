@@ -135,7 +135,7 @@ def _filled(machine: Any, given: list[Any]) -> Value:
 
 
 def _skipped(machine: Any, given: list[Any]) -> Value:
-    machine.note("what is printed")
+    machine.note("what is printed is skipped")
     return None
 
 

@@ -43,8 +43,9 @@ def from_c(content: bytes, where: str, said: Said = NOTHING) -> dict[str, Origin
     everything that is not read.
     """
     try:
-        text = expanded(content.decode(errors="replace").replace("\r\n", "\n"), where, said.beside)
+        text = expanded(content, where, said.beside)
         parsed = CParser().parse(TYPES + "\n" + text.text, where)
+        del parsed.ext[: len(STANDARD)]
         return {name: _origin(name, parsed, text, where, said) for name in _deciding(parsed, where, said.wanted)}
     except ParseError as error:
         at = re.match(r"(.*?):(\d+):\d+: (.*)", str(error), re.DOTALL)
@@ -76,6 +77,28 @@ def _names(node: Any) -> set[str]:
         if isinstance(each, c_ast.ID):
             found.add(each.name)
         open_ += [child for _, child in each.children()]
+    return found
+
+
+def _shared(parsed: Any) -> set[str]:
+    """Arrays and pointers of the file that some function may set through another name."""
+    declared = [each for each in parsed.ext if isinstance(each, c_ast.Decl)]
+    return {
+        each.name for each in declared if isinstance(each.type, c_ast.ArrayDecl | c_ast.PtrDecl) and not is_const(each)
+    }
+
+
+def _handed(node: Any) -> set[str]:
+    """The names of objects that stand below a node as they are, not as a part of an expression that reads them."""
+    found, open_ = set[str](), [node]
+    while open_:
+        each = open_.pop()
+        parts = [child for _, child in each.children()]
+        if not isinstance(each, c_ast.ArrayRef | c_ast.StructRef) and not (
+            isinstance(each, c_ast.UnaryOp) and each.op == "sizeof"
+        ):
+            found |= {part.name for part in parts if isinstance(part, c_ast.ID)}
+        open_ += parts
     return found
 
 
@@ -122,15 +145,17 @@ class _Machine(Statements):
         self.numbers = numbers
         for each in parsed.ext:
             if isinstance(each, c_ast.FuncDef):
+                if each.decl.name in self.functions:
+                    self.at(each.decl)
+                    raise self.refused(f"there are two functions {shown(each.decl.name)}", "keep one of them")
                 self.functions[each.decl.name] = each
-                self.changing |= assigned(each)
+                self.changing |= assigned(each) | (_shared(parsed) & _handed(each.body))
         for each in parsed.ext:
             self.at(each)
             if isinstance(each, c_ast.FuncDef):
                 self.declare(each.decl)
             elif isinstance(each, c_ast.Typedef):
-                if each.name not in STANDARD or each.coord.line > 1:
-                    self.typedef(each)
+                self.typedef(each)
             elif isinstance(each, c_ast.Decl):
                 self._declared(each)
             elif not isinstance(each, c_ast.Pragma | c_ast.StaticAssert):
@@ -194,7 +219,7 @@ def _followed(machine: _Machine, text: Expanded, said: Said) -> Origin:
             n_features=count,
             n_read=max(found, default=-1) + 1,
             called=machine.named,
-            notes=(*notes, *(f"{each} is skipped" for each in machine.notes)),
+            notes=(*notes, *machine.notes),
             scores=said.scores,
         )
 
@@ -205,7 +230,7 @@ def _followed(machine: _Machine, text: Expanded, said: Said) -> Origin:
         return found
 
     def takes(rows: Floats) -> Bool:
-        good = ~np.isnan(rows).any(axis=1)
+        good = np.asarray(~np.isnan(rows).any(axis=1), dtype=np.bool_)
         for feature, low, high in limits:
             column = rows[:, places[feature.place]].astype(np.float64).tolist()
             good &= np.array([low <= feature.value(each) <= high for each in column], dtype=np.bool_)

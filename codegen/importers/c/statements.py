@@ -124,6 +124,9 @@ class Statements(Expressions):
             raise self.refused(what, STATE_ADVICE)
         held = "static" in node.storage or len(self.scopes) == 1
         fixed = f"the variable {shown(node.name)} is kept or constant" if held or is_const(node) else ""
+        before = self.scopes[-1].get(node.name)
+        if before is not None and (len(self.scopes) > 1 or getattr(before, "value", None) is not None) and node.init:
+            raise self.refused(f"{shown(node.name)} is declared twice", "give each name once")
         if node.init is not None:
             self.scopes[-1][node.name] = self.initialized(type_, node.init, fixed)
             return
@@ -248,7 +251,7 @@ class Statements(Expressions):
     def _plain(self, value: Value) -> Any:
         if isinstance(value, Text):
             return value.text
-        number = self.arithmetic.plain(value)
+        number = self.arithmetic.settled(value)
         if not isinstance(number, Number):
             raise self.refused("a feature is returned, not an action", "return a number that stands for an action")
         plain = number.value if isinstance(number.value, int) else float(number.value)

@@ -7,6 +7,8 @@ Does not: touch files (`beside` does), or guess: what a missing header might dec
 A macro that is a plain whole number stays as a name, so that actions keep the names that the source gives them.
 """
 
+# pyright: basic
+# pcpp declares no types
 import io
 import re
 from collections.abc import Callable
@@ -23,10 +25,10 @@ STANDARD = frozenset(
 PREDEFINED = "__STDC__ 1", "__STDC_VERSION__ 201112L", "__attribute__(x)", "__inline inline", "__inline__ inline"
 MORE = "__restrict", "__restrict__", "__extension__", "__const const", "__volatile__ volatile"
 PLAIN = re.compile(r"\(?\s*(-?\s*(?:\d+|0[xX][0-9a-fA-F]+))\s*\)?")
-MAX_EXPANSIONS = 200_000
+TRIGRAPH = re.compile(r"\?\?[=(/)'<!>-]")
+MAX_EXPANSIONS = 20_000  # and as many more as the text has letters
 MAX_LETTERS = 1 << 24
 ADVICE = "give C that a compiler takes as it stands"
-Beside: Any = Callable[[str], "bytes | None"]
 
 
 class Expanded(NamedTuple):
@@ -42,7 +44,7 @@ class _Reader(Preprocessor):
     def __init__(self, where: str, beside: Callable[[str], bytes | None]) -> None:
         self.where, self.beside = where, beside
         self.missing, self.expansions, self.directive = list[str](), 0, 0
-        self.kept, self.contracts = dict[str, int](), True
+        self.kept, self.contracts, self.most = dict[str, int](), True, MAX_EXPANSIONS
         super().__init__()
         self.expand_filemacro = self.expand_linemacro = self.expand_countermacro = False
         for name in ("__DATE__", "__TIME__", "__PCPP__", "__FILE__"):
@@ -75,13 +77,13 @@ class _Reader(Preprocessor):
     def on_include_not_found(self, is_malformed: bool, is_system_include: bool, curdir: str, includepath: str) -> Any:
         raise self.refused(f"a header is not understood: {shown(includepath)}", self.directive)
 
-    def on_unknown_macro_in_defined_expr(self, tok: Any) -> bool:
+    def on_unknown_macro_in_defined_expr(self, tok: Any) -> Any:
         if self.missing and not tok.value.startswith("__") and not tok.value.endswith("_H"):
             what = f"whether {shown(tok.value)} is defined may depend on {self.missing[0]}, which is not there"
             raise self.refused(what, tok.lineno, "put the header beside the file, or take the test out")
         return False
 
-    def on_unknown_macro_in_expr(self, ident: str) -> int:
+    def on_unknown_macro_in_expr(self, ident: str) -> Any:
         if self.missing:
             what = f"the macro {shown(ident)} is not known, {self.missing[0]} is not there"
             raise self.refused(what, self.directive, "put the header beside the file")
@@ -106,7 +108,8 @@ class _Reader(Preprocessor):
                 self.include_once[name] = None
             if self.include_depth > 20:
                 raise self.refused(f"the header {shown(name)} includes itself", self.directive)
-            yield from self.parsegen(content.decode(errors="replace").replace("\r\n", "\n"), name, name)
+            self.most += len(content)
+            yield from self.parsegen(_spliced(_decoded(content), f"{self.where}, {name}"), name, name)
 
     def define(self, tokens: Any) -> Any:
         """Keeps a macro that is a whole number as a name."""
@@ -128,7 +131,7 @@ class _Reader(Preprocessor):
 
     def expand_macros(self, tokens: Any, expanding_from: Any = ()) -> Any:
         self.expansions += 1
-        if self.expansions > MAX_EXPANSIONS or len(tokens) > MAX_EXPANSIONS:
+        if max(self.expansions, len(tokens)) > self.most:
             raise self.refused("macros expand to too much text", self.directive)
         hidden = {name: self.macros.pop(name) for name in self.kept if name in self.macros}
         try:
@@ -144,12 +147,29 @@ def _value(text: str) -> int:
     return sign * int(digits, 8 if octal else 0) if not octal or not set(digits) & set("89") else 2**31
 
 
-def expanded(text: str, where: str, beside: Callable[[str], bytes | None]) -> Expanded:
-    """The text as a compiler's parser meets it. InputError with its line for what is not understood."""
+def _decoded(content: bytes) -> str:
+    return content.decode(errors="replace").replace("\r\n", "\n")
+
+
+def _spliced(text: str, where: str) -> str:
+    """The text without backslashes at the ends of lines; each line begins where it did."""
+    found, open_ = list[str](), 0
     for at, line in enumerate(text.split("\n")):
-        if "??" in line or not line.expandtabs().rstrip("\f\r").isprintable():
-            raise InputError("a line has trigraphs or unprintable letters", f"{where}, line {at + 1}", ADVICE)
+        if TRIGRAPH.search(line) or not line.expandtabs().isprintable() or re.search(r"\\\s+$", line):
+            what = "a line has a trigraph, a letter that is not printed, or blanks after its last backslash"
+            raise InputError(what, f"{where}, line {at + 1}", ADVICE)
+        if open_:
+            found[at - open_] += line.removesuffix("\\")
+        found.append("" if open_ else line.removesuffix("\\"))
+        open_ = open_ + 1 if line.endswith("\\") else 0
+    return "\n".join(found)
+
+
+def expanded(content: bytes, where: str, beside: Callable[[str], bytes | None]) -> Expanded:
+    """The text as a compiler's parser meets it. InputError with its line for what is not understood."""
+    text = _spliced(_decoded(content), where)
     reader = _Reader(where, beside)
+    reader.most += len(content)
     out = io.StringIO()
     try:
         reader.parse(text, where)

@@ -1,0 +1,61 @@
+"""Contraction: a compiler of C may round a product and the sum that follows it once instead of twice.
+
+Does: steps that know their exact result; the same feature as a compiler that joins such pairs computes it.
+Assumes: both steps are of one type, as C's rules for fused operations say.
+Does not: decide whether that matters (arithmetic.py).
+"""
+
+import operator
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from codegen.importers.c.kinds import DOUBLE, Kind, rounded
+from codegen.importers.symbolic.feature import FALLING, Feature, Step
+
+NEGATE = Step("negated", operator.neg, FALLING)
+
+
+@dataclass(frozen=True)
+class Rounding(Step):
+    """A step that rounds an exact result, so that a compiler may join it with another one."""
+
+    exact: Callable[[Fraction], Fraction] = field(default=lambda exact: exact, compare=False)
+    kind: Kind = DOUBLE
+    sums: bool = False  # whether it adds; else it multiplies
+
+
+def joined(feature: Feature) -> Feature | None:
+    """The feature with each product kept exact until the sum that follows it; None: there is no such pair."""
+    found, product, pairs = list[Step](feature.steps), -1, 0
+    for at, step in enumerate(feature.steps):
+        before = feature.steps[product] if product >= 0 else None
+        if isinstance(step, Rounding) and step.sums and isinstance(before, Rounding) and before.kind == step.kind:
+            found[product] = _exact(before)
+            found[at], pairs = _once(step), pairs + 1
+        if not isinstance(step, Rounding) and step is not NEGATE:
+            product = -1
+        elif isinstance(step, Rounding):
+            product = -1 if step.sums else at
+    return Feature(feature.place, tuple(found)) if pairs else None
+
+
+def _exact(product: Rounding) -> Step:
+    """A product without its rounding."""
+
+    def apply(v: Any) -> Any:
+        return product.exact(Fraction(float(v))) if np.isfinite(v) else product.apply(v)
+
+    return Step(f"exactly {product.key}", apply, product.sense)
+
+
+def _once(total: Rounding) -> Step:
+    """A sum of an exact number."""
+
+    def apply(v: Any) -> Any:
+        return rounded(total.exact(v), total.kind) if isinstance(v, Fraction) else total.apply(v)
+
+    return Step(f"once {total.key}", apply, total.sense)
