@@ -37,6 +37,7 @@ BITS: Mapping[str, Callable[[int, int], int]] = {
 }  # fmt: skip
 TEST_ADVICE = "compare one feature with a number; give a sum or a difference as a feature of its own"
 RANGE_ADVICE = "give the parameter a type that it fits, such as int16_t, or test its range first"
+FLOAT_ADVICE = "return where it is too large or too small: if (!(x > -1000 && x < 1000)) return 0;"
 MAX_VALUES = 256  # of a whole number that is asked for its value
 CONTRACTED = "compare the feature itself with a number, or say #pragma STDC FP_CONTRACT OFF"
 
@@ -155,7 +156,7 @@ class Arithmetic:
         if least < kind.low or most > kind.high:
             told = "converted to" if given.kind.floating else "made"
             what = f"a number from {least} to {most} is {told} {kind}, which holds {kind.low} to {kind.high}"
-            raise self.refused(what, RANGE_ADVICE)
+            raise self.refused(what, FLOAT_ADVICE if given.kind.floating else RANGE_ADVICE)
         return feature
 
     def ends(self, feature: Feature) -> tuple[Any, Any]:

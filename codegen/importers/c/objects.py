@@ -56,7 +56,8 @@ class Objects(Declarations):
             base = self.value(node.name)
             subscript = self.arithmetic.settled(self.value(node.subscript))
             if not isinstance(subscript, Number) or subscript.kind.floating:
-                raise self.refused(f"an item is chosen by a feature: {text_of(node)}", "test its range first, or choose by if or switch")
+                what = f"an item is chosen by a feature: {text_of(node)}"
+                raise self.refused(what, "test its range first, or choose by if or switch")
             return self._target(base, int(subscript.value), node)
         if isinstance(node, c_ast.UnaryOp) and node.op == "*":
             return self._target(self.value(node.expr), 0, node)

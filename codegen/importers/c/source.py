@@ -210,7 +210,7 @@ def _followed(machine: _Machine, text: Expanded, said: Said) -> Origin:
     def described() -> Described:
         found, features, count = machine.observed.features(machine.arithmetic.used)
         places.extend(found)
-        notes = [f"{each} is not there, and is read as if it said nothing" for each in text.missing]
+        notes = [f"read without {', '.join(text.missing)}"] if text.missing else []
         return Described(
             kind=KIND,
             given=f"{machine.numbers}, as it declares",

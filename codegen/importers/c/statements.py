@@ -34,6 +34,7 @@ class Statements(Expressions):
         super().__init__(*given, **named)
         self.notes = dict[str, None]()  # what was skipped
         self.named = dict[Any, str]()  # what the source calls some numbers that are returned
+        self._set = dict[str, frozenset[str]]()
         self.changing_here: frozenset[str] = frozenset()  # what the present function sets
         self._statements = {
             c_ast.Compound: lambda node: self.block(node.block_items or []),
@@ -206,7 +207,7 @@ class Statements(Expressions):
     def run(self, node: Any, frame: dict[str, Any]) -> Value:
         """What a function returns for these variables."""
         outer, self.scopes = self.scopes, [self.scopes[0], frame]
-        before, self.changing_here = self.changing_here, assigned_in(node)
+        before, self.changing_here = self.changing_here, self._set_in(node)
         self.depth += 1
         result = self.type_of(node.decl.type.type)
         try:
@@ -228,6 +229,13 @@ class Statements(Expressions):
             self.store(copy, value)
             return copy  # type: ignore[return-value]
         return self.cast(value, result)
+
+    def _set_in(self, node: Any) -> frozenset[str]:
+        """The names that a function sets."""
+        name = node.decl.name
+        if name not in self._set:
+            self._set[name] = frozenset(assigned(node.body))
+        return self._set[name]
 
     def parameter(self, node: Any) -> Type:
         """The type of a parameter; an array is handed over as a pointer."""
@@ -264,8 +272,3 @@ def parameters_of(node: Any) -> list[Any]:
     """The parameters of a function; `void` is none."""
     given = list(node.decl.type.args.params) if node.decl.type.args is not None else []
     return [each for each in given if isinstance(each, c_ast.Decl) and each.name]
-
-
-def assigned_in(node: Any) -> frozenset[str]:
-    """The names that a function sets."""
-    return frozenset(assigned(node.body))
