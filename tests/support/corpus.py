@@ -60,7 +60,7 @@ def observations(file: dict[str, Any], policy: ir.AgentPolicy | None, count: int
     written = np.array([0.0, *(sign * each * scale for each in source for scale in SCALES for sign in (1, -1))])
     kinds, low, high = file["kinds"], file["low"], file["high"]
     singles = policy is not None and policy.numbers == "float32"
-    drawn = [_column(kind, *ends, written, rng, count, singles) for kind, *ends in zip(kinds, low, high, strict=True)]
+    drawn = [_column(*each, written, rng, count, singles) for each in zip(kinds, low, high, strict=True)]
     rows = np.stack(drawn, axis=1)
     if policy is None:
         return rows

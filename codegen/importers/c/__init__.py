@@ -1,7 +1,7 @@
-"""Importing C: our own header, and if/else C of others.
+"""Importing C: our own header, and C of others.
 
-Does: header.py reads what `maviper compile` writes; source.py reads functions of ifs, from the text that text.py leaves
-  of a file, with the numbers of numbers.py; meaning.py follows the same syntax tree for the replay.
-Assumes: what pycparser reads is what a compiler reads.
-Does not: run a compiler or a preprocessor.
+Does: header.py reads what `maviper compile` writes. text.py expands macros; source.py chooses the functions that decide
+  and follows each: statements.py, expressions.py and objects.py interpret, arithmetic.py computes with features.
+Assumes: what pcpp and pycparser read is what a compiler reads.
+Does not: run a compiler, or anything of a file.
 """

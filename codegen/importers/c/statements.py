@@ -20,7 +20,7 @@ from codegen.importers.c.kinds import Callable_, Many, Pointer, Type, Void
 from codegen.importers.c.values import Array, Number, Reference, Struct, Text, Value, cells, made
 
 
-class Jump(Exception):
+class _Jump(Exception):
     """A `break`, `continue`, `goto` or `return`."""
 
     def __init__(self, kind: str, value: Any = None) -> None:
@@ -83,7 +83,7 @@ class Statements(Expressions):
                 for each in nodes[start:]:
                     self.follow(each)
                 break
-            except Jump as jump:
+            except _Jump as jump:
                 labels = {each.name: at for at, each in enumerate(nodes) if isinstance(each, c_ast.Label)}
                 del self.scopes[depth:]
                 if jump.kind != "goto" or jump.value not in labels:
@@ -93,7 +93,7 @@ class Statements(Expressions):
         self.scopes.pop()
 
     def _jump(self, kind: str, value: Any = None) -> None:
-        raise Jump(kind, value)
+        raise _Jump(kind, value)
 
     def _if(self, node: Any) -> None:
         chosen = node.iftrue if self.truth(node.cond) else node.iffalse
@@ -101,7 +101,7 @@ class Statements(Expressions):
             self.follow(chosen)
 
     def _return(self, node: Any) -> None:
-        raise Jump("return", None if node.expr is None else self.value(node.expr))
+        raise _Jump("return", None if node.expr is None else self.value(node.expr))
 
     # --- declarations
 
@@ -153,7 +153,7 @@ class Statements(Expressions):
             try:
                 if body is not None:
                     self.follow(body)
-            except Jump as jump:
+            except _Jump as jump:
                 del self.scopes[depth:]
                 if jump.kind == "break":
                     break
@@ -178,7 +178,7 @@ class Statements(Expressions):
         depth = len(self.scopes)
         try:
             self.block(flat)
-        except Jump as jump:
+        except _Jump as jump:
             if jump.kind != "break":
                 raise
             del self.scopes[depth:]
@@ -213,7 +213,7 @@ class Statements(Expressions):
         try:
             self.follow(node.body)
             value = None
-        except Jump as jump:
+        except _Jump as jump:
             if jump.kind != "return":
                 raise self.refused(f"a {jump.kind} leads nowhere") from None
             value = jump.value

@@ -49,7 +49,8 @@ def test_float32_can_be_asked_for():
         ("const double *x", "float64"),
         ("double *x", "float64"),
         ("double a, double b", "float64"),
-        ("float a, double b", "float32"),
+        ("float a, double b", "float64"),
+        ("float a, int b", "float32"),
     ],
 )
 def test_c_compares_what_its_parameters_are(given, numbers):
