@@ -95,11 +95,21 @@ CASES = [  # from, what, what happens, what it is: a file's name and content, or
      lambda: onnx(PCA(2), DecisionTreeClassifier(max_depth=3))),
     ("our own C header", "every style, with all agents", EXACT, lambda: ("team.h", HEADER.read_text())),
     ("our own C header", "one that was changed", REFUSED, lambda: ("team.h", HEADER.read_text().replace("<= ", "< "))),
-    ("if/else C", "one array or one parameter a feature, `float` or `double`", EXACT,
-     lambda: ("tree.c", "int act(const float *x) { if (x[0] <= 0.1f && !(x[1] > 2)) { return 1; } return 0; }")),
+    ("if/else C", "arrays, parameters, structs of numbers; `enum`, `#define`, headers", EXACT,
+     lambda: ("tree.c", "#include <stdbool.h>\n#define LOW 0.1f\nenum { GO, HALT };\n"
+              "struct seen { float v; bool on; };\n"
+              "int act(const struct seen *s, double y) { return s->v <= LOW && s->on ? HALT : y < 0.1; }\n")),
+    ("if/else C", "`switch`, loops that end, `static` helper functions, tables", EXACT,
+     lambda: ("tree.c", "static const float t[] = {1, 2}; static int level(float v) { int i; for (i = 0; i < 2; i++)\n"
+              "if (v < t[i]) break; return i; }\nint act(const float *x) { switch (level(x[0])) { case 1: return 5; }\n"
+              "return x[1] > 0; }")),
+    ("if/else C", "arithmetic on one feature, also in whole numbers; `fabs`, `fmin`", EXACT,
+     lambda: ("tree.c", "int act(float v, unsigned char adc) { return fabs(v * 3.6) > 1 ? adc * 5 / 255 : 9; }")),
     ("if/else C", "m2cgen's C, with `--scores`", EXACT, lambda: ("tree.c", m2cgen())),
-    ("if/else C", "macros, loops, calls, arithmetic, whole numbers as features", REFUSED,
-     lambda: ("tree.c", "int act(const float *x) { return x[0] > 1; }")),
+    ("if/else C", "a comparison, sum or product of two features", REFUSED,
+     lambda: ("tree.c", "int act(const float *x) { return x[0] > x[1]; }")),
+    ("if/else C", "state between calls, unknown functions, numbers that may not fit", REFUSED,
+     lambda: ("tree.c", "static int n; int act(const float *x) { return x[0] > n++; }")),
     ("XGBoost", "one tree, two classes or a number for each leaf, as saved JSON", EXACT, lambda: xgboost(1)),
     ("XGBoost", "several trees, categories, other objectives", REFUSED, lambda: xgboost(2)),
     ("LightGBM", "one tree, two classes or a number for each leaf, as saved text", EXACT, lambda: lightgbm()),

@@ -214,3 +214,70 @@ def test_a_guard_is_skipped_and_comments_take_no_time():
 def test_what_is_no_c_is_refused(text):
     with pytest.raises(InputError):
         from_c(text, "tree.c")
+
+
+INPUT = "typedef struct { float v; double y; unsigned char on; } obs_t;\n#define LOW 0.1f\nenum { GO, HALT = 3 };\n"
+
+
+def test_a_header_beside_the_file_is_read_and_names_stay():
+    headers = {"obs.h": b"#ifndef OBS_H\n#define OBS_H\n" + INPUT.encode() + b"#endif\n"}
+    text = '#include "obs.h"\n#include "obs.h"\nint f(const obs_t *o) { return o->v <= LOW && o->on ? HALT : GO; }'
+    (origin,) = from_c(text.encode(), "tree.c", Said(beside=headers.get)).values()
+    assert origin.features == ("v", "y", "on") and dict(origin.called) == {0: "GO", 3: "HALT"}
+    assert origin.numbers == "float64" and not origin.notes
+    with pytest.raises(InputError, match="not C that is understood"):
+        from_c(text.encode(), "tree.c")
+
+
+def test_a_macro_that_is_a_whole_number_names_an_action():
+    text = b"#define LEFT 0\n#define RIGHT (0x2)\n#define N 1\nint f(float x[N]) { return x[LEFT] > 1 ? RIGHT : LEFT; }"
+    (origin,) = from_c(text, "tree.c").values()
+    assert dict(origin.called) == {0: "LEFT", 2: "RIGHT"} and origin.n_features == 1
+
+
+def test_numbers_that_overflow_are_left_out_and_said():
+    (origin,) = from_c(b"int f(int x) { return x * 3 > 9; }", "tree.c").values()
+    rows = np.array([[0.0], [4.0], [1e9]], dtype=np.float32)
+    assert "overflow" in origin.given and origin.takes(rows).tolist() == [True, True, False]
+    (origin,) = from_c(b"int f(short x) { return x * 3 > 9; }", "tree.c").values()
+    assert origin.takes is None
+
+
+def test_whole_numbers_beyond_float32_are_compared_as_doubles():
+    (origin,) = from_c(b"int f(int x, float y) { return x > 20000001 || y > 0.1f; }", "tree.c").values()
+    assert origin.numbers == "float64"
+    rows = np.array(
+        [[20000001, 0], [20000002, 0], [0, np.float32(0.1)], [0, np.nextafter(np.float32(0.1), np.float32(1))]]
+    )
+    assert [origin.labels[each] for each in origin.act(rows.astype(np.float64))] == [0, 1, 0, 1]
+
+
+CONTRACTED = "int f(float x) {{ {} return x * 0.1f + 0.1f > 0.7f; }}"
+
+
+def test_contraction_matters_only_where_it_moves_a_threshold():
+    with pytest.raises(InputError, match="once or twice"):
+        from_c(CONTRACTED.format("").encode(), "tree.c")
+    assert from_c(("#pragma STDC FP_CONTRACT OFF\n" + CONTRACTED.format("")).encode(), "tree.c")
+    assert from_c(b"int f(float x) { return x * 0.0125f + 1.5f > 40.0f; }", "tree.c")
+    assert from_c(b"int f(float x) { return x * 0.5f + 0.1f > 0.7f; }", "tree.c")  # an exact product
+
+
+@needs_compiler
+@pytest.mark.compile
+def test_a_fused_sum_is_where_the_reading_says_it_is(tmp_path):
+    """The number at which `fmaf` and two roundings differ is the one for which the file is refused."""
+    text = "#include <math.h>\nint one(float x) { return fmaf(x, 0.1f, 0.1f) > 0.7f; }\n" + CONTRACTED.format("")
+    library = compiled(text, tmp_path)
+    library.one.argtypes = library.f.argtypes = [ctypes.c_float]
+    assert (library.one(6.0), library.f(6.0)) == (0, 1)
+
+
+def test_functions_that_only_print_or_name_are_skipped():
+    text = """enum a { GO, HALT };
+    const char *name(enum a x) { return x == GO ? "go" : "halt"; }
+    enum a act(const float *x) { return x[0] > 1 ? HALT : GO; }
+    static void show(const float *x) { printf("%s", name(act(x))); }
+    int main(void) { float x[1] = {0}; show(x); return 0; }"""
+    assert list(from_c(text.encode(), "tree.c")) == ["act"]
+    assert list(from_c(text.encode(), "tree.c", Said(wanted="name"))) == ["name"]
