@@ -31,6 +31,7 @@ from maviper.files.kinds import kind_of
 from maviper.reproduction.cells import responding
 from maviper.reproduction.cells.cell import BLOCKS, CROSSPLAY, EXPERT, EXPLOITABILITY, EXTRACTION, Cell, Source, Task
 from maviper.reproduction.cells.costs import estimate
+from maviper.worlds import WORLDS, options_of
 
 DECEPTION, NAVIGATION, PREY = "physical-deception", "cooperative-navigation", "predator-prey"
 GAMES = (DECEPTION, NAVIGATION, PREY)
@@ -100,12 +101,25 @@ class Plan:
 # --- experts
 
 
+def _rejoined(texts: Sequence[str]) -> list[str]:
+    """Names of experts; an option of the world before it belongs to that one, though a comma stands in between."""
+    found: list[str] = []
+    for text in texts:
+        game = found[-1].partition(",")[0].rpartition("=")[2] if found else ""
+        option, _, value = text.partition("=")
+        if value and game in WORLDS and option in options_of(game) and not Path(value).exists():
+            found[-1] += f",{text}"
+        else:
+            found.append(text)
+    return found
+
+
 def experts_of(asked: Asked) -> tuple[list[Known], list[tuple[str, str]]]:
     """The experts that there are, and those that are missing, with what to do about it."""
     games = asked.games or (GAMES if asked.tier != QUICK else (DECEPTION,))
     found: list[Known] = []
     missing: list[tuple[str, str]] = []
-    for text in asked.experts:
+    for text in _rejoined(asked.experts):
         if text in (MAPPO, MADDPG):
             for game in games:
                 name = game if text == MAPPO else f"{game}@{MADDPG}"
@@ -115,7 +129,9 @@ def experts_of(asked: Asked) -> tuple[list[Known], list[tuple[str, str]]]:
                     train = f"maviper train {game} --algorithm {text} -o RUN"
                     missing.append((f"{text} for {game}", f"none is shipped; `{train}`, then --experts {text}=RUN"))
             continue
-        label, _, where = text.rpartition("=") if "=" in text and not Path(text).exists() else ("", "", text)
+        label, _, where = text.partition("=")
+        if not where or "," in label or Path(text).exists():  # no NAME=, but a world's option or a file's name
+            label, where = "", text
         one = _known(label or _family(where), where)
         if one.game.partition(",")[0] in games:
             found.append(one)

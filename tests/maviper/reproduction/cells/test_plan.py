@@ -11,7 +11,7 @@ from maviper.experts import store
 from maviper.reproduction.cells import costs
 from maviper.reproduction.cells import plan as plans
 from maviper.reproduction.cells.cell import CROSSPLAY, EXPERT, EXPLOITABILITY, EXTRACTION
-from maviper.reproduction.cells.plan import Asked, planned, shard
+from maviper.reproduction.cells.plan import Asked, experts_of, planned, shard
 from maviper.reproduction.cells.store import Store
 from maviper.reproduction.run import said
 from maviper.worlds import find
@@ -181,3 +181,14 @@ def test_cells_like_none_that_was_measured_are_counted_in_the_plan(tmp_path, mon
     like = "extraction physical-deception maviper-no-prediction paper histogram"
     monkeypatch.setattr(costs, "measured", lambda: {like: {"4": 1.0}})
     assert [task.cell.algorithm for task in plan.tasks if not costs.guessed(task.cell)] == ["maviper-no-prediction"]
+
+
+def test_an_expert_of_a_world_with_options_is_one_name():
+    """On the command line its comma has taken it apart; a label before it, or an expert after it, stays its own."""
+    name = "predator-prey,physics=released@maddpg"
+    for texts in ((f"fork={name}",), (*f"fork={name}".split(","), "maddpg")):
+        found, _ = experts_of(Asked(experts=texts, games=("predator-prey",)))
+        assert (found[0].label, found[0].game) == ("fork", "predator-prey,physics=released")
+        assert [one.label for one in found[1:]] == ["maddpg"] * (len(texts) > 1)
+    plain, _ = experts_of(Asked(experts=(name,), games=("predator-prey",)))
+    assert plain[0].label == "maddpg" and plain[0].game == "predator-prey,physics=released"
