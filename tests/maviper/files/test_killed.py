@@ -11,55 +11,19 @@ import signal
 import subprocess
 import sys
 import time
+from functools import partial
 from pathlib import Path
 
 import pytest
 
 from codegen.errors import ExitCode
+from maviper.files import runs
+from tests.support.killing import killed_at, needs_fork
 
 ROOT = Path(__file__).parents[3]
 PROFILE = ROOT / "generated" / "proved_defenders" / "profile.json"
 OLD = {"a": "old a", "b": "old b", "mine": "untouched", "stale": "of before"}
 NEW = {"a": "new a" * 100, "b": "new b", "deeper/c": "new c"}
-WRITERS = """
-import json, os, signal, sys
-from pathlib import Path
-from maviper.files import runs
-def write(folder, new, gone, last):
-    calls = 0
-    def count(event, _):
-        nonlocal calls
-        if event in ("open", "os.rename", "os.link", "os.remove", "os.mkdir", "os.rmdir", "os.scandir", "os.listdir"):
-            calls += 1
-            if calls == last:
-                os.kill(os.getpid(), signal.SIGKILL)
-    sys.addaudithook(count)
-    runs.write_all(Path(folder), new, gone)
-for line in sys.stdin:  # a process for each, without the start of one
-    process = os.fork()
-    if not process:
-        code = 1
-        try:
-            write(*json.loads(line))
-            code = 0
-        finally:
-            os._exit(code)
-    print(os.waitstatus_to_exitcode(os.waitpid(process, 0)[1]), flush=True)
-"""
-
-
-@pytest.fixture
-def write():
-    """Writes the files of NEW into a folder, in a process that is killed at its call of this number; its exit code."""
-    command, pipe = [sys.executable, "-c", WRITERS], subprocess.PIPE
-    with subprocess.Popen(command, cwd=ROOT, stdin=pipe, stdout=pipe, text=True) as process:
-
-        def ask(folder, gone, last):
-            process.stdin.write(json.dumps([str(folder), NEW, gone, last]) + "\n")
-            process.stdin.flush()
-            return int(process.stdout.readline())
-
-        yield ask
 
 
 def contents(folder):
@@ -76,9 +40,9 @@ def encoded(files):
     return {name: text.encode() for name, text in files.items()}
 
 
-@pytest.mark.skipif(os.name != "posix", reason="processes are killed by signals")
+@needs_fork
 @pytest.mark.parametrize("old", [{}, OLD], ids=["no folder", "old files"])
-def test_a_writer_killed_at_each_of_its_calls(tmp_path, old, write):
+def test_a_writer_killed_at_each_of_its_calls(tmp_path, old):
     new, gone = encoded(NEW), ["stale"] if old else []
     done = {**encoded(old), **new}
     done.pop("stale", None)
@@ -91,8 +55,9 @@ def test_a_writer_killed_at_each_of_its_calls(tmp_path, old, write):
             folder.mkdir(exist_ok=True)
             (folder / name).write_text(text)
 
-        ended = write(folder, gone, last)
-        assert ended in (0, -signal.SIGKILL)
+        write = partial(runs.write_all, folder, NEW, gone)
+        cut, calls = killed_at(last, write)
+        assert cut or calls
         left = whole_files(folder)
         seen.add(tuple(sorted(left.items())))
         if not old:  # all or nothing
@@ -100,8 +65,8 @@ def test_a_writer_killed_at_each_of_its_calls(tmp_path, old, write):
         for name, data in left.items():
             assert data in (encoded(old).get(name), new.get(name)), name
         assert left.keys() >= OLD.keys() - {"stale"} or not old
-        assert write(folder, gone, 0) == 0 and contents(folder) == done and not list(place.rglob("*.part"))
-        if ended == 0:
+        assert killed_at(0, write)[1] and contents(folder) == done and not list(place.rglob("*.part"))
+        if not cut:
             break
     else:
         raise AssertionError("it never came to its end")
