@@ -6,6 +6,7 @@ Does not: cover our own bugs (those stay ordinary exceptions and end in exit cod
 
     MaviperError
     |-- InputError            2  a file, option or configuration is wrong
+    |   |-- PartlyReadError      some of a file's entries cannot be used; the others were read
     |   |-- ProfileError         a policy profile breaks its schema or an invariant
     |   `-- UnknownNameError     a name that does not exist, with the closest match
     |-- RefusedError          1  a certificate does not show what it claims
@@ -50,6 +51,14 @@ class MaviperError(Exception):
 
 class InputError(MaviperError):
     """A file, an option or a configuration cannot be used as it is."""
+
+
+class PartlyReadError(InputError):
+    """Some entries of a file cannot be used; `read` are the others."""
+
+    def __init__(self, what: str, where: object, next_step: str, read: Iterable[object]) -> None:
+        super().__init__(what, where, next_step)
+        self.read = tuple(read)
 
 
 class ProfileError(InputError):

@@ -1,7 +1,7 @@
 """The commands properties list and properties new.
 
 Does: prints the built-in properties; writes a property file to start from.
-Assumes: `maviper.verification.ask` knows both.
+Assumes: `maviper.verification` knows both.
 Does not: verify.
 """
 
@@ -32,17 +32,17 @@ def properties_list(as_json: bool) -> int:
 
 
 @properties.command("new", cls=Verb, example="maviper properties new physical-deception -o claims.toml")
-@click.argument("world")
+@click.argument("subject", metavar="WORLD|PROFILE")
 @option("-o", "--output", type=PATH, default=None, help="The file (default: print it).")
-def properties_new(world: str, output: Path | None) -> int:
-    """Write a starter property file for WORLD, for you to edit.
+def properties_new(subject: str, output: Path | None) -> int:
+    """Write a starter property file for WORLD or the profile's .json file, for you to edit.
 
-    The file names the world's agents, landmarks and actions, and explains itself in comments.
+    The file names agents, actions, and landmarks or features, and explains itself in comments.
     """
     from maviper.files import runs
-    from maviper.verification.ask import starter
+    from maviper.verification.starters import starter
 
-    text = starter(world)
+    text = starter(subject)
     if output is None:
         click.echo(text, nl=False)
     elif not runs.create(output, text) and runs.read(output, MAX_STARTER_BYTES) != text.encode():

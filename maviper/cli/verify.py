@@ -102,9 +102,9 @@ def _decided(
     asking = VerifyOptions.of(options).checked()
     if output is not None and asking.verdict_only:
         raise InputError("--verdict-only writes no report", "-o", "leave one of them out")
-    loaded = load(profile)
+    loaded, unread = load(profile), list[InputError]()
     with console.following("reading") as listener, listening(listener):
-        found, stated = posed(loaded, profile.name, asking)
+        found, stated = posed(loaded, profile.name, asking, unread.append)
     if any(one.question.viewed is not None for one in found) and not asking.observations:
         console.line("observed", "no feature has a meaning, so claims are about what agents observe")
     given = {runs.PROFILE_FILE: profile, **(stated.given if stated else {})}
@@ -112,7 +112,7 @@ def _decided(
     if output is not None:
         _ensure_own(output, loaded, stated, given)
     if asking.verdict_only:
-        return _verdicts(found, stated, as_json)
+        return _ended(_verdicts(found, stated, as_json), unread)
     with console.following("deciding") as listener, listening(listener):
         said = stated.said if stated else []
     for about, words in said:
@@ -126,7 +126,14 @@ def _decided(
     if len(done.results) < len(found):
         console.line("interrupted", f"{len(done.results)} of {counted(len(found), 'claim')} decided")
         raise KeyboardInterrupt
-    return exit_code([result.verdict for result in done.results])
+    return _ended(exit_code([result.verdict for result in done.results]), unread)
+
+
+def _ended(code: int, unread: "Sequence[InputError]") -> int:
+    """The exit code. The fault of properties that cannot be read is told after the verdicts on the others."""
+    for fault in unread:
+        raise fault
+    return code
 
 
 def _ensure_own(

@@ -22,6 +22,7 @@ from maviper.files import kinds, runs
 from maviper.worlds import World, built_in
 from maviper.worlds.outside.sources import named_by_user
 
+ZIP = b"PK\x03\x04"  # how such an archive begins
 FORMAT = "maviper-expert-1"
 MAX_HIDDEN = 4096
 MAX_BYTES = 64 * 2**20
@@ -93,6 +94,8 @@ def decode(data: bytes, where: str, world: World | None = None) -> NetworkExpert
         networks = card.get("networks", ACTOR_CRITIC)
         NETS[networks]
     except (SafetensorError, ValueError, LookupError, TypeError, AttributeError, RecursionError):
+        if data.startswith(ZIP):
+            advice = f"a file of Stable-Baselines3 is named sb3:{where}"
         raise InputError("not an expert file", where, advice) from None
     if world is None and named_by_user(name):
         raise InputError("the expert plays your own environment", f"{where}: {name}", f"name it: --world {name}")

@@ -1,30 +1,26 @@
 """From options and property files to questions: what is claimed where, and the command that asks it again.
 
-Does: built-in properties by name, property files, the list of properties, the starter file of a world.
+Does: built-in properties by name, property files, the list of properties.
 Assumes: options with None where a user said nothing.
 Does not: decide or print.
 """
 
 import shlex
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, fields
 from fractions import Fraction
-from itertools import chain
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from codegen import ir
-from codegen.errors import InputError, UnknownNameError
-from codegen.lowering.render import render
+from codegen.errors import InputError, PartlyReadError, UnknownNameError
 from maviper.claims import Claim as BuiltIn
 from maviper.files import kinds, runs
 from maviper.files.regions import find_region
 from maviper.options import SystemOptions, completed, table_of
 from maviper.options import VerifyOptions as Options
 from maviper.verification.observed_atoms import as_compared
-from maviper.worlds import find
-from maviper.worlds.matching import ensure_places
 from verify.claims.catalogue import (
     NAMES,
     ZONES,
@@ -196,8 +192,16 @@ class Asked:
         return f"{named}, {where}"
 
 
-def questions(profile: ir.PolicyProfile, profile_name: str, options: VerifyOptions) -> list[Asked]:
-    """The questions of the options of `maviper verify`: first those of the property file, then the named ones."""
+def questions(
+    profile: ir.PolicyProfile,
+    profile_name: str,
+    options: VerifyOptions,
+    aside: Callable[[InputError], None] | None = None,
+) -> list[Asked]:
+    """The questions of the options of `maviper verify`: first those of the property file, then the named ones.
+
+    `aside` gets what is wrong with some properties of a file, so that the others are answered; else it is raised.
+    """
     if options.semantics not in SEMANTICS:
         raise InputError("the semantics must be machine or real", "--semantics")
     viewed = _viewed(profile, options)
@@ -206,7 +210,13 @@ def questions(profile: ir.PolicyProfile, profile_name: str, options: VerifyOptio
     found: list[Asked] = []
     if options.file is not None:
         reading = None if viewed is None else as_compared(about, options.semantics)
-        asked = from_file(options.file, about, region, reading)
+        try:
+            asked = from_file(options.file, about, region, reading)
+        except PartlyReadError as error:
+            if aside is None:
+                raise
+            aside(error)
+            asked = cast("tuple[Stated, ...]", error.read)
         words = ["maviper", "verify", profile_name, "--properties", options.file.name]
         words += [] if region.name == "start" else ["--region", region.name]
         for claim, where, zones in asked:
@@ -368,32 +378,3 @@ def _written(value: Parameter) -> str:
     if isinstance(value, int):
         return str(value)
     return value if isinstance(value, str) else ",".join(value)
-
-
-def starter(world: str) -> str:
-    """A commented property file for a world, with its own agents, landmarks and actions."""
-    found = find(world)
-    ensure_places(found.spec, chain(*found.features))
-    teams = {team: list(members) for team, members in found.teams.items()}
-    marks = [mark.name for mark in found.spec.landmarks]
-    fitting = [team for team, members in teams.items() if len(members) == len(marks)]
-    team = fitting[0] if fitting else max(teams, key=lambda name: len(teams[name]))
-    actions = [action.name for action in found.actions[found.agents.index(teams[team][0])]]
-    meanings = [one.meaning for features in found.features for one in features]
-    seen = {name for meaning in meanings if meaning is not None for _, name in meaning.terms}
-    return render(
-        "properties/starter.toml.j2",
-        world=world,
-        teams=teams,
-        team=team,
-        fits=bool(fitting),
-        episodes=bool(fitting) and not any(entity.collides for entity in found.spec.landmarks),
-        colliding=[name for name, entity in zip(found.agents, found.spec.agents, strict=True) if entity.collides],
-        steps=found.spec.episode_steps,
-        agents=teams[team],
-        everybody=found.agents,
-        landmarks=marks,
-        goals=list(found.spec.goals),
-        actions=actions,
-        velocities=[name for name in found.spec.coordinates() if name in seen and name.endswith((".vx", ".vy"))],
-    )

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from codegen import ir
 from codegen.check import ensure
+from codegen.errors import InputError
 from codegen.policy_json import dumps
 from maviper.files import runs
 from maviper.verification.ask import Asked, VerifyOptions, questions
@@ -101,11 +102,16 @@ class Verified:
 
 
 def posed(
-    profile: ir.PolicyProfile, profile_name: str, options: VerifyOptions
+    profile: ir.PolicyProfile,
+    profile_name: str,
+    options: VerifyOptions,
+    aside: Callable[[InputError], None] | None = None,
 ) -> tuple[list[Asked], StatedWorld | None]:
-    """The questions of checked options, and the world file that they are about, where one is named."""
+    """The questions of checked options, and the world file that they are about, where one is named. `aside`: as for
+    `questions`.
+    """
     if options.world is None:
-        return questions(profile, profile_name, options), None
+        return questions(profile, profile_name, options, aside), None
     from maviper.verification.stated import StatedWorld
 
     stated = StatedWorld.of(profile, options)

@@ -9,6 +9,7 @@ Does not: know policies, experts or learning.
 from __future__ import annotations
 
 import inspect
+import re
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -32,6 +33,7 @@ WORLDS: Mapping[str, type[World]] = {
     "coordination": Coordination,
 }
 MAX_OF_A_KIND = 24  # agents, targets, obstacles
+OF_GYMNASIUM = re.compile(r"[A-Za-z0-9_/]+-v[0-9]+")
 SWITCHES = ("velocity", "shuffled")
 
 
@@ -51,6 +53,9 @@ def find(name: str) -> World:
     `module:function` imports and runs a user's code, so a name that a data file states goes to `built_in` instead.
     """
     if not named_by_user(name):
+        if OF_GYMNASIUM.fullmatch(name.partition(",")[0]):
+            what = f"unknown world '{name}'"
+            raise InputError(what, "", f"a game of Gymnasium is named by its module: gymnasium:{name}")
         return built_in(name)
     if parse_source(name).module == VMAS:
         from maviper.worlds.outside.vmas import VmasWorld

@@ -10,9 +10,9 @@ import pytest
 import maviper
 from codegen import policy_json
 from codegen.errors import ExitCode, ProfileError
-from maviper.verification.ask import starter
 from maviper.verification.files.places import FOUND
 from maviper.verification.join import report_files, verify_claims
+from maviper.verification.starters import starter
 from maviper.worlds import WORLDS, find
 from tests.support.teams import STAY, UP, team, towards, tree
 from tests.support.verifying import run

@@ -8,7 +8,7 @@ Does not: know claims.
 from collections.abc import Callable, Mapping
 from typing import TypeVar
 
-from codegen.errors import InputError
+from codegen.errors import InputError, PartlyReadError
 from verify.claims.region_files import is_list, is_table
 from verify.toml_places import Place
 
@@ -31,7 +31,9 @@ def properties(document: Table, file: Place) -> list[tuple[Table, Place]]:
 
 
 def read_each(tables: list[tuple[Table, Place]], read: Callable[[Table, Place], Read]) -> list[Read]:
-    """What each table is read as. InputError that tells every table that cannot be read."""
+    """What each table is read as. InputError that tells every table that cannot be read; PartlyReadError where others
+    can be.
+    """
     found: list[Read] = []
     faults: list[InputError] = []
     for table, place in tables:
@@ -39,9 +41,12 @@ def read_each(tables: list[tuple[Table, Place]], read: Callable[[Table, Place], 
             found.append(read(table, place))
         except InputError as error:
             faults.append(error)
-    if len(faults) > 1:
-        told = "\n".join(f"- {fault}".replace("\n", "\n  ") for fault in faults)
-        raise InputError(f"{len(faults)} of {len(tables)} properties cannot be read", told)
-    if faults:
-        raise faults[0]
-    return found
+    if not faults:
+        return found
+    first, several = faults[0], len(faults) > 1
+    told = "\n".join(f"- {fault}".replace("\n", "\n  ") for fault in faults)
+    what = f"{len(faults)} of {len(tables)} properties cannot be read" if several else first.what
+    where, advice = (told, "") if several else (first.where, first.next_step)
+    if found:
+        raise PartlyReadError(what, where, advice, found)
+    raise InputError(what, where, advice) if several else first

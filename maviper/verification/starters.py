@@ -1,0 +1,127 @@
+"""Property files to start from: claims of a game's agents, or of what a profile's agents do over observations.
+
+Does: writes commented claims with the names of a world or of a profile; each of them can be asked as it is.
+Assumes: the name of a world, or the path of a profile's .json file.
+Does not: decide, or say that a claim holds.
+"""
+
+import re
+from fractions import Fraction
+from itertools import chain
+from pathlib import Path
+from typing import NamedTuple
+
+from codegen.errors import InputError
+from codegen.ir import MAX_LENGTH, ROOT, FeatureSpec, PolicyProfile, Tree
+from codegen.lowering.render import render
+from maviper.files.profiles import load
+from maviper.worlds import WORLDS, World, find
+from maviper.worlds.matching import ensure_places, matching_world
+from verify.claims.uncertified.views import unread
+from verify.exact import exact, plain
+
+PLAIN = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")  # a name that formulas take without quotes
+DIGITS = 3
+
+
+def starter(subject: str) -> str:
+    """A commented property file for a world, or for the profile in a .json file."""
+    if not subject.endswith(".json"):
+        return _of_world(find(subject), subject)
+    profile = load(subject)
+    played = matching_world(profile)
+    if played is not None and not unread(profile):
+        return _of_world(played, played.name)
+    return _observed(profile, Path(subject).name)
+
+
+def _of_world(found: World, name: str) -> str:
+    """About world states, with the world's agents, landmarks and actions; else about observations."""
+    try:
+        ensure_places(found.spec, chain(*found.features))
+    except InputError:
+        if found.spec.name in WORLDS:
+            raise
+        return _observed(found, name)
+    teams = {team: list(members) for team, members in found.teams.items()}
+    marks = [mark.name for mark in found.spec.landmarks]
+    fitting = [team for team, members in teams.items() if len(members) == len(marks)]
+    team = fitting[0] if fitting else max(teams, key=lambda name: len(teams[name]))
+    actions = [action.name for action in found.actions[found.agents.index(teams[team][0])]]
+    meanings = [one.meaning for features in found.features for one in features]
+    seen = {name for meaning in meanings if meaning is not None for _, name in meaning.terms}
+    return render(
+        "properties/starter.toml.j2",
+        world=name,
+        teams=teams,
+        team=team,
+        fits=bool(fitting),
+        episodes=bool(fitting) and not any(entity.collides for entity in found.spec.landmarks),
+        colliding=[name for name, entity in zip(found.agents, found.spec.agents, strict=True) if entity.collides],
+        steps=found.spec.episode_steps,
+        agents=teams[team],
+        everybody=found.agents,
+        landmarks=marks,
+        goals=list(found.spec.goals),
+        actions=actions,
+        velocities=[name for name in found.spec.coordinates() if name in seen and name.endswith((".vx", ".vy"))],
+    )
+
+
+class _Actor(NamedTuple):
+    """An agent as a starter shows it."""
+
+    agent: str
+    team: str
+    features: tuple[FeatureSpec, ...]
+    variables: tuple[str, ...]  # what formulas call its features
+    actions: tuple[str, ...]  # as formulas write them
+
+
+def _observed(of: World | PolicyProfile, name: str) -> str:
+    """About observations: the agents of a world or of a profile, with a bound at which a tree tests."""
+    trees = {policy.agent: policy.tree for policy in of.agents} if isinstance(of, PolicyProfile) else {}
+    if isinstance(of, PolicyProfile):
+        listed = [(policy.agent, policy.team, policy.features, policy.actions) for policy in of.agents]
+    else:
+        teams = map(of.team_of, of.agents)
+        listed = list(zip(of.agents, teams, of.features, of.actions, strict=True))
+    alone = len(listed) == 1
+    actors = [
+        _Actor(
+            agent,
+            team,
+            features,
+            tuple(_written("" if alone else agent, feature.name) for feature in features),
+            tuple(_written("", action.name) for action in actions),
+        )
+        for agent, team, features, actions in listed
+    ]
+    actor = max(actors, key=lambda each: len(trees[each.agent].feature) if trees else 0)
+    place, bound = _tested(actor, trees.get(actor.agent))
+    return render(
+        "properties/observed.toml.j2",
+        about=name,
+        profile=name if trees else "PROFILE",
+        actors=actors,
+        actor=actor,
+        acting=_written("", actor.agent),
+        place=place,
+        bound=plain(bound),
+        beyond=plain(bound + 1),
+    )
+
+
+def _written(agent: str, name: str) -> str:
+    """A name as formulas write it."""
+    parts = [each if PLAIN.fullmatch(each) else f"'{each}'" for each in (agent, name) if each]
+    return ".".join(parts)
+
+
+def _tested(actor: _Actor, tree: Tree | None) -> tuple[int, Fraction]:
+    """A feature of an agent, and a number at which its tree, or else its range, is parted."""
+    if tree is not None and len(tree.feature) > 1:
+        return int(tree.feature[ROOT]), exact(f"{float(tree.threshold[ROOT]):.{DIGITS}f}", "")
+    low, high = actor.features[0].low, actor.features[0].high
+    middle = (low + high) / 2 if max(abs(low), abs(high)) < MAX_LENGTH else 0.0
+    return 0, exact(f"{middle:.{DIGITS}f}", "")
