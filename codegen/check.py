@@ -231,6 +231,11 @@ def _agent(path: str, policy: AgentPolicy, world: WorldSpec) -> Iterator[Violati
         yield Violation(f"{path}.features", "an agent must observe something")
     if not policy.actions:
         yield Violation(f"{path}.actions", "an agent needs at least one action")
+    if policy.seen and len(policy.seen) != len(policy.features):
+        yield Violation(f"{path}.features", "all of them have been seen, or none has")
+    for index, ends in enumerate(policy.seen):
+        if not all(abs(end) <= sys.float_info.max for end in ends) or list(ends) != sorted(ends):
+            yield Violation(f"{path}.features[{index}].seen", "are finite numbers in ascending order")
     yield from _labels(f"{path}.actions", [action.label for action in policy.actions])
     known = world.coordinates()
     for index, feature in enumerate(policy.features):

@@ -28,6 +28,7 @@ Float64 = npt.NDArray[np.float64]
 Floats = npt.NDArray[np.float32 | np.float64]  # of an agent's numbers
 Int64 = npt.NDArray[np.int64]
 Bool = npt.NDArray[np.bool_]
+Seen = tuple[float, float, float, float]  # least, 1st and 99th percentile, most, in the feature's unit
 
 ROOT: Final = 0
 NO_FEATURE: Final = -1
@@ -188,6 +189,7 @@ class AgentPolicy:
     actions: tuple[ActionSpec, ...]
     tree: Tree
     grown: GrownTree | None = None
+    seen: tuple[Seen, ...] = ()  # of each feature, in episodes; (): nobody looked
 
     @property
     def numbers(self) -> str:

@@ -198,8 +198,9 @@ def _agent(policy: AgentPolicy) -> dict[str, Any]:
             "unit": feature.unit,
             "range": [float(feature.low), float(feature.high)],
             "meaning": None if feature.meaning is None else str(feature.meaning),
+            **({"seen": list(policy.seen[place])} if policy.seen else {}),
         }
-        for feature in policy.features
+        for place, feature in enumerate(policy.features)
     ]
     actions = [
         {
@@ -295,7 +296,8 @@ def _policy(raw: AgentJson, path: str) -> AgentPolicy:
         if any(isinstance(number, int) and abs(number) >= 2**31 for column in columns for number in column):
             raise ProfileError("not a valid policy profile", f"{path}.grown: a number is out of range", _ADVICE)
         grown = GrownTree(*(np.array(column) for column in columns))
-    return AgentPolicy(raw.agent, raw.team, features, actions, tree, grown)
+    seen = tuple(item.seen for item in raw.features if item.seen is not None)
+    return AgentPolicy(raw.agent, raw.team, features, actions, tree, grown, seen)
 
 
 def _row(

@@ -55,10 +55,13 @@ class GrownJson(_Strict):
 
 
 class FeatureJson(_Strict):
+    """`seen`: least, 1st and 99th percentile and most in episodes, of all features of an agent or of none."""
+
     name: str
     unit: str
     range: tuple[float, float]
     meaning: str | None
+    seen: tuple[float, float, float, float] | None = None
 
 
 class ActionJson(_Strict):

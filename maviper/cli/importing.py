@@ -95,5 +95,8 @@ def _say(policy: Any, facts: Mapping[str, Any], console: Any) -> None:
         console.line(kind, str(facts[f"{policy.agent} {kind}"]))
     if f"{policy.agent} notes" in facts:
         console.line("notes", str(facts[f"{policy.agent} notes"]))
+    if policy.seen:
+        ends = zip(policy.features, policy.seen, strict=True)
+        console.line("seen", ", ".join(f"{one.name} {low:.3g} to {high:.3g}" for one, (low, *_, high) in ends))
     console.line("given", str(facts[f"{policy.agent} given"]))
     console.line("NaN", str(facts[f"{policy.agent} NaN"]))

@@ -1,9 +1,9 @@
 """Trees of others as agents of a game: a profile that is played, verified and compared like an extracted one.
 
 Does: gives each agent of a world its tree; ties features by name or place and actions by number or name; refuses what
-  does not fit.
+  does not fit; plays a few episodes, in which ranges of features and visits of leaves are seen.
 Assumes: trees that were read in full; a world that a user named.
-Does not: play, or guess: a name that the world does not know is an error.
+Does not: guess: a name that the world does not know is an error.
 
 Features are tied by name where the source knows some by the world's names, else by place. A whole number that a source
 returns is the action of that number. Where the world calls its features feature_0, feature_1, ... or its actions
@@ -20,9 +20,12 @@ from codegen.errors import InputError, UnknownNameError, shown
 from codegen.floats import FLOAT32
 from codegen.importers.names import NUMBERED, Renaming, legal, renaming
 from codegen.importers.origin import Names, Origin, profile_of
+from maviper.episodes import measures
+from maviper.episodes.counting import Counting
 from maviper.worlds import World
 from maviper.worlds.matching import OWN_NAMES
 
+EPISODES = 100  # that the trees play, so that the ranges of what they observe are known
 MAP = "write --{kind}s NEW=OLD for each that the world calls otherwise"
 
 
@@ -48,7 +51,16 @@ def tied(origins: Mapping[str, Origin], world: World, said: Spoken) -> ir.Policy
         facts |= told
         kinds.append(origin.kind)
     provenance = ir.Provenance("imported", "none", 0, "", ", ".join(dict.fromkeys(kinds)), facts)
-    return ensure(ir.PolicyProfile(world.spec, tuple(found), provenance))
+    profile = ensure(ir.PolicyProfile(world.spec, tuple(found), provenance))
+    return replace(profile, agents=_played(world, profile.agents))
+
+
+def _played(world: World, policies: Sequence[ir.AgentPolicy]) -> tuple[ir.AgentPolicy, ...]:
+    """The policies with what they meet in EPISODES episodes of the world."""
+    counting = Counting(world, policies)
+    seeds = range(measures.MEASUREMENT_SEEDS, measures.MEASUREMENT_SEEDS + EPISODES)
+    measures.evaluate(world, [counting] * len(policies), seeds)
+    return counting.counted()
 
 
 def _by_agent(origins: Mapping[str, Origin], world: World) -> list[Origin]:

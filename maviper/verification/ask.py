@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, fields
 from fractions import Fraction
+from functools import partial
 from pathlib import Path
 from typing import Any, cast
 
@@ -20,7 +21,7 @@ from maviper.files import kinds, runs
 from maviper.files.regions import find_region
 from maviper.options import SystemOptions, completed, table_of
 from maviper.options import VerifyOptions as Options
-from maviper.verification.observed_atoms import as_compared
+from maviper.verification.observing import as_compared, named_region
 from verify.claims.catalogue import (
     NAMES,
     ZONES,
@@ -38,7 +39,8 @@ from verify.claims.language import parameters
 from verify.claims.language.parameters import Form
 from verify.claims.observed import View
 from verify.claims.region import Region
-from verify.claims.uncertified.views import Viewed, carried, shared_features, unread
+from verify.claims.uncertified.starts import START
+from verify.claims.uncertified.views import RANGES, SEEN, Viewed, carried, shared_features, unread
 from verify.exact import exact, plain
 from verify.kinds import AnyClaim
 from verify.question import UNITS_A_NODE, Budgets, Question
@@ -206,21 +208,22 @@ def questions(
         raise InputError("the semantics must be machine or real", "--semantics")
     viewed = _viewed(profile, options)
     about = profile if viewed is None else viewed.profile
-    region = find_region(options.region, about)
+    where = partial(named_region, about, viewed)
+    region = where(options.region)
     found: list[Asked] = []
     if options.file is not None:
         reading = None if viewed is None else as_compared(about, options.semantics)
         try:
-            asked = from_file(options.file, about, region, reading)
+            asked = from_file(options.file, about, region, reading, where)
         except PartlyReadError as error:
             if aside is None:
                 raise
             aside(error)
             asked = cast("tuple[Stated, ...]", error.read)
         words = ["maviper", "verify", profile_name, "--properties", options.file.name]
-        words += [] if region.name == "start" else ["--region", region.name]
-        for claim, where, zones in asked:
-            question = _question(about, viewed, claim, where, options, zones)
+        words += [] if region.name in (START, SEEN) else ["--region", region.name]
+        for claim, place, zones in asked:
+            question = _question(about, viewed, claim, place, options, zones)
             found.append(Asked(question, _line(words, question)))
     names = options.names or (() if found else (DEFAULT if viewed is None else DEFAULT_OBSERVED,))
     for name, given in zip(names, _given(names, options), strict=True):
@@ -318,9 +321,15 @@ def _given(names: Sequence[str], options: VerifyOptions) -> list[dict[str, Any]]
     return found
 
 
-def from_file(path: Path, profile: ir.PolicyProfile, default: Region, reading: Reading | None = None) -> list[Stated]:
+def from_file(
+    path: Path,
+    profile: ir.PolicyProfile,
+    default: Region,
+    reading: Reading | None = None,
+    named: Callable[[str], Region] | None = None,
+) -> list[Stated]:
     """The claims of a property file; it names region files as seen from its own folder. `reading`: what its formulas
-    mean.
+    mean; `named`: which region a name means, or the file of that path.
     """
     try:
         data = runs.read(path, MAX_FILE_BYTES)
@@ -330,7 +339,8 @@ def from_file(path: Path, profile: ir.PolicyProfile, default: Region, reading: R
         raise InputError("not a readable property file", f"{path}: not UTF-8 text", "is this the right file?") from None
 
     def region(name: str) -> Region:
-        return find_region(name if name == "start" else str(path.parent / name), profile)
+        inside = name if name in (START, SEEN, RANGES) else str(path.parent / name)
+        return named(inside) if named else find_region(inside, profile)
 
     return read_properties(source, profile, path.name, region, default, reading)
 

@@ -11,7 +11,7 @@ from codegen.policy_json import dumps
 from maviper.experts.store import decode
 from maviper.verification.starters import starter
 from maviper.worlds import find
-from tests.maviper.verification.test_observed_atoms import pole
+from tests.support.pole import pole
 from tests.support.teams import STAY, tree
 from tests.support.verifying import run
 

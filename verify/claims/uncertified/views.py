@@ -7,12 +7,15 @@ Does not: belong to what proofs rest on.
 
 from collections.abc import Sequence
 from dataclasses import replace
+from fractions import Fraction
 from typing import Final, NamedTuple
 
 from codegen.ir import PolicyProfile
 from verify.claims.observed import View, copy_of, ensure_several, of_several, over, variable
-from verify.claims.region import Region
+from verify.claims.region import Interval, Region
+from verify.claims.uncertified.starts import everywhere
 
+SEEN, RANGES = "seen", "ranges"  # regions of a view: what episodes showed, and what the features' ranges are
 ALL: Final = "all"  # in place of names of features: those that several agents have
 
 
@@ -41,6 +44,30 @@ def shared_features(profile: PolicyProfile, names: Sequence[str]) -> tuple[str, 
         return tuple(of_several(profile))
     ensure_several(profile, names)
     return tuple(dict.fromkeys(names))
+
+
+def seen_region(viewed: Viewed) -> Region | None:
+    """What episodes showed of each variable, within its range; of a shared one, what any agent was shown. None where
+    nobody looked.
+    """
+    seen: dict[str, tuple[Fraction, Fraction]] = {}
+    for policy in viewed.origin.agents:
+        for feature, ends in zip(policy.features, policy.seen, strict=False):
+            name = variable(viewed.origin, viewed.view, policy.agent, feature.name)
+            low, high = Fraction(ends[0]), Fraction(ends[-1])
+            before = seen.get(name, (low, high))
+            seen[name] = min(low, before[0]), max(high, before[1])
+    if not seen:
+        return None
+    whole = everywhere(viewed.profile).box
+    box = {name: _within(seen.get(name, ends), ends) for name, ends in whole.items()}
+    return Region(box, (), name=SEEN)
+
+
+def _within(seen: Interval, stated: Interval) -> Interval:
+    """What was seen of a range; all of it where nothing was."""
+    low, high = max(seen[0], stated[0]), min(seen[1], stated[1])
+    return (low, high) if low <= high else stated
 
 
 def carried(region: Region, viewed: Viewed) -> Region:

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from codegen import policy_json
 from codegen.floats import NUMBERS, below_zero
-from codegen.ir import ActionSpec, AgentPolicy, EntitySpec, FeatureSpec, PolicyProfile, Provenance, Tree, WorldSpec
-from maviper.verification.observed_atoms import as_compared, last_of
+from maviper.verification.observing import as_compared, last_of
+from tests.support.pole import pole
 from tests.support.verifying import run
 from verify.checker import thresholds
 from verify.claims.formula import Linear, holds
@@ -30,17 +30,6 @@ CLAIMS = {
     "angle >= {end} and speed < {end} implies acts(pole) == right": "VIOLATED",
 }
 ENDS = (0.0, 2.0**-126, -(2.0**-126), 0.1, float(np.float32(0.1)), 1e-300, -1e-60, 3.0)
-
-
-def pole(numbers, end=0.0):
-    """Left where the angle is below an end, else right where the speed is not below it, else none."""
-    below = last_of(Fraction(end), numbers, below=True)
-    nodes = [(0, below, 1, 2, -1), (-1, 0, -1, -1, 0), (1, below, 3, 4, -1), (-1, 0, -1, -1, 2), (-1, 0, -1, -1, 1)]
-    features = tuple(FeatureSpec(name, "none", -1e9, 1e9, None) for name in ("angle", "speed"))
-    actions = tuple(ActionSpec(name, None) for name in ("left", "right", "none"))
-    policy = AgentPolicy("pole", "team", features, actions, Tree(*np.array(nodes).T, numbers=numbers))
-    world = WorldSpec("cart", "somebody's", (EntitySpec("pole", 0.0, 0.0, None, False),), (), (), 0.0, 0.0, 0.0, 0.0, 1)
-    return PolicyProfile(world, (policy,), Provenance("imported", "", 0, "", "test"))
 
 
 def verdicts(capsys, folder, numbers, semantics="machine", end=0.0):

@@ -1,6 +1,6 @@
-"""Formulas over observations in which a number is what an agent compares, as in its own tests.
+"""Claims over observations: a number in a formula is what an agent compares, and a region what was seen of it.
 
-Does: reads an inequality over one observed number as a test of the agent that observes it.
+Does: reads an inequality over one observed number as a test of the agent that observes it; finds regions by name.
 Assumes: a view, whose variables are features.
 Does not: touch sums of several numbers, or variables that agents observe in unlike types.
 
@@ -9,13 +9,19 @@ would fail at -1e-46, which the agent sees as 0; read as a test, both mean the s
 """
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from fractions import Fraction
 from math import inf
 
+from codegen.errors import InputError
 from codegen.floats import nearest_double, neighbour
 from codegen.ir import FeatureSpec, PolicyProfile
+from maviper.files.regions import find_region
 from verify.checker.thresholds import sides
 from verify.claims.formula import And, Formula, Linear, Not, Or, conjunction, disjunction
+from verify.claims.region import Region
+from verify.claims.uncertified.starts import START
+from verify.claims.uncertified.views import RANGES, SEEN, Viewed, seen_region
 
 Observed = Mapping[str, tuple[FeatureSpec, str]]  # variable -> a feature that is it, and what its agents compare
 
@@ -57,3 +63,17 @@ def last_of(end: Fraction, numbers: str, below: bool) -> float:
     while Fraction(float(near)) > end or (below and Fraction(float(near)) == end):
         near = neighbour(near, -inf, numbers)
     return float(near)
+
+
+def named_region(about: PolicyProfile, viewed: Viewed | None, name: str) -> Region:
+    """The region of that name, or in that file. Over observations `start` is what was seen, where somebody looked, and
+    `ranges` what the features' ranges are.
+    """
+    if viewed is None or name not in (START, SEEN, RANGES):
+        return find_region(name, about)
+    known = seen_region(viewed)
+    if known is None and name == SEEN:
+        raise InputError("the profile does not say what was seen", "--region seen", "leave it out")
+    if known is None:
+        return find_region(START, about)
+    return known if name != RANGES else replace(find_region(START, about), name=RANGES)
