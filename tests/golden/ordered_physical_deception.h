@@ -144,7 +144,7 @@ static inline float physical_deception_single(double value)
     return nearest;
 }
 
-/* adversary_0, team adversaries: 1 leaf, at most 0 comparisons; tables of 1 bytes where they are used; 32 bytes of stack for ..._act_world */
+/* adversary_0, team adversaries: 1 leaf, at most 0 comparisons; tables of 1 byte where they are used; 32 bytes of stack for ..._act_world */
 
 enum {
     PHYSICAL_DECEPTION_ADVERSARY_0_X_LANDMARK_0_DX = 0, /* length, [-6.3, 6.3]: landmark_0.x - adversary_0.x */
