@@ -76,7 +76,7 @@ class Steady(Claim):
     """Another claim stays true where each feature is off by at most `eps`."""
 
     name = "steady"
-    of: DistinctTargets | OwnTarget | NoDouble | Aligned | Assignment = DistinctTargets()
+    of: Claim = DistinctTargets()  # about single decisions
     eps: Number | None = None  # in the features' units
 
     @property
@@ -117,6 +117,16 @@ class Monotone(Claim):
     agent: str | None = None
     direction: str | None = None
     order: Names | None = None  # all actions, lowest first
+
+
+@dataclass(frozen=True, kw_only=True)
+class Symmetric(Claim):
+    """Where features have the opposite sign, an agent takes the opposite action of the order."""
+
+    name = "symmetric"
+    agent: str | None = None
+    features: Names | None = None  # whose sign changes; None: all
+    order: Names | None = None  # all actions: the first is opposite to the last
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -68,7 +68,10 @@ def print_properties(as_json: bool) -> int:
 def _of_the_world(claim: str, parameter: str) -> str:
     """A default that depends on the world, in words."""
     usual = {"steps": "the world's episode", "radius": "the distance at which they touch", "others": "one another"}
-    usual |= dict.fromkeys(("agents", "agent", "feature"), "none, state it") | {"order": "the profile's order"}
+    usual |= dict.fromkeys(("agents", "agent", "feature"), "none, state it") | {
+        "order": "the profile's order",
+        "features": "all of them",
+    }
     if parameter in usual:
         return usual[parameter]
     return "any matching" if claim == "covers" else "the order of the world"

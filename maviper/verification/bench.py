@@ -24,7 +24,7 @@ from maviper.worlds import ParticleWorld, WorldState
 from maviper.worlds.games.particle import place_entities
 from maviper.worlds.matching import NO_WORLD, matching_places
 from verify.claims.formula import Formula
-from verify.claims.observed import RAISED, View, over
+from verify.claims.observed import MIRRORED, RAISED, View, over
 from verify.claims.region import Region
 from verify.states.acting import Acted, Replay, confirm_actions
 from verify.states.episodes import Episode, agree_on_course
@@ -88,7 +88,7 @@ def _in_compiled(made: Build, profile: ir.PolicyProfile, team: str, state: State
     known = [policy.agent for policy in made.profile.agents]
     found: list[int] = []
     for policy in profile.team(team):
-        agent = policy.agent if policy.agent in known else policy.agent.removesuffix(RAISED)
+        agent = policy.agent if policy.agent in known else policy.agent.removesuffix(RAISED).removesuffix(MIRRORED)
         found.append(int(made.library.act(agent, observed(profile, policy, state))[0]))
     return found
 

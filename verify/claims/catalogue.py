@@ -39,9 +39,10 @@ def kind_named(name: str, of: str = "") -> type[DecisionClaim]:
         return RELATIONS[name]
     if name not in PROPERTIES:
         raise UnknownNameError("property", name, PROPERTIES)
-    if of and of not in PLAIN:
-        raise UnknownNameError("property", of, PLAIN, "of")
-    return BUILT_IN[of or PLAIN[0]] if name == STEADY else BUILT_IN[name]
+    known = BUILT_IN | RELATIONS
+    if of and of not in (*PLAIN, *RELATIONS):
+        raise UnknownNameError("property", of, (*PLAIN, *RELATIONS), "of")
+    return known[of or PLAIN[0]] if name == STEADY else known[name]
 
 
 def read_by(name: str, of: str = "") -> tuple[str, ...]:

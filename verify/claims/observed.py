@@ -8,7 +8,7 @@ The world of a view has no entities and no motion. Its variables are the agents'
 compares it: rounded to float32, or the float64 number that it is given. One agent's variables have the names of its
 features; of several agents they are named AGENT.FEATURE, or FEATURE alone where it is said that the agents that have it
 share it. A view may hold one agent twice: the copy, which stands last and is called AGENT_raised, shares all variables
-with it but one.
+with it but one; or it is called AGENT_mirrored, shares them all, and observes some with the opposite sign.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -20,6 +20,7 @@ from codegen.errors import InputError, UnknownNameError
 from codegen.ir import AgentPolicy, FeatureSpec, Meaning, PolicyProfile, VariableSpec, WorldSpec
 
 RAISED: Final = "_raised"  # ends the name of a copy
+MIRRORED: Final = "_mirrored"
 MAX_NAME: Final = 64
 ADVICE = "rename it where the profile comes from"
 
@@ -31,33 +32,59 @@ class Raised(NamedTuple):
     feature: str
 
 
+class Mirrored(NamedTuple):
+    """Features of one agent, of which a copy of the agent observes the opposites; (): all of them."""
+
+    agent: str
+    features: tuple[str, ...] = ()
+
+
 @dataclass(frozen=True)
 class View:
-    """How the observations of a profile are put together."""
+    """How the observations of a profile are put together. It has one copy at most."""
 
     shared: tuple[str, ...] = ()  # features that the agents that have them observe alike
     raised: Raised | None = None
+    mirrored: Mirrored | None = None
+
+    @property
+    def copied(self) -> str:
+        """The agent that stands twice; "": none does."""
+        twice = self.raised or self.mirrored
+        return "" if twice is None else twice.agent
+
+    @property
+    def copy(self) -> str:
+        """What its copy is called."""
+        return self.copied + (RAISED if self.raised is not None else MIRRORED)
 
     def original(self, agent: str) -> str:
         """The agent of the profile whose tree an agent of the view has."""
-        return self.raised.agent if self.raised is not None and agent == copy_of(self.raised.agent) else agent
+        return self.copied if self.copied and agent == self.copy else agent
 
     def document(self) -> dict[str, list[str]]:
         """The view as plain data, which `view_from` reads."""
-        return {"shared": list(self.shared), "raised": list(self.raised or ())}
+        mirrored = {} if self.mirrored is None else {"mirrored": [self.mirrored.agent, *self.mirrored.features]}
+        return {"shared": list(self.shared), "raised": list(self.raised or ()), **mirrored}
 
     def __str__(self) -> str:
         shared = f", {', '.join(self.shared)} shared" if self.shared else ""
-        copied = "" if self.raised is None else f", {self.raised.agent} twice, each with its own {self.raised.feature}"
-        return f"over observations{shared}{copied}"
+        if self.mirrored is not None:
+            features = ", ".join(self.mirrored.features) or "all features"
+            return f"over observations{shared} (two copies of {self.copied}, one with the opposite of {features})"
+        if self.raised is not None:
+            return f"over observations{shared} (two copies of {self.copied} that differ in {self.raised.feature} only)"
+        return f"over observations{shared}"
 
 
 def view_from(document: Mapping[str, Sequence[str]]) -> View:
     """The view in a document. ValueError for anything else."""
-    raised = document.get("raised", ())
-    if set(document) != {"shared", "raised"} or len(raised) not in (0, len(Raised._fields)):
-        raise ValueError("$.view: states shared features, and agent and feature of a copy")
-    return View(tuple(document["shared"]), Raised(*raised) if raised else None)
+    raised, mirrored = document.get("raised", ()), document.get("mirrored", ())
+    known = set(document) - {"mirrored"} == {"shared", "raised"} and (bool(mirrored) == ("mirrored" in document))
+    if not known or len(raised) not in (0, len(Raised._fields)) or (raised and mirrored):
+        raise ValueError("$.view: states shared features, and agent and features of a copy")
+    opposite = Mirrored(mirrored[0], tuple(mirrored[1:])) if mirrored else None
+    return View(tuple(document["shared"]), Raised(*raised) if raised else None, opposite)
 
 
 def copy_of(agent: str) -> str:
@@ -88,14 +115,18 @@ def over(profile: PolicyProfile, view: View) -> PolicyProfile:
     features with unlike ranges or units, and where a copy's name is taken.
     """
     ensure_several(profile, view.shared)
-    policies = [*profile.agents, *_copy(profile, view.raised)]
+    policies = [*profile.agents, *_copy(profile, view)]
     variables: dict[str, VariableSpec] = {}
     seen: list[AgentPolicy] = []
     for policy in policies:
         names = [variable(profile, view, policy.agent, feature.name) for feature in policy.features]
         for name, feature in zip(names, policy.features, strict=True):
             _add(variables, VariableSpec(name, feature.unit, feature.low, feature.high))
-        features = tuple(map(_read, policy.features, names))
+        opposite = _opposite(view, policy)
+        features = tuple(
+            _read(feature, name, -1.0 if feature.name in opposite else 1.0)
+            for feature, name in zip(policy.features, names, strict=True)
+        )
         seen.append(replace(policy, features=features, grown=None))
     return replace(profile, world=_still(profile.world, variables.values()), agents=tuple(seen), region=None)
 
@@ -106,19 +137,28 @@ def _still(world: WorldSpec, variables: Iterable[VariableSpec]) -> WorldSpec:
     return replace(still, dt=0.0, damping=0.0, contact_force=0.0, contact_margin=0.0)
 
 
-def _copy(profile: PolicyProfile, raised: Raised | None) -> Iterator[AgentPolicy]:
-    if raised is None:
+def _copy(profile: PolicyProfile, view: View) -> Iterator[AgentPolicy]:
+    if not view.copied:
         return
     agents = [policy.agent for policy in profile.agents]
-    if raised.agent not in agents:
-        raise UnknownNameError("agent", raised.agent, agents, "agent")
-    policy, name = profile.policy(raised.agent), copy_of(raised.agent)
+    if view.copied not in agents:
+        raise UnknownNameError("agent", view.copied, agents, "agent")
+    policy = profile.policy(view.copied)
     features = [feature.name for feature in policy.features]
-    if raised.feature not in features:
-        raise UnknownNameError("feature", raised.feature, features, "feature")
-    if name in agents or len(name) > MAX_NAME:
-        raise InputError(f"the copy of {raised.agent} cannot be called {name}", "agent", ADVICE)
-    yield replace(policy, agent=name)
+    named = (view.raised.feature,) if view.raised is not None else view.mirrored.features if view.mirrored else ()
+    for feature in named:
+        if feature not in features:
+            raise UnknownNameError("feature", feature, features, "feature" if view.raised is not None else "features")
+    if view.copy in agents or len(view.copy) > MAX_NAME:
+        raise InputError(f"the copy of {view.copied} cannot be called {view.copy}", "agent", ADVICE)
+    yield replace(policy, agent=view.copy)
+
+
+def _opposite(view: View, policy: AgentPolicy) -> tuple[str, ...]:
+    """The features that an agent of the view observes with the opposite sign."""
+    if view.mirrored is None or policy.agent != view.copy:
+        return ()
+    return view.mirrored.features or tuple(feature.name for feature in policy.features)
 
 
 def variable(profile: PolicyProfile, view: View, agent: str, feature: str) -> str:
@@ -130,8 +170,8 @@ def variable(profile: PolicyProfile, view: View, agent: str, feature: str) -> st
     return feature if alone or feature in view.shared else f"{view.original(agent)}.{feature}"
 
 
-def _read(feature: FeatureSpec, name: str) -> FeatureSpec:
-    return replace(feature, meaning=Meaning(((1.0, name),)))
+def _read(feature: FeatureSpec, name: str, sign: float) -> FeatureSpec:
+    return replace(feature, meaning=Meaning(((sign, name),)))
 
 
 def _add(variables: dict[str, VariableSpec], one: VariableSpec) -> None:

@@ -13,7 +13,7 @@ from codegen.errors import InputError, UnknownNameError
 from codegen.ir import AgentPolicy, PolicyProfile
 from verify.claims.decisions import DecisionClaim
 from verify.claims.formula import Acts, Formula, below, conjunction, disjunction, negated
-from verify.claims.observed import Raised, View, copy_of
+from verify.claims.observed import MIRRORED, Mirrored, Raised, View, copy_of
 
 INCREASING, DECREASING = "increasing", "decreasing"
 DIRECTIONS: Final = (INCREASING, DECREASING)
@@ -101,25 +101,78 @@ class Monotone(DecisionClaim):
     def ensure(self, profile: PolicyProfile) -> None:
         """InputError unless agent, feature, direction and order are the profile's."""
         super().ensure(profile)
-        if not profile.world.variables:
-            raise InputError("monotone is about observations", "", "ask with --observations")
-        policies = {policy.agent: policy for policy in profile.team(self.team)}
-        if not self.agent or not self.feature:
+        if profile.world.variables and not (self.agent and self.feature):
             raise InputError("monotone is about one feature of one agent", "", "name them: --agent A --feature F")
-        if self.agent not in policies:
-            raise UnknownNameError("agent", self.agent, list(policies), "agent")
-        features = [feature.name for feature in policies[self.agent].features]
+        policy = _one_of(self, self.agent, profile)
+        features = [feature.name for feature in policy.features]
         if self.feature not in features:
             raise UnknownNameError("feature", self.feature, features, "feature")
         if self.direction not in DIRECTIONS:
             raise UnknownNameError("direction", self.direction, DIRECTIONS, "direction")
-        actions = [action.name for action in policies[self.agent].actions]
-        if self.order and sorted(self.order) != sorted(actions):
-            raise InputError("order must name every action once", "order", f"actions: {', '.join(actions)}")
+        _ensure_order(self.order, policy)
+
+
+@dataclass(frozen=True)
+class Symmetric(DecisionClaim):
+    """That where features have the opposite sign, an agent takes the opposite action: the k-th of an order from its
+    end.
+
+    It is about a view in which the agent stands twice, the copy with the opposite of these features.
+    """
+
+    of = "symmetric"
+    words = "where the mirrored features have the opposite sign, the agent takes the action opposite in the order"
+    reads = ("agent", "features", "order")
+    hardens = landmark_each = False
+
+    agent: str = ""
+    features: tuple[str, ...] = ()  # empty: all
+    order: tuple[str, ...] = ()  # all actions, so that the first is opposite to the last; empty: in the profile's order
+
+    def of_view(self, view: View) -> View:
+        """The view that the claim is about: with a mirrored copy of the agent."""
+        return replace(view, mirrored=Mirrored(self.agent, self.features))
+
+    def states(self, profile: PolicyProfile) -> Formula:
+        """What is claimed where the assumption holds. LookupError for a profile without the copy."""
+        one, other = profile.policy(self.agent), profile.policy(self.agent + MIRRORED)
+        names = [action.name for action in one.actions]
+        ranks = [names.index(name) for name in self.order or names]
+        pairs = zip(ranks, reversed(ranks), strict=True)
+        ways = (disjunction(negated(Acts(one.agent, k)), Acts(other.agent, back)) for k, back in pairs)
+        return conjunction(*ways)
+
+    def ensure(self, profile: PolicyProfile) -> None:
+        """InputError unless agent, features and order are the profile's."""
+        super().ensure(profile)
+        policy = _one_of(self, self.agent, profile)
+        known = [feature.name for feature in policy.features]
+        for name in self.features:
+            if name not in known:
+                raise UnknownNameError("feature", name, known, "features")
+        _ensure_order(self.order, policy)
+
+
+def _one_of(claim: DecisionClaim, agent: str, profile: PolicyProfile) -> AgentPolicy:
+    """The agent that a claim over observations is about."""
+    if not profile.world.variables:
+        raise InputError(f"{claim.of} is about observations", "", "ask with --observations")
+    policies = {policy.agent: policy for policy in profile.team(claim.team)}
+    if not agent:
+        raise InputError(f"{claim.of} is about one agent", "", "name it: --agent A")
+    if agent not in policies:
+        raise UnknownNameError("agent", agent, list(policies), "agent")
+    return policies[agent]
+
+
+def _ensure_order(order: Sequence[str], policy: AgentPolicy) -> None:
+    actions = [action.name for action in policy.actions]
+    if order and sorted(order) != sorted(actions):
+        raise InputError("order must name every action once", "order", f"actions: {', '.join(actions)}")
 
 
 def _takes(agent: str, actions: Sequence[int]) -> Formula:
     return disjunction(*(Acts(agent, action) for action in actions))
 
 
-RELATIONS: dict[str, type[DecisionClaim]] = {kind.of: kind for kind in (Agree, Differ, Monotone)}
+RELATIONS: dict[str, type[DecisionClaim]] = {kind.of: kind for kind in (Agree, Differ, Monotone, Symmetric)}

@@ -45,7 +45,7 @@ def vnnlib_files(questions: Sequence[Question[AnyClaim]]) -> dict[str, str | byt
     about: ir.PolicyProfile | None = None  # the same for all
     for number, asked in enumerate(questions, 1):
         claim = asked.claim
-        if not claim.per_state or (asked.viewed is not None and asked.viewed.view.raised is not None):
+        if not claim.per_state or (asked.viewed is not None and asked.viewed.view.copied):
             continue
         about = asked.profile
         for goal in asked.goals:

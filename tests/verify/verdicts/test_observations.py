@@ -15,8 +15,8 @@ from verify.certificates.decisions import to_json
 from verify.checker.decisions.certificates import accepted, from_json
 from verify.checker.reading import RejectedError
 from verify.claims.formula import Acts, below, conjunction, disjunction, negated
-from verify.claims.observed import View
-from verify.claims.relations import DECREASING, INCREASING, Agree, Differ, Monotone
+from verify.claims.observed import Mirrored, View, view_from
+from verify.claims.relations import DECREASING, INCREASING, Agree, Differ, Monotone, Symmetric
 from verify.claims.uncertified.own import OwnFormula
 from verify.claims.uncertified.starts import everywhere
 from verify.claims.uncertified.views import Viewed, carried
@@ -34,7 +34,7 @@ def asked(profile, claim, view=VIEW):
     """The question over the ranges of all features."""
     viewed = Viewed(profile, claim.of_view(view))
     region = carried(everywhere(Viewed(profile, view).profile), viewed)
-    return Question(Game(viewed.profile, viewed), claim, region)
+    return Question(Game(viewed.profile, viewed=viewed), claim, region)
 
 
 def verdicts(question):
@@ -115,6 +115,45 @@ def test_a_feature_is_raised_alone(seed, direction, numbers):
     assert verdicts(asked(profile, claim)) == expected(holds)
 
 
+@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("mirrored", [(), ("angle",)])
+@pytest.mark.parametrize("numbers", ["float32", "float64"])
+def test_mirrored_features_have_mirrored_actions(seed, mirrored, numbers):
+    rng = np.random.default_rng(300 + seed)
+    grown = typed(blind_tree(rng, 2) if seed % 4 else odd_tree(seed), numbers)
+    order = [int(n) for n in rng.permutation(3)] if seed % 4 else [0, 1, 2]
+    opposite = {order[k]: order[-1 - k] for k in range(3)}
+    signs = [-1 if name in (mirrored or NAMES[:2]) else 1 for name in NAMES[:2]]
+    more = {k: [-each for each in breaks([(grown, k)], k)] for k in (0, 1)}
+    holds = all(
+        opposite[acts(grown, [angle, spin])] == acts(grown, [signs[0] * angle, signs[1] * spin])
+        for angle, spin in cells(grown, 2, -SIDE, SIDE, more)
+    )
+    claim = Symmetric("team", agent="agent", features=mirrored, order=tuple(ACTIONS[n] for n in order))
+    profile = blind({"agent": grown}, {"agent": NAMES[:2]})
+    assert verdicts(asked(profile, claim)) == expected(holds)
+    assert holds or seed % 4 or numbers == "float64"
+
+
+def odd_tree(seed):
+    """Left below -t, right above t, else stay; the float32 number below t ends the right side."""
+    end = float(np.float32(0.25 + seed / 8))
+    inner = float(np.nextafter(np.float32(end), np.float32(-9)))
+    return tree((0, -end, 1, 2), 0, (0, inner, 3, 4), 1, 2)
+
+
+@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("numbers", ["float32", "float64"])
+def test_claims_that_compare_decisions_are_steady_or_not(seed, numbers):
+    """Both engines agree, certificates are accepted, and what holds in spite of errors holds without them."""
+    grown = typed(blind_tree(np.random.default_rng(400 + seed), 2), numbers)
+    profile = blind({"agent": grown}, {"agent": NAMES[:2]})
+    away = negated(conjunction(below({"angle": 1}, 1), below({"angle": -1}, 1)))
+    for claim in (Monotone("team", agent="agent", feature="angle"), Symmetric("team", agent="agent", assume=away)):
+        plain, steady = (verdicts(asked(profile, replace(claim, eps=eps))) for eps in (Fraction(0), Fraction(1, 50)))
+        assert len(plain) == len(steady) == 1 and (steady != {Verdict.PROVED} or plain == steady)
+
+
 CART = tree((2, 0.05, 1, 4), (3, 0.5, 2, 3), 0, 2, (3, -0.5, 5, 6), 0, 2)
 RIGHT_WHEN_LEANING = disjunction(
     negated(conjunction(negated(below({"place": 1}, Fraction(1, 10))), negated(below({"speed": 1}, 0)))),
@@ -134,6 +173,36 @@ def test_a_planted_leaf_is_found_and_its_old_certificate_refused(claim):
     assert verdicts(asked(bad, claim)) == {Verdict.VIOLATED}
     with pytest.raises(RejectedError):
         accepted(replace(made, profile=content_hash(bad)), bad)
+
+
+def test_a_certificate_about_another_mirror_is_refused():
+    even = tree((2, 0.0, 1, 2), 1, 1)
+    profile = blind({"cart": even}, {"cart": NAMES})
+    claim = Symmetric("team", agent="cart", features=("speed",))
+    made = by_zones(asked(profile, claim)).certificate
+    assert made is not None and accepted(made, profile)
+    crooked = blind({"cart": CART})
+    for changed in (
+        (replace(made, profile=content_hash(crooked)), crooked),
+        (replace(made, claim=replace(claim, order=("right", "left", "stay"))), profile),
+        (replace(made, claim=replace(claim, agent="cart_mirrored")), profile),
+        (replace(made, view=View()), profile),
+        (replace(made, view=View((), None, Mirrored("cart", ("wheel",)))), profile),
+    ):
+        with pytest.raises((InputError, RejectedError)):
+            accepted(*changed)
+
+
+def test_a_view_has_one_copy_at_most():
+    opposite = View(mirrored=Mirrored("cart", ("speed",)))
+    assert view_from(opposite.document()) == opposite and view_from(View().document()) == View()
+    for document in (
+        {"shared": [], "raised": [], "mirrored": []},
+        {"shared": [], "raised": ["cart", "speed"], "mirrored": ["cart"]},
+        {"shared": [], "mirrored": ["cart"]},
+    ):
+        with pytest.raises(ValueError, match="view"):
+            view_from(document)
 
 
 def test_a_certificate_about_another_view_or_region_is_refused():

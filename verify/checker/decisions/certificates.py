@@ -42,8 +42,8 @@ PARTED = "maviper-certificate-2"  # its proofs are those of the conjuncts, one a
 MAX_BYTES = 1 << 30
 NAMED = ("name", "team", "margin", "radius", "kappa", "landmarks")  # of a property, what a certificate states
 NOISY = ("eps", "of")  # and of steady
-COMPARED = ("agents", "agent", "feature", "direction", "order")  # and of claims that compare decisions
-LISTS = ("landmarks", "agents", "order")
+COMPARED = ("agents", "agent", "feature", "direction", "features", "order")  # and of claims that compare decisions
+LISTS = ("landmarks", "agents", "features", "order")
 TEXTS = ("team", "agent", "feature", "direction")
 UNREAD = {"kappa": KAPPA, "landmarks": ()}  # what it states of a property that does not read them
 _Parameter: TypeAlias = str | Fraction | tuple[str, ...]  # of a named property
@@ -227,8 +227,8 @@ def _property(document: Mapping[str, str | list[str]]) -> DecisionClaim:
     steady = document["name"] == STEADY
     named, key = (NAMED + NOISY, "of") if steady else (NAMED, "name")
     kind = document.get(key, "")
-    named += () if steady or kind in PLAIN else COMPARED
-    if kind not in PLAIN and (steady or kind not in RELATIONS):  # the formula of others is not all that they claim
+    named += () if kind in PLAIN else COMPARED
+    if kind not in (*PLAIN, *RELATIONS):  # the formula of others is not all that they claim
         raise ValueError(f"$.property.{key}: {kind[:40]!r}")
     given: dict[str, Any] = {}
     for name, value in document.items():

@@ -43,10 +43,15 @@ class Parameters(TypedDict, total=False):
     of: Annotated[str | None, "steady: the property that must stay true."]
     eps: Annotated[Number | None, "steady: the largest error of each feature (default: 1/100)."]
     agents: Annotated[Names | None, "agree, differ: the two agents."]
-    agent: Annotated[str | None, "monotone: the agent."]
+    agent: Annotated[str | None, "monotone, symmetric: the agent."]
     feature: Annotated[str | None, "monotone: the feature to raise."]
     direction: Annotated[str | None, "monotone: increasing (default) or decreasing."]
-    order: Annotated[Names | None, "monotone: all actions, lowest first (default: the profile's order)."]
+    features: Annotated[Names | None, "symmetric: the features whose sign changes (default: all)."]
+    order: Annotated[
+        Names | None,
+        "monotone: all actions, lowest first; symmetric: the first is opposite to the last, and so on "
+        "(default: the profile's order).",
+    ]
 
 
 class ParameterSpec(NamedTuple):

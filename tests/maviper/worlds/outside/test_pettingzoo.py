@@ -26,7 +26,7 @@ from maviper.extraction.selection import refine
 from maviper.extraction.settings import EPISODES_PER_SEED, Settings
 from maviper.worlds import built_in, find
 from maviper.worlds.checking import Mark, check, usable
-from maviper.worlds.matching import NO_WORLD, matching_world
+from maviper.worlds.matching import matching_world, not_ours
 from maviper.worlds.outside.flattening import legal_names
 from maviper.worlds.outside.making import import_maker
 from maviper.worlds.outside.pettingzoo import DEFAULT_STEPS, PettingZooWorld
@@ -511,7 +511,8 @@ def test_a_profile_is_extracted_and_compiles(extracted):
     for policy in extracted.agents:
         assert Policies([lambda obs, p=policy: compile.ir.act(p, obs)]).act([0], [seen], None).tolist() == [[2], [0]]
     compiled = compile.compile_profile(extracted)
-    assert any(NO_WORLD in reason for reason in compiled.report.skipped) and not compiled.complete
+    assert compiled.elsewhere == not_ours(extracted.world) and compiled.complete
+    assert extracted.world.reference in compiled.elsewhere and all(len(each.seen) == 3 for each in extracted.agents)
     assert {"c", "python", "json"} <= {item.target for item in compiled.report.agreements}
 
 
