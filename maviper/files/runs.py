@@ -11,6 +11,7 @@ import errno
 import json
 import os
 import shutil
+import tempfile
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, BinaryIO, TypeVar
@@ -174,6 +175,15 @@ def target(path: Path) -> Path:
             f"cannot write {path.name}", f"{path}: {error.strerror}", "choose another file with -o"
         ) from None
     folder(path.parent)
+    try:
+        with tempfile.TemporaryFile(dir=path.parent):  # some folders, such as /proc, take no files
+            pass
+    except OSError as error:
+        if error.errno in NO_ROOM:
+            raise unwritten(path, error) from None
+        raise InputError(
+            f"cannot write {path.name}", f"{path}: {error.strerror}", "choose another file with -o"
+        ) from None
     return path
 
 

@@ -7,7 +7,7 @@ Does not: decide, print or write files.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Unpack
 
@@ -24,14 +24,17 @@ from maviper.files.regions import find_region
 from maviper.options import DiffOptions, requested
 from maviper.verification.ask import MAX_CELLS
 from maviper.verification.files.certificates import AGAINST_FILE
+from maviper.verification.observing import named_region
 from maviper.worlds import ParticleWorld, WorldState
 from maviper.worlds.matching import ensure_places, matching_places
 from verify.certificates.decisions import to_json
+from verify.claims.observed import View
+from verify.claims.uncertified.views import Viewed, unread
 from verify.question import UNITS_A_NODE, Budgets
 from verify.reports import differences as report
 from verify.result import Verdict
 from verify.semantics import SEMANTICS
-from verify.states.shares import SAMPLE_SEED, SAMPLES
+from verify.states.shares import SAMPLE_SEED, SAMPLES, unbounded
 from verify.states.state import sample
 from verify.verdicts.differences import Difference, difference
 
@@ -100,6 +103,8 @@ class Compared:
 def compare_profiles(first: ir.PolicyProfile, second: ir.PolicyProfile, region: str, asked: Any) -> Compared:
     """Where two profiles act differently, see `request`. InputError for profiles that cannot be compared."""
     agents = asked.agents or _common(first, second)
+    if unread(ensure(first)) and unread(ensure(second)) and first.world == second.world and first.world.reference:
+        return _observed(first, second, agents, region, asked)
     for profile in (ensure(first), ensure(second)):
         ensure_places(profile.world, [one for policy in profile.agents for one in policy.features], ONE_TEAM)
     where = find_region(region, first)
@@ -111,6 +116,23 @@ def compare_profiles(first: ir.PolicyProfile, second: ir.PolicyProfile, region: 
         return Compared(found, report.Estimates(uniform, None))
     met = _counted(first, second, agents, met_states(first, world))
     return Compared(found, report.Estimates(uniform, met, ON_POLICY_EPISODES))
+
+
+def _observed(
+    first: ir.PolicyProfile, second: ir.PolicyProfile, agents: Sequence[str], region: str, asked: Any
+) -> Compared:
+    """Two profiles of a game without places, over what their agents observe. There is no certificate: it would be about
+    two views, which no file holds.
+    """
+    seen, other = Viewed(first, View()), Viewed(second, View())
+    where = named_region(seen.profile, seen, region)
+    if unbounded(where):
+        what = "some feature has no range, and nobody saw it"
+        raise InputError(what, ", ".join(unbounded(where)), "bound them in a region file (--region)")
+    found = difference(seen.profile, other.profile, agents, where, asked.semantics, _budgets(asked))
+    coordinates, _ = sample(where, seen.profile.world, SAMPLES, SAMPLE_SEED)
+    uniform = _counted(seen.profile, other.profile, agents, coordinates)
+    return Compared(replace(found, certificate=None), report.Estimates(uniform, None))
 
 
 def _common(first: ir.PolicyProfile, second: ir.PolicyProfile) -> tuple[str, ...]:

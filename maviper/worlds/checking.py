@@ -274,7 +274,10 @@ def _play(env: Any, world: World, play: Player, fresh: Copy) -> Iterator[Finding
         yield Finding(Mark.OK, "repeats: the same seed and actions give the same episode in a fresh copy")
     else:
         place = f"step {first}" if first else "its start"
-        advice = "let reset(seed=...) decide everything random, and keep nothing from the episode before"
+        advice = (
+            "let reset(seed=...) decide everything random, and keep nothing from the episode before: freeze running "
+            "statistics, such as those of NormalizeObservation"
+        )
         yield Finding(Mark.WRONG, f"repeats: the same seed and actions give another episode from {place} on", advice)
 
 

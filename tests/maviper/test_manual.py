@@ -269,7 +269,7 @@ def test_every_claim_has_its_parameters_and_defaults():
         lines = part[part.rindex("\n", 0, start) + 1 :].splitlines()
         said |= {row[0].strip("`"): row[1] for row in rows_of(lines[: lines.index("")])}
     usual = {"landmarks": "in the world's order", "others": "one another", "radius": "the distance of touching"}
-    usual |= dict.fromkeys(("agents", "agent", "feature"), "named") | {"order": "the profile's"}
+    usual |= dict.fromkeys(("agents", "agent", "feature"), "named") | {"order": "the profile's", "features": "all"}
     for claim in listed():
         text = said.pop(claim["name"])
         parameters = {key: value for key, value in claim["parameters"].items() if key not in ("steps", "zones")}

@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
@@ -9,7 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import maviper
 from codegen import policy_json
+from codegen.errors import InputError
 from codegen.floats import NUMBERS, below_zero
 from maviper.verification.observing import as_compared, last_of
 from tests.support.pole import pole
@@ -17,6 +20,7 @@ from tests.support.verifying import run
 from verify.checker import thresholds
 from verify.claims.formula import Linear, holds
 from verify.claims.observed import View, over
+from verify.result import Verdict
 from verify.semantics import SEMANTICS
 from verify.solver import encode
 from verify.solver.halflines import HalfLine
@@ -89,3 +93,23 @@ def test_the_last_number_is_the_last(numbers):
             exact = Fraction(float(last))
             assert exact < end <= after if below else exact <= end < after
     assert last_of(Fraction(0), numbers, below=True) == below_zero(numbers)
+
+
+@pytest.mark.solver
+@pytest.mark.parametrize("numbers", NUMBERS)
+def test_profiles_of_a_game_without_places_are_compared_over_what_was_seen(numbers):
+    seen = ((-1.0, -0.5, 0.5, 1.0), (-2.0, -1.0, 1.0, 2.0))
+    first, second = (
+        replace(profile, agents=(replace(profile.agents[0], seen=seen),))
+        for profile in (pole(numbers), pole(numbers, 0.25))
+    )
+    found = maviper.diff(first, second)
+    assert found.verdict is Verdict.VIOLATED and found.found.certificate is None
+    # below 0.25 the second turns left; the first does so below 0, and turns right or not at all beyond
+    (counted,) = {share.value for share in found.counted.uniform.values()}
+    assert counted == pytest.approx(0.25 / 2 + 0.75 / 2 * 0.25 / 4, abs=0.01)
+    assert maviper.diff(first, first).verdict is Verdict.PROVED
+    with pytest.raises(InputError, match="no range, and nobody saw it"):
+        maviper.diff(first, second, "ranges")
+    with pytest.raises(InputError, match="no range"):
+        maviper.diff(pole(numbers), pole(numbers, 0.25))
