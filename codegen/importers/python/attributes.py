@@ -55,7 +55,7 @@ def attribute_of(m: Machine, value: Any, name: str, node: ast.AST) -> Any:
         return Symbol(f"{value.name}.{name}")
     if isinstance(value, Module):
         found = value.members.get(name)
-        if found is None and value.name in ("enum", "dataclasses", "typing"):
+        if found is None and value.name in ("enum", "dataclasses", "typing", "functools"):
             return Symbol(name)
         return (
             found
@@ -75,6 +75,9 @@ def attribute_of(m: Machine, value: Any, name: str, node: ast.AST) -> Any:
         return _method(value, name)
     if isinstance(value, Array) and name in ("tolist", *SAME):
         return Bound(name, lambda m, node, given, named: m.kept([*value]))
+    if isinstance(value, Array) and name in ("any", "all"):
+        join = any if name == "any" else all
+        return Bound(name, lambda m, node, given, named: join(m.truth(each) for each in value))
     if isinstance(value, Array) and name in ("size", "shape"):
         return len(value) if name == "size" else (len(value),)
     if isinstance(value, int | float) and name in ("real", "item"):

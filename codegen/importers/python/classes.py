@@ -95,6 +95,8 @@ def instance_of(m: Machine, kind: Class, given: Sequence[Any], named: Mapping[st
         return found[0]
     made = Instance(kind)
     m.fresh[id(made)] = made
+    if m.paths is None:
+        m.made.add(kind)
     maker = kind.find("__init__")
     if isinstance(maker, Function):
         m.apply(maker, [made, *given], named, node)

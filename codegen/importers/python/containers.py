@@ -16,7 +16,7 @@ from codegen.errors import shown
 from codegen.importers.python.expressions import decided
 from codegen.importers.python.machine import EXPRESSIONS, Machine, reads, text_of
 from codegen.importers.python.sequences import items_of, mapped
-from codegen.importers.python.values import Bound, Class, Instance, Length, Member, Part, Scope, Symbol, Unread
+from codegen.importers.python.values import Array, Bound, Class, Instance, Length, Member, Part, Scope, Symbol, Unread
 
 
 @reads(EXPRESSIONS, ast.List, ast.Tuple, ast.Set)
@@ -104,7 +104,8 @@ def part_of(m: Machine, part: Part, key: Any, node: ast.AST) -> Any:
         if not n and (not isinstance(high, int) or min(low, high) < 0 or step != 1):
             return m.unread("the file does not say how many features there are", "name all: --features a,b,c")
         places = range(*key.indices(n or int(high or 0)))
-        return tuple(m.inputs.enter(part, place, m.line) for place in places)
+        found = [m.inputs.enter(part, place, m.line) for place in places]
+        return m.kept(Array(found)) if part.array else tuple(found)
     key = m.whole(key)
     key = key.value if isinstance(key, Member) else key
     if isinstance(key, bool) or not isinstance(key, int | str):
@@ -223,6 +224,7 @@ def ensure_length(m: Machine, target: ast.AST, part: Part, names: list[ast.expr]
         raise m.refused(target, f"{len(names)} names for {known} features", "give each feature a name: a, b = x")
     m.inputs.widths[part.path] = len(names)
     if all(isinstance(each, ast.Name) for each in names):
-        found = tuple(each.id for each in names if isinstance(each, ast.Name))
+        named = [each.id for each in names if isinstance(each, ast.Name)]
+        found = tuple(f"x{place}" if name == "_" else name for place, name in enumerate(named))
         if len(set(found)) == len(found):
             m.inputs.names.setdefault(part.path, found)

@@ -130,6 +130,7 @@ def deciders(file: File, wanted: str = "") -> list[Decider]:
     if isinstance(chosen, Function):
         return [Decider(wanted, chosen)]
     made = {id(each.kind) for each in names.values() if isinstance(each, Instance)}
+    made |= {id(base) for each in names.values() if isinstance(each, Class) for base in each.bases}
     found: dict[str, Decider] = {}
     for name, value in names.items():
         if isinstance(value, Class) and id(value) in made:
@@ -146,6 +147,10 @@ def deciders(file: File, wanted: str = "") -> list[Decider]:
         return [found[wanted]]
     used = {inner for name, each in found.items() for inner in _names(file, each) if inner != name}
     roots = [each for name, each in found.items() if name not in used]
+    whole = [
+        each for each in roots if not any(isinstance(one, Class) and one in file.machine.made for one in each.first)
+    ]
+    roots = whole or roots  # a class whose objects the file makes is a part of something, if anything else decides
     if not (roots or found):
         unread = next((each for each in file.scope.names.values() if isinstance(each, Unread)), None)
         known = ", ".join(file.machine.notes)[:200]

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from codegen.importers.python import numbers, sequences
+from codegen.importers.python.arithmetic import compared
 from codegen.importers.python.attributes import attribute_of, conversion
 from codegen.importers.python.machine import Machine, step_of
 from codegen.importers.python.numbers import STEPS
@@ -27,6 +28,7 @@ from codegen.importers.python.values import (
     Class,
     Condition,
     Factory,
+    Function,
     Instance,
     Member,
     Module,
@@ -69,16 +71,27 @@ def _isinstance(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
         return any(
             isinstance(each, Class) and (each is value.kind or value.kind in _below(each, value.kind)) for each in names
         )
-    if isinstance(value, Part):
+    unread = next((each for each in kinds if isinstance(each, Unread)), None)
+    if unread is not None or (isinstance(value, Part) and any(isinstance(each, Class) for each in names)):
+        return unread or m.unread("the class of the observation is asked", "leave the question out")
+    if isinstance(value, Part) and _is_container(m, value):
         keyed = m.inputs.inner.get(value.path) is str
-        return any(
-            each in (("dict", "Mapping") if keyed else ("list", "tuple", "ndarray", "Sequence")) for each in names
-        )
+        holds = any(each in (("dict", "Mapping") if keyed else ("list", "ndarray", "Sequence")) for each in names)
+        m.notes[f"line {m.line}: the observation is taken for a {'dictionary' if keyed else 'list or array'}"] = None
+        return holds
     value = m.needed(m.plain(value))
     if isinstance(value, Feature):
-        return any(each in ("float", "int", "Number", "Real", "floating", "number") for each in names)
+        sample = np.dtype(m.arrays).type(1) if m.arrays and not value.steps else value.value(1.0)
+        plain = any(isinstance(sample, each) for each in (int, float) if each.__name__ in names)
+        return plain or any(each in ("Number", "Real") for each in names)
     plain = {"int": int, "float": float, "str": str, "bool": bool, "list": list, "tuple": tuple, "dict": dict}
     return any(isinstance(value, plain[each]) for each in names if isinstance(each, str) and each in plain)
+
+
+def _is_container(m: Machine, part: Part) -> bool:
+    """Whether a part of the observation is a list of numbers, and no number: a sole parameter, unless used as one."""
+    alone = len(part.path) == 1 == len(m.inputs.parameters)
+    return part.path in m.inputs.inner or (alone and part.path not in m.inputs.places)
 
 
 def _below(base: Class, kind: Class) -> list[Class]:
@@ -160,6 +173,19 @@ def _quiet(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
     return None
 
 
+def _operation(sign: str) -> Call:
+    """operator.lt and its like."""
+    return lambda m, node, given, named: compared(m, sign, given[0], given[1])
+
+
+def _partial(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
+    """functools.partial."""
+    function, *first = given
+    if isinstance(function, Function):
+        m.makers.add(function)  # it is a part of another one
+    return Bound("partial", lambda m, node, more, others: m.call(function, [*first, *more], {**named, **others}, node))
+
+
 def _steps(module: str) -> dict[str, Call]:
     """The functions of one number that a module has."""
     return {name.rpartition(".")[2]: numbers.stepped(name) for name in STEPS if name.rpartition(".")[0] == module}
@@ -201,6 +227,7 @@ _MATH = ("sqrt", "exp", "log", "log2", "log10", "sin", "cos", "tan", "asin", "ac
          "cosh", "tanh", "copysign", "pow", "gcd", "isclose", "fmod", "dist", "isinf")  # fmt: skip
 _NUMPY = ("sqrt", "exp", "log", "sin", "cos", "tan", "arctan", "arctan2", "tanh", "mean", "prod", "hypot")
 _TYPES = ("ndarray", "floating", "integer", "number", "random")
+_SIGNS = {"lt": "<", "le": "<=", "gt": ">", "ge": ">=", "eq": "==", "ne": "!="}
 MODULES: dict[str, Module] = {
     "math": Module(
         "math",
@@ -258,6 +285,11 @@ MODULES: dict[str, Module] = {
             },
             "bisect.",
         ),
+    ),
+    "functools": Module("functools", {"partial": Bound("partial", _partial)}),
+    "operator": Module(
+        "operator",
+        _bounds({name: _operation(sign) for name, sign in _SIGNS.items()}, "operator."),
     ),
     "enum": Module("enum", {"auto": Bound("auto", lambda m, node, given, named: AUTO)}),
     "dataclasses": Module("dataclasses", {"field": Bound("field", _field)}),

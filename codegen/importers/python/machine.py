@@ -92,6 +92,7 @@ class Machine:
         self.texts: set[str] = set()  # texts that are returned
         self.notes: dict[str, None] = {}  # what was skipped, in words
         self.streams = False  # whether this path has made an iterator, which no state may hold
+        self.made: set[Class] = set()  # classes of which the file makes objects
         self.finite = False  # whether something is computed that Python refuses for infinite numbers
         self.long = False  # whether a feature is compared with a whole number that no double equals
         self.makers: set[Function] = set()  # functions that the file calls to make functions or objects
