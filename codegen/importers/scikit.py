@@ -1,9 +1,9 @@
 """Fitted trees of scikit-learn as profiles.
 
-Does: reads a fitted DecisionTreeClassifier by its attributes, also as the end of a Pipeline, a search or a forest of
-  one; folds the steps before it into its thresholds (steps.py, folding.py); replays the tree
+Does: reads a fitted decision tree by its attributes, also as the end of a Pipeline or search, or as the only tree of a
+  forest or booster; folds the steps before it into its thresholds (steps.py, folding.py); replays the tree
   against the model's own `predict`.
-Assumes: classes are the actions; observations are float32.
+Assumes: classes, or the few values of a regressor's leaves, are the actions; observations are float32.
 Does not: import scikit-learn, or open a file; scikit-learn's files are pickles, which run code.
 
 What is kept: the decision for every float32 observation without NaN, given as float32. Steps compute in the type that
@@ -13,12 +13,13 @@ is class k, in the classifier's own order: scikit-learn sorts its labels.
 """
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from codegen import ir
 from codegen.errors import InputError, shown
+from codegen.floats import neighbour, round_down
 from codegen.importers import steps
 from codegen.importers.folding import LARGEST, Asked, folded
 from codegen.importers.origin import AGENT, SINGLES, Names, Origin, profile_of
@@ -34,6 +35,8 @@ UNUSED = frozenset(
     """.split()  # noqa: SIM905
 )
 READS = frozenset(("__getattr__", "__getattribute__", "__class__", "tree_", "classes_", "n_outputs_", "estimators_"))
+TASKS = ("Classifier", "Regressor")
+MAX_VALUES = 64  # of a regressor
 KIND, REPLAYED_BY = "scikit-learn", "its own predict"
 
 
@@ -43,7 +46,7 @@ def from_sklearn(
     action_names: Sequence[str] | None = None,
     name: str = "imported",
 ) -> ir.PolicyProfile:
-    """A profile of one agent from a fitted DecisionTreeClassifier, or a Pipeline, search or forest of one.
+    """A profile of one agent from a fitted decision tree, or a Pipeline, search, forest or booster of one.
 
     `feature_names`: default those it was fitted with, or x0, x1, ...; `action_names`: default its labels, one a class
     in the order of `classes_`. Both are made legal as names.py says. InputError for what is not a fitted classifier
@@ -58,23 +61,76 @@ def origin_of(model: Any) -> Origin:
     if _of(found, "sklearn.pipeline.Pipeline"):
         *before, (_, found) = found.steps
         before = [each for each in before if each[1] is not None and each[1] != "passthrough"]
-    classifier = _searched(found)
-    single = classifier
-    if any(_of(classifier, f"sklearn.ensemble._forest.{kind}Classifier") for kind in ("ExtraTrees", "RandomForest")):
-        trees = getattr(classifier, "estimators_", ())
-        if len(trees) != 1:
-            raise InputError(f"the forest has {len(trees)} fitted trees, one is needed", "", "fit n_estimators=1")
-        single = trees[0]
+    estimator = _searched(found)
+    single = _single(estimator)
     tree = getattr(single, "tree_", None)
-    if tree is None or not hasattr(classifier, "classes_"):
-        advice = "fit it first; give a classifier, a pipeline or search that ends in one, or a forest of one"
-        raise InputError("not a fitted DecisionTreeClassifier", type(classifier).__name__, advice)
+    if tree is None or not (hasattr(estimator, "classes_") or hasattr(estimator, "predict")):
+        advice = "fit it first; give a tree, a forest or booster of one, or a pipeline or search that ends in one"
+        raise InputError("not a fitted decision tree", type(estimator).__name__, advice)
     if tree.n_outputs != 1:
-        raise InputError(f"the classifier has {tree.n_outputs} outputs, one is needed", "", "fit one tree per agent")
-    for each in {id(each): each for each in (model, _searched(model), classifier, single)}.values():
+        raise InputError(f"the tree has {tree.n_outputs} outputs, one is needed", "", "fit one tree per agent")
+    for each in {id(each): each for each in (model, _searched(model), estimator, single)}.values():
         _ensure_plain(each)
     _ensure_without_missing(tree)
-    return _origin(model, before, classifier.classes_, tree)
+    return _origin(model, before, _leaves(estimator, tree), tree)
+
+
+def _single(estimator: Any) -> Any:
+    """The only tree of a forest or booster; any other estimator itself."""
+    forests = [f"_forest.{kind}{task}" for kind in ("ExtraTrees", "RandomForest") for task in TASKS]
+    boosters = [f"_gb.GradientBoosting{task}" for task in TASKS]
+    if not any(_of(estimator, f"sklearn.ensemble.{kind}") for kind in (*forests, *boosters)):
+        return estimator
+    trees = np.array(getattr(estimator, "estimators_", ()), dtype=object).ravel()
+    if len(trees) != 1:
+        what = f"the ensemble has {len(trees)} fitted trees, one is needed"
+        raise InputError(what, type(estimator).__name__, "fit n_estimators=1, and boost two classes at most")
+    return trees[0]
+
+
+class _Leaves(NamedTuple):
+    """What leaves stand for: labels, and the place of one for each node; those of splits count for nothing."""
+
+    labels: list[Any]
+    action: Any  # [n_nodes]
+
+
+def _leaves(estimator: Any, tree: Any) -> _Leaves:
+    """The classes of a classifier's leaves, or what the estimator predicts in each leaf. InputError for a regressor of
+    many values.
+    """
+    if hasattr(estimator, "classes_") and not _of(estimator, "sklearn.ensemble._gb.GradientBoostingClassifier"):
+        return _Leaves(list(estimator.classes_), tree.value[:, 0].argmax(axis=1))
+    grown = grown_from_sklearn(tree, np.arange(tree.node_count))
+    nodes, low, high = (np.array(each) for each in zip(*_boxes(grown, int(tree.n_features)), strict=True))
+    with unwarned():
+        # a number in each box: the largest one, or else the one after the bound below
+        said = estimator.predict(np.where(np.isfinite(high), high, np.where(np.isfinite(low), low, 0)))
+    labels = list(estimator.classes_) if hasattr(estimator, "classes_") else sorted(set(said.tolist()))
+    if len(labels) > MAX_VALUES:
+        what = f"the leaves predict {len(labels)} different numbers, at most {MAX_VALUES} are actions"
+        raise InputError(what, type(estimator).__name__, "train it on few action values, or a classifier of them")
+    place = {label: index for index, label in enumerate(np.asarray(labels).tolist())}
+    action = np.zeros(tree.node_count, dtype=np.int64)
+    action[nodes] = [place[label] for label in said.tolist()]
+    return _Leaves(labels, action)
+
+
+def _boxes(grown: GrownTree, width: int) -> list[tuple[int, Float32, Float32]]:
+    """Each leaf with the least and the largest float32 numbers that come to it, [width] each."""
+    found: list[tuple[int, Float32, Float32]] = []
+    open_ = [(0, np.full(width, -np.inf, np.float32), np.full(width, np.inf, np.float32))]
+    while open_:
+        node, low, high = open_.pop()
+        feature = int(grown.feature[node])
+        if feature == NO_FEATURE:
+            found.append((node, low, high))
+            continue
+        at = round_down(float(grown.threshold[node]))
+        below, above = high.copy(), low.copy()
+        below[feature], above[feature] = min(high[feature], at), max(low[feature], neighbour(at, np.inf))
+        open_ += [(int(grown.left[node]), low, below), (int(grown.right[node]), above, high)]
+    return [each for each in found if (each[1] <= each[2]).all()]
 
 
 def _of(model: Any, kind: str) -> bool:
@@ -90,10 +146,10 @@ def _searched(model: Any) -> Any:
     return model
 
 
-def _origin(model: Any, before: Sequence[tuple[str, Any]], classes: Any, tree: Any) -> Origin:
-    place = {label: index for index, label in enumerate(classes.tolist())}
+def _origin(model: Any, before: Sequence[tuple[str, Any]], leaves: _Leaves, tree: Any) -> Origin:
+    place = {label: index for index, label in enumerate(np.asarray(leaves.labels).tolist())}
     n_features = int(getattr(before[0][1], "n_features_in_", tree.n_features)) if before else int(tree.n_features)
-    grown = grown_from_sklearn(tree, tree.value[:, 0].argmax(axis=1))
+    grown = grown_from_sklearn(tree, leaves.action)
     source = steps.columns(before, n_features)
 
     def transformed(rows: Floats) -> tuple[Float32, Bool]:
@@ -114,7 +170,7 @@ def _origin(model: Any, before: Sequence[tuple[str, Any]], classes: Any, tree: A
     return Origin(
         kind=KIND,
         grown=_folded(grown, lambda rows: transformed(rows)[0], source, n_features) if before else grown,
-        labels=tuple(classes),
+        labels=tuple(leaves.labels),
         act=act,
         replayed_by=REPLAYED_BY,
         features=tuple(str(each) for each in getattr(model, "feature_names_in_", ())),

@@ -126,7 +126,9 @@ CASES = [  # from, what, what happens, what it is: a file's name and content, or
      lambda: make_pipeline(StandardScaler(), SelectKBest(k=2), DecisionTreeClassifier(max_depth=3)).fit(X, Y)),
     (SCIKIT, "a `Pipeline` with other steps, such as `PCA`", REFUSED,
      lambda: make_pipeline(PCA(2), DecisionTreeClassifier(max_depth=3)).fit(X, Y)),
-    (SCIKIT, "a regressor", REFUSED, lambda: DecisionTreeRegressor(max_depth=3).fit(X, Y)),
+    (SCIKIT, "a regressor, or a `GradientBoosting` of one tree, with few values", EXACT,
+     lambda: DecisionTreeRegressor(max_depth=3).fit(X, Y)),
+    (SCIKIT, "a regressor of more than 64 values", REFUSED, lambda: DecisionTreeRegressor().fit(X, X[:, 0] + X[:, 1])),
     ("pickle", "anything: it runs code when it is opened", REFUSED, lambda: ("tree.pkl", b"\x80\x04N.")),
 ]  # fmt: skip
 

@@ -315,7 +315,7 @@ def test_searches_and_forests_of_one_come_in():
     same(GridSearchCV(pipeline, {"decisiontreeclassifier__max_depth": [2, 3]}, cv=2).fit(x, y), x)
     same(RandomForestClassifier(1, max_depth=4, random_state=0).fit(x, y), x)
     same(make_pipeline(MinMaxScaler(), ExtraTreesClassifier(1, max_depth=4, random_state=0)).fit(x, y), x)
-    with pytest.raises(InputError, match="the forest has 2 fitted trees"):
+    with pytest.raises(InputError, match="the ensemble has 2 fitted trees"):
         from_sklearn(RandomForestClassifier(2, max_depth=2).fit(x, y))
     with pytest.raises(InputError, match="no best estimator"):
         from_sklearn(GridSearchCV(pipeline, {}))
