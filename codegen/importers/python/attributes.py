@@ -133,14 +133,12 @@ def _of_object(m: Machine, value: Instance | Class, name: str, node: ast.AST) ->
     if m.paths is not None and name in kind.kept and not isinstance(kind.find(name), Function):
         what = f"'{shown(name)}' is remembered between calls: a method sets it"
         return m.unread(what, STATE_ADVICE)
-    found = value.attributes.get(name) if isinstance(value, Instance) else None
-    if found is None:
-        found = kind.find(name)
+    if isinstance(value, Instance) and name in value.attributes:
+        return value.attributes[name]
+    found = kind.find(name)
     if name in ("__class__", "__name__"):
         return kind if name == "__class__" else kind.name
-    if (found is None and isinstance(value, Instance) and name not in value.attributes) or (
-        found is None and value is kind
-    ):
+    if found is None:
         raise m.refused(node, f"'{shown(name)}' is not set on some path", "set it in __init__")
     if not isinstance(found, Function):
         return found

@@ -1,4 +1,4 @@
-"""Regressors and boosters of scikit-learn with one tree: what they predict in a leaf is an action, if it is one of few."""
+"""Regressors and boosters of scikit-learn with one tree: what they predict in a leaf is an action, if of a few."""
 
 import numpy as np
 import pytest

@@ -1,0 +1,116 @@
+"""What is easily misread in Python means the same after the import: each function is compared with Python's own run."""
+
+import numpy as np
+import pytest
+
+from codegen import ir
+from codegen.importers.origin import Said
+from tests.support.python_source import called, imported, same
+
+NUMBERS = (0.1, 0.25, 0.5, -0.5, 1, 2, 3, -1, 0, 70, 80, 60)
+BODIES = {
+    "an iterator is used up": "z = zip((1, 2), (3,))\n    a = list(z)\n    b = list(z)\n"
+    "    if x[0] > 0:\n        return len(b)\n    return len(a) if x[1] > 1 else 5",
+    "an iterator in a variable, between two tests": "it = iter((0.1, 0.5, 1))\n    if x[0] > next(it):\n"
+    "        y = next(it)\n"
+    "    else:\n        y = -1\n    return 1 if x[1] > y else 2 if x[2] > next(it) else 3",
+    "print assigns": "print(v := x[0])\n    return 1 if v > 0.5 else 0",
+    "closures see the last value": "f = [lambda v: v > k for k in (1, 2)]\n    return 1 if f[0](x[0]) else 0",
+    "a closure sees what follows": "def f():\n        return y\n    y = x[0]\n    if y > 1:\n        return 3\n"
+    "    y = 7\n"
+    "    return f() if x[1] > 0 else 1",
+    "lists are shared": "a = []\n    b = a\n    if x[0] > 0:\n        b.append(1)\n    if x[1] > 0:\n"
+    "        a += [2]\n    return len(b)",
+    "a loop's else and break": "for v in (x[0], x[1]):\n        if v < 0.25:\n            continue\n"
+    "        if v > 2:\n"
+    "            break\n    else:\n        return 9\n    return 1 if v > 3 else 2",
+    "and gives its operand": "return (x[0] > 0.5 and 'left') or (x[1] > 1 and 'right') or 'stay'",
+    "conditions are numbers": "return (x[0] > 0) + 2 * (x[1] > 1) - (x[2] <= 0.5)",
+    "conditions are compared": "return 1 if (x[0] > 0) == (x[1] > 0) else 2 if (x[0] > 1) ^ (x[2] > 1) else 3",
+    "a chain asks only what it must": "return 1 if 0 < x[0] <= 2 < x[1] != 3 else 0",
+    "whole numbers": "k = int(min(max(x[0], -1), 2))\n    return (5, 6, 7)[k] + (round(min(max(x[1], -5), 5)) == 2)",
+    "floor and truncation": "import math\n    a, b, c = [min(max(v, -9), 9) for v in x]\n"
+    "    return math.floor(a) == -1, int(b) == 0, round(c, 1) <= 0.2",
+    "the least and the largest": "return 1 if min(x[0], x[1]) > 0.1 else 2 if max(abs(x[1]), -x[2], 0.25) <= 1 "
+    "else 3",
+    "squares": "return 1 if x[0] ** 2 < 0.5 else 2 if (x[1] - 1) * (x[1] - 1) <= 0.25 else 3",
+    "rounding on the way": "return 1 if (x[0] - 0.1) / 3 * 7 >= 0.3 else 2 if 1 - x[1] * -0.1 < 1.1 else 3",
+    "match": "match (x[0] > 0.5, x[1] > 1):\n        case (True, True):\n            return 1\n"
+    "        case (False, _):\n"
+    "            return 2\n        case _ if x[2] > 0:\n            return 3\n    return 4",
+    "generators stop early": "return next((k for k, t in enumerate((0.1, 0.5, 2)) if x[0] < t), 3) + sum(v > 1 "
+    "for v in (x[1], x[2]))",
+    "names of a slice": "a, *b = x[0:3]\n    return len(b) if a > 1 else sorted((3, 1))[x[1] > 0]",
+    "a stack": "s = [1]\n    if x[0] > 0:\n        s.append(2)\n    return s.pop() * 10 + len(s)",
+    "sets and dictionaries": "d = {'a': 1} | {'b': 2}\n"
+    "    return d['a' if x[0] in {0.1, 0.5} else 'b'] + d.get(x[1] > 0, 4)",
+    "numpy on a list": "import numpy as np\n    o = np.asarray(x) * 2 - 1\n"
+    "    return 1 if o[0] > 0 else int(np.sign(o[1])) + 3",
+    "numpy in float32": "import numpy as np\n    o = np.array(x, dtype=np.float32)\n"
+    "    return 1 if o[0] <= 0.1 else 2 if o[1] * 3 > 0.3 else 3",
+    "borders": "import numpy as np, bisect\n"
+    "    return int(np.digitize(x[0], [0.1, 0.5, 2])) + 4 * bisect.bisect_left([0.25, 1], x[1])",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", BODIES)
+def test_a_function_decides_as_python(name, capsys):
+    text = f"def act(x):\n    x[0:3]\n    {BODIES[name]}\n"
+    said = Said(features=("a", "b", "c"), scores=True)
+    same(text, NUMBERS, label=lambda each: each.index(max(each)) if isinstance(each, tuple) else each, said=said)
+
+
+@pytest.mark.parametrize("numbers", ["float32", "float64"])
+def test_arithmetic_on_arrays_is_that_of_numpy(numbers):
+    text = (
+        "def act(x):\n    if x[0] * 3 > 0.3:\n        return 1\n    if float(x[1]) * 3 > 0.3:\n        return 2\n"
+        "    if abs(x[2] - 0.1) < 0.2:\n        return 3\n    return 4 if x[0] / 3 + 1 <= 0.9 else 5\n"
+    )
+    (policy,) = imported(text, Said(arrays=numbers)).agents
+    at = np.array([0.1, 0.3, -0.1, -0.3], dtype=numbers)
+    near = np.concatenate([at, np.nextafter(at, at.dtype.type(9)), np.nextafter(at, at.dtype.type(-9))])
+    rows = np.random.default_rng(0).choice(near, (3_000, 3)).astype(numbers)
+    wanted = [called(text, "act")(row) for row in rows]
+    assert ir.act(policy, rows).tolist() == wanted and len(set(wanted)) > 3
+
+
+ENUM = """
+from enum import Enum
+class Mode(str, Enum):
+    A = "a"
+    B = "b"
+def act(x):
+    m = Mode.A if x[0] > 0.1 else Mode.B
+    return 1 if m == "a" else 2
+"""
+OBJECTS = """
+from dataclasses import dataclass, field
+from functools import partial
+import operator
+@dataclass
+class Rule:
+    place: int
+    test: object
+    action: str
+@dataclass
+class Rules:
+    rules: list = field(default_factory=list)
+    def act(self, x):
+        return next((r.action for r in self.rules if r.test(x[r.place])), "stay")
+act = Rules([Rule(0, partial(operator.lt, 0.5), "up"), Rule(1, lambda v: v <= -0.5, "down")]).act
+def other(x):
+    return act(x)
+"""
+
+
+def test_members_of_a_text_enum_are_texts():
+    same(ENUM, NUMBERS, label=int)
+
+
+def test_rules_as_objects():
+    profile = imported(OBJECTS)
+    assert [each.agent for each in profile.agents] == ["other"]
+    rows = np.random.default_rng(0).choice([0.5, np.nextafter(0.5, 1), -0.5, np.nextafter(-0.5, 0)], (200, 2))
+    (policy,) = profile.agents
+    wanted = [called(OBJECTS, "other")(row) for row in rows.tolist()]
+    assert [policy.actions[k].name for k in ir.act(policy, rows)] == wanted
