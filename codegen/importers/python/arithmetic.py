@@ -256,6 +256,10 @@ def compared(m: Machine, sign: str, left: Any, right: Any) -> Any:
             return _extreme_compared(m, one, said, other)
         if isinstance(one, Feature) and not isinstance(other, Feature | Extreme):
             return _with_number(m, one, said, other)
+    if isinstance(left, Feature) and isinstance(right, Feature) and left.key == right.key:
+        if m.paths is not None:
+            m.paths.nan = False  # it is asked whether a number is NaN
+        return sign in ("==", "<=", ">=")
     if isinstance(left, Feature | Extreme) or isinstance(right, Feature | Extreme):
         return m.unread("two features are compared", SEVERAL.format("difference"))
     if isinstance(left, Symbol) or isinstance(right, Symbol):

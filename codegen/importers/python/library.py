@@ -178,6 +178,15 @@ def _operation(sign: str) -> Call:
     return lambda m, node, given, named: compared(m, sign, given[0], given[1])
 
 
+def _named_tuple(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
+    """collections.namedtuple."""
+    name, fields = (*given, named.get("field_names"))[:2]
+    words = fields.replace(",", " ").split() if isinstance(fields, str) else fields
+    if named.keys() - {"field_names"} or not isinstance(words, list | tuple) or not isinstance(name, str):
+        return m.unread("a named tuple is not understood", "write a class of typing.NamedTuple")
+    return Class(name, (), {}, fields=tuple(words))
+
+
 def _partial(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
     """functools.partial."""
     function, *first = given
@@ -286,6 +295,7 @@ MODULES: dict[str, Module] = {
             "bisect.",
         ),
     ),
+    "collections": Module("collections", {"namedtuple": Bound("namedtuple", _named_tuple)}),
     "functools": Module("functools", {"partial": Bound("partial", _partial)}),
     "operator": Module(
         "operator",

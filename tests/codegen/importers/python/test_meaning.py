@@ -41,6 +41,9 @@ BODIES = {
     "generators stop early": "return next((k for k, t in enumerate((0.1, 0.5, 2)) if x[0] < t), 3) + sum(v > 1 "
     "for v in (x[1], x[2]))",
     "names of a slice": "a, *b = x[0:3]\n    return len(b) if a > 1 else sorted((3, 1))[x[1] > 0]",
+    "is it NaN": "return 0 if x[0] != x[0] else 1 if x[1] > 0.1 else 2",
+    "named tuples": "from collections import namedtuple\n    R = namedtuple('R', 'k t')\n"
+    "    return next((r.k for r in (R(0, 0.5), R(k=1, t=2)) if x[r.k] > r.t), 5)",
     "a stack": "s = [1]\n    if x[0] > 0:\n        s.append(2)\n    return s.pop() * 10 + len(s)",
     "sets and dictionaries": "d = {'a': 1} | {'b': 2}\n"
     "    return d['a' if x[0] in {0.1, 0.5} else 'b'] + d.get(x[1] > 0, 4)",
