@@ -101,8 +101,10 @@ class Arithmetic:
         least, most = self.ends(given.feature)
         if most - least >= MAX_VALUES:
             return given
-        found = next((each for each in range(least, most) if self._holds(given.feature, "<=", each)), most)
-        return Number(found, given.kind)
+        while least < most:
+            middle = (least + most) // 2
+            least, most = (least, middle) if self._holds(given.feature, "<=", middle) else (middle + 1, most)
+        return Number(least, given.kind)
 
     # --- conversions
 
@@ -291,7 +293,11 @@ class Arithmetic:
         elif sign == "*":
             return Number(0, kind)
         else:
-            raise self.refused(f"the operator {sign} of a whole number that is a feature is not read", TEST_ADVICE)
+            few = self.settled(given)
+            if not isinstance(few, Number):
+                what = f"the operator {sign} of a whole number that is a feature is not read"
+                raise self.refused(what, "give a type of at most 8 bits, or test the range first")
+            return self._whole(sign, few if first else number, number if first else few, kind)
         found = self._then(Symbol(given.feature, kind), step)
         least, most = self.ends(found.feature)
         if least < kind.low or most > kind.high:

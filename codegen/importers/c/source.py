@@ -12,6 +12,7 @@ are skipped. A function whose floating numbers are all `double` compares float64
 # pyright: basic
 # pycparser's nodes have no declared attributes
 import re
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -24,6 +25,7 @@ from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers.c.declarations import ADVICE, assigned, is_const
 from codegen.importers.c.inputs import Inputs
 from codegen.importers.c.kinds import DOUBLE, STANDARD
+from codegen.importers.c.library import PRINTING
 from codegen.importers.c.statements import Statements, parameters_of
 from codegen.importers.c.text import Expanded, expanded
 from codegen.importers.c.values import Reference
@@ -34,6 +36,12 @@ from codegen.ir import Bool, Floats
 
 KIND = "if/else C"
 TYPES = "".join(f"typedef int {name};" for name in STANDARD)
+ADJACENT = re.compile(r"(?<![\w#])([A-Za-z_]\w*)(?=[ \t\n]+[A-Za-z_])")
+TEXT = re.compile(r'^#.*$|"(?:[^"\\\n]|\\.)*"|\'(?:[^\'\\\n]|\\.)*\'', re.MULTILINE)
+KEYWORDS = frozenset(
+    """auto break case char const continue default do double else enum extern float for goto if inline int long register
+    restrict return short signed sizeof static struct switch typedef union unsigned void volatile while _Bool""".split()  # noqa: SIM905
+)
 ENTRIES = frozenset(("main", "setup", "loop"))
 EXACT = 2.0**24  # up to which a whole number is a float32
 
@@ -42,17 +50,27 @@ def from_c(content: bytes, where: str, said: Said = NOTHING) -> dict[str, Origin
     """The tree of each function of a C file that decides, by the function's name. InputError with the line for
     everything that is not read.
     """
+    text = None
     try:
         text = expanded(content, where, said.beside)
-        parsed = CParser().parse(TYPES + "\n" + text.text, where)
-        del parsed.ext[: len(STANDARD)]
+        unknown = _unknown_types(text) if text.missing else []
+        types = TYPES + "".join(f"typedef int {name};" for name in unknown)
+        parsed = CParser().parse(types + "\n" + text.text, where)
+        del parsed.ext[: len(STANDARD) + len(unknown)]
         return {name: _origin(name, parsed, text, where, said) for name in _deciding(parsed, where, said.wanted)}
     except ParseError as error:
         at = re.match(r"(.*?):(\d+):\d+: (.*)", str(error), re.DOTALL)
         place, what = (f"{where}, line {at[2]}", at[3]) if at else (where, str(error))
-        raise InputError(f"not C that is understood: {shown(what)[:100]}", place, ADVICE) from None
+        advice = f"{ADVICE}; {text.missing[0]} is not there" if text and text.missing else ADVICE
+        raise InputError(f"not C that is understood: {shown(what)[:100]}", place, advice) from None
     except RecursionError:
         raise InputError("the file is nested too deeply", where, "simplify it first") from None
+
+
+def _unknown_types(text: Expanded) -> list[str]:
+    """Names that can only be types, since another name follows them: those of headers that are not there."""
+    found = (each[1] for each in ADJACENT.finditer(TEXT.sub('""', text.text)))
+    return sorted({name for name in found if name not in KEYWORDS and name not in STANDARD})
 
 
 def _deciding(parsed: Any, where: str, wanted: str) -> list[str]:
@@ -60,7 +78,7 @@ def _deciding(parsed: Any, where: str, wanted: str) -> list[str]:
     functions = {each.decl.name: each for each in parsed.ext if isinstance(each, c_ast.FuncDef)}
     if wanted in functions:
         return [wanted]
-    deciding = [name for name, node in functions.items() if name not in ENTRIES and _answers(node)]
+    deciding = [name for name in functions if name not in ENTRIES and _answers(name, functions)]
     if not deciding:
         advice = "write one function an agent, of an observation, that returns its action"
         raise InputError("the file has no function that decides", where, advice)
@@ -102,27 +120,35 @@ def _handed(node: Any) -> set[str]:
     return found
 
 
-def _answers(node: Any) -> bool:
+def _answers(name: str, functions: Mapping[str, Any]) -> bool:
     """Whether a function is given something, and returns something or may write it to a parameter."""
-    parameters = parameters_of(node)
+    node = functions[name]
     result = node.decl.type.type
-    if not (isinstance(result, c_ast.TypeDecl) and getattr(result.type, "names", None) == ["void"]):
-        return bool(parameters)
-    pointers = [each for each in parameters if isinstance(each.type, c_ast.PtrDecl | c_ast.ArrayDecl)]
-    return bool({each.name for each in pointers if not is_const(each.type.type)} & _set(node.body))
+    if isinstance(result, c_ast.TypeDecl) and getattr(result.type, "names", None) == ["void"]:
+        return bool(_written(name, functions, frozenset()))
+    return bool(parameters_of(node))
 
 
-def _set(node: Any) -> set[str]:
-    """The names of pointers that something may be written through below a node."""
-    found, open_ = assigned(node), [node]
+def _written(name: str, functions: Mapping[str, Any], outer: frozenset[str]) -> set[str]:
+    """The parameters of a function that something may be written through."""
+    node, handed = functions[name], set[str]()
+    parameters = [each for each in parameters_of(node) if isinstance(each.type, c_ast.PtrDecl | c_ast.ArrayDecl)]
+    open_ = [node.body]
     while open_:
         each = open_.pop()
         if isinstance(each, c_ast.Assignment):
-            found |= _names(each.lvalue)
+            handed |= _names(each.lvalue)
         elif isinstance(each, c_ast.FuncCall) and each.args is not None:
-            found |= _names(each.args)
+            called = each.name.name if isinstance(each.name, c_ast.ID) else ""
+            known = functions[called] if called in functions and called not in outer else None
+            inner = _written(called, functions, outer | {name}) if known is not None else set[str]()
+            places = [at.name for at in parameters_of(known)] if known is not None else []
+            for at, given in enumerate(each.args.exprs):
+                if called in PRINTING or (known is not None and places[at : at + 1] and places[at] not in inner):
+                    continue
+                handed |= set() if isinstance(given, c_ast.ArrayRef | c_ast.StructRef) else _names(given)
         open_ += [child for _, child in each.children()]
-    return found
+    return {each.name for each in parameters if each.name in handed and not is_const(each.type.type)}
 
 
 def _names_only(node: Any) -> bool:
@@ -153,7 +179,7 @@ class _Machine(Statements):
         for each in parsed.ext:
             self.at(each)
             if isinstance(each, c_ast.FuncDef):
-                self.declare(each.decl)
+                self._declared(each.decl)
             elif isinstance(each, c_ast.Typedef):
                 self.typedef(each)
             elif isinstance(each, c_ast.Decl):

@@ -11,7 +11,6 @@ from codegen.errors import InputError
 from tests.support import corpus, originals
 
 FILES = corpus.files()
-WAITING = {line.strip() for line in (originals.CORPUS / "waiting.txt").read_text().splitlines() if line.strip()}
 needs_compiler = pytest.mark.skipif(shutil.which("gcc") is None, reason="no gcc")
 
 
@@ -25,7 +24,7 @@ TO_REFUSE = [each for each in FILES if "refused" in each]
 
 def compared(count, folder):
     """Which files differ from the original, and where first."""
-    chosen = [(file, corpus.imported(file)) for file in TO_ACCEPT if corpus.called(file) not in WAITING]
+    chosen = [(file, corpus.imported(file)) for file in TO_ACCEPT]
     rows = [corpus.observations(file, policy, count) for file, policy in chosen]
     theirs = originals.answers([(file, each) for (file, _), each in zip(chosen, rows, strict=True)], folder)
     found: dict[str, object] = {}
@@ -54,19 +53,9 @@ def test_refused_files_say_where_why_and_what_instead(file):
     with pytest.raises(InputError) as caught:
         corpus.imported(file)
     error = caught.value
-    if corpus.called(file) not in WAITING:
-        assert f"line {file['line']}" in error.where
-        assert file["says"] in error.what
+    assert f"line {file['line']}" in error.where
+    assert file["says"] in error.what
     assert error.what and error.next_step
-
-
-@pytest.mark.parametrize("name", sorted(WAITING))
-def test_waiting_files_are_not_taken(name):
-    """What is not read yet is refused, not read wrongly; a file that is taken leaves the list."""
-    (file,) = (each for each in FILES if corpus.called(each) == name)
-    if "refused" not in file:
-        with pytest.raises(InputError):
-            corpus.imported(file)
 
 
 def test_at_least_85_of_100_files_are_to_be_accepted():

@@ -184,6 +184,7 @@ REFUSED = [
     ("#define A A2 A2\n" + "".join(f"#define A{n} A{n + 1} A{n + 1}\n" for n in range(2, 60)) + "int f(float x) { A }",
      None, "too much text"),
     ("int f(float x)\n{ return 1; }\nint f(float x)\n{ return 2; }", 3, "two functions f"),
+    ("#include \"hal.h\"\nextern HAL_t h;\nint f(HAL_t x)\n{ return x > 1; }", 3, "type is not read: HAL_t"),
     ("int f(float x)\n{ return 1 }", 2, "not C that is understood"),
     ("int f(float x)\n{ return '12'; }", 2, "number is not read: '12'"),
     ("int f(int x)\n{ enum e { A, B } e = A; return e - 1 < 0 ? x > 1 : 0; }", 2, "negative number"),
@@ -281,3 +282,24 @@ def test_functions_that_only_print_or_name_are_skipped():
     int main(void) { float x[1] = {0}; show(x); return 0; }"""
     assert list(from_c(text.encode(), "tree.c")) == ["act"]
     assert list(from_c(text.encode(), "tree.c", Said(wanted="name"))) == ["name"]
+
+
+def test_types_of_missing_headers_matter_only_where_a_decision_needs_them():
+    text = b'#include "hal.h"\nextern ADC_t adc;\nvoid tick(ADC_t *a) { a->n = 1; }\nint f(float x) { return x > 1; }'
+    (origin,) = from_c(text, "tree.c", Said(wanted="f")).values()
+    assert origin.notes == ("read without hal.h",)
+
+
+def test_bits_of_small_numbers_are_tests_of_each_value():
+    (origin,) = from_c(b"int f(unsigned char x) { return (x & 6) == 4 && x % 3 == 1; }", "tree.c").values()
+    rows = np.arange(256, dtype=np.float32)[:, None]
+    wanted = [int((x & 6) == 4 and x % 3 == 1) for x in range(256)]
+    assert [origin.labels[each] for each in origin.act(rows)] == wanted
+    assert ir.act(profile_of({"f": origin}, Names()).agents[0], rows).tolist() == wanted
+
+
+def test_functions_that_write_nothing_are_not_agents():
+    text = b"""typedef struct { double t; } obs; int hot(obs *o) { return o->t > 26; }
+    void all(obs *os, int n) { for (int i = 0; i < n; i++) { if (hot(&os[i])) puts("hot"); } }
+    static void put(int *to, int v) { *to = v; } void act(const obs *o, int *out) { put(out, o->t > 3); }"""
+    assert list(from_c(text, "tree.c")) == ["hot", "act"]
