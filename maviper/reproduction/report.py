@@ -140,17 +140,18 @@ def _shown(verdict: Verdict) -> dict[str, Any]:
         "family": claim.family,
         "expert": verdict.expert,
         "reason": verdict.reason,
-        "notes": [*verdict.notes, *_by_depth(verdict)],
+        "notes": [*verdict.notes, *_beside(verdict)],
         "published": published,
         "rows": rows,
     }
 
 
-def _by_depth(verdict: Verdict) -> list[str]:
-    """The words of a claim depth by depth, where it is about several depths or sizes are known."""
+def _beside(verdict: Verdict) -> list[str]:
+    """The words of a claim depth by depth, where they say more than its own; those on prey by return."""
     words = verdict.by_depth
-    told = ", ".join(f"{depth} {text}" for depth, text in words.items())
-    return [f"by depth: {told}"] if len(words) > 1 or "(" in told else []
+    told = [f"by depth: {', '.join(f'{depth} {text}' for depth, text in words.items())}"]
+    more = set(words.values()) - {verdict.word}
+    return (told if more else []) + ([f"by return: {verdict.by_return}"] if verdict.by_return else [])
 
 
 def _state(comparison: verdicts.Comparison) -> str:
@@ -174,7 +175,7 @@ def summary(judged: Sequence[Verdict], facts: dict[str, Any]) -> list[str]:
         notes = "; ".join([text for text in (verdict.reason, *verdict.notes) if text])
         line = f"{SIGNS[verdict.word]} {verdict.word:<14} {'*' if claim.main else ' '} {name}: {notes or claim.says}"
         lines.append(_cut(line))
-        lines += [_cut(f"{'':<19}{text}") for text in _by_depth(verdict)]
+        lines += [_cut(f"{'':<19}{text}") for text in _beside(verdict)]
     return [*lines, f"* main comparison; the whole: {PAGE}, {CLAIMS}"]
 
 

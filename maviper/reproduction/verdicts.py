@@ -77,6 +77,7 @@ class Verdict:
     reason: str
     comparisons: tuple[Comparison, ...]
     notes: tuple[str, ...] = ()  # what a reader must know beside it, such as a weak expert
+    by_return: str = ""  # of a claim on prey: word and reason, judged by return, these claims being one family
 
     @property
     def run(self) -> tuple[Comparison, ...]:
@@ -109,8 +110,8 @@ def judged(book: Book, known: Register, expert: str) -> list[Verdict]:
     by_return = replace(known, claims=tuple(filter(None, map(_by_return, known.claims))))
     for each in _judged(book, by_return, expert):
         if each.run:
-            told = f"by return, as one family: {each.word}{f', {each.reason}' if each.reason else ''}"
-            found[each.claim.id] = replace(found[each.claim.id], notes=(*found[each.claim.id].notes, told))
+            told = f"{each.word}{f', {each.reason}' if each.reason else ''}"
+            found[each.claim.id] = replace(found[each.claim.id], by_return=told)
     return list(found.values())
 
 
@@ -373,6 +374,7 @@ def _plain(verdict: Verdict) -> dict[str, Any]:
     paper = {} if claim.published is None else {"number": claim.published.number, "place": claim.published.place}
     told = {name: getattr(claim, name) for name in names} | {"published": paper, "expert": verdict.expert}
     said = {"verdict": verdict.word, "reason": verdict.reason, "notes": list(verdict.notes)}
+    said |= {"by_return": verdict.by_return} if verdict.by_return else {}
     said |= {"by_depth": {str(depth): text for depth, text in verdict.by_depth.items()}}
     return {**told, **said, "comparisons": [_plain_comparison(each) for each in verdict.comparisons]}
 

@@ -71,8 +71,9 @@ def test_no_baseline_is_at_the_ceiling_where_there_is_room(ordered):
 def test_prey_are_judged_by_return_beside_touches(ordered):
     """In these tables both say the same; a claim about anything else has no such note."""
     for name, verdict in ordered.items():
-        told = [note for note in verdict.notes if note.startswith("by return")]
-        assert bool(told) == (name in ("individual-prey", "joint-prey", "joint-prey-depth-2", "robust-prey")), name
+        assert bool(verdict.by_return) == (
+            name in ("individual-prey", "joint-prey", "joint-prey-depth-2", "robust-prey")
+        ), name
 
 
 def test_bounds(ordered):
