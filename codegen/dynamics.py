@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 from codegen.ir import MAX_LENGTH, ActionSpec, EntitySpec, Float64, WorldSpec
 
-PHYSICS, MPE2, FORK = "physics", "mpe2", "released"  # the option of a world, and what it may be
+MPE2 = "mpe2"  # of the option PHYSICS of a world, which may be FORK instead
 COINCIDENT = 1e-150  # centres so near to one another count as one place
 Number = TypeVar("Number", float, Float64)
 

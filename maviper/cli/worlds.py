@@ -46,7 +46,7 @@ def worlds_show(world: str, features_file: Path | None) -> int:
 
     Each feature is shown with its unit, range and meaning.
     """
-    from codegen.dynamics import FORK, PHYSICS
+    from codegen.ir import FORK, PHYSICS
     from maviper.worlds import find
     from maviper.worlds.games.particle import FORK_MOTION
     from maviper.worlds.naming import with_names

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from codegen import ir, policy_json
-from codegen.dynamics import PHYSICS
 from codegen.errors import InputError, UnknownNameError
 from codegen.floats import FLOAT32
+from codegen.ir import PHYSICS
 from maviper.episodes.play import Controller, tree_policies
 from maviper.evaluation.crossplay import Uniform
 from maviper.experts import store

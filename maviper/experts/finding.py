@@ -6,8 +6,8 @@ Assumes: a user who names a module wants its code to run.
 Does not: take such a name from a file.
 """
 
-from codegen.dynamics import PHYSICS
 from codegen.errors import InputError, UnknownNameError
+from codegen.ir import PHYSICS
 from maviper.experts import store
 from maviper.experts.expert import Expert
 from maviper.experts.foreign import named

@@ -14,9 +14,9 @@ from markupsafe import Markup
 
 from codegen import ir
 from codegen.check import ensure
-from codegen.dynamics import FORK, PHYSICS
 from codegen.errors import InputError
 from codegen.floats import FLOAT32
+from codegen.ir import FORK, PHYSICS
 from codegen.lowering.lower import NESTED, lower
 from codegen.lowering.render import render
 from codegen.wording import counted

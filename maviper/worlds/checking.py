@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from codegen.dynamics import PHYSICS
 from codegen.errors import InputError
+from codegen.ir import PHYSICS
 from codegen.lowering.render import render
 from codegen.wording import counted
 from maviper.files import runs

@@ -17,7 +17,8 @@ from pathlib import Path
 import numpy as np
 
 import maviper
-from codegen.dynamics import FORK, PHYSICS, Motion
+from codegen.dynamics import Motion
+from codegen.ir import FORK, PHYSICS
 from maviper.episodes import measures
 from maviper.experts.finding import find_expert
 from maviper.experts.scripted import scripted

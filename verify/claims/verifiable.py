@@ -10,10 +10,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from codegen.dynamics import FORK, PHYSICS
 from codegen.errors import InputError, UnknownNameError
 from codegen.floats import FLOAT32, below_zero
-from codegen.ir import NO_FEATURE, AgentPolicy, PolicyProfile
+from codegen.ir import FORK, NO_FEATURE, PHYSICS, AgentPolicy, PolicyProfile
 from verify.claims.claim import ensure_team
 
 

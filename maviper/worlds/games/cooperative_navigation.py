@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from codegen.dynamics import MPE2, PHYSICS
-from codegen.ir import EntitySpec, FeatureSpec, Float64, Meaning
+from codegen.dynamics import MPE2
+from codegen.ir import PHYSICS, EntitySpec, FeatureSpec, Float64, Meaning
 from maviper.worlds.games.features import own, relative
 from maviper.worlds.games.particle import (
     ACTIONS,

@@ -18,9 +18,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from codegen.dynamics import FORK, MPE2, PHYSICS, Motion
+from codegen.dynamics import MPE2, Motion
 from codegen.errors import InputError, UnknownNameError
-from codegen.ir import ActionSpec, Bool, EntitySpec, FeatureSpec, Float32, Float64, WorldSpec
+from codegen.ir import FORK, PHYSICS, ActionSpec, Bool, EntitySpec, FeatureSpec, Float32, Float64, WorldSpec
 from codegen.observe import Observer
 from maviper.worlds.games.features import COASTING, extended, groups_of
 from maviper.worlds.world import FEATURES, Int, Options, World

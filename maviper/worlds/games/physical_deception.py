@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from codegen.dynamics import MPE2, PHYSICS
+from codegen.dynamics import MPE2
 from codegen.errors import InputError
-from codegen.ir import Bool, EntitySpec, FeatureSpec, Float32, Float64
+from codegen.ir import PHYSICS, Bool, EntitySpec, FeatureSpec, Float32, Float64
 from codegen.observe import Observer
 from maviper.worlds.games.features import relative
 from maviper.worlds.games.particle import (

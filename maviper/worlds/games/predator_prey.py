@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from codegen.dynamics import FORK, MPE2, PHYSICS
+from codegen.dynamics import MPE2
 from codegen.errors import UnknownNameError
-from codegen.ir import EntitySpec, FeatureSpec, Float64, Meaning
+from codegen.ir import FORK, PHYSICS, EntitySpec, FeatureSpec, Float64, Meaning
 from maviper.worlds.games.features import own, relative, top_speed, velocity
 from maviper.worlds.games.particle import (
     ACTIONS,
