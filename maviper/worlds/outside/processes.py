@@ -53,9 +53,13 @@ class Copy:
 
     def ask(self, verb: str, argument: Any) -> Outcome:
         """`reset` with a seed or `step` with all agents' actions; InputError when the environment raises."""
+        with output_aside():
+            return self.answer(verb, argument)
+
+    def answer(self, verb: str, argument: Any) -> Outcome:
+        """As `ask`, where output is aside already."""
         try:
-            with output_aside():
-                return self._reset(argument) if verb == "reset" else self._step(argument)
+            return self._reset(argument) if verb == "reset" else self._step(argument)
         except (Exception, SystemExit) as error:
             raise fault(error, self.source, f"the environment's {verb}") from error
 
@@ -94,13 +98,12 @@ class Copy:
 
     def _outcome(self, acted: Sequence[Any], observations: Mapping[Any, Any], rewards: Mapping[Any, Any]) -> Outcome:
         live = self._live()
-        with np.errstate(over="ignore"):  # a double beyond the format rounds to infinity
-            for index, (name, size) in enumerate(zip(self.names, self._sizes, strict=True)):
-                if name in observations and (name in acted or name in live):
-                    self._seen[index] = seen = np.array(observations[name], dtype=np.float32)
-                    if seen.shape != (size,):
-                        found = f"{name} observes an array of shape {seen.shape}, its space says ({size},)"
-                        raise InputError(found, self.source.text, "return what observation_space says")
+        for index, (name, size) in enumerate(zip(self.names, self._sizes, strict=True)):
+            if name in observations and (name in acted or name in live):
+                self._seen[index] = seen = _single(observations[name])
+                if seen.shape != (size,):
+                    found = f"{name} observes an array of shape {seen.shape}, its space says ({size},)"
+                    raise InputError(found, self.source.text, "return what observation_space says")
         gained = [float(rewards.get(name, 0.0)) if name in acted else 0.0 for name in self.names]
         done, ended = ([name in which for name in self.names] for which in (self._ended, self._ended - self._cut))
         turn = getattr(self.env, "acting", None)
@@ -120,6 +123,14 @@ class Copy:
         if not isinstance(given, tuple) or len(given) != n:
             raise InputError(f"{verb} does not return {wanted}", self.source.text, "see PettingZoo's parallel API")
         return given
+
+
+def _single(given: Any) -> Float32:
+    """An observation as float32, a copy; a double beyond the format rounds to infinity."""
+    if type(given) is np.ndarray and given.dtype == np.float32:  # numpy's warnings need not be held back
+        return given.copy()
+    with np.errstate(over="ignore"):
+        return np.array(given, dtype=np.float32)
 
 
 def _mask(env: Any, name: Any, source: Source, size: int) -> Mask | None:
@@ -149,7 +160,8 @@ class Copies:
         if not self.apart:
             while len(self._here) < len(arguments):
                 self._here.append(Copy(self.make(), self.source))
-            return [copy.ask(verb, argument) for copy, argument in zip(self._here, arguments, strict=False)]
+            with output_aside():  # once for all of them: to enter and leave takes as long as a small game's step
+                return [copy.answer(verb, argument) for copy, argument in zip(self._here, arguments, strict=False)]
         try:
             while len(self._processes) < len(arguments):
                 self._processes.append(_Process(self.source))

@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping
 from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from pettingzoo import ParallelEnv
 
 from codegen.errors import InputError, MissingToolError
@@ -114,6 +115,7 @@ class SingleAgent(ParallelEnv[str, Any, Any]):
         if as_it_is:
             self._seen: spaces.Space = env.observation_space
             return
+        self._plain = type(env.observation_space).__name__ in ("Box", "MultiBinary")  # vectors are what `vector` leaves
         flat = self._seen = _vector_space(env.observation_space, text)
         names = called.features.items() if called and len(called.features) == flat.shape[0] else ()
         self.features = {AGENT: specs_of(names or names_of(env.observation_space), flat)}
@@ -148,7 +150,9 @@ class SingleAgent(ParallelEnv[str, Any, Any]):
         self.env.close()
 
     def _vector(self, seen: Any) -> Any:
-        return seen if self.as_it_is else vector(self.env.observation_space, seen)
+        if self.as_it_is or (self._plain and type(seen) is np.ndarray and seen.ndim == 1):
+            return seen
+        return vector(self.env.observation_space, seen)
 
 
 def _described(env: gymnasium.Env) -> Any:
