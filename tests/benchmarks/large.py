@@ -107,7 +107,9 @@ EXTRACTIONS = {
 }
 COMPILED: dict[str, Made] = {WIDE: wide, MANY: lambda: full("cooperative-navigation,agents=12", 6, "agents")}
 # seconds of CPU on an idle core, and megabytes
+REFUSED = "refuse matchings of 12 agents"
 REACH = {
+    REFUSED: (2, 300),
     WIDE: (4, 400),
     MANY: (10, 400),
     "extract 6 agents": (20, 400),
@@ -142,6 +144,8 @@ def spent(words: list[str]) -> Ended:
 def command(name: str) -> Ended:
     """A compilation or an extraction, and how it ended; what cannot be replayed is compiled all the same."""
     with tempfile.TemporaryDirectory() as folder:
+        if name == REFUSED:
+            return ran(COMPILED[MANY](), "verify", "--property", "distinct_targets")._replace(answer="REFUSED")
         if name in EXTRACTIONS:
             found = spent(["extract", *EXTRACTIONS[name], "-o", str(Path(folder) / "result.json")])
         else:
