@@ -18,12 +18,11 @@ from maviper.experts.wrapped import lawful_expert
 from maviper.extraction import dagger, fitted_q, rgmdt
 from maviper.extraction.bundles import AGENT, FITTED_Q, IMITATION, IVIPER, RGMDT, TEAM, VIPER, grouped
 from maviper.extraction.examples import NO_EXAMPLES, Examples
-from maviper.extraction.extraction import QUIETLY, Extraction, Running, unseen
+from maviper.extraction.extraction import QUIETLY, Extraction, Running
 from maviper.extraction.journal import NOTHING_KEPT, Journal
 from maviper.extraction.outcome import profile_of
 from maviper.extraction.released import released
 from maviper.extraction.selection import refine
-from maviper.extraction.selection.progress import OnProgress
 from maviper.extraction.selection.selection import Selection
 from maviper.extraction.settings import RELEASED, Settings
 from maviper.files.jobs import side_by_side
@@ -121,7 +120,7 @@ def _iterates(asked: Extraction, agents: list[int], running: Running) -> Iterate
         journal = asked.journal.part(part) if part else asked.journal
         tasks.append((replace(asked, journal=journal), together))
     if running.jobs == 1 or len(tasks) == 1:
-        found = [_chosen(own, together, running.on_progress) for own, together in tasks]
+        found = [_chosen(own, together, running) for own, together in tasks]
     else:
         found = list(side_by_side(_quietly, tasks, running.jobs))
     trees = {
@@ -132,15 +131,15 @@ def _iterates(asked: Extraction, agents: list[int], running: Running) -> Iterate
     return [trees[agent] for agent in agents], _joined(asked.settings, [facts for _, facts in found])
 
 
-def _chosen(asked: Extraction, agents: list[int], on_progress: OnProgress) -> Iterates:
+def _chosen(asked: Extraction, agents: list[int], running: Running) -> Iterates:
     """As `_iterates`, for agents whose iterates depend on one another."""
-    selection = Selection(asked, agents, on_progress)
+    selection = Selection(asked, agents, running)
     points = _rounds(asked.settings)(asked, agents, selection)
     return selection.chosen(), {**selection.facts, "points": points}
 
 
 def _quietly(asked: Extraction, agents: list[int]) -> Iterates:
-    return _chosen(asked, agents, unseen)
+    return _chosen(asked, agents, QUIETLY)
 
 
 def _rounds(settings: Settings) -> Callable[[Extraction, list[int], Selection], int]:

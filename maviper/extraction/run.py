@@ -195,7 +195,7 @@ def extract_live(asked: Found, console: Console, jobs: int = 1, folder: Path | N
         say_expert(expert, world, console)
     journal = Journal(folder / STEPS) if folder else NOTHING_KEPT
     with Stages(console, folder / METRICS_FILE if folder else None) as stages:
-        profile = extract(world, expert, settings, Running(stages.show, jobs), journal, examples)
+        profile = extract(world, expert, settings, Running(stages.show, jobs, stages.underway), journal, examples)
     say_stopped(profile, console)
     if not console.of:
         say_measured(profile, world, console)
@@ -237,12 +237,12 @@ class Stages:
     def __exit__(self, *caught: object) -> None:
         self._open.close()
 
-    def show(self, progress: Progress | Underway) -> None:
+    def underway(self, told: Underway) -> None:
+        """Shows how far a step has come."""
+        self._line(EXTRACTING, EXTRACTING, told.total).update(told.done, self._best or told.doing)
+
+    def show(self, progress: Progress) -> None:
         """Shows and writes one step. A run that goes on shows the steps that are done again, so the file is whole."""
-        if isinstance(progress, Underway):
-            live = self._line(EXTRACTING, EXTRACTING, progress.total)
-            live.update(progress.done, self._best or progress.doing)
-            return
         if self.metrics:
             self._lines.append(json.dumps(progress.line) + "\n")
             runs.write(self.metrics, "".join(self._lines))

@@ -52,7 +52,8 @@ class Underway:
     doing: str
 
 
-OnProgress = Callable[[Progress | Underway], None]
+OnProgress = Callable[[Progress], None]
+OnUnderway = Callable[[Underway], None]
 
 
 def count_leaves(trees: Sequence[GrownTree]) -> int:

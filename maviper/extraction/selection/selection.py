@@ -12,17 +12,17 @@ import numpy as np
 from codegen.ir import Float64, GrownTree
 from maviper.episodes import measures
 from maviper.extraction.bundles import AGENT, TEAM, UNIFORM, grouped
-from maviper.extraction.extraction import Extraction
+from maviper.extraction.extraction import Extraction, Running
 from maviper.extraction.journal import Arrays
 from maviper.extraction.selection.choices import KINDS, Choice, common
-from maviper.extraction.selection.progress import EXTRACTING, OnProgress, Progress, Underway, count_leaves
+from maviper.extraction.selection.progress import EXTRACTING, Progress, Underway, count_leaves
 
 
 class Selection:
     """The choices of some `agents` that are extracted in the same rounds."""
 
-    def __init__(self, asked: Extraction, agents: Sequence[int], on_progress: OnProgress) -> None:
-        self.asked, self.agents, self.on_progress = asked, list(agents), on_progress
+    def __init__(self, asked: Extraction, agents: Sequence[int], running: Running) -> None:
+        self.asked, self.agents, self.running = asked, list(agents), running
         settings = asked.settings
         experts = asked.journal.arrays("expert", self._experts)
         units = grouped(asked.world, settings.selection_by, agents)
@@ -49,7 +49,7 @@ class Selection:
 
     def underway(self, share: float, doing: str) -> None:
         """Says that a share of the work on the next candidate is done."""
-        self.on_progress(Underway(self.offered + share, self.asked.settings.iterations, doing))
+        self.running.on_underway(Underway(self.offered + share, self.asked.settings.iterations, doing))
 
     def grown(self, figures: Mapping[str, float]) -> None:
         """Says by name how the growth of the next candidate went."""
@@ -70,7 +70,7 @@ class Selection:
         self._since_gain += 1
         if best > self._reference:
             self._reference, self._since_gain = best + half_width, 0
-        self.on_progress(self._progress(float(np.mean(scores)), best))
+        self.running.on_progress(self._progress(float(np.mean(scores)), best))
         return self._since_gain >= self.asked.settings.patience and all(choice.stops for choice in self.choices)
 
     def _progress(self, score: float, best: float) -> Progress:

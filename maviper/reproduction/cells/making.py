@@ -21,7 +21,7 @@ from maviper.extraction.algorithms import extract
 from maviper.extraction.bundles import VIPER
 from maviper.extraction.extraction import Running
 from maviper.extraction.outcome import profile_of
-from maviper.extraction.selection.progress import Progress, Underway
+from maviper.extraction.selection.progress import Progress
 from maviper.files import runs
 from maviper.reproduction.cells import facts
 from maviper.reproduction.cells.cell import (
@@ -151,12 +151,7 @@ def crossplay(world: World, expert: Expert, profiles: Mapping[str, PolicyProfile
 def _extracted(cell: Cell, world: World, expert: Expert, profile: PolicyProfile | None) -> Files:
     """An extraction, or what is there of it already under another name."""
     curve: list[Progress] = []
-
-    def listen(seen: Progress | Underway) -> None:
-        if isinstance(seen, Progress):  # a round that is done
-            curve.append(seen)
-
-    profile = profile or _profile(cell, world, expert, Running(listen))
+    profile = profile or _profile(cell, world, expert, Running(curve.append))
     told = facts.of_profile(cell, world, expert, profile, curve)
     rows = played(world, cell, replacing(world, expert, profile))
     return {

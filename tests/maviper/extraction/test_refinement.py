@@ -23,7 +23,7 @@ from maviper.episodes.trees import agent_policies
 from maviper.evaluation import held_out
 from maviper.experts.finding import find_expert
 from maviper.extraction.algorithms import extract
-from maviper.extraction.extraction import Extraction, Running, unseen
+from maviper.extraction.extraction import QUIETLY, Extraction, Running
 from maviper.extraction.journal import Journal, pack_trees, unpack_trees
 from maviper.extraction.released import released
 from maviper.extraction.selection import arena, refine
@@ -189,7 +189,7 @@ def test_scores_from_elsewhere_do_not_decide_a_race(episodes):
 def test_a_race_is_won_against_experts_not_in_rollouts(quick, world, expert):
     """Rollouts say the contrary of what the teams do against experts."""
     settings = Settings.of({**SMALL, "refinement": 0})
-    race = Selection(Extraction(world, expert, settings), range(3), unseen)
+    race = Selection(Extraction(world, expert, settings), range(3), QUIETLY)
     good = extract(world, expert, Settings.of({**SMALL, "iterations": 6, "rollouts": 40, "refinement": 0}))
     trees = [policy.grown for policy in good.agents]
     race.offer([trees[0], *[constant(0)] * 2])
@@ -362,7 +362,7 @@ def test_trees_are_kept_as_they_are(trees):
 def test_each_team_takes_its_own_best(quick, world, expert):
     """A race among candidates of which one is best for one team and another for the other."""
     settings = Settings.of({**SMALL, "refinement": 0})
-    race = Selection(Extraction(world, expert, settings), range(3), unseen)
+    race = Selection(Extraction(world, expert, settings), range(3), QUIETLY)
     good = extract(world, expert, Settings.of({**SMALL, "iterations": 6, "rollouts": 40, "refinement": 0}))
     trees = [policy.grown for policy in good.agents]
     still = constant(0)

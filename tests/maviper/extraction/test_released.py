@@ -15,7 +15,7 @@ from maviper.experts.measured import Measured
 from maviper.experts.scripted import scripted
 from maviper.extraction.algorithms import extract
 from maviper.extraction.bundles import FITTED_Q, IVIPER_RESAMPLING
-from maviper.extraction.extraction import Extraction, unseen
+from maviper.extraction.extraction import QUIETLY, Extraction
 from maviper.extraction.released import released
 from maviper.extraction.released.grow import _Growing, best_split, grow_team
 from maviper.extraction.selection.choices import ByReturn
@@ -140,7 +140,7 @@ def test_votes_of_more_than_half_keep_a_point():
 
 def test_each_teams_best_is_that_of_the_highest_return(world, expert, monkeypatch):
     settings = Settings.of({"preset": "released", "selection_episodes": 2})
-    selection = Selection(Extraction(world, expert, settings), range(3), unseen)
+    selection = Selection(Extraction(world, expert, settings), range(3), QUIETLY)
     returns = {"adversaries": iter([1, 3, 2]), "defenders": iter([5, 2, 9])}
 
     def played(self, trees):
