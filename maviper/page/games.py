@@ -61,7 +61,12 @@ def about(profile: ir.PolicyProfile) -> str:
     if len(observed) > 1:
         sees += f" {min(observed)} to {max(observed)} numbers"
     names = _named([action.name for action in first.actions])
-    does = f"and chooses one of {counted(len(first.actions), 'action')} ({names})" if alike else "and choose an action"
+    chooses = "chooses" if len(observed) == 1 else "each chooses"
+    does = (
+        f"and {chooses} one of {counted(len(first.actions), 'action')} ({names})"
+        if alike
+        else f"and {chooses} an action"
+    )
     moment = f"every {world.dt:g} s" if world.dt else "at each step"
     length = f", for at most {counted(world.episode_steps, 'step')}" if world.episode_steps > 1 else ""
     places = f" and {counted(len(world.landmarks), 'landmark')}" if world.landmarks else ""
