@@ -166,10 +166,7 @@ def _agent(policy: ir.AgentPolicy, visits: Sequence[int] | None, second: Second 
     return {
         "name": policy.agent,
         "team": policy.team,
-        "features": [
-            _feature(feature, policy.seen[place] if policy.seen else None)
-            for place, feature in enumerate(policy.features)
-        ],
+        "features": [_feature(feature) for feature in policy.features],
         "actions": [{"name": action.name, "effect": action.effect} for action in policy.actions],
         "tree": _tree(policy.tree, visits),
         **other,
@@ -187,15 +184,13 @@ def _tree(tree: ir.Tree, visits: Sequence[int] | None) -> dict[str, Any]:
     }
 
 
-def _feature(feature: ir.FeatureSpec, seen: ir.Seen | None) -> dict[str, Any]:
-    """A feature; what is set by hand goes over the numbers that were `seen`, where somebody looked."""
+def _feature(feature: ir.FeatureSpec) -> dict[str, Any]:
     meaning = feature.meaning
-    low, high = (feature.low, feature.high) if seen is None else (seen[0], seen[-1])
     return {
         "name": feature.name,
         "unit": feature.unit,
-        "low": low,
-        "high": high,
+        "low": feature.low,
+        "high": feature.high,
         "terms": None if meaning is None else [[weight, name] for weight, name in meaning.terms],
         "function": "" if meaning is None else meaning.function,
         "measured": meaning is not None and measurable(meaning),

@@ -81,16 +81,17 @@ def _named(names: Sequence[str]) -> str:
 
 
 def shown_ranges(policy: ir.AgentPolicy, seen: Floats | None = None) -> list[tuple[float, float]]:
-    """For each feature the least and the most that a slider shows: its stated range where that is bounded, else what
-    was `seen` [n, n_features] and the tree's thresholds, with a margin.
+    """For each feature the least and the most that a slider shows: what the profile says was seen, or its stated range
+    where that is bounded, else what was `seen` [n, n_features]; with the tree's thresholds, and a margin.
     """
     tree = policy.tree
     found: list[tuple[float, float]] = []
     for place, feature in enumerate(policy.features):
-        if -BOUNDED < feature.low < feature.high < BOUNDED:
+        if not policy.seen and -BOUNDED < feature.low < feature.high < BOUNDED:
             found.append((feature.low, feature.high))
             continue
         known = tree.threshold[tree.feature == place].astype(float).tolist()
+        known += [policy.seen[place][0], policy.seen[place][-1]] if policy.seen else []
         known += [] if seen is None else seen[:, place].astype(float)[np.isfinite(seen[:, place])].tolist()
         low, high = min(known, default=0.0), max(known, default=0.0)
         margin = MARGIN * (high - low) or max(1.0, abs(high))

@@ -220,5 +220,7 @@ def test_ranges_of_sliders_hold_every_test_and_what_was_seen():
     ((low, high),) = shown_ranges(policy, np.array([[-40.0], [np.nan], [60.0]], np.float32))
     assert (low, high) == (-90.0, 110.0)
     assert shown_ranges(pushed(-0.5, 0.5).agents[0]) == [(-0.5, 0.5)]
+    looked = dataclasses.replace(pushed(-0.5, 0.5).agents[0], seen=((-0.1, -0.05, 0.05, 0.1),))
+    assert shown_ranges(looked) == [(pytest.approx(-0.2), pytest.approx(0.2))]  # half of what was seen beyond it
     ((low, high),) = shown_ranges(pushed(0.0, 1e9).agents[0])
     assert low == 0 and threshold < high < 10
