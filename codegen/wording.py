@@ -8,7 +8,7 @@ What is written as x < 0 compares with a number so small that it says nothing to
 float32 that is not subnormal, or the last number of all.
 """
 
-PLURALS = {"branch": "branches", "leaf": "leaves"}  # of nouns that take no s
+PLURALS = {"box": "boxes", "branch": "branches", "leaf": "leaves"}  # of nouns that take no s
 TINY = 2.0**-126  # the least float32 that is not subnormal
 
 

@@ -91,3 +91,11 @@ def test_trees_are_extracted_again(tmp_path, monkeypatch):
     assert load(tmp_path / "again.json").agents[1].tree.threshold.tolist() == (
         load(PLACE / "corridor.json").agents[1].tree.threshold.tolist()
     )
+
+
+def test_certificates_of_the_first_form_are_read(capsys):
+    """One that linear programs found, before boxes did."""
+    path = Path(__file__).parent / "golden" / "system_certificate_1" / "certificate-1-stays_in.json"
+    assert json.loads(path.read_text())["certificate"] == "maviper-system-certificate-1"
+    assert command(["check", str(path)]) == ExitCode.DONE
+    assert "branches closed" in capsys.readouterr().out

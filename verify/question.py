@@ -46,6 +46,7 @@ class Budgets:
     max_zones: int = 5_000_000  # visited for a claim about episodes; about a million a second
     max_states: int = 200_000  # symbolic states visited for a claim about a stated system, over all steps and attempts
     max_programs: int = 100_000  # linear programs solved for such a claim
+    max_boxes: int = 2_000_000  # boxes of covers looked for, over all steps and attempts; about a million a second
     samples: int = 4_096  # episodes of a stated system that are played in search of a counterexample
     option: str = "--solver-units"  # that sets the limits on units and nodes; "" where none does
 

@@ -63,5 +63,6 @@ def check(
 
     with console_of(context).following("checking") as listener, listening(listener):
         proof = check_file(certificate, profile, against, world)
-    say(f"accepted  {proof.subject}: {counted(proof.closed, 'branch')} closed, {counted(proof.size, 'byte')} of proof")
+    closed = f"{counted(proof.closed, proof.unit)}{' closed' if proof.unit == 'branch' else ''}"
+    say(f"accepted  {proof.subject}: {closed}, {counted(proof.size, 'byte')} of proof")
     return ExitCode.DONE

@@ -85,6 +85,10 @@ class SystemOptions(TypedDict, total=False):
             "With --world: also run user code (an environment) that the file names, to measure the statement.",
         ),
     ]
+    max_boxes: Annotated[
+        int | None,
+        Option(None, BUDGETS, "With --world: limit on boxes tried per claim (default: 2000000)."),
+    ]
     max_states: Annotated[
         int | None,
         Option(None, BUDGETS, "With --world: limit on symbolic states visited per claim (default: 200000)."),

@@ -80,6 +80,7 @@ class VerifyOptions:
     verdict_only: bool = False  # no shares, margins, explanations or files beside the verdicts
     world: Path | None = None  # a world file: claims are about the system that it states
     run_reference: bool = False  # also run user code that the file names
+    max_boxes: int | None = None
     max_states: int | None = None
     max_programs: int | None = None
 
@@ -134,7 +135,10 @@ class VerifyOptions:
         if self.verdict_only and self.run_reference:
             advice = "leave one of them out"
             raise InputError("--run-reference has no effect with --verdict-only", "--run-reference", advice)
-        for option, limit in (("--max-states", self.max_states), ("--max-programs", self.max_programs)):
+        limits = {
+            "--max-boxes": self.max_boxes, "--max-states": self.max_states, "--max-programs": self.max_programs
+        }  # fmt: skip
+        for option, limit in limits.items():
             if limit is not None and limit < 1:
                 what = f"{option} must be at least 1, given {limit}"
                 raise InputError(what, option, "leave it out for the usual limit")
@@ -162,6 +166,7 @@ class VerifyOptions:
             max_nodes=max(usual.max_nodes, self.units // UNITS_A_NODE),
             max_cells=self.cells or usual.max_cells,
             max_zones=max_zones or usual.max_zones,
+            max_boxes=self.max_boxes or usual.max_boxes,
             max_states=self.max_states or usual.max_states,
             max_programs=self.max_programs or usual.max_programs,
         )

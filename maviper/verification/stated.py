@@ -86,6 +86,7 @@ class StatedWorld:
         options, subject = self.options, ClosedLoop(self.profile, self.statement.system)
         words = ["maviper", "verify", runs.PROFILE_FILE, "--world", WORLD_FILE]
         words += [] if options.file is None else ["--properties", PROPERTY_FILE]
+        words += [] if options.max_boxes is None else ["--max-boxes", str(options.max_boxes)]
         words += [] if options.max_states is None else ["--max-states", str(options.max_states)]
         words += [] if options.max_programs is None else ["--max-programs", str(options.max_programs)]
         command = shlex.join([*words, *(["--run-reference"] if options.run_reference else [])])

@@ -172,8 +172,9 @@ def serving():
 
 
 def decided(profile, system, claims, budgets=None):
-    """What the search says of claims, in order."""
-    asked = (Question(ClosedLoop(profile, system), claim, UNBOUNDED, budgets=budgets or Budgets()) for claim in claims)
+    """What the search says of claims, in order; by symbolic states alone, unless budgets say otherwise."""
+    budgets = budgets or Budgets(max_boxes=0)
+    asked = (Question(ClosedLoop(profile, system), claim, UNBOUNDED, budgets=budgets) for claim in claims)
     return [decide(question) for question in asked]
 
 

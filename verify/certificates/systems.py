@@ -1,15 +1,18 @@
 """Certificates of claims about stated systems, as text, and their claims as plain data.
 
-Does: the JSON text that checker/systems/certificates.py reads.
+Does: the JSON texts that checker/systems/certificates.py and checker/covers/certificates.py read.
 Assumes: nothing.
 Does not: check what it writes.
 """
 
+from collections.abc import Callable
 from typing import Any
 
 from codegen.floats import rational_literal
 from codegen.json_layout import layout
 from verify.certificates.proofs import proof_lines
+from verify.checker.covers.certificates import FORM as COVER_FORM
+from verify.checker.covers.certificates import AnyCertificate, CoverCertificate
 from verify.checker.envelope import body_hash
 from verify.checker.systems.certificates import FORM, SystemCertificate
 from verify.claims.formula import Linear
@@ -18,8 +21,21 @@ from verify.systems.claims import SystemClaim
 from verify.systems.system import HalfSpace
 
 
-def to_json(certificate: SystemCertificate) -> str:
+def to_json(certificate: AnyCertificate) -> str:
     """The text of a certificate; equal certificates give equal bytes."""
+    form, proof = _PROOFS[type(certificate)](certificate)
+    body = {
+        "certificate": form,
+        "profile": certificate.profile,
+        "system": certificate.system,
+        "claim": claim_document(certificate.claim),
+        "inhabitant": {name: rational_literal(value) for name, value in certificate.inhabitant.items()},
+        **proof,
+    }
+    return layout(body | {"content_hash": body_hash(body)}) + "\n"
+
+
+def _walked(certificate: SystemCertificate) -> tuple[str, dict[str, Any]]:
     parts = [
         {
             "followed": list(part.followed),
@@ -29,15 +45,17 @@ def to_json(certificate: SystemCertificate) -> str:
         }
         for part in certificate.parts
     ]
-    body = {
-        "certificate": FORM,
-        "profile": certificate.profile,
-        "system": certificate.system,
-        "claim": claim_document(certificate.claim),
-        "inhabitant": {name: rational_literal(value) for name, value in certificate.inhabitant.items()},
-        "parts": parts,
-    }
-    return layout(body | {"content_hash": body_hash(body)}) + "\n"
+    return FORM, {"parts": parts}
+
+
+def _covered(certificate: CoverCertificate) -> tuple[str, dict[str, Any]]:
+    widths = {name: rational_literal(width) for name, width in certificate.widths.items()}
+    return COVER_FORM, {"cells": widths, "cuts": proof_lines(certificate.cuts)}
+
+
+_PROOFS: dict[type, Callable[[Any], tuple[str, dict[str, Any]]]] = {
+    SystemCertificate: _walked, CoverCertificate: _covered,
+}  # fmt: skip
 
 
 def claim_document(claim: SystemClaim) -> dict[str, Any]:

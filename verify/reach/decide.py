@@ -4,21 +4,28 @@ Does: the order in which counterexamples and proofs are looked for.
 Assumes: a checked profile; a system whose names, units and shapes were checked.
 Does not: read or write files.
 
-First random episodes are played. Then the claim is shown in parts, each of which follows only the variables that it
-depends on. If that fails, all variables are followed: then what a branch leaves open is an episode, which is replayed.
+First random episodes are played, then boxes are tried that cover all episodes. Then the claim is shown in parts, each
+of which follows only the variables that it depends on. If that fails, all variables are followed: then what a branch
+leaves open is an episode, which is replayed.
 """
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Generator, Iterable, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from typing import NamedTuple
 
 from codegen.errors import InputError, UnknownNameError
 from codegen.floats import nearest_double
 from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash
+from verify.boxes.covering import Search
+from verify.certificates.proofs import encoded
+from verify.checker.covers.certificates import CoverCertificate
+from verify.checker.covers.certificates import accepted as accepted_cover
+from verify.checker.reading import RejectedError
 from verify.checker.systems.certificates import SystemCertificate, accepted, acting
 from verify.checker.systems.reading import SystemReading
 from verify.checker.systems.rows import UNIT, Branch
@@ -27,12 +34,12 @@ from verify.claims.formula import agents
 from verify.progress import tell
 from verify.question import Budgets, Question
 from verify.reach.parts import divided, whole
-from verify.reach.replay import replayed
+from verify.reach.replay import Course, replayed
 from verify.reach.results import OpenState, ReachOutcome, SystemCounterexample
 from verify.reach.samples import courses
 from verify.reach.search import Open, ReachBudgetError, SystemProver
 from verify.reach.unfolding import Merging, Unfolding
-from verify.reach.witnesses import inhabitant, witnesses
+from verify.reach.witnesses import inhabitant, starts, witnesses
 from verify.result import Verdict
 from verify.subjects import ClosedLoop
 from verify.systems import documents
@@ -59,6 +66,7 @@ STAGES = (  # how symbolic states are merged, and the symbolic states and linear
 )
 GROWTH = 4  # of what is tried, once no stage had enough
 PARTED = 3  # a part that can be shown alone takes few symbolic states; what it does not follow may make many
+FIRST_SAMPLES = 256  # episodes that are played before anything is proved
 MAX_OPEN = 64  # branches in which an episode is looked for
 
 
@@ -108,6 +116,7 @@ class ReachSpentError(SpentError):
 class _Spent:
     states: int = 0
     programs: int = 0
+    boxes: int = 0
 
 
 class _Decision:
@@ -129,19 +138,52 @@ class _Decision:
     def outcome(self) -> ReachOutcome:
         """The verdict with its evidence and cost."""
         outcome = self._outcome()
-        return replace(outcome, states=self.spent.states, programs=self.spent.programs)
+        return replace(outcome, states=self.spent.states, programs=self.spent.programs, boxes=self.spent.boxes)
 
     def _outcome(self) -> ReachOutcome:
-        for course in courses(self.profile, self.system, self.claim, self.budget.samples):
-            found = replayed(self.profile, self.system, self.claim, course)
-            if found is not None:
-                return ReachOutcome(Verdict.VIOLATED, counterexample=found)
+        outcome = self._played(min(self.budget.samples, FIRST_SAMPLES)) or self._covered()
+        outcome = outcome or (self._played(self.budget.samples) if self.budget.samples > FIRST_SAMPLES else None)
+        if outcome is not None:
+            return outcome
         try:
             return self._searched()
         except ReachSpentError as error:
             spent = f"{self.spent.states:,} symbolic states and {self.spent.programs:,} linear programs"
             said = f"stopped after {spent} without a proof: {error.option} is {error.limit:,}"
             return self._unknown(said, error.branch, f"a larger {error.option} than {error.limit:,}")
+
+    def _played(self, count: int) -> ReachOutcome | None:
+        """VIOLATED where one of so many random episodes breaks the claim."""
+        return self._broken(courses(self.profile, self.system, self.claim, count)) if count else None
+
+    def _broken(self, candidates: Iterable[Course]) -> ReachOutcome | None:
+        """VIOLATED by the first course that breaks the claim in exact numbers."""
+        for course in candidates:
+            found = replayed(self.profile, self.system, self.claim, course)
+            if found is not None:
+                return ReachOutcome(Verdict.VIOLATED, counterexample=found)
+        return None
+
+    def _covered(self) -> ReachOutcome | None:
+        """PROVED where boxes that the checker accepts cover all episodes; VIOLATED by a start of a part left open."""
+        if self.claim.about_decisions or not self.budget.max_boxes:
+            return None
+        search = Search(self.profile, self.system, self.claim, self.budget.max_boxes)
+        hashes = content_hash(self.profile), documents.content_hash(self.system)
+        state: Mapping[str, Fraction] | Verdict | None = None
+        try:
+            for found in search.coverings():
+                state = state or inhabitant(self.system, self.claim)
+                if isinstance(state, Verdict):
+                    return ReachOutcome(state, NO_STATE[state], helps=(ROOM,))
+                cover = CoverCertificate(*hashes, self.claim, state, found.widths, encoded(found.cuts))
+                with suppress(RejectedError):  # razor-thin: the checker rounds outward
+                    return ReachOutcome(
+                        Verdict.PROVED, certificate=cover, branches=accepted_cover(cover, self.profile, self.system)
+                    )
+            return self._broken(starts(self.system, search.open[:MAX_OPEN]))
+        finally:
+            self.spent.boxes = search.spent
 
     def _searched(self) -> ReachOutcome:
         """The answer of the first stage that has one. ReachSpentError.

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 from verify.result import Verdict
 
 if TYPE_CHECKING:
-    from verify.checker.systems.certificates import SystemCertificate
+    from verify.checker.covers.certificates import AnyCertificate
 
 Values = Mapping[str, Fraction]
 
@@ -60,8 +60,9 @@ class ReachOutcome:
     reason: str = ""  # why there is no answer
     open: OpenState | None = None  # what an UNKNOWN leaves open, where that is a set of states
     helps: tuple[str, ...] = ()  # what may give an answer
-    certificate: SystemCertificate | None = field(default=None, repr=False)  # of what is PROVED
-    branches: int = 0  # that the checker closed
+    certificate: AnyCertificate | None = field(default=None, repr=False)  # of what is PROVED
+    branches: int = 0  # that the checker closed; of a cover its boxes
     counterexample: SystemCounterexample | None = None  # of what is VIOLATED
     states: int = 0  # symbolic states that were visited
     programs: int = 0  # linear programs that were solved
+    boxes: int = 0  # that were tried, over all steps and attempts

@@ -88,6 +88,7 @@ def document(
     system, made = statement.system, profile.provenance
     enclosed = any(map(curved, statement.rules))
     kinds = {result.claim.about_decisions for result in results}
+    certificates = [result.evidence.certificate for result in results]
     return {
         "report": FORM,
         "profile": content_hash(profile),
@@ -105,7 +106,7 @@ def document(
         "results": [facts(result, place) for place, result in enumerate(results, 1)],
         "command": command,
         "semantics": f"{SEMANTICS} {ENCLOSED}" if enclosed else SEMANTICS,
-        "trusted": trusted.systems(enclosed),
+        "trusted": trusted.systems(enclosed, {certificate.counted for certificate in certificates if certificate}),
         "limits": _limits(system, reference, kinds),
     }
 
@@ -219,6 +220,7 @@ def facts(result: Result[SystemClaim, Any], place: int) -> dict[str, Any]:
         "verdict": result.verdict.value,
         "meaning": meanings[result.verdict],
         "reason": result.reason,
+        "boxes": evidence.boxes,
         "symbolic_states": result.cost.spent,
         "linear_programs": evidence.programs,
         "shuffled_control": evidence.control.value,
@@ -235,8 +237,8 @@ def facts(result: Result[SystemClaim, Any], place: int) -> dict[str, Any]:
         found["certificate"] = {
             "file": certificate_name(place, claim),
             "bytes": certificate.size,
-            "parts": [list(part.followed) for part in certificate.parts],
-            "branches": evidence.branches,
+            **certificate.made_of,
+            certificate.counted: evidence.branches,
             "checker": "accepted",
         }
     if evidence.counterexample is not None:
@@ -282,8 +284,10 @@ def lines(told: Mapping[str, Any]) -> list[str]:
             found.append(f"at {moment(broken['step'], told.get('dt'))}: {_state(last)}")
         found += [told["replay"]] if "replay" in told else []
     if told["verdict"] == Verdict.PROVED.value:
-        size = counted(told["certificate"]["bytes"], "byte")
-        found.append(f"{counted(told['symbolic_states'], 'symbolic state')}, {size} of proof")
+        proof = told["certificate"]
+        boxes = proof.get("boxes")
+        tried = counted(told["symbolic_states"], "symbolic state") if boxes is None else counted(boxes, "box")
+        found.append(f"{tried}, {counted(proof['bytes'], 'byte')} of proof")
     found += [_weak(told)] if _weak(told) else []
     return found
 

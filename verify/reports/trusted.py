@@ -5,7 +5,7 @@ Assumes: tests that hold the lists of modules against what the checker and the r
 Does not: import them.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 CODEGEN = (
     "check",
@@ -54,6 +54,11 @@ SYSTEMS = {
     "verify/claims": ("formula", "formula_json", "region"),
     "verify/systems": ("claims", "documents", "system"),
 }
+COVERS = {
+    **SYSTEMS,
+    "verify/checker/covers": ("boxes", "certificates", "cuts", "images", "rounding", "sweep", "trees"),
+    "verify/systems": (*SYSTEMS["verify/systems"], "regions"),
+}
 REFEREE = {
     "codegen": ("errors", "floats", "ir", "observe", "region"),
     "verify": (*VERIFY, "question", "subjects"),
@@ -98,6 +103,10 @@ EPISODES_WITHOUT_CERTIFICATE = (
 SYSTEMS_WITH_CERTIFICATE = (
     f"for a proof about a stated system: {listed(SYSTEMS)}; and that the statement is true of what it is about"
 )
+SYSTEMS_WITH_COVER = (
+    f"for a proof about a stated system by boxes: {listed(COVERS)}; that the processor rounds float64 to nearest, of "
+    "which the checker asks samples; and that the statement is true of what it is about"
+)
 SYSTEM_READ = "that the world file was read as it is meant: verify/systems (files, and what it imports)"
 SYSTEM_ENCLOSED = (
     "for rules that are not affine: the checker's own arithmetic (verify/checker/systems/enclosures.py), which showed "
@@ -125,6 +134,10 @@ def texts(checked: bool | None, proofs: Sequence[str], replayed: Sequence[str]) 
     return [*found, *proofs, *replayed]
 
 
-def systems(enclosed: bool) -> list[str]:
-    """All lines of a report about a stated system. `enclosed`: some of its rules are not affine."""
-    return [SYSTEMS_WITH_CERTIFICATE, SYSTEM_READ, *([SYSTEM_ENCLOSED] if enclosed else []), SYSTEM_REPLAYED]
+def systems(enclosed: bool, counted: Collection[str]) -> list[str]:
+    """All lines of a report about a stated system. `enclosed`: some of its rules are not affine; `counted`: what the
+    checker counts in its certificates.
+    """
+    by_boxes = [SYSTEMS_WITH_COVER] if "boxes" in counted else []
+    walked = [SYSTEMS_WITH_CERTIFICATE] if "branches" in counted or not by_boxes else []
+    return [*walked, *by_boxes, SYSTEM_READ, *([SYSTEM_ENCLOSED] if enclosed else []), SYSTEM_REPLAYED]

@@ -19,11 +19,11 @@ from verify.solver import unrolled
 from verify.systems.claims import SystemClaim
 
 if TYPE_CHECKING:
-    from verify.checker.systems.certificates import SystemCertificate
+    from verify.checker.covers.certificates import AnyCertificate
     from verify.reach.results import OpenState
 
-ENGINE, UNIT = "reach", "symbolic states"
-CONTROL = {"max_states": 2_000, "max_programs": 4_000}  # shuffled leaves mostly fail at once, or fulfil the claim soon
+ENGINE, UNIT, BOXES = "reach", "symbolic states", "boxes"
+CONTROL = {"max_boxes": 200_000, "max_states": 2_000, "max_programs": 4_000}  # shuffled leaves mostly fail at once
 ENCLOSED = "the claim fails within the enclosure error, but no violating episode of the exact rules was found"
 NARROWER = ("more `cuts` where rules are not affine", "a smaller start region", "fewer steps")
 Confirm = Callable[[SystemCounterexample], SystemCounterexample | None]  # by the rules themselves; None: not broken
@@ -35,10 +35,11 @@ class SystemEvidence(Evidence):
 
     open: OpenState | None = None  # what an UNKNOWN leaves open, where that is a set of states
     helps: tuple[str, ...] = ()  # what may give an answer
-    certificate: SystemCertificate | None = None
+    certificate: AnyCertificate | None = None
     counterexample: SystemCounterexample | None = None
     environment: str = ""  # what the environment that the system is about says of the counterexample
     programs: int = 0  # linear programs that were solved
+    boxes: int = 0  # that were tried
 
 
 SystemResult = Result[SystemClaim, SystemEvidence]
@@ -51,7 +52,9 @@ def verify_system(question: Question[SystemClaim], confirm: Confirm | None = Non
     found = _confirmed(decide(question), confirm)
     settled = beside and found.verdict in SETTLED
     control = decide(question.control.spending(**CONTROL)).verdict if settled else Verdict.SKIPPED
+    by_boxes = not found.states and found.certificate is not None
     own = Opinion(ENGINE, found.verdict, found.states, UNIT)
+    own = Opinion(BOXES, found.verdict, found.boxes, BOXES) if by_boxes else own
     evidence = SystemEvidence(
         control=control,
         opinions=(own, _agreeing(question, found.verdict)) if settled else (own,),
@@ -61,6 +64,7 @@ def verify_system(question: Question[SystemClaim], confirm: Confirm | None = Non
         open=found.open,
         helps=found.helps,
         programs=found.programs,
+        boxes=found.boxes,
     )
     return Result(
         question, found.verdict, found.reason, evidence, Cost(found.states, question.budgets.max_states, UNIT)

@@ -38,8 +38,9 @@ class Checked:
     """A certificate whose proof holds."""
 
     subject: str  # what it proves, from what was checked
-    closed: int  # branches of the proof
+    closed: int  # branches of the proof, or its boxes
     size: int  # bytes of proof
+    unit: str = "branch"  # of what is counted
 
 
 def check_file(

@@ -7,7 +7,6 @@ Does not: decide verdicts, print or write files.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +20,7 @@ from maviper.files.profiles import find_profile
 from maviper.verification.files.reading import FollowedProof, tell_shown
 from maviper.worlds.stated.systems import read
 from verify.certificates.systems import claim_document
+from verify.checker.covers import certificates as cover_certificates
 from verify.checker.decisions.certificates import MAX_BYTES
 from verify.checker.reading import RejectedError
 from verify.checker.systems import certificates as system_certificates
@@ -87,26 +87,26 @@ class CounterexampleJson(msgspec.Struct, forbid_unknown_fields=True):
     actions: dict[str, list[str]]
 
 
-def checked(path: Path, profile: PolicyProfile | Path | None, world: Path | None) -> tuple[str, int, int]:
-    """What the certificate in a file proves, in words, its branches, and its bytes. RefusedError when it does not hold.
+def checked(path: Path, profile: PolicyProfile | Path | None, world: Path | None) -> tuple[str, int, int, str]:
+    """What the certificate in a file proves, in words, its branches or boxes, its bytes, and what was counted.
+    RefusedError when it does not hold.
 
     The pieces of the system are shown again from the rules of the file, then the proof is followed.
     """
     text = runs.read(path, MAX_BYTES)
     statement = read(world or path.parent / WORLD_FILE)
     try:
-        found, about = system_certificates.from_json(text, str(path)), find_profile(profile, beside=path)
+        found, about = cover_certificates.from_json(text, str(path)), find_profile(profile, beside=path)
         ensure_plays(about, statement)
         ensure_enclosed(statement, tell_shown)
-        followed = replace(found, parts=tuple(part._replace(proof=FollowedProof(part.proof)) for part in found.parts))
-        closed = system_certificates.accepted(followed, about, statement.system)
+        closed = found.reading(FollowedProof).accepted(about, statement.system)
     except RejectedError as error:
         advice = "do not rely on it; run `maviper verify` again"
         raise RefusedError("the certificate is refused", f"{path}: {shown(error)}", advice) from None
     actions = {policy.agent: [action.name for action in policy.actions] for policy in about.agents}
     ranges = {variable.name: variable.range for variable in statement.system.variables}
     said = f"{spelled(found.claim, actions, ranges)}, {report.sentence(statement.system)}"
-    return f"{called(found.claim)}: {said}", closed, found.size
+    return f"{called(found.claim)}: {said}", closed, found.size, found.unit
 
 
 def called(claim: SystemClaim) -> str:

@@ -198,7 +198,7 @@ def test_options_that_do_not_fit(cart, capsys, more, said):
 def test_options_that_need_a_world(cart, capsys):
     assert command(["verify", str(cart / "profile.json"), "--max-states", "3"]) == ExitCode.INPUT
     assert "--max-states has no effect without --world" in capsys.readouterr().err
-    for option in ("--max-states", "--max-programs"):
+    for option in ("--max-boxes", "--max-states", "--max-programs"):
         assert verify(cart, option, "0") == ExitCode.INPUT
         assert f"{option} must be at least 1" in capsys.readouterr().err
 

@@ -74,7 +74,7 @@ def test_a_search_says_how_far_it_is_and_ends_within_its_budget():
     system, profile = double_integrator(axes=1, error=F(1, 1000), steps=25), switching(axes=1)
     claim, told = stays(system, 25, x=(F(-7, 10), F(7, 10))), []
     with listening(lambda *given: told.append(given)):
-        (result,) = decided(profile, system, [claim], Budgets(max_programs=300, samples=16))
+        (result,) = decided(profile, system, [claim], Budgets(max_boxes=0, max_programs=300, samples=16))
     assert result.verdict is Verdict.UNKNOWN and "--max-programs is 300" in result.reason
     assert f"{result.programs:,} linear programs" in result.reason
     searched = [(done, most, words) for done, most, words in told if words.startswith("symbolic states")]
@@ -86,6 +86,6 @@ def test_one_symbolic_state_cannot_spend_much_more_than_all(monkeypatch):
     monkeypatch.setattr(search, "MAX_OVER", 5)
     system, profile = double_integrator(axes=1, error=F(1, 1000), steps=25), switching(axes=1)
     claim = stays(system, 25, x=(F(-7, 10), F(7, 10)))
-    (result,) = decided(profile, system, [claim], Budgets(max_programs=20, samples=16))
+    (result,) = decided(profile, system, [claim], Budgets(max_boxes=0, max_programs=20, samples=16))
     assert result.verdict is Verdict.UNKNOWN and "--max-programs is 20" in result.reason
     assert result.programs <= 20 + 5 + 4  # a question is finished

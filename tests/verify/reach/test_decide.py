@@ -33,8 +33,9 @@ from tests.support.system_cases import (
 )
 from tests.verify.reach import random_systems
 from verify.certificates.systems import to_json
+from verify.checker.covers.certificates import from_json
 from verify.checker.reading import RejectedError
-from verify.checker.systems.certificates import accepted, from_json
+from verify.checker.systems.certificates import accepted
 from verify.claims.formula import FALSE, Acts, Not, Or, holds, negated
 from verify.claims.region import UNBOUNDED
 from verify.question import Budgets, Question
@@ -48,7 +49,8 @@ from verify.systems.observing import chosen
 from verify.systems.system import Feature, HalfSpace, Piece, System, Variable
 from verify.verdicts.systems import verify_system
 
-PLAYED, SEARCHED = Budgets(), Budgets(samples=0)
+PLAYED, SEARCHED = Budgets(max_boxes=0), Budgets(max_boxes=0, samples=0)
+COVERED = Budgets(samples=0)  # boxes first
 
 
 def expected(system, profile, claim):
@@ -67,7 +69,7 @@ def ensure_evidence(system, profile, claim, result):
     if result.verdict is Verdict.PROVED:
         text = to_json(result.certificate)
         assert from_json(text) == result.certificate and to_json(from_json(text)) == text
-        accepted(from_json(text), profile, system)
+        from_json(text).accepted(profile, system)
     if result.verdict is Verdict.VIOLATED and not claim.about_decisions:
         ensure_episode(system, profile, claim, result.counterexample)
 
@@ -89,7 +91,9 @@ def ensure_episode(system, profile, claim, found):
 @pytest.mark.solver
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("budget", "seeds"), [(PLAYED, range(150)), (SEARCHED, range(150, 350))], ids=["played", "searched"]
+    ("budget", "seeds"),
+    [(PLAYED, range(150)), (SEARCHED, range(150, 350)), (COVERED, range(350, 500))],
+    ids=["played", "searched", "covered"],
 )
 def test_verdicts_are_those_of_direct_queries(budget, seeds):
     met = Counter()
@@ -155,7 +159,7 @@ def test_claims_about_decisions_are_those_of_direct_queries():
 def test_a_double_integrator_is_proved_axis_by_axis(error):
     system, profile = double_integrator(axes=2, error=error), switching(axes=2)
     claim = stays(system, 30, x=(-1, 1), y=(-1, 1))
-    (result,) = decided(profile, system, [claim], Budgets(max_states=20_000))
+    (result,) = decided(profile, system, [claim], Budgets(max_boxes=0, max_states=20_000))
     assert result.verdict is Verdict.PROVED
     assert [part.followed for part in result.certificate.parts] == [("x", "vx"), ("y", "vy")]
     ensure_evidence(system, profile, claim, result)
@@ -201,7 +205,9 @@ def test_an_unstable_system_ends_with_its_budget():
     start = box(x=(-1, 1), y=(-1, 1))
     system = System("spiral", variables, features, start, (Piece({}, move, effect, {"x": (F(-1), F(1))}),), 40)
     profile = team(policy("a", ["f", "g"], ["up", "down"], ((0, 0.0), ((1, 0.0), 0, 1), ((1, 1.0), 1, 0))))
-    (result,) = decided(profile, system, [stays(system, 40, x=(-(10**30), 10**30))], Budgets(max_states=300))
+    (result,) = decided(
+        profile, system, [stays(system, 40, x=(-(10**30), 10**30))], Budgets(max_boxes=0, max_states=300)
+    )
     assert result.verdict is Verdict.UNKNOWN
     assert "stopped after 300 symbolic states and" in result.reason and "--max-states is 300" in result.reason
     assert 0 < result.open.step < 40 and result.open.bounds.keys() == {"x", "y"}
@@ -219,7 +225,7 @@ def test_a_larger_budget_never_loses_an_answer(error, bound):
     assert known.verdict is not Verdict.UNKNOWN
     options = {name for each in verify_command.params for name in each.opts}
     for limits in [(10**6, 3**k) for k in range(8)] + [(3**k, 10**6) for k in range(8)]:
-        budget = Budgets(max_states=limits[0], max_programs=limits[1])
+        budget = Budgets(max_boxes=0, max_states=limits[0], max_programs=limits[1])
         (result,) = decided(profile, system, [claim], budget)
         if limits[0] >= known.states and limits[1] >= known.programs:
             assert (result.verdict, result.states, result.programs) == (known.verdict, known.states, known.programs)

@@ -23,7 +23,7 @@ pytestmark = pytest.mark.solver
 def asked(steps=8, bound=1, axes=1, **budgets):
     system, profile = double_integrator(axes=axes), switching(axes=axes)
     claim = stays(system, steps, x=(-bound, bound))
-    return Question(ClosedLoop(profile, system), claim, UNBOUNDED, budgets=Budgets(**budgets))
+    return Question(ClosedLoop(profile, system), claim, UNBOUNDED, budgets=Budgets(**{"max_boxes": 0, **budgets}))
 
 
 def test_two_engines_speak_and_the_control_fails():

@@ -7,10 +7,10 @@ Does not: prove, or write (verify/certificates).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import Any
+from typing import Any, ClassVar, Protocol
 
 import msgspec
 
@@ -37,6 +37,30 @@ FORM = "maviper-system-certificate-1"
 BITS = 7 * 1_000  # of the largest number in a proof
 
 
+class Certified(Protocol):
+    """What certificates about stated systems share, whatever their proofs are."""
+
+    @property
+    def profile(self) -> str:
+        """Content hash of the profile."""
+        ...
+
+    @property
+    def system(self) -> str:
+        """Content hash of the system."""
+        ...
+
+    @property
+    def claim(self) -> SystemClaim:
+        """What is claimed."""
+        ...
+
+    @property
+    def inhabitant(self) -> Mapping[str, Fraction]:
+        """A state that the claim is about."""
+        ...
+
+
 @dataclass(frozen=True)
 class SystemCertificate:
     """A claim about a profile in a stated system, with proofs of its parts."""
@@ -47,10 +71,26 @@ class SystemCertificate:
     inhabitant: Mapping[str, Fraction]  # a state that the claim is about, which shows that there is one
     parts: tuple[FollowedPart, ...]
 
+    counted: ClassVar[str] = "branches"
+    unit: ClassVar[str] = "branch"
+
     @property
     def size(self) -> int:
         """Bytes of all proofs."""
         return sum(len(part.proof) for part in self.parts)
+
+    @property
+    def made_of(self) -> dict[str, Any]:
+        """What a report says of its proofs beside their size."""
+        return {"parts": [list(part.followed) for part in self.parts]}
+
+    def reading(self, reader: Callable[[bytes], bytes]) -> SystemCertificate:
+        """The same with its proofs given to a reader."""
+        return replace(self, parts=tuple(part._replace(proof=reader(part.proof)) for part in self.parts))
+
+    def accepted(self, profile: PolicyProfile, system: System) -> int:
+        """As the function."""
+        return accepted(self, profile, system)
 
 
 def accepted(certificate: SystemCertificate, profile: PolicyProfile, system: System) -> int:
@@ -59,12 +99,10 @@ def accepted(certificate: SystemCertificate, profile: PolicyProfile, system: Sys
     InputError when it is about another profile or system, or names what they do not have; RejectedError when a proof is
     missing or does not hold.
     """
-    ensure_about(certificate.profile, content_hash(profile), "profile")
-    ensure_about(certificate.system, documents.content_hash(system), "system")
-    _ensure_known(certificate, profile, system)
-    certificate.claim.ensure()
-    if not _is_state(certificate, system):
-        raise RejectedError("its inhabitant is not a state that the claim is about, so the claim may be vacuous")
+    named = {name for part in certificate.parts for name in part.followed}
+    hulls = [hull for part in certificate.parts for hull in part.hulls]
+    named |= {name for hull in hulls for half in hull.region for name, _ in half.form.terms}
+    ensure_asked(certificate, named, profile, system)
     _ensure_all_shown(certificate, system)
     closed = 0
     for number, part in enumerate(certificate.parts):
@@ -77,6 +115,23 @@ def accepted(certificate: SystemCertificate, profile: PolicyProfile, system: Sys
             raise RejectedError(f"part {number}: {error}") from None
         closed += proof.closed
     return closed
+
+
+def ensure_asked(certificate: Certified, named: set[str], profile: PolicyProfile, system: System) -> None:
+    """That a certificate asks something of this profile and system. `named`: variables that its proof names.
+
+    InputError when it is about others, or names what they do not have; RejectedError where its claim is about nothing.
+    """
+    ensure_about(certificate.profile, content_hash(profile), "profile")
+    ensure_about(certificate.system, documents.content_hash(system), "system")
+    _ensure_known(certificate, named, profile, system)
+    certificate.claim.ensure()
+    if not _is_state(certificate, system):
+        raise RejectedError("its inhabitant is not a state that the claim is about, so the claim may be vacuous")
+    if certificate.claim.steps and not system.pieces and not certificate.claim.about_decisions:
+        raise RejectedError("the system states no dynamics, so nothing is known of its episodes")
+    if any(low > high for piece in system.pieces for low, high in piece.error.values()):
+        raise RejectedError("an error of the system has its low end above its high end, so there is none")
 
 
 def needs_stated(claim: SystemClaim, system: System) -> bool:
@@ -99,13 +154,11 @@ def acting(system: System) -> set[str]:
     return {*system.features, *(agent for piece in system.pieces for agent, _ in piece.effect)}
 
 
-def _ensure_known(certificate: SystemCertificate, profile: PolicyProfile, system: System) -> None:
+def _ensure_known(certificate: Certified, named: set[str], profile: PolicyProfile, system: System) -> None:
     """InputError where a certificate speaks of what its profile and system do not have."""
     claim, names = certificate.claim, {one.name for one in system.variables}
     used = {name for region in claim.regions for half in region for name, _ in half.form.terms}
-    used |= coordinates(claim.formula) | {name for part in certificate.parts for name in part.followed}
-    hulls = [hull for part in certificate.parts for hull in part.hulls]
-    used |= {name for hull in hulls for half in hull.region for name, _ in half.form.terms}
+    used |= coordinates(claim.formula) | named
     strange = sorted(used - names) + sorted(agents(claim.formula) - {policy.agent for policy in profile.agents})
     silent = sorted(acting(system) - {policy.agent for policy in profile.agents})
     if silent:
@@ -125,7 +178,7 @@ def _strange_actions(claim: SystemClaim, profile: PolicyProfile) -> list[str]:
     return [f"action {action} of {agent}" for agent, action in sorted(said) if not 0 <= action < known[agent]]
 
 
-def _is_state(certificate: SystemCertificate, system: System) -> bool:
+def _is_state(certificate: Certified, system: System) -> bool:
     claim, state = certificate.claim, certificate.inhabitant
     if not all(one.range[0] <= state[one.name] <= one.range[1] for one in system.variables):
         return False
@@ -136,10 +189,6 @@ def _is_state(certificate: SystemCertificate, system: System) -> bool:
 
 def _ensure_all_shown(certificate: SystemCertificate, system: System) -> None:
     claim = certificate.claim
-    if claim.steps and not system.pieces and not claim.about_decisions:
-        raise RejectedError("the system states no dynamics, so nothing is known of its episodes")
-    if any(low > high for piece in system.pieces for low, high in piece.error.values()):
-        raise RejectedError("an error of the system has its low end above its high end, so there is none")
     asked = set(range(ways(claim) + needs_stated(claim, system)))
     missing = asked - {way for part in certificate.parts for way in part.shows}
     if missing:

@@ -1,0 +1,124 @@
+"""Episodes of stated systems in exact numbers, by an evaluator that shares no code with verify/ but the data.
+
+Starts, errors and pieces are drawn, with the ends of all intervals and the states beside thresholds among them.
+"""
+
+from fractions import Fraction as F
+
+import numpy as np
+
+
+def nearest(exact, numbers):
+    """The float32 or float64 nearest to a number, ties to even."""
+    kind = np.dtype(numbers).type
+    close = kind(float(exact))
+    beside = [np.nextafter(close, kind(-np.inf)), close, np.nextafter(close, kind(np.inf))]
+    bits = np.uint32 if kind is np.float32 else np.uint64
+    return min(beside, key=lambda each: (abs(F(float(each)) - exact), int(each.view(bits)) & 1))
+
+
+def value(form, state):
+    return form.constant + sum((factor * state[name] for name, factor in form.terms), F(0))
+
+
+def measured(feature, state):
+    found = value(feature.form, state)
+    kind = feature.measure.value
+    if kind == "sign":
+        return F((found > 0) - (found < 0))
+    if kind == "positive":
+        return F(found > 0)
+    return min(max(found, feature.bounds[0]), feature.bounds[1]) if kind == "clip" else found
+
+
+def action(system, policy, state):
+    """The name of what an agent does."""
+    tree, node = policy.tree, 0
+    while tree.feature[node] >= 0:
+        feature = system.features[policy.agent][policy.features[int(tree.feature[node])].name]
+        seen = nearest(measured(feature, state), policy.numbers)
+        node = int(tree.left[node] if seen <= tree.threshold[node] else tree.right[node])
+    return policy.actions[int(tree.action[node])].name
+
+
+def inside(claim, state):
+    def holds(half):
+        found = value(half.form, state)
+        return found < 0 if half.strict else found <= 0
+
+    return any(all(map(holds, region)) for region in claim.regions)
+
+
+def breaks(claim, states):
+    """Whether an episode, or as much of it as is stated, breaks a claim."""
+    met = [inside(claim, state) for state in states]
+    kind = claim.pattern.value
+    if kind == "avoids":
+        return any(met)
+    if kind == "reaches":
+        return len(met) == claim.steps + 1 and not any(met)
+    return not all(met[claim.by if kind == "reaches_and_stays" else 0 :])
+
+
+def drawn(random, low, high):
+    """A number of an interval: an end, the middle, or any."""
+    return low + (high - low) * [F(0), F(1), F(1, 2), F(int(random.integers(0, 1 << 20)), 1 << 20)][random.integers(4)]
+
+
+def ends(system):
+    """The bounds of each variable at the start, by ranges and half spaces that name it alone."""
+    found = {one.name: list(one.range) for one in system.variables}
+    for half in system.start:
+        if len(half.form.terms) == 1:
+            ((name, factor),) = half.form.terms
+            end = -half.form.constant / factor
+            side = int(factor > 0)
+            found[name][side] = min(found[name][side], end) if side else max(found[name][side], end)
+    return found
+
+
+def start(random, system):
+    """A start, or None where the one drawn is none."""
+    state = {name: drawn(random, F(low), F(high)) for name, (low, high) in ends(system).items()}
+    for half in system.start:
+        found = value(half.form, state)
+        if found > 0 or (half.strict and found == 0):
+            return None
+    return state
+
+
+def episode(random, system, profile, state, steps):
+    """The states of an episode of a start with errors and pieces drawn; the bool: whether it left what is stated."""
+    states = [state]
+    for _ in range(steps):
+        here = [
+            piece
+            for piece in system.pieces
+            if all(low <= state[name] <= high for name, (low, high) in piece.where.items())
+        ]
+        if not here:
+            return states, True
+        piece = here[random.integers(len(here))]
+        after = {name: value(form, state) for name, form in piece.move.items()}
+        for policy in profile.agents:
+            for name, form in piece.effect.get((policy.agent, action(system, policy, state)), {}).items():
+                after[name] += value(form, state)
+        for name, (low, high) in piece.error.items():
+            after[name] += drawn(random, F(low), F(high))
+        state = after
+        states.append(state)
+    return states, False
+
+
+def refuted(random, question, times):
+    """Whether one of so many episodes breaks the claim, or leaves what is stated before the claim is fulfilled."""
+    system, profile, claim = question
+    for _ in range(times):
+        first = start(random, system)
+        if first is None:
+            continue
+        states, left = episode(random, system, profile, first, claim.steps)
+        fulfilled = claim.pattern.value == "reaches" and any(inside(claim, state) for state in states)
+        if breaks(claim, states) or (left and not fulfilled):
+            return True
+    return False

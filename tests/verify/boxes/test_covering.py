@@ -1,0 +1,91 @@
+"""What the search for covers finds is what the checker accepts; budgets end it, and do not change what it finds."""
+
+from fractions import Fraction as F
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from maviper.files.profiles import find_profile as loaded
+from maviper.worlds.stated.systems import read
+from tests.support.covers import question, shown
+from tests.support.exact_play import refuted
+from tests.support.system_cases import collision, corridor, double_integrator, passing, stays, switching
+from verify.boxes.covering import Search
+from verify.boxes.rows import Half, Rows, in_cells
+from verify.checker.covers.sweep import Cells
+from verify.systems.claims import Pattern, SystemClaim
+from verify.systems.properties import claims_of
+
+WORLDS = Path(__file__).parents[3] / "generated" / "worlds"
+ENOUGH = 1_000_000
+
+
+def cells(found, system):
+    columns = {one.name: column for column, one in enumerate(system.variables)}
+    return Cells(found.cuts, {columns[name]: float(width) for name, width in found.widths.items()})
+
+
+def first(system, profile, claim, most=ENOUGH):
+    return next(Search(profile, system, claim, most).coverings(), None)
+
+
+@pytest.mark.parametrize("name", ["cart_pole", "corridor", "crossing", "mountain_car", "pendulum", "quadrotor"])
+def test_the_worlds(name):
+    """Claims that linear programs took minutes for."""
+    statement, profile = read(WORLDS / f"{name}.toml"), loaded(WORLDS / name / "profile.json", beside=WORLDS / name)
+    for claim in claims_of(statement, profile, name):
+        if not claim.about_decisions:
+            found = first(statement.system, profile, claim)
+            assert found is not None
+            assert shown((statement.system, profile, claim), cells(found, statement.system))
+
+
+def test_by_hand():
+    integrator = double_integrator(axes=2)
+    avoids = SystemClaim(Pattern.AVOIDS, (collision(F(1, 5)),), 15)
+    for system, profile, claim in (
+        (integrator, switching(2), stays(integrator, 30, x=(F(-1), F(1)), y=(F(-1), F(1)))),
+        (corridor(), passing(), avoids),
+    ):
+        found = first(system, profile, claim)
+        assert found is not None and shown((system, profile, claim), cells(found, system))
+
+
+def test_false_claims_are_left_open():
+    tried = 0
+    for seed in range(40):
+        random = np.random.default_rng([9, seed])
+        asked = question(random)
+        if refuted(random, asked, 30):
+            search = Search(asked[1], asked[0], asked[2], 20_000)
+            assert not any(shown(asked, cells(found, asked[0])) for found in search.coverings())
+            tried += 1
+    assert tried >= 10
+
+
+def test_budgets():
+    """A larger one finds what a smaller one found; the smallest finds nothing."""
+    system, profile = double_integrator(axes=2), switching(2)
+    claim = stays(system, 30, x=(F(-1), F(1)), y=(F(-1), F(1)))
+    assert first(system, profile, claim, 1) is None
+    found = [first(system, profile, claim, most) for most in (100_000, ENOUGH)]
+    assert found[0] == found[1] is not None
+
+
+def test_cells_hold_what_they_are_made_of():
+    random = np.random.default_rng(0)
+    low = random.uniform(-1, 1, (50, 2))
+    rows = Rows(low, low + random.uniform(0, 0.5, (50, 2)), np.zeros(50, np.int64), np.zeros(50, np.int64))
+    joined = in_cells(rows, {0: 0.25, 1: 0.125})
+    share = random.random((50, 2))
+    for point in rows.low + share * (rows.high - rows.low):
+        assert ((joined.low <= point) & (point <= joined.high)).all(axis=1).any()
+    assert (joined.high - joined.low <= [0.25, 0.125]).all()
+
+
+def test_halves_narrow_boxes():
+    rows = Rows(np.zeros((1, 2)), np.ones((1, 2)), np.zeros(1, np.int64), np.zeros(1, np.int64))
+    below = Half({0: 1.0, 1: 2.0}, 0.5).of(rows)
+    assert below.high.tolist() == [[0.5, 0.25]] and not Half({0: 1.0, 1: 1.0}, -0.5).of(rows).size
+    assert Half({0: -1.0}, -0.25).of(rows).low.tolist() == [[0.25, 0.0]]

@@ -1,0 +1,196 @@
+"""The checker of covers against episodes in exact numbers: what it takes for a proof holds, with any recipe."""
+
+from collections import Counter
+from dataclasses import replace
+from fractions import Fraction as F
+
+import numpy as np
+import pytest
+
+from tests.support.covers import question, recipe, shown
+from tests.support.exact_play import refuted
+from tests.support.system_cases import box, form, policy, team
+from verify.checker.covers import boxes, cuts, images, rounding, sweep, trees
+from verify.checker.covers.sweep import Cells
+from verify.systems.claims import Pattern, SystemClaim
+from verify.systems.system import Feature, Measure, Piece, System, Variable
+
+PLAIN = Cells((0,), {})
+CELLS = (PLAIN, Cells((0,), {0: 0.5}), Cells((1, 0, 1, 0, 0), {0: 2.0}))
+
+
+def attacked(seeds, episodes):
+    """How many claims were shown by some recipe, refuted, or neither. AssertionError for one that is both."""
+    met = Counter()
+    for seed in seeds:
+        random = np.random.default_rng([7, seed])
+        asked = question(random)
+        proved = any(shown(asked, recipe(random, asked[0])) for _ in range(3))
+        broken = refuted(random, asked, episodes if proved else 12)
+        assert not (proved and broken), (seed, asked[2])
+        met[asked[2].pattern, proved, broken] += 1
+    return met
+
+
+def test_what_is_shown_is_true():
+    met = attacked(range(80), 40)
+    for kind in {pattern for pattern, _, _ in met}:
+        assert met[kind, True, False] >= 2 and met[kind, False, True] >= 2, met
+
+
+@pytest.mark.slow
+def test_what_is_shown_is_true_of_thousands():
+    met = attacked(range(100_000, 103_000), 60)
+    assert sum(count for (_, proved, _), count in met.items() if proved) > 600
+
+
+# --- questions whose answers hang on a single number
+
+
+def line(start, threshold, measure=Measure.VALUE, bounds=None, numbers="float32", **piece):
+    """A number that an agent pushes up by 1 where a feature of it is at most a threshold."""
+    feature = Feature(piece.pop("of", form(x=1)), measure, bounds)
+    stated = {"where": {}, "move": {"x": form(x=1)}, "effect": {("a", "go"): {"x": form(1)}}, "error": {}} | piece
+    variable = Variable("x", "1", (F(-9), F(9)))
+    system = System("line", (variable,), {"a": {"f": feature}}, box(x=start), (Piece(**stated),), 3)
+    one = policy("a", ["f"], ["go", "rest"], ((0, threshold), 0, 1))
+    if numbers == "float64":
+        one = replace(one, tree=replace(one.tree, threshold=np.array(one.tree.threshold, np.float64), numbers=numbers))
+    return system, team(one)
+
+
+def claimed(kind, steps, by=0, **bounds):
+    return SystemClaim(Pattern(kind), (box(**bounds),), steps, by)
+
+
+def tie(threshold):
+    """Up to where float32 numbers round to at most a threshold."""
+    near = np.float32(threshold)
+    return (F(float(near)) + F(float(np.nextafter(near, np.float32(np.inf))))) / 2
+
+
+HALF, TENTH = F(1, 2), {"x": form(F(1, 10), x=1)}
+END = tie(0.5)  # 0.5 is even, so the tie belongs to it
+NEAR = {"x": (F(-1), HALF)}
+CASES = [  # (name, system and profile, claim, whether it holds)
+    ("reaches its end", line((0, 1), -5.0), claimed("stays_in", 0, x=(0, 1)), True),
+    ("goes beyond its end", line((0, 1), -5.0), claimed("stays_in", 0, x=(0, F(2**53 - 1, 2**53))), False),
+    ("goes right alone", line((1, 2), 0.5), claimed("stays_in", 2, x=(1, 2)), True),
+    ("goes left at the tie", line((END, END), 0.5), claimed("avoids", 1, x=(1, 2)), False),
+    ("goes right beyond it", line((END + F(1, 2**50),) * 2, 0.5), claimed("avoids", 1, x=(1, 2)), True),
+    ("goes both ways", line((0, 1), 0.5), claimed("reaches_and_stays", 1, 1, x=(HALF, 1 + END)), True),
+    ("goes left once", line((0, 0), 0.5), claimed("reaches", 1, x=(1, 1)), True),
+    ("is late", line((0, 0), 0.5), claimed("reaches", 1, x=(2, 2)), False),
+    ("is there by then", line((0, 0), 0.5), claimed("reaches_and_stays", 3, 1, x=(1, 1)), True),
+    ("is not there at first", line((0, 0), 0.5), claimed("reaches_and_stays", 3, 0, x=(1, 1)), False),
+    ("moves by a tenth", line((0, 0), -5.0, move=TENTH), claimed("stays_in", 3, x=(0, F(31, 100))), True),
+    ("by no less", line((0, 0), -5.0, move=TENTH), claimed("stays_in", 3, x=(0, F(29, 100))), False),
+    ("doubles", line((-1, 1), -5.0, move={"x": form(x=2)}), claimed("stays_in", 1, x=(-2, 2)), True),
+    ("more than that", line((-1, 1), -5.0, move={"x": form(x=2)}), claimed("stays_in", 1, x=(-2, F(3, 2))), False),
+    ("turns", line((1, 2), -5.0, move={"x": form(x=-1)}), claimed("stays_in", 1, x=(-2, 2)), True),
+    ("turns beyond", line((1, 2), -5.0, move={"x": form(x=-1)}), claimed("stays_in", 1, x=(-1, 2)), False),
+    ("errs down", line((0, 0), -5.0, error={"x": (F(-1), F(0))}), claimed("stays_in", 1, x=(F(-1, 2), 1)), False),
+    ("errs up", line((0, 0), -5.0, error={"x": (F(0), F(1))}), claimed("stays_in", 1, x=(-1, F(1, 2))), False),
+    ("sign", line((0, 0), -0.5, Measure.SIGN), claimed("stays_in", 1, x=(0, 0)), True),
+    ("negative sign", line((F(-1, 9),) * 2, -0.5, Measure.SIGN), claimed("stays_in", 1, x=(-1, 0)), False),
+    ("clipped", line((3, 3), 2.0, Measure.CLIP, (F(0), F(1))), claimed("stays_in", 1, x=(3, 3)), False),
+    ("turned test", line((1, 1), -0.5, of=form(x=-1)), claimed("stays_in", 1, x=(1, 1)), False),
+    ("turned test, other side", line((0, 0), -0.5, of=form(x=-1)), claimed("stays_in", 1, x=(0, 0)), True),
+    ("leaves what is stated", line((0, 0), 0.5, where=NEAR), claimed("stays_in", 2, x=(-1, 3)), False),
+    ("stays where it is stated", line((0, 0), -5.0, where=NEAR), claimed("stays_in", 2, x=(-1, 3)), True),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("asked", "claim", "holds"), [each[1:] for each in CASES], ids=[each[0] for each in CASES])
+def test_single_numbers(asked, claim, holds):
+    for cells in CELLS:
+        assert shown((*asked, claim), cells) == holds
+
+
+def test_two_pieces_and_borders():
+    """On a border each piece may be taken; without the second one something is left unstated."""
+    low = Piece({"x": (F(-9), F(0))}, {"x": form(-1, x=1)})
+    high = Piece({"x": (F(0), F(9))}, {"x": form(1, x=1)})
+    system, profile = line((0, 0), -5.0)
+    both = replace(system, pieces=(low, high))
+    assert not shown((both, profile, claimed("stays_in", 1, x=(0, 1))), PLAIN)
+    assert not shown((both, profile, claimed("stays_in", 1, x=(-1, 0))), PLAIN)
+    assert shown((both, profile, claimed("stays_in", 1, x=(-1, 1))), PLAIN)
+    gap = replace(system, pieces=(low, replace(high, where={"x": (F(1), F(9))})))
+    assert not shown((gap, profile, claimed("stays_in", 1, x=(-1, 1))), PLAIN)
+
+
+def test_a_sum_of_two_variables_is_cut():
+    """An agent that sees x + y keeps it at most 1, which no box knows before it is cut."""
+    pair = tuple(Variable(name, "1", (F(-9), F(9))) for name in "xy")
+    feature = {"a": {"f": Feature(form(x=1, y=1))}}
+    push = {("a", "go"): {"x": form(1)}}
+    system = System(
+        "sum", pair, feature, box(x=(0, 4), y=(0, 0)), (Piece({}, {"x": form(x=1), "y": form(y=1)}, push),), 1
+    )
+    profile = team(policy("a", ["f"], ["go", "rest"], ((0, 1.0), 0, 1)))
+    assert shown((system, profile, claimed("stays_in", 1, x=(0, 4))), PLAIN)
+    assert not shown((system, profile, claimed("avoids", 1, x=(F(3, 2), 2))), PLAIN)
+    assert not shown((system, profile, claimed("stays_in", 1, x=(0, F(7, 2)))), PLAIN)
+
+
+def test_recipes_that_name_what_there_is_not():
+    asked = (*line((0, 1), -5.0), claimed("stays_in", 1, x=(0, 1)))
+    for bad in (Cells((), {}), Cells((1, 0), {}), Cells((2, 0, 0), {}), Cells((0, 0), {}), Cells((0,), {0: 1e-300})):
+        assert not shown(asked, bad)
+
+
+def test_numbers_beyond_floats_are_refused():
+    far = line((0, 1), -5.0, move={"x": form(x=F(10) ** 300)})
+    assert not shown((*far, claimed("avoids", 3, x=(-2, -1))), PLAIN)
+
+
+# --- planted faults: each makes a question's answer wrong
+
+
+def after(change):
+    return lambda f: lambda *given: change(f(*given))
+
+
+FAULTS = [
+    (sweep.CoverSweep, "_asked", lambda f: lambda self, listed, step: listed),
+    (sweep.CoverSweep, "_ensure_none", lambda f: lambda *given: None),
+    (sweep.CoverSweep, "_ensure_stated", lambda f: lambda *given: None),
+    (sweep.CoverSweep, "_started", after(lambda found: found.taken(np.arange(found.size) < 0))),
+    (sweep, "decided", lambda f: lambda grown, listed: f(grown, listed).taken(slice(0, 1))),
+    (sweep, "together", lambda f: lambda lists: lists[0]),
+    (trees.TreeCuts, "_by_one", after(lambda found: found._replace(node=found.node[::-1].copy()))),
+    (trees, "end_of", lambda f: lambda bound, strict: f(bound, not strict)),
+    (trees, "opposite", lambda f: lambda inequality: inequality),
+    (cuts.Cut, "_by_one", lambda f: lambda self, listed, end: f(self, listed, end).taken(slice(0, 0))),
+    (cuts.RegionCut, "outside", lambda f: lambda self, listed: listed.taken(slice(0, 0))),
+    (cuts.RegionCut, "within", lambda f: lambda self, listed: listed.taken(slice(0, 0))),
+    (images.PieceImage, "_total", lambda f: lambda self, name, joint: f(self, name, 1)),
+    (images.PieceImage, "within", lambda f: lambda self, listed: f(self, listed).taken(slice(0, 0))),
+    (images._BoxMotion, "moved", lambda f: lambda self, listed, shift: f(self, listed, shift._replace(high=shift.low))),
+    (images._BoxMotion, "moved", lambda f: lambda self, listed, shift: f(self, listed, shift._replace(low=shift.high))),
+    (rounding.Factor, "times_up", lambda f: lambda self, values: self.times_down(values) / 2),
+    (boxes, "_joined", lambda f: lambda listed, cells: f(listed, cells).taken(slice(0, 1))),
+    (boxes, "_cut", lambda f: lambda *given: (lambda found: (found[0].taken(slice(0, 1)), found[1][:1]))(f(*given))),
+]  # fmt: skip
+
+
+def wrong():
+    """Whether some answer is wrong: of the questions above, or of random ones."""
+    for _, asked, claim, holds in CASES:
+        if any(shown((*asked, claim), cells) != holds for cells in CELLS):
+            return True
+    try:
+        test_two_pieces_and_borders()
+        test_a_sum_of_two_variables_is_cut()
+        attacked(range(30), 20)
+    except AssertionError:
+        return True
+    return False
+
+
+@pytest.mark.parametrize("number", range(len(FAULTS)))
+def test_planted_faults_are_caught(number, monkeypatch):
+    owner, name, change = FAULTS[number]
+    monkeypatch.setattr(owner, name, change(getattr(owner, name)))
+    assert wrong()

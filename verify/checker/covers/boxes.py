@@ -1,0 +1,101 @@
+"""Lists of boxes as arrays: taken, put together, cut into cells and joined cell by cell.
+
+Does: the data of a list of boxes, and what neither tests nor moves do with it.
+Assumes: closed boxes with finite float64 bounds; `ensure_finite` is asked of every list that was moved.
+Does not: know systems, trees or claims.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from codegen.ir import Bool, Float64, Int64
+from verify.checker.reading import RejectedError
+
+MAX_CELL = 2.0**40  # of a cell's number along a variable
+MAX_BOXES = 4_000_000  # of one list
+
+
+class BoxList(NamedTuple):
+    """Closed boxes: `low`, `high` [n, variables]; `part` [n], the part of the start that each comes from; `joint` [n],
+    the number of the joint action that is chosen in it.
+    """
+
+    low: Float64
+    high: Float64
+    part: Int64
+    joint: Int64
+
+    @property
+    def size(self) -> int:
+        """How many there are."""
+        return len(self.part)
+
+    def taken(self, which: Bool | Int64 | slice) -> BoxList:
+        """Some of the boxes, by a mask or by their numbers."""
+        return BoxList(self.low[which], self.high[which], self.part[which], self.joint[which])
+
+    def ensure_finite(self) -> None:
+        """RejectedError for a bound that is infinite or NaN."""
+        if not (np.isfinite(self.low) & np.isfinite(self.high)).all():
+            raise RejectedError("a box has bounds that are not finite")
+
+
+def together(lists: Sequence[BoxList]) -> BoxList:
+    """The boxes of some lists in one. RejectedError for too many."""
+    if sum(each.size for each in lists) > MAX_BOXES:
+        raise RejectedError(f"a list has more than {MAX_BOXES:,} boxes")
+    if len(lists) == 1:
+        return lists[0]
+    return BoxList(*(np.concatenate(column) for column in zip(*lists, strict=True)))
+
+
+def in_cells(boxes: BoxList, widths: Mapping[int, float]) -> BoxList:
+    """Boxes that hold all states of a list, one for each cell and part of the start that has some. `widths`: of cells,
+    by column; whole multiples of them are the middles of cells.
+    """
+    cells = np.zeros((boxes.size, 0), dtype=np.int64)
+    for column, width in widths.items():
+        boxes, cells = _cut(boxes, cells, column, width)
+    return _joined(boxes, cells)
+
+
+def _cut(boxes: BoxList, cells: Int64, column: int, width: float) -> tuple[BoxList, Int64]:
+    """The boxes cut at the bounds of cells along one variable, with one more column of cells' numbers.
+
+    Two neighbours share the float at which they are cut, so nothing lies between them.
+    """
+    low, high = boxes.low[:, column], boxes.high[:, column]
+    first, last = np.floor(low / width + 0.5), np.floor(high / width + 0.5)
+    if not ((np.abs(first) <= MAX_CELL) & (np.abs(last) <= MAX_CELL)).all():
+        raise RejectedError("cells are too narrow for a box")
+    last = np.maximum(np.where((last > first) & ((last - 0.5) * width >= high), last - 1, last), first)
+    count = (last - first).astype(np.int64) + 1
+    if int(count.sum()) > MAX_BOXES:
+        raise RejectedError(f"a list has more than {MAX_BOXES:,} boxes")
+    rows = np.repeat(np.arange(boxes.size), count)
+    place = np.arange(len(rows)) - np.repeat(np.cumsum(count) - count, count)
+    number = first[rows] + place
+    parts = boxes.taken(rows)
+    at_low, at_high = parts.low[:, column], parts.high[:, column]
+    parts.low[:, column] = np.where(place == 0, at_low, np.maximum(at_low, (number - 0.5) * width))
+    parts.high[:, column] = np.where(number == last[rows], at_high, np.minimum(at_high, (number + 0.5) * width))
+    kept = ~(parts.low[:, column] > parts.high[:, column])
+    cells = np.column_stack([cells[rows], number.astype(np.int64)])
+    return parts.taken(kept), cells[kept]
+
+
+def _joined(boxes: BoxList, cells: Int64) -> BoxList:
+    """For each cell and part of the start, the box around its boxes."""
+    if not boxes.size:
+        return boxes
+    keys = np.column_stack([boxes.part, cells])
+    order = np.lexsort(keys.T)
+    sorted_keys = keys[order]
+    begins = np.flatnonzero(np.concatenate([[True], (sorted_keys[1:] != sorted_keys[:-1]).any(axis=1)]))
+    low = np.minimum.reduceat(boxes.low[order], begins, axis=0)
+    high = np.maximum.reduceat(boxes.high[order], begins, axis=0)
+    return BoxList(low, high, boxes.part[order][begins], boxes.joint[order][begins])
