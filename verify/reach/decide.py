@@ -22,7 +22,7 @@ from codegen.floats import nearest_double
 from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash
 from verify.boxes.covering import Search
-from verify.certificates.proofs import encoded
+from verify.certificates.proofs import encode_numbers
 from verify.checker.covers.certificates import CoverCertificate
 from verify.checker.covers.certificates import accepted as accepted_cover
 from verify.checker.reading import RejectedError
@@ -176,7 +176,7 @@ class _Decision:
                 state = state or inhabitant(self.system, self.claim)
                 if isinstance(state, Verdict):
                     return ReachOutcome(state, NO_STATE[state], helps=(ROOM,))
-                cover = CoverCertificate(*hashes, self.claim, state, found.widths, encoded(found.cuts))
+                cover = CoverCertificate(*hashes, self.claim, state, found.widths, encode_numbers(found.cuts))
                 with suppress(RejectedError):  # razor-thin: the checker rounds outward
                     return ReachOutcome(
                         Verdict.PROVED, certificate=cover, branches=accepted_cover(cover, self.profile, self.system)

@@ -12,7 +12,7 @@ from codegen.policy_json import content_hash
 from tests.support.covers import question, recipe
 from tests.support.exact_play import refuted, start
 from tests.support.system_cases import box, double_integrator, stays, switching
-from verify.certificates.proofs import encoded
+from verify.certificates.proofs import encode_numbers
 from verify.certificates.systems import to_json
 from verify.checker.covers.certificates import CoverCertificate, accepted, from_json
 from verify.checker.envelope import body_hash
@@ -25,7 +25,7 @@ def certificate(profile, system, claim, state, cells):
     names = [one.name for one in system.variables]
     widths = {names[column]: F(width) for column, width in cells.widths.items()}
     hashes = content_hash(profile), documents.content_hash(system)
-    return CoverCertificate(*hashes, claim, state, widths, encoded(cells.cuts))
+    return CoverCertificate(*hashes, claim, state, widths, encode_numbers(cells.cuts))
 
 
 @pytest.fixture(scope="module")
