@@ -122,8 +122,7 @@ class VerifyOptions:
 
     def _check_world(self) -> None:
         """InputError for options that are about games alone, or about stated systems alone."""
-        usual = VerifyOptions()
-        given = [one.name for one in fields(self) if getattr(self, one.name) != getattr(usual, one.name)]
+        given = [one.name for one in fields(self) if getattr(self, one.name) != getattr(VerifyOptions(), one.name)]
         options = ["--" + {"names": "property"}.get(name, name).replace("_", "-") for name in given]
         for name, option in zip(given, options, strict=True):
             if self.world is None and name in OF_SYSTEMS:
@@ -133,15 +132,12 @@ class VerifyOptions:
                 advice = "leave it out; the file states claims and regions"
                 raise InputError(f"{option} has no effect with --world", option, advice)
         if self.verdict_only and self.run_reference:
-            advice = "leave one of them out"
-            raise InputError("--run-reference has no effect with --verdict-only", "--run-reference", advice)
-        limits = {
-            "--max-boxes": self.max_boxes, "--max-states": self.max_states, "--max-programs": self.max_programs
-        }  # fmt: skip
-        for option, limit in limits.items():
+            what = "--run-reference has no effect with --verdict-only"
+            raise InputError(what, "--run-reference", "leave one of them out")
+        for option in ("--max-boxes", "--max-states", "--max-programs"):
+            limit = getattr(self, option[2:].replace("-", "_"))
             if limit is not None and limit < 1:
-                what = f"{option} must be at least 1, given {limit}"
-                raise InputError(what, option, "leave it out for the usual limit")
+                raise InputError(f"{option} must be at least 1, given {limit}", option, "leave it out for the usual")
 
     @property
     def units(self) -> int:
