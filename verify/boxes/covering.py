@@ -27,6 +27,7 @@ SEED, POINTS = 0, 128  # of starts that show how far episodes range
 FIRST, SECOND = 20_000, 400_000  # boxes for cuts of the start alone, before and after cells
 CELLS = tuple(range(2, 10))  # into how many parts, as powers of two, what episodes range over is cut
 IN_CELLS = 250_000  # boxes for cells of one width
+NARROW = 1e-200  # what a variable has to range over
 MAX_DEPTH = 24  # of cuts of the start
 
 
@@ -97,7 +98,7 @@ class Search:
         of all variables.
         """
         scale, wide = self._scale(), self._start.high > self._start.low
-        ranging = [at for at in self._columns if scale[at] > 0]
+        ranging = [at for at in self._columns if scale[at] > NARROW]
         for power in CELLS:
             for columns in ([at for at in ranging if not wide[at]], ranging):
                 if columns:

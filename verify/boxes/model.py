@@ -60,6 +60,10 @@ class ModelTree:
         self.variables |= {name for name, _ in form.terms}
         end -= nearest_double(form.constant)
         weights = {columns[name]: nearest_double(factor) for name, factor in form.terms}
+        weights = {column: weight for column, weight in weights.items() if weight}  # some are too small for a float
+        if not weights:
+            self._end[node] = inf if end >= 0 else -inf
+            return
         if len(weights) > 1:
             self._column[node], self._halves[node] = SEVERAL, Half(weights, end)
             return
@@ -146,6 +150,8 @@ class Model:
         rows = rows._replace(joint=np.zeros(rows.size, dtype=np.int64))
         for tree in self.trees:
             rows = tree.acted(rows)
+        if not rows.size:
+            return rows
         least, most = rows.low.min(axis=0), rows.high.max(axis=0)
         found: list[Rows] = [rows.at(np.zeros(0, dtype=np.int64))]
         for number, where in enumerate(self._where):

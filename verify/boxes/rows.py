@@ -42,7 +42,10 @@ class Half:
     """The states whose sum of `weights`, by column, is at most `end`."""
 
     def __init__(self, weights: Mapping[int, float], end: float) -> None:
-        self._weights, self._end = weights, end
+        self._weights = {
+            column: weight for column, weight in weights.items() if weight
+        }  # some are too small for a float
+        self._end = end
 
     def opposite(self) -> Half:
         """All other states, and the border."""

@@ -40,10 +40,18 @@ class Sweep:
 
     def run(self, low: Float64, high: Float64, widths: Mapping[int, float], most: int) -> Swept:
         """Follows parts of the start, `low` and `high` [parts, variables], with at most so many boxes."""
+        with np.errstate(all="ignore"):  # boxes that overflow are left open
+            return self._run(low, high, widths, most)
+
+    def _run(self, low: Float64, high: Float64, widths: Mapping[int, float], most: int) -> Swept:
         count = len(low)
         none = np.zeros(count, dtype=np.int64)
         rows, open_, spent = Rows(low, high, np.arange(count), none), np.zeros(count, dtype=np.bool_), 0
         for step in range(self._claim.steps + 1):
+            wild = ~(np.isfinite(rows.low) & np.isfinite(rows.high)).all(axis=1)
+            if wild.any():
+                open_[rows.part[wild]] = True
+                rows = rows.at(~open_[rows.part])
             if widths and cells_of(rows, widths) > MAX_AT_ONCE:
                 return Swept(open_ | np.isin(np.arange(count), rows.part), spent)
             rows = in_cells(rows, widths) if widths else rows

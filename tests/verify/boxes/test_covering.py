@@ -10,12 +10,24 @@ from maviper.files.profiles import find_profile as loaded
 from maviper.worlds.stated.systems import read
 from tests.support.covers import question, shown
 from tests.support.exact_play import refuted
-from tests.support.system_cases import collision, corridor, double_integrator, passing, stays, switching
+from tests.support.system_cases import (
+    box,
+    collision,
+    corridor,
+    double_integrator,
+    form,
+    passing,
+    policy,
+    stays,
+    switching,
+    team,
+)
 from verify.boxes.covering import Search
 from verify.boxes.rows import Half, Rows, in_cells
 from verify.checker.covers.sweep import Cells
 from verify.systems.claims import Pattern, SystemClaim
 from verify.systems.properties import claims_of
+from verify.systems.system import Feature, Piece, System, Variable
 
 WORLDS = Path(__file__).parents[3] / "generated" / "worlds"
 ENOUGH = 1_000_000
@@ -89,3 +101,18 @@ def test_halves_narrow_boxes():
     below = Half({0: 1.0, 1: 2.0}, 0.5).of(rows)
     assert below.high.tolist() == [[0.5, 0.25]] and not Half({0: 1.0, 1: 1.0}, -0.5).of(rows).size
     assert Half({0: -1.0}, -0.25).of(rows).low.tolist() == [[0.25, 0.0]]
+
+
+@pytest.mark.parametrize(
+    "factor", [F(10) ** 200, F(10) ** -400, F(10) ** 400, -(F(10) ** 30)], ids=["far", "tiny", "huge", "wide"]
+)
+def test_numbers_that_floats_do_not_hold(factor):
+    """They are left open, without a warning, where a float does not do."""
+    seen, move = form(x=factor), {"x": form(x=factor)}
+    system = System(
+        "far", (Variable("x", "1", (F(-9), F(9))),), {"a": {"f": Feature(seen)}}, box(x=(-1, 1)), (Piece({}, move),), 4
+    )
+    profile = team(policy("a", ["f"], ["go"], ((0, 0.0), 0, 0)))
+    for claim in (stays(system, 4, x=(F(-2), F(2))), SystemClaim(Pattern.REACHES, (box(x=(3, 4)),), 4)):
+        for found in Search(profile, system, claim, 20_000).coverings():
+            assert not shown((system, profile, claim), cells(found, system)) or abs(factor) < 1

@@ -1,0 +1,247 @@
+"""How fast boxes decide claims about stated systems, and how fast their covers are checked.
+
+    python tests/benchmarks/sweep.py [--rounds 5] [--worlds] [--json]
+
+All times are of the processor. `--worlds` adds whole commands on generated/worlds/: process start, reference
+environment, second engine and control included. The yardstick is plain numpy written for the one system: a
+quadrotor whose tree of 90 leaves tests single variables. It is run in turn with our search and our checker, over the
+same boxes. The other cases: a cruise controller with drag (v squared, 100 steps, three claims), and a car in a valley
+(one cosine, 200 steps), which boxes leave open.
+"""
+
+import argparse
+import json
+import math
+import resource
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from fractions import Fraction as F
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[2]))  # for tests.*, also when run by this path
+
+import numpy as np
+from sklearn.tree import DecisionTreeClassifier
+
+from codegen.floats import round_down
+from tests.support import system_cases as cases
+from verify.boxes.covering import Search
+from verify.boxes.model import Model
+from verify.boxes.sweep import Sweep
+from verify.certificates.proofs import encode_numbers
+from verify.checker.covers.sweep import Cells, CoverSweep
+from verify.checker.reading import RejectedError
+from verify.systems.files import statement_of
+from verify.systems.properties import claims_of
+
+WORLDS = Path(__file__).parents[2] / "generated" / "worlds"
+STEPS, DT, PUSH, HALF = 30, 0.2, 0.5, F(1, 10)
+TARGETS = {
+    "worlds, whole command, geometric mean, s": (2.0, 1.0, "lower"),
+    "boxes a second over plain numpy": (1 / 3, 1.0, "higher"),
+    "check over search": (1.0, 1 / 3, "lower"),
+    "cruise, three claims with checks, s": (5.0, 2.0, "lower"),
+}
+CRUISE = """
+name = "cruise"
+steps = 100
+dt = "0.1 s"
+[constants]
+drag = "0.0005 1/m"
+[variables]
+gap = { unit = "m", range = [0, 120] }
+v = { unit = "m/s", range = [0, 40] }
+lead = { unit = "m/s", range = [15, 25] }
+[agents.car.features]
+gap = "gap"
+speed = "v"
+closing = "v - lead"
+[agents.car.actions]
+brake = { acc = "-3 m/s^2" }
+coast = {}
+drive = { acc = "1.5 m/s^2" }
+[start]
+box = { gap = [40, 50], v = [18, 22], lead = [19, 21] }
+[dynamics]
+next = { gap = "gap + dt*(lead - v)", v = "v + dt*(car.acc - drag*v**2)", lead = "lead" }
+error = { v = 0.005 }
+cuts = { v = 8 }
+[[property]]
+name = "stays_in"
+region = { box = { gap = [5, 120] } }
+[[property]]
+name = "stays_in"
+region = { box = { v = [10, 30] } }
+[[property]]
+name = "reaches_and_stays"
+by = 90
+region = { box = { gap = [10, 100] } }
+"""
+KEEPING = ((0, 15.0), 0, ((2, 1.0), ((0, 60.0), ((2, -0.5), 2, 1), 2), 0))
+VALLEY = """
+name = "valley"
+steps = 200
+[variables]
+position = { range = [-1.25, 0.6] }
+velocity = { range = [-0.08, 0.08] }
+[agents.agent.features]
+velocity = "velocity"
+[agents.agent.actions]
+left = { push = -1 }
+right = { push = 1 }
+[start]
+box = { position = [-0.53, -0.47], velocity = 0 }
+[dynamics.let]
+after = "velocity + 0.001*agent.push - 0.0025*cos(3*position)"
+[dynamics]
+next = { position = "position + after", velocity = "after" }
+cuts = { position = 60 }
+[[property]]
+name = "reaches"
+region = { box = { position = [0.2, 10] } }
+"""
+
+
+def fitted():
+    """A tree of 90 leaves on six variables, fitted to a switching expert."""
+    random = np.random.default_rng(0)
+    seen = random.uniform(-1, 1, (20_000, 6)) * np.array([0.5] * 3 + [0.3] * 3)
+    wanted = ((seen[:, :3] + 2 * seen[:, 3:] <= 0) * np.array([1, 2, 4])).sum(axis=1)
+    grown = DecisionTreeClassifier(max_leaf_nodes=90, random_state=0).fit(seen.astype(np.float32), wanted)
+
+    def nested(node):
+        tree = grown.tree_
+        if tree.children_left[node] < 0:
+            return int(grown.classes_[np.argmax(tree.value[node])])
+        test = int(tree.feature[node]), float(round_down(tree.threshold[node]))
+        return test, nested(tree.children_left[node]), nested(tree.children_right[node])
+
+    return cases.team(
+        cases.policy("drone", ["x", "y", "z", "vx", "vy", "vz"], [f"push{n}" for n in range(8)], nested(0))
+    )
+
+
+def plain(tree):
+    """The boxes of all steps, counted, by numpy for this one system."""
+    low, high = np.array([[-float(HALF)] * 3 + [0.0] * 3]), np.array([[float(HALF)] * 3 + [0.0] * 3])
+    pushes = np.array([[PUSH if number >> bit & 1 else -PUSH for bit in range(3)] for number in range(8)])
+    total = 1
+    for _ in range(STEPS):
+        done, node = [], np.zeros(len(low), dtype=np.int64)
+        while len(node):
+            leaf = tree.feature[node] < 0
+            done.append((low[leaf], high[leaf], tree.action[node[leaf]]))
+            low, high, node = low[~leaf], high[~leaf], node[~leaf]
+            rows, column, cut = np.arange(len(node)), tree.feature[node], tree.threshold[node].astype(float)
+            left, right = low[rows, column] <= cut, high[rows, column] > cut
+            below, above = high[left].copy(), low[right].copy()
+            below[np.arange(len(below)), column[left]] = np.minimum(high[rows, column], cut)[left]
+            above[np.arange(len(above)), column[right]] = np.maximum(low[rows, column], cut)[right]
+            low, high = np.concatenate([low[left], above]), np.concatenate([below, high[right]])
+            node = np.concatenate([tree.left[node[left]], tree.right[node[right]]])
+        low, high, action = (np.concatenate(each) for each in zip(*done, strict=True))
+        push = pushes[action]
+        for bounds in (low, high):
+            bounds[:, :3] += DT * bounds[:, 3:] + push * DT**2 / 2
+            bounds[:, 3:] += push * DT
+        total += len(low)
+    return total
+
+
+def timed(call):
+    began = time.process_time()  # other work on the machine does not count
+    return call(), time.process_time() - began
+
+
+def beside_numpy(rounds):
+    """Boxes a second in our search and our checker, over those of plain numpy, run in turn."""
+    system, profile = cases.double_integrator(axes=3, half=HALF), fitted()
+    claim = cases.stays(system, STEPS, **dict.fromkeys("xyz", (F(-2), F(2))))
+    low, high = np.array([[-0.1] * 3 + [0.0] * 3]), np.array([[0.1] * 3 + [0.0] * 3])
+    found = []
+    for _ in range(rounds):
+        boxes, by_numpy = timed(lambda: plain(profile.agents[0].tree))
+        swept, ours = timed(
+            lambda: Sweep(Model(profile, system), system, claim).run(low.copy(), high.copy(), {}, 10**7)
+        )
+        checked, check = timed(lambda: CoverSweep(profile, system, claim).run(Cells((0,), {})))
+        assert not swept.open.any()
+        found.append((by_numpy / boxes * swept.boxes / ours, by_numpy / boxes * checked / check, ours, check))
+    leaves = int((profile.agents[0].tree.feature < 0).sum())
+    print(
+        f"{leaves} leaves: plain numpy {boxes:,} boxes, ours {swept.boxes:,}, the checker's {checked:,}",
+        file=sys.stderr,
+    )
+    return [statistics.median(column) for column in zip(*found, strict=True)]
+
+
+def decided(text, profile):
+    """(verdicts, seconds, boxes, bytes) of all claims of a file, each found and checked."""
+    statement = statement_of(text, "file")
+    columns = {one.name: column for column, one in enumerate(statement.system.variables)}
+    told, seconds, boxes, size = [], 0.0, 0, 0
+    for claim in claims_of(statement, profile, "file"):
+
+        def search(claim=claim):
+            looked = Search(profile, statement.system, claim, 2_000_000)
+            for cover in looked.coverings():
+                cells = Cells(cover.cuts, {columns[name]: float(width) for name, width in cover.widths.items()})
+                try:
+                    CoverSweep(profile, statement.system, claim).run(cells)
+                except RejectedError:
+                    continue
+                return "PROVED", looked.spent, len(encode_numbers(cover.cuts))
+            return "OPEN", looked.spent, 0
+
+        (verdict, spent, length), took = timed(search)
+        told, seconds, boxes, size = [*told, verdict], seconds + took, boxes + spent, size + length
+    return ", ".join(told), seconds, boxes, size
+
+
+def commands():
+    """Seconds of whole commands on the committed worlds."""
+    found = {}
+    for path in sorted(WORLDS.glob("*.toml")):
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        profile = WORLDS / f"{path.stem.removesuffix('_wide')}.json"
+        with tempfile.TemporaryDirectory() as folder:
+            command = ["-m", "maviper", "verify", str(profile), "--world", str(path), "-o", f"{folder}/out"]
+            subprocess.run([sys.executable, *command], check=False, capture_output=True)
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        found[path.stem] = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+        print(f"{path.stem:<16} {found[path.stem]:6.2f} s", file=sys.stderr, flush=True)
+    return found
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--worlds", action="store_true", help="also whole commands on the committed worlds")
+    parser.add_argument("--json", action="store_true")
+    options = parser.parse_args()
+    search, check, ours, checking = beside_numpy(options.rounds)
+    values = {"boxes a second over plain numpy": search, "check over search": checking / ours}
+    values |= {"the checker's boxes a second over plain numpy": check, "90 leaves, one sweep, s": ours}
+    car = cases.team(cases.policy("car", ["gap", "speed", "closing"], ["brake", "coast", "drive"], KEEPING))
+    agent = cases.team(cases.policy("agent", ["velocity"], ["left", "right"], ((0, 0.0), 0, 1)))
+    for name, text, team in (("cruise, three claims with checks", CRUISE, car), ("valley, 200 steps", VALLEY, agent)):
+        verdicts, seconds, boxes, size = decided(text, team)
+        print(f"{name}: {verdicts}, {boxes:,} boxes, {size} bytes", file=sys.stderr)
+        values[f"{name}, s"] = seconds
+    if options.worlds:
+        values["worlds, whole command, geometric mean, s"] = math.exp(np.mean(np.log(list(commands().values()))))
+    if options.json:
+        keys = ("reach", "stretch", "better")
+        told = {name: dict(zip(keys, TARGETS.get(name, ()), strict=False)) for name in values}
+        figures = [{"name": name, "value": float(value), **told[name]} for name, value in values.items()]
+        print(json.dumps({"figures": figures}))
+    else:
+        for name, value in values.items():
+            print(f"{name:<50} {value:8.3f}")
+
+
+if __name__ == "__main__":
+    main()
