@@ -554,7 +554,7 @@
     const action = actions[tree.action[node]];
     const lines = folded ? ["\u25b8", `${leavesBelow.get(tree)[node]} leaves`]
       : split ? [...wrapped(features[tree.feature[node]].name, 18, 2), test(tree.threshold[node])]
-      : wrapped(`${glyph(action)} ${action.name}`, 10, 3);
+      : wrapped(glyph(action).length > 1 ? action.name : `${glyph(action)} ${action.name}`, 9, 3);
     const tall = 12 * lines.length + 8;
     const rect = element("rect", { x: x - wide / 2, y: y - tall / 2, width: wide, height: tall, rx: split ? 4 : 13 }, group);
     if (!split) rect.setAttribute("style", `fill:${colours.get(action)}`);
