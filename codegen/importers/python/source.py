@@ -196,6 +196,16 @@ class _Follower:
         )
         return m.inputs.described(plain)
 
+    def _constant(self, node: ast.expr) -> tuple[str, Any]:
+        """The name of a constant of the file, or of a class, and the constant."""
+        if isinstance(node, ast.Name):
+            return node.id, self.file.scope.names.get(node.id)
+        if not isinstance(node, ast.Attribute) or not isinstance(node.value, ast.Name):
+            return "", None
+        owner = self.file.scope.names.get(node.value.id, self.first[0] if self.first else None)
+        kind = owner.kind if isinstance(owner, Instance) else owner
+        return node.attr, kind.find(node.attr) if isinstance(kind, Class) else None
+
     def _called(self) -> Mapping[Value, str]:
         """What the source calls its numbers, where it uses a name for one as a value."""
         found: dict[Value, str] = {}
@@ -209,10 +219,9 @@ class _Follower:
                 else []
             )
             for each in (value for part in parts for value in _values(part)):
-                if isinstance(each, ast.Name):
-                    held = self.file.scope.names.get(each.id)
-                    if isinstance(held, int | float) and not isinstance(held, bool) and held == held:
-                        found.setdefault(held, each.id)
+                name, held = self._constant(each)
+                if isinstance(held, int | float) and not isinstance(held, bool) and held == held:
+                    found.setdefault(held, name)
         return {**found, **self.machine.called}
 
 

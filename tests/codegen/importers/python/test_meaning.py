@@ -110,6 +110,15 @@ def test_members_of_a_text_enum_are_texts():
     same(ENUM, NUMBERS, label=int)
 
 
+def test_numbers_are_called_as_in_the_class():
+    text = (
+        "class Cart:\n    LEFT = 0\n    RIGHT = 2\n    def act(self, x):\n        if x[0] > 0: return self.RIGHT\n"
+        "        return Cart.LEFT\n"
+    )
+    (policy,) = imported(text).agents
+    assert [each.name for each in policy.actions] == ["LEFT", "action_1", "RIGHT"]
+
+
 def test_rules_as_objects():
     profile = imported(OBJECTS)
     assert [each.agent for each in profile.agents] == ["other"]
