@@ -69,7 +69,8 @@ class Console:
         if self.of:
             label, text = self.of, f"{label} {text}"
         if not self.quiet and self.lines:
-            print(self._coloured(visible(f"{label:<{LABEL_WIDTH - 1}} {text}".rstrip()), label), file=sys.stderr, flush=True)
+            said = f"{label:<{LABEL_WIDTH - 1}} {text}".rstrip()
+            print(self._coloured(visible(said), label), file=sys.stderr, flush=True)
 
     def _coloured(self, line: str, label: str) -> str:
         if label not in COLOURS or not sys.stderr.isatty() or self.rich.no_color or self.rich.is_dumb_terminal:
