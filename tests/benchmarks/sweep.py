@@ -4,9 +4,9 @@
 
 All times are of the processor. `--worlds` adds whole commands on generated/worlds/: process start, reference
 environment, second engine and control included. The yardstick is plain numpy written for the one system: a
-quadrotor whose tree of 90 leaves tests single variables. It is run in turn with our search and our checker, over the
-same boxes. The other cases: a cruise controller with drag (v squared, 100 steps, three claims), and a car in a valley
-(one cosine, 200 steps), which boxes leave open.
+quadrotor whose tree of 90 leaves tests single variables. It is run in turn with our search and our checker, from the
+same start. Each counts its own boxes, as slivers on borders differ. The other cases: a cruise controller with
+drag (v squared, 100 steps, three claims), and a car in a valley (one cosine, 200 steps), which boxes leave open.
 """
 
 import argparse
