@@ -120,7 +120,7 @@ def _decision(document: Mapping[str, Any], value: Any, where: str) -> int | floa
     task, link = document["task_type"], document["postprocessor"]
     base = [float(each) for each in document["base_scores"]]
     if document["num_target"] != 1:
-        raise InputError(f"the model has {document['num_target']} targets, one is needed", where, "one tree an agent")
+        raise InputError(f"the model has {document['num_target']} targets, one is needed", where, "one tree per agent")
     if task == "kMultiClf" and link in CLASSES and isinstance(value, list) and len(set(base)) == 1:
         scores = [float(each) for each in cast(Sequence[Any], value)]
         if not all(map(math.isfinite, scores)):

@@ -54,7 +54,7 @@ def import_verb(
 ) -> int:
     """Import decision trees of other programs: exact, or refused.
 
-    FILE is if/else Python or C (one function an agent), an ONNX model, a single tree of XGBoost (JSON), LightGBM
+    FILE is if/else Python or C (one function per agent), an ONNX model, a single tree of XGBoost (JSON), LightGBM
     (text) or treelite (JSON), dtControl's JSON, or a C header of `maviper compile`. Its kind is detected. Nothing in
     it is run.
 

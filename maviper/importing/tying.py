@@ -20,6 +20,7 @@ from codegen.errors import InputError, UnknownNameError, shown
 from codegen.floats import FLOAT32
 from codegen.importers.names import NUMBERED, Renaming, legal, renaming
 from codegen.importers.origin import Names, Origin, profile_of
+from codegen.wording import counted
 from maviper.episodes import measures
 from maviper.episodes.counting import Counting
 from maviper.worlds import World
@@ -74,9 +75,9 @@ def _by_agent(origins: Mapping[str, Origin], world: World) -> list[Origin]:
             raise UnknownNameError("agent", name, world.agents, world.name)
     missing = [agent for agent in world.agents if agent not in trees]
     if missing:
-        what = f"{world.name} has {len(world.agents)} agents, and {', '.join(missing)} has no tree"
+        what = f"{world.name} has {counted(len(world.agents), 'agent')}, and {', '.join(missing)} has no tree"
         files = ",".join(f"{agent}=FILE" for agent in world.agents)
-        raise InputError(what, "", f"give each one a tree: --agents {files}")
+        raise InputError(what, "", f"give each agent a tree: --agents {files}")
     return [trees[agent] for agent in world.agents]
 
 

@@ -80,7 +80,7 @@ def _deciding(parsed: Any, where: str, wanted: str) -> list[str]:
         return [wanted]
     deciding = [name for name in functions if name not in ENTRIES and _answers(name, functions)]
     if not deciding:
-        advice = "write one function an agent, of an observation, that returns its action"
+        advice = "write one function per agent, of an observation, that returns its action"
         raise InputError("the file has no function that decides", where, advice)
     called = {inner for name in deciding for inner in _names(functions[name].body) - {name}}
     roots = [name for name in deciding if name not in called] or deciding

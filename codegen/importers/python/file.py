@@ -156,7 +156,7 @@ def deciders(file: File, wanted: str = "") -> list[Decider]:
         known = ", ".join(file.machine.notes)[:200]
         where = f"{file.machine.where}, line {unread.line}" if unread else file.machine.where
         what = unread.what if unread else "the file has no function that takes an observation and returns a decision"
-        advice = unread.advice if unread else "write one function an agent: def agent(x): ..."
+        advice = unread.advice if unread else "write one function per agent: def agent(x): ..."
         raise InputError(what, where, f"{advice}{known and '; ' + known}")
     return roots or list(found.values())
 
