@@ -40,7 +40,7 @@
 #define FORAGING_FORAGER_0_FORCE 0.0
 #define FORAGING_FORAGER_1_FORCE 0.0
 
-/* forager_0, team foragers: 180 leaves, at most 8 comparisons; tables of 1531 bytes where they are used */
+/* forager_0, team foragers: 180 leaves, at most 8 comparisons; tables of 1,531 bytes where they are used */
 
 enum {
     FORAGING_FORAGER_0_X_FOOD_0_DOWN = 0, /* cells, [-24.0, 24.0] */
@@ -884,7 +884,7 @@ static inline void foraging_forager_0_act_columns(const float *const *x, long n,
     }
 }
 
-/* forager_1, team foragers: 185 leaves, at most 8 comparisons; tables of 1531 bytes where they are used */
+/* forager_1, team foragers: 185 leaves, at most 8 comparisons; tables of 1,531 bytes where they are used */
 
 enum {
     FORAGING_FORAGER_1_X_FOOD_0_DOWN = 0, /* cells, [-24.0, 24.0] */

@@ -35,7 +35,7 @@ def properties_list(as_json: bool) -> int:
 @click.argument("subject", metavar="WORLD|PROFILE")
 @option("-o", "--output", type=PATH, default=None, help="The file (default: print it).")
 def properties_new(subject: str, output: Path | None) -> int:
-    """Write a starter property file for WORLD or the profile's .json file, for you to edit.
+    """Write claims to start from, for WORLD or a profile's .json file.
 
     The file names agents, actions, and landmarks or features, and explains itself in comments.
     """

@@ -46,6 +46,13 @@ def _sides(node: tuple[Side, ...] | Gap) -> tuple[Side, ...]:
     return node
 
 
+def _answers(found: Answers) -> set[int]:
+    """All answers below a question."""
+    if found is None or isinstance(found, int):
+        return set() if found is None else {found}
+    return set[int]().union(*(_answers(below) for _, below in found))
+
+
 @dataclass(frozen=True)
 class Measured:
     """Shares of the starts, by volume; what is in neither is not known."""
@@ -105,6 +112,7 @@ class Following:
         except FacesError:
             spent = FACES
         fails, holds = (Fraction(part, whole or 1) for part in sums)
+        assert fails + holds <= 1, "cells have points in common"
         return Measured(fails, holds, self.looked, spent)
 
     def _started(self, sizes: Sequence[int]) -> list[Cell]:
@@ -156,19 +164,21 @@ class Following:
                     yield answer, part
 
     def _look(self, cell: Cell, node: Node, now: Now, episode: GuaranteedEpisode) -> Answers:
-        """The answers below a question that are possible for some start, whatever is rounded."""
+        """The answers below a question that are possible for some start, whatever is rounded. One for all stands for
+        the question only where its sides leave out no start: a side alone is one of several bounds, as of x = 0.
+        """
         if isinstance(node, int):
             return node
         found: list[tuple[Side, Answers]] = []
-        for side in _sides(node):
+        sides = _sides(node)
+        for side in sides:
             upper, lower, most, room = episode.limits(side, now)
             cut = self._cut(cell, upper, lower, most + room)
             below = None if cut is None else self._look(cut, side.child, now, episode)
             if below is not None:
                 found.append((side, below))
-        answers = {below if isinstance(below, int) else None for _, below in found}
-        only = answers.pop() if len(answers) == 1 else None
-        return only if only is not None else found or None
+        answers = _answers(found)
+        return answers.pop() if len(answers) == 1 < len(sides) else found or None
 
     def _answered(self, cell: Cell, found: Answers, now: Now, episode: GuaranteedEpisode) -> Iterator[tuple[Cell, int]]:
         """The parts of a cell that give one answer for sure."""

@@ -114,4 +114,6 @@ def test_claims_and_shares_are_about_what_was_seen(tmp_path, capsys):
 def test_sliders_go_over_what_was_seen():
     profile = looked()
     (agent,) = document(profile, contents_of(profile, ()))["agents"]
-    assert [(one["low"], one["high"]) for one in agent["features"]] == [(-0.5, 1.5), (0.0, 2.0)]
+    assert [(one["low"], one["high"]) for one in agent["features"]] == [(-1e9, 1e9), (-1e9, 1e9)]
+    for (low, high), (least, most) in zip(agent["shown"], [(-0.5, 1.5), (0.0, 2.0)], strict=True):
+        assert least - 1.5 < low < least and most < high < most + 1.5

@@ -77,5 +77,5 @@ def test_pages_refuse_them():
 
 
 def test_evaluation_refuses_them(place, capsys):
-    assert main.run(["evaluate", "cart.json"]) == 2
+    assert main.run(["evaluate", "cart.json", "--world", "gymnasium:CartPole-v1"]) == 2
     assert "float32 observations" in capsys.readouterr().err

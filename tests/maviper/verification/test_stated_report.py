@@ -96,7 +96,7 @@ def test_the_picture_ends_with_the_state_that_breaks_the_claim(place):
 def test_an_unknown_says_what_is_open_and_what_may_help(tmp_path, capsys):
     (tmp_path / "profile.json").write_text(profile(BRAKES))
     (tmp_path / "cart.toml").write_text(CART + ERROR + PROPERTIES.split("[[property]]")[1].join(["[[property]]", ""]))
-    asked = ["--max-states", "2", "-o", str(tmp_path / "report")]
+    asked = ["--max-boxes", "1", "--max-states", "2", "-o", str(tmp_path / "report")]
     assert verify(tmp_path, *asked) == ExitCode.INCONCLUSIVE
     told = json.loads((tmp_path / "report" / "report.json").read_text())["results"][0]
     assert told["open"]["bounds"].keys() == {"x", "v"}

@@ -16,6 +16,7 @@ def told(name, values, box, steps=4, by=0, more=()):
         "by": by,
         "regions": [{"box": box, "conditions": list(more)}],
         "counterexample": {
+            "file": "counterexample-1.json",
             "step": len(values) - 1,
             "states": {"v": [0.0] * len(values), "x": values},
             "actions": {"cart": ["left"] * 3 + ["stay"]},
