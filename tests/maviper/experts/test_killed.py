@@ -1,12 +1,16 @@
 """A training killed at any instant: what is left is whole, and it goes on to the same bytes."""
 
 import json
+import subprocess
+import sys
+from pathlib import Path
 
 import pytest
 
 from maviper.worlds import find
 from tests.support.killing import killed_at, needs_fork
 
+ROOT = Path(__file__).parent.parent.parent.parent
 TINY = {"games": 128, "checkpoint_steps": 6_400, "steps": 12_800, "hidden": 8, "steps_per_update": 400, "batch": 256}
 INSTANTS = 6
 
@@ -23,12 +27,20 @@ def untimed(card):
 
 @needs_fork
 @pytest.mark.train
-def test_a_training_killed_at_some_of_its_calls(tmp_path, monkeypatch):
+def test_a_training_killed_at_some_of_its_calls(tmp_path):
+    """In an interpreter of its own: a process is not forked once other tests have started torch's threads in it."""
+    program = f"import sys; from pathlib import Path; from {__name__} import ensure_resumed as e; e(Path(sys.argv[1]))"
+    words = [sys.executable, "-c", program, str(tmp_path)]
+    ran = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert ran.returncode == 0, ran.stderr
+
+
+def ensure_resumed(tmp_path):
+    """A training killed at some of its calls goes on to what one that was not killed ends with."""
     from maviper.experts.recipes import Request
     from maviper.experts.training import train as training
 
-    monkeypatch.setattr(training, "CHECKPOINT_EPISODES", 20)
-    monkeypatch.setattr(training, "FINAL_EPISODES", 20)
+    training.CHECKPOINT_EPISODES = training.FINAL_EPISODES = 20
     world, asked = find("physical-deception"), Request("vdn", overrides={**TINY, "seed": 3})
 
     def train(name, resume=False):
