@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from maviper.experts import store
+
 ROOT = Path(__file__).parent.parent
 pytestmark = pytest.mark.slow
 PARTS = ("codegen", "maviper", "verify", "templates", "pyproject.toml", "README.md", "LICENSE")
@@ -41,7 +43,10 @@ def test_templates_experts_and_manual_are_inside_and_nothing_else(wheel):
     templates = {str(path.relative_to(ROOT / "templates")) for path in (ROOT / "templates").rglob("*.*")}
     place = "codegen/templates/"
     assert {name.removeprefix(place) for name in names if name.startswith(place)} - {"__init__.py"} == templates
-    assert "maviper/experts/shipped/physical_deception.0.safetensors" in names
+    place = "maviper/experts/shipped/"
+    best = {store.file_of(stem, seed) for stem, _, seed in store.LEARNED.values()}
+    experts = {name.removeprefix(place) for name in names if name.startswith(place)} - {"__init__.py"}
+    assert experts == best | {name.replace(".safetensors", ".json") for name in best}
     assert "maviper/reproduction/claims.toml" in names
     pages = {path.name for path in (ROOT / "maviper" / "manual").iterdir() if path.suffix in (".md", ".svg")}
     found = {name.removeprefix("maviper/manual/") for name in names if name.startswith("maviper/manual/")}
@@ -63,6 +68,10 @@ def test_templates_experts_and_manual_are_inside_and_nothing_else(wheel):
     assert len(compiled) <= 1 and all(name.startswith("verify/zones/_zones.") for name in compiled)
 
 
+def test_it_is_small(wheel):
+    assert wheel.stat().st_size <= 6 * 10**6
+
+
 def test_the_demo_runs_from_another_folder(wheel, tmp_path):
     venv.create(tmp_path / "fresh", with_pip=True)
     python = tmp_path / "fresh" / "bin" / "python"
@@ -79,3 +88,8 @@ def test_the_demo_runs_from_another_folder(wheel, tmp_path):
     assert sorted(path.name for path in elsewhere.iterdir()) == ["tour"]
     committed = ROOT / "generated" / "physical_deception" / "physical_deception.py"
     assert (elsewhere / "tour" / "physical_deception.py").exists() and committed.exists()
+    command = [tmp_path / "fresh" / "bin" / "maviper", "evaluate", "predator-prey@maddpg", "--episodes", "100"]
+    done = subprocess.run(command, cwd=elsewhere, capture_output=True, text=True, check=False, env=environment)
+    assert done.returncode == 2 and store.REPOSITORY in done.stderr  # says where it lies
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False, env=environment)
+    assert done.returncode == 0, done.stderr  # in a clone it is found by name

@@ -120,11 +120,9 @@ def _ensure_plays(profile: ir.PolicyProfile, played: World, at: str) -> None:
 
 
 def shipped_expert(origin: str, world: World) -> Player | None:
-    """The shipped expert with that id, or None."""
-    for name in store.SHIPPED:
-        if (
-            name.partition("@")[0] == plain_name(plain_name(world.name)[0], PHYSICS)[0]
-            and store.load(name)[0].hash == origin
-        ):
+    """The shipped expert with that id, or None; one that is not installed is not looked at."""
+    game = plain_name(plain_name(world.name)[0], PHYSICS)[0]
+    for name, file in store.SHIPPED.items():
+        if name.partition("@")[0] == game and store.is_here(file) and store.load(name)[0].hash == origin:
             return find_player(name, "", world)[0]
     return None

@@ -1,6 +1,6 @@
 """Expert files: safetensors with a card, read without running any code.
 
-Does: encodes and decodes an expert; finds the shipped ones; says clearly what is wrong with a bad file.
+Does: encodes and decodes an expert; finds the shipped ones, in package or clone; says what is wrong with a bad file.
 Assumes: the tensor names and shapes of network.py.
 Does not: load pickles or TorchScript.
 """
@@ -9,6 +9,7 @@ import hashlib
 import json
 from collections.abc import Mapping
 from importlib import resources
+from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any
 
@@ -48,6 +49,7 @@ MADDPG = {  # by the paper's algorithm, reward alone
     "predator-prey": ("predator_prey.maddpg", (0,), 0),
 }
 CLONE = "clone"
+REPOSITORY = "maviper/experts/shipped"  # in a clone, all of them
 
 
 def _named(trained: Mapping[str, tuple[str, tuple[int, ...], int]], kind: str = "") -> dict[str, str]:
@@ -136,10 +138,23 @@ def shapes(world: World, hidden: int, networks: str = ACTOR_CRITIC) -> dict[str,
     return expected
 
 
+def is_here(file: str) -> bool:
+    """Whether the shipped file can be read: an installation has one expert per game, a checkout has all."""
+    return any((place / file).is_file() for place in _places())
+
+
 def shipped(file: str, world: World | None = None) -> NetworkExpert:
-    """The expert in a shipped file."""
-    data = (resources.files("maviper.experts.shipped") / file).read_bytes()
-    return decode(data, f"shipped expert {file}", world)
+    """The expert in a shipped file; InputError, which says where it is, when neither package nor folder has it."""
+    for place in _places():
+        if (place / file).is_file():
+            return decode((place / file).read_bytes(), f"shipped expert {file}", world)
+    where = f"{file}: an installation has the best expert per game"
+    advice = f"run in a clone of the repository, which has it in {REPOSITORY}, or name its file"
+    raise InputError("this expert is not installed", where, advice)
+
+
+def _places() -> tuple[Traversable, ...]:
+    return resources.files("maviper.experts.shipped"), Path(REPOSITORY)
 
 
 def load(name_or_path: str, world: World | None = None) -> tuple[NetworkExpert, World]:

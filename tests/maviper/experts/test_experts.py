@@ -1,13 +1,17 @@
 """Experts: the shipped ones are good and honest about themselves; files are refused with the fault; critics agree."""
 
 import json
+import shutil
+import tomllib
 from importlib import resources
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from codegen.errors import InputError, UnknownNameError
 from maviper.episodes import measures
+from maviper.evaluation.players import shipped_expert
 from maviper.experts import cards, store
 from maviper.experts.demand import demand
 from maviper.experts.expert import AS_GIVEN
@@ -15,10 +19,11 @@ from maviper.experts.finding import find_expert
 from maviper.experts.measured import GAMMA, Measured
 from maviper.experts.network import ACTOR, VALUE, NetworkExpert
 from maviper.experts.scripted import scripted
-from maviper.worlds import find
+from maviper.worlds import built_in, find
 from maviper.worlds.games.physical_deception import ADVERSARIES, DEFENDERS
 from maviper.worlds.games.predator_prey import PREDATORS, PREY
 
+ROOT = Path(__file__).parents[3]
 FILES = {file: name for name, file in store.SHIPPED.items()}
 FRESH = range(9_000_000, 9_001_000)  # episodes that neither training nor a card used
 
@@ -317,3 +322,19 @@ def test_an_expert_of_another_world_is_refused(expert):
 def test_a_run_folder_is_an_expert(expert, tmp_path):
     (tmp_path / "expert.safetensors").write_bytes(store.encode(expert.tensors, expert.card))
     assert store.load(str(tmp_path))[0].card == expert.card
+
+
+def test_an_installation_has_the_best_experts_and_says_where_the_others_are(monkeypatch, tmp_path):
+    listed = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]["package-data"]
+    best = {store.file_of(stem, seed) for stem, _, seed in store.LEARNED.values()}
+    assert {name for name in listed["maviper.experts.shipped"] if name.endswith(".safetensors")} == best
+    for file in best:
+        shutil.copy(ROOT / store.REPOSITORY / file, tmp_path)
+    monkeypatch.setattr(store, "_places", lambda: (tmp_path, Path(store.REPOSITORY)))
+    monkeypatch.chdir(ROOT)  # a clone
+    mine = store.load("physical-deception@1")[0]
+    monkeypatch.chdir(tmp_path)
+    assert store.load("physical-deception")[0].hash
+    with pytest.raises(InputError, match=store.REPOSITORY):
+        store.load("physical-deception@1")
+    assert shipped_expert(mine.hash, built_in("physical-deception")) is None
