@@ -9,8 +9,8 @@ is better. Records that keep no episodes have the first two and the return, from
 """
 
 import argparse
-import csv
 import json
+import lzma
 import tarfile
 import tempfile
 from collections import defaultdict
@@ -19,7 +19,9 @@ from pathlib import Path
 import numpy as np
 
 from maviper.reproduction import results
+from maviper.reproduction.cells.table import TABLE_FILE
 from maviper.reproduction.statistics import of_differences
+from tests.benchmarks.record import TABLE, rows
 
 RECORDS = Path(__file__).parents[2] / "generated" / "reproduction"
 NAMES = ("maddpg-predator-prey", "mappo-predator-prey", "maddpg", "mappo")
@@ -36,7 +38,7 @@ def by_episode(record):
     with tempfile.TemporaryDirectory() as name:
         with tarfile.open(record / "episodes.tar.xz") as packed:
             packed.extractall(name, filter="data")
-        (Path(name) / "cells.csv").write_bytes((record / "cells.csv").read_bytes())
+        (Path(name) / TABLE_FILE).write_bytes(lzma.decompress((record / TABLE).read_bytes()))
         table = results.read(Path(name))
         found = defaultdict(dict)
         for row in table.cells(kind="extraction", game="predator-prey", preset="paper", splits="histogram"):
@@ -48,12 +50,11 @@ def by_episode(record):
 def by_cell(record):
     """As `by_episode`, with the mean of each cell as its only episode."""
     found = defaultdict(lambda: defaultdict(dict))
-    with (record / "cells.csv").open(newline="") as file:
-        for row in csv.DictReader(file):
-            asked = row["kind"], row["game"], row["preset"], row["splits"], row["lineup"]
-            if asked == ("extraction", "predator-prey", "paper", "histogram", LINEUP):
-                mean = np.array([float(row["mean"])])
-                found[row["algorithm"], int(row["depth"])][int(row["seed"])][row["measure"]] = mean
+    for row in rows(record):
+        asked = row["kind"], row["game"], row["preset"], row["splits"], row["lineup"]
+        if asked == ("extraction", "predator-prey", "paper", "histogram", LINEUP):
+            mean = np.array([float(row["mean"])])
+            found[row["algorithm"], int(row["depth"])][int(row["seed"])][row["measure"]] = mean
     return {key: {seed: [each[TOUCHES], each[RETURN]] for seed, each in of.items()} for key, of in found.items()}
 
 

@@ -31,7 +31,7 @@ from tests.benchmarks.paired import BETTER, NOT_DECIDED, WORSE, detectable
 from tests.benchmarks.registered import ARCHIVE, Cell, Found, cells_of, comparisons_of, made, make, read_register
 
 FOLDER = "/tmp/maviper-{}"
-TABLE, TEXT, README, FIGURE = "cells.csv", "tables.txt", "README.md", "figure.svg"
+TABLE, TEXT, README, FIGURE = "cells.csv.xz", "tables.txt", "README.md", "figure.svg"
 TITLE = "MAVIPER with all of its rounds, and the released code"
 
 
@@ -140,7 +140,7 @@ def recorded(register, digest, found, folder, place):
             member.size = len(content)
             tar.addfile(member, io.BytesIO(content))
     runs.write(place / ARCHIVE, lzma.compress(data.getvalue(), preset=6))
-    runs.write(place / TABLE, means(found))
+    runs.write(place / TABLE, lzma.compress(means(found).encode(), preset=9))
     runs.write(place / TEXT, "\n".join(table_lines(register, found)) + "\n")
     runs.write(place / README, page(register, digest, found))
     if "figure" in register:

@@ -3,8 +3,9 @@
     maviper reproduce --experts maddpg --jobs 2 -o FOLDER
     python -m tests.benchmarks.record FOLDER generated/reproduction/maddpg -- --experts maddpg
 
-Copies report.html, summary.txt, claims.json, cells.csv, recompute.py and figures/ as the command wrote them. Packs what
-recompute.py needs besides (episodes/, facts/, numbers.json) into episodes.tar.xz, unless that is larger than --most MB.
+Copies report.html, summary.txt, claims.json, recompute.py and figures/ as the command wrote them, and packs cells.csv.
+Packs what recompute.py needs besides (episodes/, facts/, numbers.json) into episodes.tar.xz, unless that is larger than
+--most MB.
 Writes readme-1.svg and readme-2.svg, two figures on a panel of their own, and README.md with command, versions and
 core-hours; the command's options stand after --. Equal folders give equal bytes. Nothing is played, and nothing in
 FOLDER is changed.
@@ -31,8 +32,9 @@ from maviper.reproduction.cells.table import EPISODES_FOLDER, FACTS_FOLDER, TABL
 from maviper.reproduction.sections import short
 from maviper.reproduction.verdicts import WORDS
 
-COPIED = (report.PAGE, report.SUMMARY, report.CLAIMS, report.SCRIPT, TABLE_FILE)
+COPIED = (report.PAGE, report.SUMMARY, report.CLAIMS, report.SCRIPT)
 ARCHIVE, README = "episodes.tar.xz", "README.md"
+TABLE = f"{TABLE_FILE}.xz"
 MOST = 5.0  # MB of the archive
 SHOWN = (  # the figures of the README: the first two that there are
     ("physical-deception", "defenders success r=0.316"),
@@ -50,6 +52,7 @@ def recorded(folder: Path, place: Path, options: str = "", most: float = MOST) -
     shutil.rmtree(place / report.FIGURES, ignore_errors=True)
     for name in COPIED:
         runs.write(place / name, (folder / name).read_bytes())
+    runs.write(place / TABLE, lzma.compress((folder / TABLE_FILE).read_bytes(), preset=9))
     figures = sorted((folder / report.FIGURES).glob("*.svg"))
     for path in figures:
         runs.write(place / report.FIGURES / path.name, path.read_bytes())
@@ -62,6 +65,12 @@ def recorded(folder: Path, place: Path, options: str = "", most: float = MOST) -
         runs.write(place / ARCHIVE, packed)
     runs.write(place / README, page(folder, options, packed, kept))
     return sorted(path for path in place.rglob("*") if path.is_file())
+
+
+def rows(place: Path) -> list[dict[str, str]]:
+    """The table of a record, a row per line-up and measure of each cell."""
+    with lzma.open(place / TABLE, "rt", encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
 
 
 def archive(folder: Path) -> bytes:
@@ -116,7 +125,7 @@ Register of claims: sha256 {claims["register"]}. Versions: {_versions()}.
 
 - `{report.SUMMARY}`: a line for each claim; `{report.CLAIMS}`: every comparison, with p-values.
 - `{report.PAGE}`: tables and figures on one page; `{report.FIGURES}/`: the figures alone.
-- `{TABLE_FILE}`: the mean of every line-up and measure of every cell, with its CPU time.
+- `{TABLE}`: the mean of every line-up and measure of every cell, with its CPU time.
 - `{report.SCRIPT}` computes all numbers again without maviper. {lies if kept else left}
 
 This folder was written by `python -m tests.benchmarks.record`.

@@ -1,5 +1,5 @@
 """Computes the report's numbers again from episodes/ and facts/ (needs numpy): python recompute.py [FOLDER]"""
-import csv, functools, json, pathlib, sys
+import csv, functools, json, lzma, pathlib, sys
 import numpy as np
 
 np.seterr(all="ignore")  # a ratio to nothing is no number
@@ -45,7 +45,8 @@ def student(n):  # values of t and its distribution function; t is the tangent o
     mass = np.cumsum(np.cos((angle[1:] + angle[:-1]) / 2) ** (n - 1))
     return np.tan(angle[1:-1]) * n ** .5, mass[:-1] / mass[-1]
 
-read = csv.DictReader((AT / "cells.csv").open(encoding="utf-8"))
+packed = not (AT / "cells.csv").exists()  # a record packs its table
+read = csv.DictReader(lzma.open(AT / "cells.csv.xz", "rt") if packed else (AT / "cells.csv").open(encoding="utf-8"))
 pairs = [(" ".join(list(row.values())[:12]), np.mean(list(episodes(row["cell"])[row["lineup"], row["measure"]].values())),
           float(row["mean"])) for row in read]  # what, ours, the report's
 for name, told in NUMBERS.items():

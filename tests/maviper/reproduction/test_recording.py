@@ -1,6 +1,5 @@
 """The record of a reproduction: what lies in it, that it stands alone, and that the committed ones are whole."""
 
-import csv
 import json
 import re
 import shutil
@@ -14,7 +13,7 @@ import pytest
 
 from maviper.reproduction import register, report
 from maviper.reproduction.verdicts import AGREES, DIFFERS, NOT_DECIDED
-from tests.benchmarks.record import recorded
+from tests.benchmarks.record import TABLE, recorded, rows
 from tests.maviper.reproduction import tables
 from tests.maviper.reproduction.tables import DECEPTION, NAVIGATION
 
@@ -59,7 +58,7 @@ def computed_again(place, folder):
     """What the record's own script says of the record's own data."""
     with tarfile.open(place / "episodes.tar.xz") as packed:
         packed.extractall(folder, filter="data")
-    for name in ("cells.csv", "recompute.py"):
+    for name in (TABLE, "recompute.py"):
         (folder / name).write_bytes((place / name).read_bytes())
     command = [sys.executable, "-I", str(folder / "recompute.py")]
     return subprocess.run(command, capture_output=True, text=True, check=True).stdout
@@ -99,7 +98,7 @@ def test_committed_records_are_whole(path):
     assert told["register"] == register.read().sha256
     summary = (place / report.SUMMARY).read_text().splitlines()
     assert f"{words.count(AGREES)} AGREES, {words.count(DIFFERS)} DIFFERS" in summary[0]
-    assert all((place / name).exists() for name in ("report.html", "cells.csv", "README.md", "readme-1.svg"))
+    assert all((place / name).exists() for name in ("report.html", TABLE, "README.md", "readme-1.svg"))
     assert (place / "episodes.tar.xz").exists() != ("is left out" in (place / "README.md").read_text())
 
 
@@ -127,16 +126,11 @@ def compared(name, statistics, label):
     return [row for row in rows if row["label"].startswith(label)]
 
 
-def rows_of(name):
-    with (RECORDS / name / "cells.csv").open(encoding="utf-8", newline="") as file:
-        yield from csv.DictReader(file)
-
-
 def absolute(name, algorithm, measure):
     """The mean over seeds of a team of trees of depth 4 (or of the expert: ""), absolute, as grown for all seeds."""
     found = [
         float(row["mean"])
-        for row in rows_of(name)
+        for row in rows(RECORDS / name)
         if row["algorithm"] == algorithm and row["measure"] == measure and row["splits"] != "exact"
         if row["kind"] == "expert" or (row["depth"] == "4" and row["lineup"].startswith("joint:"))
     ]
@@ -144,7 +138,7 @@ def absolute(name, algorithm, measure):
 
 
 def seeds(name):
-    return {row["seed"] for row in rows_of(name) if row["kind"] == "extraction" and row["depth"] == "4"}
+    return {row["seed"] for row in rows(RECORDS / name) if row["kind"] == "extraction" and row["depth"] == "4"}
 
 
 def rollouts(name, game, algorithm):
@@ -222,11 +216,10 @@ def test_a_record_without_its_episodes_says_where_they_are(path):
 
 @pytest.mark.parametrize("name", MORE)
 def test_more_seeds_are_the_same_cells_and_more(name):
-    def rows(name):
-        with (RECORDS / name / "cells.csv").open(encoding="utf-8", newline="") as file:
-            return {tuple(row.values())[:-1]: row["cell"] for row in csv.DictReader(file)}  # without CPU seconds
+    def told(name):
+        return {tuple(row.values())[:-1]: row["cell"] for row in rows(RECORDS / name)}  # without CPU seconds
 
-    first, second = rows(name.partition("-")[0]), rows(name)
+    first, second = told(name.partition("-")[0]), told(name)
     both = set(first.values()) & set(second.values())
     assert len(both) > 50
     assert {row for row, cell in first.items() if cell in both} == {row for row, cell in second.items() if cell in both}
