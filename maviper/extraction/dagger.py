@@ -15,11 +15,11 @@ from codegen import ir
 from codegen.ir import Float32, Float64, GrownTree
 from maviper.episodes.play import Controller
 from maviper.episodes.trees import agent_policies, among
-from maviper.extraction.bundles import ALL, EQUAL, EXPERTS, OWN, TEAM, grouped
+from maviper.extraction.bundles import AGENT, ALL, EQUAL, EXPERTS, NO_VOTES, OWN, TEAM, grouped
 from maviper.extraction.dataset import Dataset, Met, collect, resample
 from maviper.extraction.examples import counts_of
 from maviper.extraction.extraction import Extraction
-from maviper.extraction.growth.growing import Growth, pooled
+from maviper.extraction.growth.growing import Growth, Part, pooled
 from maviper.extraction.growth.lawful import Labelled, lawful
 from maviper.extraction.growth.weights import iviper_weights, maviper_weights
 from maviper.extraction.journal import Arrays, pack_trees, unpack_trees
@@ -30,6 +30,7 @@ from maviper.worlds import World
 from maviper.worlds.world import Int
 
 FIGURES = "figures"
+EVERYBODY = -1  # whose the points of examples are
 WEIGHING = 0.9  # of a round's work, where it takes long enough to be told of
 
 
@@ -41,15 +42,16 @@ def dagger(asked: Extraction, agents: Sequence[int], selection: Selection) -> in
     parties = grouped(asked.world, settings.rollouts_by, agents)
     names = [""] if len(parties) == 1 else [f"-{place}" for place in range(len(parties))]
     groups = [_Group(asked, party, name) for party, name in zip(parties, names, strict=True)]
+    growers = _growers(asked, groups)
     for iteration in range(settings.iterations):
         met = [group.play(iteration, _told(selection, place, len(groups))) for place, group in enumerate(groups)]
         if settings.rollouts_by != EXPERTS:
             selection.met(_values(met), float(np.mean([each.fidelity for each in met])))
         trees: dict[int, GrownTree] = {}
         figures: dict[str, float] = {}
-        for group in groups:
-            trees |= group.grow(iteration)  # lines 5 and 6
-            figures |= group.figures
+        for grower in growers:
+            trees |= grower.grow(iteration)  # lines 5 and 6
+            figures |= grower.figures
         selection.grown(figures)
         if selection.offer([trees[agent] for agent in agents]):
             break
@@ -111,19 +113,93 @@ class _Group:
         self.data = met.data if self.data is None else self.data + met.data  # line 4
         return met
 
+    @property
+    def known(self) -> Dataset:
+        """The examples, then the points."""
+        assert self.data is not None
+        return self.examples.before(self.asked.world, self.data, self.agents)
+
     def grow(self, iteration: int) -> dict[int, GrownTree]:
         """The next trees of the group, by agent."""
         asked, world = self.asked, self.asked.world
-        assert self.data is not None
-        known = self.examples.before(world, self.data, self.agents)
-        given = (world, known, asked.settings, self.growth, self.agents, iteration)
+        given = (world, self.known, asked.settings, self.growth, self.agents, iteration)
         arrays = asked.journal.arrays(f"{iteration:04d}-trees{self.name}", _grown, *given)
-        grown = unpack_trees({name: array for name, array in arrays.items() if name != FIGURES})
-        names = figure_names(whole_teams(world, self.agents))
-        self.figures = dict(zip(names, map(float, arrays[FIGURES]), strict=True))
-        if asked.settings.rollouts_by != EXPERTS:
-            self.controllers = among(world, agent_policies(world, grown, self.agents), self.controllers)
-        return dict(zip(self.agents, grown, strict=True))
+        grown, self.figures = _trees_and_figures(world, self.agents, arrays)
+        self.take(grown)
+        return grown
+
+    def take(self, trees: Mapping[int, GrownTree]) -> None:
+        """Trees by agent, by which those of the group play from now on."""
+        if self.asked.settings.rollouts_by != EXPERTS:
+            mine = agent_policies(self.asked.world, [trees[agent] for agent in self.agents], self.agents)
+            self.controllers = among(self.asked.world, mine, self.controllers)
+
+
+class _Voters:
+    """A team whose members have data of their own, and vote on each other's. `groups`: one for each of them."""
+
+    def __init__(self, asked: Extraction, groups: Sequence[_Group], name: str) -> None:
+        self.asked, self.groups, self.name = asked, list(groups), name
+        self.agents = [agent for group in groups for agent in group.agents]
+        self.growth = Growth(asked.world, asked.settings)
+        self.figures: dict[str, float] = {}
+        self.whose = np.zeros(0, dtype=np.int64)  # [n] the place of the group that met a point
+        self.data: Dataset | None = None  # the points of all groups, those of a round behind those before it
+
+    def grow(self, iteration: int) -> dict[int, GrownTree]:
+        """The next trees of the team, by agent."""
+        for place, group in enumerate(self.groups):
+            assert group.data is not None
+            fresh = group.data.since(int((self.whose == place).sum()))
+            self.data = fresh if self.data is None else self.data + fresh
+            self.whose = np.append(self.whose, np.full(len(fresh), place))
+        arrays = self.asked.journal.arrays(f"{iteration:04d}-trees{self.name}", self._grown, iteration)
+        grown, self.figures = _trees_and_figures(self.asked.world, self.agents, arrays)
+        for group in self.groups:
+            group.take(grown)
+        return grown
+
+    def _grown(self, iteration: int) -> Arrays:
+        settings, world = self.asked.settings, self.asked.world
+        assert self.data is not None
+        lessons = self.groups[0].known.before(self.groups[0].points)
+        whose, data = np.append(np.full(len(lessons), EVERYBODY), self.whose), lessons + self.data
+        parts: list[Part] = []
+        seeds: dict[int, int] = {}
+        for place, group in enumerate(self.groups):
+            (agent,), known = group.agents, group.known
+            rng = np.random.default_rng([settings.seed, agent, iteration])  # the draws that it has without votes
+            mine, counts = np.isin(whose, (place, EVERYBODY)), np.zeros(len(whose), dtype=np.int64)
+            counts[mine] = _drawn(known.weights[:, 0], known.alive[:, agent], settings, rng)
+            seeds[agent] = int(rng.integers(2**31, size=1)[0])
+            labels = np.ascontiguousarray(data.labels[:, agent])
+            parts.append(Part(agent, data.observations[agent], labels, counts, data.alive[:, agent] & mine))
+        kept: list[float] = []
+        alive, votes = data.alive[:, self.agents], settings.votes_of(len(self.agents))
+        trees = _legally(world, data, self.agents, self.growth.jointly(parts, seeds, votes, alive, kept))
+        grown = dict(zip(self.agents, trees, strict=True))
+        (team,) = whole_teams(world, self.agents)
+        return pack_trees(trees) | {FIGURES: np.array([np.mean(kept), *accuracies(world, data, grown, team)])}
+
+
+def _growers(asked: Extraction, groups: Sequence[_Group]) -> Sequence[_Group | _Voters]:
+    """Those whose trees grow together: the groups, or the teams where members vote on data that each has alone."""
+    settings = asked.settings
+    if settings.rollouts_by != AGENT or settings.least_right == NO_VOTES:
+        return groups
+    mine = {agent: group for group in groups for agent in group.agents}
+    teams = grouped(asked.world, TEAM, sorted(mine))
+    return [_Voters(asked, [mine[agent] for agent in team], f"-team-{place}") for place, team in enumerate(teams)]
+
+
+def _trees_and_figures(
+    world: World, agents: Sequence[int], arrays: Arrays
+) -> tuple[dict[int, GrownTree], dict[str, float]]:
+    """What a step of growth wrote: trees by agent, and its figures by name."""
+    grown = unpack_trees({name: array for name, array in arrays.items() if name != FIGURES})
+    names = figure_names(whole_teams(world, agents))
+    figures = dict(zip(names, map(float, arrays[FIGURES]), strict=True))
+    return dict(zip(agents, grown, strict=True)), figures
 
 
 def weights(

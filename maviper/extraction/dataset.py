@@ -40,6 +40,18 @@ class Dataset:
         weights, alive = np.concatenate([self.weights, other.weights]), np.concatenate([self.alive, other.alive])
         return Dataset(observations, labels, weights, alive)
 
+    def before(self, count: int) -> "Dataset":
+        """All points but the last `count`."""
+        return self._rows(slice(0, len(self) - count))
+
+    def since(self, count: int) -> "Dataset":
+        """All points but the first `count`."""
+        return self._rows(slice(count, None))
+
+    def _rows(self, rows: slice) -> "Dataset":
+        observations = tuple(seen[rows] for seen in self.observations)
+        return Dataset(observations, self.labels[rows], self.weights[rows], self.alive[rows])
+
 
 # from all agents' observations, the states and the expert's actions to each agent's weights
 Weigh = Callable[[tuple[Float32, ...], Any, Int], Float64]

@@ -24,6 +24,7 @@ from maviper.extraction.bundles import (
     JOINT,
     KNOWN,
     MAVIPER,
+    NO_VOTES,
     NOTHING,
     PARTS,
     RACE,
@@ -32,6 +33,7 @@ from maviper.extraction.bundles import (
     ROLLOUTS_BY,
     SELECTION_BY,
     SHARES,
+    TEAM,
     UNIFORM,
     VIPER,
     WEIGHTS,
@@ -165,7 +167,8 @@ class Settings:
     @property
     def together(self) -> str:
         """Whose iterates depend on one another: of such agents there is one loop of rounds."""
-        return wider(self.rollouts_by, self.selection_by)
+        voting = AGENT if self.least_right == NO_VOTES else TEAM
+        return wider(voting, wider(self.rollouts_by, self.selection_by))
 
     def votes_of(self, team: int) -> int:
         """How many right predictions a point needs in a team of so many: at least `least_right`, a share rounded up."""

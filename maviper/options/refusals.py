@@ -83,13 +83,6 @@ REFUSALS = (
         OTHER_ALGORITHM,
     ),
     Refusal(
-        ("least_right",),
-        {"rollouts_by": ("agent",)},
-        "team-mates cannot count each other's right predictions where each has data of its own",
-        "choose --rollouts-by team or all",
-        VOTES,
-    ),
-    Refusal(
         ("selection_by",),
         {"selection": ("return", "race")},
         "--selection return and race compare the iterates of one agent or of one team",

@@ -1,7 +1,7 @@
 """Registered cells: extractions that a register names before any is made, and the numbers that claims take from them.
 
-Does: reads a register (published.toml, steps.toml, splits.toml) with its hash, makes a cell as a file, finds those that
-  there are, also those that another record holds, and pairs them by seed.
+Does: reads a register (such as published.toml) with its hash and says its factors as algorithms, makes a cell as a
+  file, finds those that there are, also those that another record holds, and pairs them by seed.
 Assumes: a register that stands in this folder.
 Does not: print or draw (published.py).
 """
@@ -41,7 +41,34 @@ MAX_CELL_BYTES = 2**22
 def read_register(name="published"):
     """The register of a name, and its hash."""
     data = (HERE / f"{name}.toml").read_bytes()
-    return tomllib.loads(data.decode()), hashlib.sha256(data).hexdigest()
+    return with_factors(tomllib.loads(data.decode())), hashlib.sha256(data).hexdigest()
+
+
+def with_factors(register):
+    """A register whose factors are said as algorithms, each called by its levels, and whose effects are said as the
+    mean of half of these less that of the other half.
+    """
+    if "factors" not in register:
+        return register
+    levels = [list(factor) for factor in register["factors"].values()]
+    algorithms, signs = {}, {}
+    for combined in product(*levels):
+        chosen = zip(register["factors"].values(), combined, strict=True)
+        name = "-".join(combined)
+        algorithms[name] = {**register["base"], **{key: value for of, at in chosen for key, value in of[at].items()}}
+        places = [names.index(level) for names, level in zip(levels, combined, strict=True)]
+        signs[name] = dict(zip(register["factors"], places, strict=True))
+    claims = []
+    for claim in register["claims"]:
+        if "effect_of" in claim:
+            halves = {0: [], 1: []}
+            for name, places in signs.items():
+                lower = sum(not places[factor] for factor in claim["effect_of"])
+                halves[lower % 2].append(name)
+            sides = [{"preset": claim["preset"], "algorithm": tuple(halves[half])} for half in (0, 1)]
+            claim = {**claim, "first": sides[0], "second": sides[1]}
+        claims.append(claim)
+    return {**register, "algorithms": {**register.get("algorithms", {}), **algorithms}, "claims": claims}
 
 
 # --- cells
@@ -126,6 +153,13 @@ def made(digest, cell, folder):
 # --- numbers
 
 
+def cells_of_side(claim, side, expert, depth, seed):
+    """The cells of one side of a comparison."""
+    names = claim[side]["algorithm"]
+    several = names if isinstance(names, tuple) else (names,)
+    return [Cell(claim["game"], expert, claim[side]["preset"], name, depth, seed) for name in several]
+
+
 def beside_of(register):
     """Cells of another record, of the register that it was made by, by cell."""
     other, digest = read_register(register["beside"]["register"])
@@ -158,14 +192,15 @@ class Found:
         return self.documents.get(cell) or self.beside.get(cell)
 
     def ratios(self, claim, side, expert, depth):
-        """Seed -> the joint ratio of the claim's team to the expert, higher being better."""
-        chosen = claim[side]
-        found = {}
+        """Seed -> the joint ratio of the claim's team to the expert, higher being better; of several algorithms their
+        mean, once all are there.
+        """
+        world, found = expert_of(claim["game"], expert)[1], {}
         for seed in self.register["seeds"]:
-            cell = Cell(claim["game"], expert, chosen["preset"], chosen["algorithm"], depth, seed)
-            document = self.document(cell)
-            if document:
-                found[seed] = ratio(document["values"], expert_of(cell.game, expert)[1], claim["measure"])
+            documents = [self.document(cell) for cell in cells_of_side(claim, side, expert, depth, seed)]
+            if all(documents):
+                ratios = [ratio(document["values"], world, claim["measure"]) for document in documents]
+                found[seed] = float(np.mean(ratios))
         return found
 
     def paired(self, claim, expert, depth):

@@ -31,7 +31,7 @@ class Part(NamedTuple):
     obs: Float32  # [n, n_features]
     labels: Int  # [n]
     counts: Int  # [n] how often its data set holds each point
-    alive: Bool  # [n] whether the agent takes part
+    alive: Bool  # [n] whether the agent takes part, and the point is of its data
 
 
 def _part(data: Dataset, agent: int, counts: Int) -> Part:
@@ -78,9 +78,23 @@ class Growth:
                 kept += [1.0] * len(members)
             trees = [self._best_first(part) for part in parts]
             return trees * len(members) if shared else trees
-        growing = [self._member(part, seeds[part.agent]) for part in parts]
         if shared:
-            return grow_shared(growing[0], self.settings.max_depth, least_right, alive, kept)
+            (part,) = parts
+            return grow_shared(self._member(part, seeds[part.agent]), self.settings.max_depth, least_right, alive, kept)
+        return self.jointly(parts, seeds, least_right, alive, kept)
+
+    def jointly(
+        self,
+        parts: Sequence[Part],
+        seeds: Mapping[int, int] | Sequence[int],
+        least_right: int,
+        alive: Bool,
+        kept: list[float] | None = None,
+    ) -> list[GrownTree]:
+        """TrainJointTrees for members over shared points, of which each has data of its own: those that it counts.
+        `alive`: [n, N] who takes part in each point, in the order of `parts`.
+        """
+        growing = [self._member(part, seeds[part.agent]) for part in parts]
         return grow_jointly(growing, self.settings.max_depth, least_right, alive, kept)
 
     def _best_first(self, part: Part) -> GrownTree:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from maviper.extraction.bundles import PARTS, bundle, grouped
 from maviper.extraction.settings import MAX_NUMBER
 from tests.benchmarks import published
 from tests.benchmarks.paired import Paired
@@ -87,6 +88,46 @@ def test_other_registers_can_be_carried_out_beside_the_record(name):
         settings = settings_of(register, expert_of(cell.game, cell.expert)[1], cell)
         assert settings.preset == ("released" if name == "steps" else "paper")
         assert (settings.splits == "exact") == (cell.preset != "paper") and bool(settings.undo) == (name == "steps")
+
+
+def test_the_factorial_has_both_algorithms_at_its_ends_and_equal_episodes():
+    register, _ = published.read_register("factorial")
+    (group,) = register["groups"]
+    cells = [cell for cell in cells_of(register, group) if cell.seed == register["seeds"][0]]
+    names = {cell.algorithm for cell in cells}
+    assert len(cells) == 16 and names == set(group["seconds"]) == set(register["algorithms"])
+    world, episodes = expert_of(group["game"], "maddpg")[1], set()
+    found = {cell.algorithm: settings_of(register, world, cell) for cell in cells}
+    for settings in found.values():
+        playing = len(grouped(world, settings.rollouts_by, range(3)))
+        judged = 2 if settings.selection_by == "all" else 3  # teams, or agents
+        rounds = playing * settings.rollouts + judged * settings.selection_episodes
+        episodes.add(settings.iterations * rounds)
+        assert settings.patience == MAX_NUMBER and settings.splits == "histogram"
+    assert episodes == {50 * (48 + 198)}
+    for name, algorithm in (("agent-own-free-agent", "iviper"), ("all-averaged-voted-all", "maviper")):
+        usual = bundle(algorithm, "uniform")
+        assert {part: getattr(found[name], part) for part in PARTS} == usual
+    assert len({tuple(getattr(each, part) for part in PARTS) for each in found.values()}) == 16
+
+
+def test_effects_of_factors_are_means_over_the_others(tmp_path):
+    """A ratio that is a sum of two effects and of one of both together gives exactly these."""
+    register, digest = published.read_register("factorial")
+    for cell in cells_of(register, register["groups"][0]):
+        rollouts, weights, votes, choice = cell.algorithm.split("-")
+        high = {"rollouts": rollouts == "all", "votes": votes == "voted"}
+        lift = 0.08 * high["rollouts"] - 0.04 * high["votes"] + 0.08 * all(high.values())
+        told = {**document(lift), "register": digest}
+        if not (cell.seed == 215 and weights == "own" and choice == "all"):
+            (tmp_path / cell.name).write_text(json.dumps(told))
+    found = Found(register, digest, tmp_path)
+    effects = {claim["id"]: found.paired(claim, "maddpg", 4) for claim in register["claims"]}
+    assert {len(pair.differences) for name, pair in effects.items() if name != "all-four"} == {15}
+    means = {name: pytest.approx(pair.mean * 0.8) for name, pair in effects.items()}
+    wanted = {"rollouts": 0.12, "votes": 0.0, "weights": 0.0, "choice": 0.0, "rollouts-votes": 0.04, "all-four": 0.12}
+    assert {name: means[name] for name in wanted} == wanted
+    assert means["rollouts-weights"] == 0.0 == means["votes-choice"]
 
 
 def test_a_figure_has_the_rows_whose_cells_are_there(tmp_path):

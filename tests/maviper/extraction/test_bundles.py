@@ -35,7 +35,7 @@ from maviper.extraction.bundles import (
     grouped,
 )
 from maviper.extraction.extraction import Running
-from maviper.extraction.journal import Journal
+from maviper.extraction.journal import NOTHING_KEPT, Journal
 from maviper.extraction.released import released
 from maviper.extraction.settings import Settings
 from maviper.worlds import find
@@ -130,11 +130,30 @@ def test_ivipers_rollouts_have_the_others_at_their_experts(games, tmp_path):
     counts = {}
     for by in ROLLOUTS_BY:
         place = tmp_path / by
-        votes = "0" if by == AGENT else "N-1"
-        settings = settings_of(world, algorithm="maviper", preset="paper", rollouts_by=by, least_right=votes)
+        settings = settings_of(world, algorithm="maviper", preset="paper", rollouts_by=by)
         extract(world, expert, settings, journal=Journal(place))
         counts[by] = len(list(place.rglob("0001-rollouts*.safetensors")))
     assert counts == {EXPERTS: 1, AGENT: 3, TEAM: 2, ALL: 1}
+
+
+def test_members_with_data_of_their_own_vote_on_it(games, tmp_path):
+    """As many votes as nobody needs leave the trees as they are without votes: the same draws, bins and splits."""
+    world, expert = games["deception"]
+    for splits, selection in product(("exact", "histogram"), (AGENT, TEAM)):
+        given = {"rollouts_by": AGENT, "selection_by": selection, "weights": "own", "splits": splits}
+
+        def trees(votes, place="", given=given):
+            journal = Journal(tmp_path / place) if place else NOTHING_KEPT
+            found = extract(world, expert, settings_of(world, **given, least_right=votes), journal=journal)
+            return [(policy.grown.feature.tolist(), policy.grown.threshold.tolist()) for policy in found.agents]
+
+        place = f"{splits}-{selection}"
+        assert trees("0") == trees("N-9") != trees("N") == trees("N", place)
+        last = sorted((tmp_path / place).rglob("0002-*"))
+        assert len(last) >= 5  # each agent's rollouts, each team's trees
+        for step in last:
+            step.unlink()
+        assert trees("N", place) == trees("N")
 
 
 def test_each_team_says_its_best_round_where_teams_go_their_own_ways(games):
@@ -224,8 +243,6 @@ def test_a_budget_is_kept_by_every_combination(budget, rollouts_by, selection_by
 @pytest.mark.parametrize(
     ("given", "said"),
     [
-        ({"algorithm": "iviper", "least_right": "N"}, "each has data of its own"),
-        ({"rollouts_by": "agent"}, "each has data of its own"),
         ({"preset": "released", "least_right": "N"}, "preset released"),
         ({"preset": "released", "rollouts_by": "team"}, "preset released"),
         ({"preset": "released", "algorithm": "iviper", "weights": "averaged"}, "preset released"),
