@@ -16,7 +16,7 @@ from codegen.ir import PolicyProfile, act
 from maviper.worlds.stated.deviation import deviation
 from maviper.worlds.stated.reference import Reference, is_known
 from verify.claims.formula import holds
-from verify.reports import systems as report
+from verify.reports import flows
 from verify.systems.claims import SystemClaim
 from verify.systems.observing import observed
 from verify.systems.statement import Statement
@@ -36,7 +36,7 @@ def measured(statement: Statement, run: bool) -> dict[str, Any]:
         what = f"the statement is not that of {name}: {found.beyond} of {found.steps} steps are beyond its error"
         raise InputError(what, found.worst, "widen the error of the variable, narrow its range, or mend the rule")
     off = {variable: list(bounds) for variable, bounds in found.off.items()}
-    reach = ", ".join(f"{variable} {report.upwards(max(map(abs, bounds)), 2)}" for variable, bounds in off.items())
+    reach = ", ".join(f"{variable} {flows.upwards(max(map(abs, bounds)), 2)}" for variable, bounds in off.items())
     said = f"{name}: {found.steps} steps were measured, off by at most {reach}"
     return {"name": name, "steps": found.steps, "anywhere": found.placed, "off": off, "said": [said]}
 

@@ -109,7 +109,7 @@ def _stated(source: Source, run_reference: bool) -> Iterator[Finding]:
     """Of a world file: what it states, whether that can be played, and how far it is from its reference."""
     statement = read(source.function)
     yield from stated(statement)
-    if not statement.rules:
+    if not statement.moves:
         return
     function = import_maker(source)
     world = PettingZooWorld(function, source.text)

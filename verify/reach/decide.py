@@ -44,7 +44,7 @@ from verify.result import Verdict
 from verify.subjects import ClosedLoop
 from verify.systems import documents
 from verify.systems.claims import SystemClaim
-from verify.systems.system import System
+from verify.systems.system import System, ensure_in_steps
 from verify.unanswered import SpentError
 
 LEFT_OPEN = (
@@ -127,6 +127,8 @@ class _Decision:
         strange = agents(claim.formula) - {policy.agent for policy in profile.agents}
         if strange:
             raise UnknownNameError("agent", min(strange), [policy.agent for policy in profile.agents], claim.shown)
+        if not claim.about_decisions:
+            ensure_in_steps(system, "the engine of steps")
         if claim.steps and not claim.about_decisions and not system.pieces:
             what = f"system {system.name} states no dynamics, so nothing can be said of episodes"
             raise InputError(what, f"claim {claim.shown}", "state how it moves, or claim something about decisions")

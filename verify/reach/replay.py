@@ -16,7 +16,7 @@ from verify.claims.formula import holds
 from verify.reach.results import SystemCounterexample, Values
 from verify.systems.claims import SystemClaim
 from verify.systems.observing import chosen
-from verify.systems.system import Piece, State, System
+from verify.systems.system import Piece, State, System, ensure_in_steps
 
 ZERO = (Fraction(0), Fraction(0))
 
@@ -38,6 +38,7 @@ def replayed(profile: PolicyProfile, system: System, claim: SystemClaim, course:
         actions = chosen(system, profile, course.start)
         kept = holds(claim.formula, course.start, actions)
         return None if kept else SystemCounterexample((dict(course.start),), (_named(profile, actions),), (), (), 0)
+    ensure_in_steps(system, "the replay of steps")
     return _played(profile, system, claim, course)
 
 

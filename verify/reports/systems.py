@@ -6,7 +6,7 @@ Does not: decide or measure. It holds no times, paths or facts about the machine
 """
 
 from collections.abc import Mapping, Sequence
-from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
+from decimal import ROUND_FLOOR
 from fractions import Fraction
 from math import isfinite
 from typing import Any
@@ -21,7 +21,7 @@ from codegen.wording import counted
 from verify.exact import plain
 from verify.language.units import unit_of
 from verify.reach.results import SystemCounterexample
-from verify.reports import trusted
+from verify.reports import flows, trusted
 from verify.reports.courses import DECISIONS, drawn, is_still, runs
 from verify.reports.telling import Telling
 from verify.reports.trajectories import moment
@@ -35,7 +35,6 @@ from verify.systems.system import HalfSpace, Interval, Polytope, System
 
 FORM = "maviper-system-verification-1"
 SHOWN = 8  # variables of a state in a line
-DIGITS = 6  # of an error in words
 MEANINGS = {
     Verdict.PROVED: "holds in every episode, from every start and for all errors within their bounds",
     Verdict.VIOLATED: "fails in the episode shown, which was replayed in exact numbers",
@@ -121,24 +120,15 @@ def _period(statement: Statement) -> str | None:
 
 def sentence(system: System) -> str:
     """What verdicts are about."""
+    if system.flow is not None:
+        return flows.sentence(system.flow)
     if not system.pieces:
         return "of single decisions; no dynamics are stated"
     errors = {name: max(map(abs, bounds)) for name, bounds in _errors(system).items()}
     if not any(errors.values()):
         return "of the stated dynamics, exactly"
-    told = ", ".join(f"{name} {upwards(error)}" for name, error in errors.items() if error)
+    told = ", ".join(f"{name} {flows.upwards(error)}" for name, error in errors.items() if error)
     return f"of the stated dynamics, with a per-step error of at most {told}"
-
-
-def upwards(number: Fraction | float, digits: int = DIGITS) -> str:
-    """A number with so many digits at most, never below it."""
-    return _short(Fraction(number), digits, ROUND_CEILING)
-
-
-def _short(number: Fraction, digits: int, rounding: str) -> str:
-    exact = Context(prec=digits, rounding=rounding).divide(Decimal(number.numerator), Decimal(number.denominator))
-    near = float(exact)
-    return f"{near:.{digits}g}" if near or not number else str(exact)
 
 
 def _errors(system: System) -> dict[str, Interval]:
@@ -336,7 +326,7 @@ def _rows(told: Mapping[str, Any]) -> list[dict[str, str]]:
             "range": _bounds(each["range"]),
             "start": _bounds(told["start"]["box"][each["name"]]),
             "error": _error(each["error"]),
-            "measured": upwards(max(map(abs, off[each["name"]])), 2) if each["name"] in off else "",
+            "measured": flows.upwards(max(map(abs, off[each["name"]])), 2) if each["name"] in off else "",
         }
         for each in told["variables"]
     ]
@@ -352,8 +342,8 @@ def _error(ends: Sequence[str]) -> str:
     if low == high == 0:
         return "0"
     if low == -high:
-        return f"±{upwards(high)}"
-    return f"[{_short(low, DIGITS, ROUND_FLOOR)}, {upwards(high)}]"
+        return f"±{flows.upwards(high)}"
+    return f"[{flows.short(low, flows.DIGITS, ROUND_FLOOR)}, {flows.upwards(high)}]"
 
 
 def as_json(told: Mapping[str, Any]) -> str:

@@ -22,7 +22,7 @@ from verify.solver.solve import ask, solver_name
 from verify.solver.terms import Real, Test, conjunction, disjunction, negation, number, unknown
 from verify.subjects import ClosedLoop
 from verify.systems.claims import Pattern, SystemClaim
-from verify.systems.system import Affine, Feature, Measure, Piece, Polytope, System
+from verify.systems.system import Affine, Feature, Measure, Piece, Polytope, System, ensure_in_steps
 
 MAX_SIZE = 1_000  # tests and rules over all steps
 UNITS = 500_000  # of the solver: a second or two of a query that does not end
@@ -39,6 +39,8 @@ def opinion(question: Question[SystemClaim]) -> Opinion:
     """
     assert isinstance(question.subject, ClosedLoop)
     profile, system, claim = question.profile, question.subject.system, question.claim
+    if not claim.about_decisions:
+        ensure_in_steps(system, "the solver")
     if size(profile, system, claim) > MAX_SIZE:
         return Opinion(solver_name(), Verdict.SKIPPED, 0, UNIT)
     asked = Query(None, {}, [disjunction(*written(profile, system, claim))])

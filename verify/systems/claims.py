@@ -82,6 +82,8 @@ class SystemClaim:
     steps: int = 0  # of an episode
     by: int = 0  # reaches_and_stays: the first step at which the state lies in the regions
     formula: Formula = TRUE  # decides: over variables and actions
+    # of a system in continuous time: whether it is about samples only; None: the system moves in steps
+    at_samples: bool | None = None
     label: str = field(default="", compare=False)  # what a user calls it
     region: str = field(default="", compare=False)  # what a user calls the regions
     written: str = field(default="", compare=False)  # decides: the formula as a user wrote it
@@ -107,7 +109,8 @@ class SystemClaim:
         called = self.region or "the region"
         if self.about_decisions:
             called = f"of the ranges {self.region or 'and of the region'}" if self.regions else "of the ranges"
-        return self.says.words.format(regions=called, steps=self.steps, by=self.by)
+        times = {None: "", True: ", at samples", False: ", at all times"}[self.at_samples]
+        return self.says.words.format(regions=called, steps=self.steps, by=self.by) + times
 
     @property
     def says(self) -> _Says:

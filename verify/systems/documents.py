@@ -8,10 +8,12 @@ Does not: read documents; users write files of another form.
 import hashlib
 import json
 from collections.abc import Mapping
-from typing import Any
+from dataclasses import fields, is_dataclass
+from fractions import Fraction
+from typing import Any, cast
 
 from codegen.floats import rational_literal
-from verify.systems.system import Affine, Feature, HalfSpace, Interval, Piece, System
+from verify.systems.system import Affine, Feature, Flow, HalfSpace, Interval, Piece, System
 
 
 def content_hash(system: System) -> str:
@@ -33,7 +35,29 @@ def document(system: System) -> dict[str, Any]:
         "pieces": [_piece(piece) for piece in system.pieces],
         "steps": system.steps,
         "reference": system.reference,
+        **({} if system.flow is None else {"flow": _flow(system.flow)}),
     }
+
+
+def _flow(flow: Flow) -> dict[str, Any]:
+    return {
+        "period": rational_literal(flow.period),
+        "rates": {name: _expression(rate) for name, rate in flow.rates.items()},
+        "held": [
+            [agent, action, {name: rational_literal(value) for name, value in values.items()}]
+            for (agent, action), values in sorted(flow.held.items())
+        ],
+        "error": {name: _interval(bounds) for name, bounds in flow.error.items()},
+    }
+
+
+def _expression(part: Any) -> Any:
+    """An expression as nested lists, each with its kind first; the members of its data classes are all that it says."""
+    if is_dataclass(part):
+        return [type(part).__name__, *(_expression(getattr(part, each.name)) for each in fields(part))]
+    if isinstance(part, tuple):
+        return [_expression(each) for each in cast("tuple[Any, ...]", part)]
+    return rational_literal(part) if isinstance(part, Fraction) else part
 
 
 def _interval(bounds: Interval) -> list[str]:

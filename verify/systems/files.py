@@ -15,13 +15,14 @@ from verify.claims.region import Interval
 from verify.language.arithmetic import Typed
 from verify.language.units import PURE, Unit, unit_of, written
 from verify.systems.actors import agents_of, features_of
+from verify.systems.flows.reading import flow_of
 from verify.systems.language.expressions import Expression, Number
 from verify.systems.language.parsing import Names, half_spaces
 from verify.systems.motion import rules_of
 from verify.systems.pieces import pieces
 from verify.systems.regions import box_of, is_empty
 from verify.systems.statement import Rule, Statement
-from verify.systems.system import Box, HalfSpace, Polytope, System, Variable
+from verify.systems.system import Box, Flow, HalfSpace, Polytope, System, Variable
 from verify.systems.values import (
     ADVICE,
     as_list,
@@ -66,6 +67,7 @@ def statement_of(source: str, name: str) -> Statement:
     agents, inputs = agents_of(described, names, where / "agents")
     features = features_of(described, names, where / "agents")
     rules: tuple[Rule, ...] = ()
+    flow: Flow | None = None
     steps = 0
     if "dynamics" in document:
         steps = count(document.get("steps"), where / "steps", MAX_STEPS)
@@ -73,11 +75,17 @@ def statement_of(source: str, name: str) -> Statement:
         unset = {name for each in agents for name in each.inputs - inputs.keys()}
         still = dict.fromkeys(unset, Typed[Expression](Number(Fraction(0)), None))
         known = Names(units | inputs, {**constants.meant, **still})
-        rules = rules_of(moved, variables, agents, known, where / "dynamics")
+        if "flow" in moved:
+            if "reference" in document:
+                what = "a flow is not compared with an environment"
+                raise InputError(what, where / "reference", "remove the reference; worlds check integrates the flow")
+            flow = flow_of(moved, variables, agents, known, where / "dynamics")
+        else:
+            rules = rules_of(moved, variables, agents, known, where / "dynamics")
     start = _start(table(document, "start", where), variables, names, where / "start")
     called, reference, state = (text(document.get(key, ""), where / key) for key in ("name", "reference", "state"))
     made = pieces(rules, variables, where / "dynamics")
-    system = System(called or "system", variables, features, start, made, steps, reference)
+    system = System(called or "system", variables, features, start, made, steps, reference, flow)
     stated = {key: value for key, value in document.items() if key == "property"}
     return Statement(system, agents, rules, names, stated, where, state)
 

@@ -26,7 +26,7 @@ from verify.systems.values import table as table_of
 from verify.toml_places import Place, parse
 
 PATTERNS = {pattern.value: pattern for pattern in Pattern}
-KEYS = ("name", "label", "region", "steps", "by", "formula")
+KEYS = ("name", "label", "region", "steps", "by", "formula", "at_samples")
 
 
 def ensure_claims(statement: Statement, where: str) -> int:
@@ -79,7 +79,7 @@ def _claim(
     name = text(table.get("name", Pattern.DECIDES.value), where / "name")
     only({name: None}, PATTERNS, where, "property")
     pattern = PATTERNS[name]
-    for key in ("formula",) if pattern is not Pattern.DECIDES else ("steps", "by"):
+    for key in ("formula",) if pattern is not Pattern.DECIDES else ("steps", "by", "at_samples"):
         if key in table:
             raise InputError(f"{name} has no {key}", where / key, "remove it")
     if pattern is Pattern.DECIDES:
@@ -96,7 +96,7 @@ def _claim(
         return SystemClaim(pattern, regions, formula=found, label=label, region=region, written=written)
     if not regions:
         raise InputError(f"{name} needs a region", where, "write region = { box = { x = [0, 1] } }")
-    if not statement.rules:
+    if not statement.moves:
         what = f"{name} is about episodes, and the file does not say how the state moves"
         raise InputError(what, where, "add [dynamics.next], or write a formula")
     steps = count(table.get("steps", statement.system.steps), where / "steps", MAX_STEPS)
@@ -107,7 +107,21 @@ def _claim(
         by = count(table["by"], where / "by", steps)
     elif "by" in table:
         raise InputError(f"{name} has no by", where / "by", "remove it, or ask for reaches_and_stays")
-    return SystemClaim(pattern, regions, steps, by, label=label, region=words)
+    return SystemClaim(
+        pattern, regions, steps, by, at_samples=_times(table, statement, where), label=label, region=words
+    )
+
+
+def _times(table: Mapping[str, object], statement: Statement, where: Place) -> bool | None:
+    """Whether a claim is about samples only; None where the system moves in steps."""
+    given = table.get("at_samples", False)
+    if statement.system.flow is None:
+        if "at_samples" in table:
+            raise InputError("the system moves in steps, so it has no samples", where / "at_samples", "remove it")
+        return None
+    if not isinstance(given, bool):
+        raise InputError("not true or false", where / "at_samples", "write at_samples = true, or leave it out")
+    return given
 
 
 def _written(table: Mapping[str, object], where: Place) -> str:

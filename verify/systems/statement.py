@@ -55,3 +55,8 @@ class Statement:
     properties: Mapping[str, object] = field(default_factory=dict[str, object], compare=False)  # tables of claims
     place: Place = field(default=Place("", ""), compare=False)  # of the file
     state: str = ""  # the attribute of the reference environment that holds the variables in order
+
+    @property
+    def moves(self) -> bool:
+        """Whether it says how the state moves."""
+        return bool(self.rules) or self.system.flow is not None

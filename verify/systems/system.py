@@ -11,6 +11,9 @@ The state is a number for each variable. In one step, with the joint action a, t
 for each variable x. Boxes of pieces share borders only, and on a shared border each of them may be taken. Outside all
 boxes nothing is stated. An agent observes each of its features as the exact value of what it measures, rounded once to
 the nearest number of those that it compares, float32 or float64, ties to even.
+
+A system may have a flow instead of pieces: then the state moves in continuous time. At the start and after each period
+the agents observe it, and their actions are held until the next of these samples.
 """
 
 from __future__ import annotations
@@ -20,7 +23,14 @@ from dataclasses import dataclass, field
 from enum import Enum
 from fractions import Fraction
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
+from codegen.errors import InputError
+
+if TYPE_CHECKING:
+    from verify.systems.language.expressions import Expression
+
+IN_STEPS = "state steps by [dynamics.next], or use `maviper verify --world`, `maviper check` and `worlds check`"
 State = Mapping[str, Fraction]
 Interval = tuple[Fraction, Fraction]
 Box = Mapping[str, Interval]  # closed; a variable that is not named is free
@@ -112,8 +122,21 @@ class Piece:
 
 
 @dataclass(frozen=True)
+class Flow:
+    """How the state moves in continuous time: at each moment the derivative of variable x is `rates[x]`, over variables
+    and inputs, plus an error anywhere in `error[x]`, which may change at any time. `held` are the inputs' values by
+    (agent, action): between two samples, `period` seconds apart, they stay.
+    """
+
+    period: Fraction
+    rates: Mapping[str, Expression]
+    held: Mapping[tuple[str, str], Mapping[str, Fraction]]
+    error: Mapping[str, Interval] = field(default_factory=lambda: MappingProxyType({}))
+
+
+@dataclass(frozen=True)
 class System:
-    """A user's world: `features` of each agent by name; `pieces` are empty where no dynamics are stated."""
+    """A user's world: `features` of each agent by name; `pieces` are empty where no dynamics are stated, or a flow."""
 
     name: str
     variables: tuple[Variable, ...]
@@ -122,3 +145,10 @@ class System:
     pieces: tuple[Piece, ...] = ()
     steps: int = 0  # of an episode
     reference: str = ""  # the environment that the statement is about, `module:function` or `gymnasium:ID`
+    flow: Flow | None = None  # steps are its periods
+
+
+def ensure_in_steps(system: System, what: str) -> None:
+    """InputError for a system in continuous time, of which `what` (a noun) knows nothing."""
+    if system.flow is not None:
+        raise InputError(f"{what} does not know continuous time", f"system {system.name}: dynamics.flow", IN_STEPS)

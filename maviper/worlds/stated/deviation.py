@@ -14,9 +14,10 @@ import numpy as np
 
 from codegen.errors import InputError
 from maviper.worlds.stated.reference import Reference
-from maviper.worlds.stated.systems import Floats, Moving, MovingRule
+from maviper.worlds.stated.systems import AnyRule, Floats, Moving
 from verify.progress import tell
 from verify.systems.statement import Statement
+from verify.systems.system import ensure_in_steps
 
 STEPS = 100_000
 SEED = 0
@@ -39,6 +40,7 @@ def deviation(statement: Statement, steps: int | None = None) -> Deviation:
     """The deviation of a statement from its reference over this many steps (None: STEPS). InputError where that cannot
     be played, does not show its state, or is nowhere where the statement says something.
     """
+    ensure_in_steps(statement.system, "the comparison with an environment")
     steps = STEPS if steps is None else steps
     reference, moving = Reference(statement), Moving(statement)
     so_far = Deviation(placed=reference.placeable)
@@ -81,16 +83,16 @@ def _compared(moving: Moving, found: Deviation, before: Floats, actions: Mapping
         found.worst = found.worst or _told(rules[0], before, actions, off)
 
 
-def _off(rule: MovingRule, before: Floats, actions: Mapping[str, str], after: Floats) -> Floats:
+def _off(rule: AnyRule, before: Floats, actions: Mapping[str, str], after: Floats) -> Floats:
     return {name: after[name] - number for name, number in rule.moved(before, actions).items()}
 
 
-def _allowed(rule: MovingRule, name: str, off: Floats) -> bool:
+def _allowed(rule: AnyRule, name: str, off: Floats) -> bool:
     low, high = rule.error.get(name, (0.0, 0.0))
     return low <= off[name] <= high
 
 
-def _told(rule: MovingRule, before: Floats, actions: Mapping[str, str], off: Floats) -> str:
+def _told(rule: AnyRule, before: Floats, actions: Mapping[str, str], off: Floats) -> str:
     beyond = next(name for name in off if not _allowed(rule, name, off))
     state = ", ".join(f"{name} = {number:.6g}" for name, number in before.items())
     return f"{beyond} is off by {off[beyond]:.3g} after {', '.join(actions.values())} in {state}"

@@ -10,9 +10,11 @@ from collections.abc import Iterator
 from codegen.wording import counted
 from maviper.worlds.findings import Finding, Mark
 from maviper.worlds.stated.deviation import deviation
+from maviper.worlds.stated.integrating import integrated
 from maviper.worlds.stated.reference import is_known
 from verify.checker.reading import RejectedError
 from verify.checker.systems.enclosures import ensure_enclosed
+from verify.exact import plain
 from verify.systems.properties import ensure_claims
 from verify.systems.statement import Statement
 
@@ -31,9 +33,14 @@ def stated(statement: Statement) -> Iterator[Finding]:
     yield Finding(Mark.OK, f"features and actions: {sizes}")
     claims = ensure_claims(statement, system.name)
     yield Finding(Mark.OK, f"claims: {claims}") if claims else Finding(Mark.MISSING, "claims: none", NO_CLAIMS)
-    if not statement.rules:
+    if not statement.moves:
         said = "dynamics: none, so claims are about single decisions"
-        yield Finding(Mark.MISSING, said, "add [dynamics.next] for claims about episodes")
+        yield Finding(Mark.MISSING, said, "add [dynamics.next] or [dynamics.flow] for claims about episodes")
+        return
+    if system.flow is not None:
+        told = f"{counted(len(system.flow.rates), 'derivative')}, a period of {plain(system.flow.period)} s"
+        yield Finding(Mark.OK, f"flow: {told}, {counted(system.steps, 'period')}")
+        yield integrated(statement)
         return
     pieces = "one piece" if len(system.pieces) == 1 else f"{len(system.pieces)} pieces"
     yield Finding(Mark.OK, f"dynamics: {pieces}, {counted(system.steps, 'step')}")

@@ -21,6 +21,7 @@ from pettingzoo import ParallelEnv
 from codegen.errors import InputError
 from codegen.ir import FeatureSpec
 from maviper.files import kinds, runs
+from maviper.worlds.stated.flowing import FlowRule
 from verify.systems.files import MAX_BYTES, statement_of
 from verify.systems.language.expressions import function
 from verify.systems.observing import measured, nearest
@@ -53,7 +54,7 @@ def stated(path: str) -> Callable[[], StatedEnv]:
 
 def _made(path: str) -> StatedEnv:
     found = read(path)
-    if not found.rules:
+    if not found.moves:
         raise InputError("the file does not say how the state moves", path, "add [dynamics.next]")
     return StatedEnv(found, path)
 
@@ -83,22 +84,27 @@ class MovingRule:
         return found
 
 
+AnyRule = MovingRule | FlowRule
+
+
 class Moving:
     """A statement's ranges and rules in floats."""
 
     def __init__(self, statement: Statement) -> None:
         self.ranges = {each.name: _floats(each.range) for each in statement.system.variables}
-        self._rules = [MovingRule(rule) for rule in statement.rules]
+        flow = statement.system.flow
+        self._rules: list[AnyRule] = [MovingRule(rule) for rule in statement.rules]
+        self._rules += [] if flow is None else [FlowRule(flow)]
 
     def within(self, state: Mapping[str, float]) -> bool:
         """Whether a state lies in the ranges of all variables."""
         return all(low <= state[name] <= high for name, (low, high) in self.ranges.items())
 
-    def rules(self, state: Mapping[str, float]) -> list[MovingRule]:
+    def rules(self, state: Mapping[str, float]) -> list[AnyRule]:
         """The rules that hold in a state: none outside the ranges, several on a border."""
         return self.stated(state) if self.within(state) else []
 
-    def stated(self, state: Mapping[str, float]) -> list[MovingRule]:
+    def stated(self, state: Mapping[str, float]) -> list[AnyRule]:
         """The rules whose boxes hold a state: a rule without a box holds beyond the ranges too."""
         return [rule for rule in self._rules if rule.holds(state)]
 

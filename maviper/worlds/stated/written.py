@@ -13,10 +13,11 @@ from fractions import Fraction
 import numpy as np
 
 from codegen.ir import PolicyProfile
-from maviper.worlds.stated.systems import Floats, Moving, MovingRule, box, start
+from maviper.worlds.stated.systems import AnyRule, Floats, Moving, box, start
 from verify.reach.replay import piece_of
 from verify.systems.observing import chosen
 from verify.systems.statement import Statement
+from verify.systems.system import ensure_in_steps
 
 EPISODES = 256
 SEED = 0
@@ -28,6 +29,7 @@ def episodes(statement: Statement, profile: PolicyProfile, steps: int, near: Seq
 
     `near`: states that the first episode keeps to as closely as the errors that the file states allow.
     """
+    ensure_in_steps(statement.system, "the search for episodes by rules")
     play, rng = _Play(statement, profile, steps), np.random.default_rng(SEED)
     yield play.states(near[0], near, rng)
     bounds = box(statement)
@@ -64,7 +66,7 @@ class _Play:
         return {policy.agent: policy.actions[actions[policy.agent]].name for policy in self._profile.agents}
 
 
-def _off(rule: MovingRule, after: Floats, near: Mapping[str, Fraction] | None, rng: np.random.Generator) -> Floats:
+def _off(rule: AnyRule, after: Floats, near: Mapping[str, Fraction] | None, rng: np.random.Generator) -> Floats:
     """The next state with errors that the file states: as close as they come to a state, else drawn."""
     found = dict(after)
     for name, (low, high) in rule.error.items():

@@ -31,7 +31,7 @@ from verify.claims.formula import Acts, Linear, agents, atoms, coordinates, hold
 from verify.claims.formula_json import read_formula, read_number
 from verify.systems import documents
 from verify.systems.claims import Pattern, SystemClaim
-from verify.systems.system import Affine, HalfSpace, System
+from verify.systems.system import Affine, HalfSpace, System, ensure_in_steps
 
 FORM = "maviper-system-certificate-1"
 BITS = 7 * 1_000  # of the largest number in a proof
@@ -128,6 +128,8 @@ def ensure_asked(certificate: Certified, named: set[str], profile: PolicyProfile
     certificate.claim.ensure()
     if not _is_state(certificate, system):
         raise RejectedError("its inhabitant is not a state that the claim is about, so the claim may be vacuous")
+    if not certificate.claim.about_decisions:
+        ensure_in_steps(system, "this form of certificate")
     if certificate.claim.steps and not system.pieces and not certificate.claim.about_decisions:
         raise RejectedError("the system states no dynamics, so nothing is known of its episodes")
     if any(low > high for piece in system.pieces for low, high in piece.error.values()):

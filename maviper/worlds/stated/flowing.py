@@ -1,0 +1,76 @@
+"""A flow of a world file in play: one period at a time, integrated in float64.
+
+Does: moves a state for one period with actions held, by the classical Runge-Kutta method; integrates by scipy.
+Assumes: a checked file.
+Does not: prove. Proofs enclose every state of a period (verify/checker/flows).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from codegen.ir import Float64
+from verify.systems.language.expressions import function
+from verify.systems.system import Flow
+
+PARTS = 8  # of a period in play
+TOLERANCE = 1e-12  # of the referee, absolute and relative
+Floats = dict[str, float]
+
+
+class FlowRule:
+    """The motion of one period, as one rule of a world in play. `error`: what the errors of derivatives add up to in a
+    period, if they stay as they are.
+    """
+
+    def __init__(self, flow: Flow) -> None:
+        self.period = float(flow.period)
+        self.error = {
+            name: (self.period * float(low), self.period * float(high)) for name, (low, high) in flow.error.items()
+        }
+        self._rates = {name: function(rate) for name, rate in flow.rates.items()}
+        self._held = {choice: {name: float(value) for name, value in of.items()} for choice, of in flow.held.items()}
+
+    def holds(self, state: Mapping[str, float]) -> bool:
+        """A flow is stated everywhere."""
+        del state
+        return True
+
+    def held(self, actions: Mapping[str, str]) -> Floats:
+        """The inputs' values for a joint action by names."""
+        return {name: value for choice in actions.items() for name, value in self._held[choice].items()}
+
+    def derivative(self, state: Mapping[str, float], held: Mapping[str, float]) -> Floats:
+        """The derivative of each variable."""
+        known = {**state, **held}
+        return {name: rate(known) for name, rate in self._rates.items()}
+
+    def moved(self, state: Mapping[str, float], actions: Mapping[str, str]) -> Floats:
+        """The state after a period, without errors."""
+        held, h, now = self.held(actions), self.period / PARTS, dict(state)
+        for _ in range(PARTS):
+            first = self.derivative(now, held)
+            second = self.derivative(_along(now, first, h / 2), held)
+            third = self.derivative(_along(now, second, h / 2), held)
+            last = self.derivative(_along(now, third, h), held)
+            now = {x: now[x] + h / 6 * (first[x] + 2 * second[x] + 2 * third[x] + last[x]) for x in now}
+        return now
+
+    def integrated(self, state: Mapping[str, float], actions: Mapping[str, str], times: Float64) -> Float64:
+        """The states at some times of a period, [times, variables], by scipy's DOP853."""
+        held, names = self.held(actions), list(state)
+
+        def rate(_: float, numbers: Float64) -> Float64:
+            found = self.derivative(dict(zip(names, numbers.tolist(), strict=True)), held)
+            return np.array([found[name] for name in names])
+
+        begun, span = np.array(list(state.values())), (0.0, self.period)
+        found = solve_ivp(rate, span, begun, "DOP853", t_eval=times, rtol=TOLERANCE, atol=TOLERANCE)
+        return np.asarray(found.y.T)
+
+
+def _along(state: Mapping[str, float], rate: Mapping[str, float], time: float) -> Floats:
+    return {name: value + time * rate[name] for name, value in state.items()}

@@ -1,0 +1,45 @@
+"""The referee of flows: scipy integrates the derivatives of a file, from states all over the ranges.
+
+Does: compares the motion in play with scipy's over random periods.
+Assumes: a checked file.
+Does not: prove.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from codegen.wording import counted
+from maviper.worlds.findings import Finding, Mark
+from maviper.worlds.stated.flowing import FlowRule
+from maviper.worlds.stated.systems import start
+from verify.systems.statement import Statement
+
+PERIODS, SEED = 200, 0
+NEAR = 1e-3  # beside the size of a state, of which play may be off
+ADVICE = "a shorter period, or slower motion: play integrates a period in 8 parts"
+UNDEFINED = "narrow the ranges: over them a derivative must be defined"
+
+
+def integrated(statement: Statement) -> Finding:
+    """How far play is from scipy's integration, over periods from starts and from anywhere in the ranges."""
+    flow, rng = statement.system.flow, np.random.default_rng(SEED)
+    assert flow is not None
+    rule, worst, least = FlowRule(flow), dict.fromkeys(flow.rates, 0.0), 0.0
+    ranges = {each.name: (float(each.range[0]), float(each.range[1])) for each in statement.system.variables}
+    for number in range(PERIODS):
+        anywhere = {name: float(rng.uniform(low, high)) for name, (low, high) in ranges.items()}
+        state = start(statement, rng) if number % 2 else anywhere
+        chosen = {agent.name: str(rng.choice(list(agent.actions))) for agent in statement.agents}
+        try:
+            after = rule.moved(state, chosen)
+            exact = dict(zip(state, rule.integrated(state, chosen, np.array([rule.period]))[-1].tolist(), strict=True))
+        except (ArithmeticError, ValueError) as error:
+            where = ", ".join(f"{name} = {value:.6g}" for name, value in state.items())
+            return Finding(Mark.WRONG, f"flow: a derivative is not defined from {where}: {error}", UNDEFINED)
+        for name, value in exact.items():
+            worst[name] = max(worst[name], abs(after[name] - value))
+            least = max(least, abs(after[name] - value) / (1 + abs(value)))
+    off = ", ".join(f"{name} {value:.2g}" for name, value in worst.items())
+    said = f"integration: {counted(PERIODS, 'period')} by scipy, of which play is off by at most {off}"
+    return Finding(Mark.OK, said) if least <= NEAR else Finding(Mark.MISSING, said, ADVICE)

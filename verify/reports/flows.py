@@ -1,0 +1,34 @@
+"""What reports say of continuous time, and errors in words.
+
+Does: the sentence of what verdicts about a flow are about; numbers rounded so that a bound stays one.
+Assumes: checked systems.
+Does not: collect facts (systems.py).
+"""
+
+from decimal import ROUND_CEILING, Context, Decimal
+from fractions import Fraction
+
+from verify.exact import plain
+from verify.systems.system import Flow
+
+DIGITS = 6  # of an error in words
+
+
+def sentence(flow: Flow) -> str:
+    """What verdicts about continuous time are about."""
+    errors = {name: max(map(abs, bounds)) for name, bounds in flow.error.items()}
+    told = ", ".join(f"{name} {upwards(error)} a second" for name, error in errors.items())
+    often = f"of the stated flow, with actions held for {plain(flow.period)} s"
+    return often + (f" and derivatives off by at most {told}" if told else ", exactly")
+
+
+def upwards(number: Fraction | float, digits: int = DIGITS) -> str:
+    """A number with so many digits at most, never below it."""
+    return short(Fraction(number), digits, ROUND_CEILING)
+
+
+def short(number: Fraction, digits: int, rounding: str) -> str:
+    """A number with so many digits at most, rounded as decimal's modes say."""
+    exact = Context(prec=digits, rounding=rounding).divide(Decimal(number.numerator), Decimal(number.denominator))
+    near = float(exact)
+    return f"{near:.{digits}g}" if near or not number else str(exact)

@@ -1,0 +1,6 @@
+"""Continuous time in world files.
+
+Does: reads flows.
+Assumes: a file's variables, constants and agents were read.
+Does not: integrate.
+"""
