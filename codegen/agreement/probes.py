@@ -20,6 +20,8 @@ from codegen.region import RegionSpec
 HUGE = 1e30  # drawing beyond it overflows; paths that demand more get their own bounds
 DRAWN_AT_ONCE = 4_096  # of random observations, which bounds the memory of doubles
 FILLINGS = 16  # random completions of each boundary value
+# where there are many features, completions are fewer: numbers in all rows of special values or ends, and of doubles
+NUMBERS_AT_MOST, DOUBLES_AT_MOST = 1 << 17, 1 << 20
 
 
 def _special(numbers: str) -> Floats:
@@ -90,20 +92,27 @@ def boundary(tree: Tree | GrownTree, features: tuple[ir.FeatureSpec, ...], rng: 
 def special(features: tuple[ir.FeatureSpec, ...], rng: np.random.Generator, numbers: str = FLOAT32) -> Floats:
     """Each feature at each special value among random ones, and all features at it at once. [n, n_features]"""
     n, values = len(features), SPECIAL[numbers]
-    rows = np.repeat(random(features, FILLINGS, rng, numbers), n * len(values), axis=0)
-    rows = rows.reshape(FILLINGS, n, len(values), n)
+    fillings = _fillings(FILLINGS, n * len(values) * n)
+    rows = np.repeat(random(features, fillings, rng, numbers), n * len(values), axis=0)
+    rows = rows.reshape(fillings, n, len(values), n)
     for feature in range(n):
         rows[:, feature, :, feature] = values
     return np.concatenate([rows.reshape(-1, n), np.repeat(values[:, None], n, axis=1)])
 
 
+def _fillings(most: int, numbers: int, at_most: int = NUMBERS_AT_MOST) -> int:
+    """How many random completions there are, at least one; `numbers`: in all rows with one completion each."""
+    return max(1, min(most, at_most // max(1, numbers)))
+
+
 def ends(features: tuple[ir.FeatureSpec, ...], rng: np.random.Generator, numbers: str = FLOAT32) -> Floats:
     """Observations within the ranges, but for one feature at an end of its range or at a neighbour. [n, n_features]"""
     rows = [np.zeros((0, len(features)), dtype=numbers)]
+    fillings = _fillings(FILLINGS // 4, 6 * len(features) ** 2)
     for place, feature in enumerate(features):
         low, high = at_most(feature.low, numbers), -at_most(-feature.high, numbers)
         for value in (*neighbours(low, numbers), *neighbours(high, numbers)):
-            filled = random(features, FILLINGS // 4, rng, numbers)
+            filled = random(features, fillings, rng, numbers)
             filled[:, place] = value
             rows.append(filled)
     return np.concatenate(rows)
@@ -116,6 +125,15 @@ def random(
     return _drawn(_ends(features), count, rng, numbers)
 
 
+def random_parts(
+    features: tuple[ir.FeatureSpec, ...], count: int, rng: np.random.Generator, numbers: str = FLOAT32
+) -> Iterator[Floats]:
+    """The rows of `random` in parts, which bounds their memory."""
+    within = _ends(features)
+    for start in range(0, count, DRAWN_AT_ONCE):
+        yield _part(within, slice(start, min(start + DRAWN_AT_ONCE, count)), count, rng).astype(numbers)
+
+
 def _ends(features: tuple[ir.FeatureSpec, ...]) -> Float64:
     """The features' ranges, [2, n_features]."""
     return np.array([[feature.low for feature in features], [feature.high for feature in features]])
@@ -123,26 +141,34 @@ def _ends(features: tuple[ir.FeatureSpec, ...]) -> Float64:
 
 def _drawn(within: Float64, count: int, rng: np.random.Generator, numbers: str = FLOAT32) -> Floats:
     """As `random`, between the ends [2, n_features]."""
-    (low, high), found = within, np.empty((count, within.shape[1]), dtype=numbers)
-    middle = (low + high) / 2
+    found = np.empty((count, within.shape[1]), dtype=numbers)
     for start in range(0, count, DRAWN_AT_ONCE):
-        rows = _uniform(rng, low, high, (min(DRAWN_AT_ONCE, count - start), within.shape[1]))
-        inner = slice(0, max(0, count // 2 - start))
-        rows[inner] = middle + (rows[inner] - middle) / 3
-        found[start : start + len(rows)] = rows
+        part = slice(start, min(start + DRAWN_AT_ONCE, count))
+        found[part] = _part(within, part, count, rng)
     return found
+
+
+def _part(within: Float64, part: slice, count: int, rng: np.random.Generator) -> Float64:
+    """Some of `count` rows: those of the first half lie in the inner third."""
+    low, high = within
+    rows = _uniform(rng, low, high, (part.stop - part.start, within.shape[1]))
+    middle, inner = (low + high) / 2, slice(0, max(0, count // 2 - part.start))
+    rows[inner] = middle + (rows[inner] - middle) / 3
+    return rows
 
 
 def doubles(tree: Tree, features: tuple[ir.FeatureSpec, ...], rng: np.random.Generator) -> Float64:
     """Double observations at and beside the doubles that decide: they must act as the tree's numbers say."""
     rows: list[Float64] = [np.zeros((0, len(features)))]
     within = _ends(features)
-    for node in ir.splits(tree):
+    splits = list(ir.splits(tree))
+    fillings = _fillings(FILLINGS, 3 * len(splits) * len(features), DOUBLES_AT_MOST)
+    for node in splits:
         turning = float(tree.threshold[node])
         if tree.numbers == FLOAT32:
             turning = deciding_double(turning)
         for value in neighbours(turning, FLOAT64):
-            filled = _drawn(within, FILLINGS, rng).astype(np.float64)
+            filled = _drawn(within, fillings, rng).astype(np.float64)
             filled[:, int(tree.feature[node])] = value
             rows.append(filled)
     return np.concatenate(rows)

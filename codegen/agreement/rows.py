@@ -16,6 +16,7 @@ import numpy as np
 from codegen.ir import Floats
 
 BLOCK = 512  # observations that are lists of Python's numbers at the same time
+PART = 1 << 23  # numbers of an array in memory at the same time
 
 
 def listed(rows: Any) -> Iterator[list[float]]:
@@ -53,6 +54,14 @@ class Kept(Mapping[str, Floats]):
             self._files[name] = _File(place, rows.dtype.name, rows.shape[1])
         with self._files[name].place.open("ab") as file:
             np.ascontiguousarray(rows).tofile(file)
+
+    def parts(self, name: str) -> Iterator[tuple[int, Floats]]:
+        """An array in parts of bounded memory, each with the place of its first row."""
+        file, low = self._files[name], 0
+        count = max(1, PART // max(1, file.width))
+        while len(rows := file.read(low, count)):
+            yield low, rows
+            low += len(rows)
 
     def together(self, names: Sequence[str], count: int) -> Iterator[list[Floats]]:
         """The first `count` rows of some arrays, a block of each at a time."""

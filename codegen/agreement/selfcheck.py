@@ -5,9 +5,9 @@ Assumes: compiled.py builds the C where there is a compiler.
 Does not: trust the emitters: each target is read back from its text by means that the emitter does not use.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import reduce
+from functools import partial, reduce
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +16,7 @@ import numpy as np
 from codegen import ir
 from codegen.agreement import entries, misuse, probes, readback
 from codegen.agreement.build import Build
-from codegen.agreement.compiled import ensure_strict
+from codegen.agreement.compiled import CompiledC, ensure_strict
 from codegen.agreement.entries import CONSTANTS, OBSERVE, SEED, Agreement, Asked, Told
 from codegen.agreement.rows import Kept, listed
 from codegen.equivalence import structure
@@ -32,6 +32,7 @@ ALL = "c all agents"
 TEAM = f"c {entries.TEAM}"
 NO_DECISIONS = ("input check", STRUCTURE, CONSTANTS, OBSERVE)  # what targets end with that count none
 RANDOM_OBSERVATIONS = 100_000
+RANDOM_NUMBERS = 1 << 23  # in all of an agent's random observations: agents that observe much are asked fewer
 
 
 @dataclass(frozen=True)
@@ -70,7 +71,8 @@ def _parts(policy: ir.AgentPolicy, random: int) -> Iterator[Floats]:
     rng = np.random.default_rng(SEED)
     yield probes.boundary(policy.tree, policy.features, rng)
     yield probes.special(policy.features, rng, policy.numbers)
-    yield probes.random(policy.features, random, rng, policy.numbers)
+    random = min(random, RANDOM_NUMBERS // max(1, len(policy.features)))
+    yield from probes.random_parts(policy.features, random, rng, policy.numbers)
     if policy.grown is not None:
         yield probes.boundary(policy.grown, policy.features, rng)
 
@@ -151,16 +153,20 @@ def _check_c(build: Build, asked: Kept, wanted: Mapping[str, Int32], skipped: li
     profile, model, compiled = build.profile, build.model, build.library
     found: list[Agreement] = []
     for policy in profile.agents:
-        rows, expected = asked[policy.agent], wanted[policy.agent]
-        # by its contract, the style that compares bits is not asked about NaN
-        held = ~np.isnan(rows).any(axis=1) if model.style == ORDERED else slice(None)
-        acted = compiled.act(policy.agent, rows[held])
-        found.append(compare("c", policy, rows[held], expected[held], acted))
-        for name, actions in zip(("c rows", "c columns"), compiled.batch(policy.agent, rows), strict=True):
-            found.append(compare(name, policy, rows, expected, actions))
-        wrong = int((compiled.checks(policy.agent, rows) != entries.checks(policy, rows)).sum())
-        found.append(Agreement(INPUT_CHECK, policy.agent, len(rows), wrong, "a check is wrong" if wrong else ""))
+        found += _in_parts(policy, asked, wanted, partial(_c_replayed, compiled, model.style))
     return found + _check_c_all(build, asked, min(map(len, wanted.values()))) + _check_c_entries(build, skipped)
+
+
+def _c_replayed(
+    compiled: CompiledC, style: str, policy: ir.AgentPolicy, rows: Floats, expected: Int32
+) -> Iterator[Agreement]:
+    # by its contract, the style that compares bits is not asked about NaN
+    held = ~np.isnan(rows).any(axis=1) if style == ORDERED else slice(None)
+    yield compare("c", policy, rows[held], expected[held], compiled.act(policy.agent, rows[held]))
+    for name, actions in zip(("c rows", "c columns"), compiled.batch(policy.agent, rows), strict=True):
+        yield compare(name, policy, rows, expected, actions)
+    wrong = int((compiled.checks(policy.agent, rows) != entries.checks(policy, rows)).sum())
+    yield Agreement(INPUT_CHECK, policy.agent, len(rows), wrong, "a check is wrong" if wrong else "")
 
 
 def _check_c_all(build: Build, asked: Kept, count: int) -> list[Agreement]:
@@ -173,10 +179,20 @@ def _check_c_all(build: Build, asked: Kept, count: int) -> list[Agreement]:
         acted = build.library.all(seen).T
         each = zip(agents, seen, acted, strict=True)
         found.append([compare(ALL, policy, rows, ir.act(policy, rows), actions) for policy, rows, actions in each])
-    return [reduce(_joined, parts) for parts in zip(*found, strict=True)]
+    return [reduce(joined, parts) for parts in zip(*found, strict=True)]
 
 
-def _joined(one: Agreement, other: Agreement) -> Agreement:
+Replayed = Callable[[ir.AgentPolicy, Floats, Int32], Iterable[Agreement]]
+
+
+def _in_parts(policy: ir.AgentPolicy, asked: Kept, wanted: Mapping[str, Int32], replayed: Replayed) -> list[Agreement]:
+    """What `replayed` finds in an agent's observations, given to it in parts of bounded memory."""
+    expected = wanted[policy.agent]
+    parts = [replayed(policy, rows, expected[low : low + len(rows)]) for low, rows in asked.parts(policy.agent)]
+    return [reduce(joined, each) for each in zip(*parts, strict=True)]
+
+
+def joined(one: Agreement, other: Agreement) -> Agreement:
     """Two parts of one comparison."""
     asked, wrong = one.observations + other.observations, one.differences + other.differences
     return Agreement(one.target, one.agent, asked, wrong, one.first or other.first)
@@ -207,7 +223,7 @@ def _read(
     profile: ir.PolicyProfile,
     files: Mapping[str, str | bytes],
     model: Model,
-    asked: Mapping[str, Floats],
+    asked: Kept,
     wanted: Mapping[str, Int32],
     skipped: list[str],
 ) -> list[Agreement]:
@@ -218,16 +234,27 @@ def _read(
             names = [name.format(prefix=model.prefix, agent=agent.lower) for name in reader.files]
             if not all(name in files for name in names):
                 continue
-            rows = asked[policy.agent][:: reader.every]
-            expected = wanted[policy.agent][:: reader.every]
+            contents = [files[name] for name in names]
             try:
-                acted = reader.act(*(files[name] for name in names), policy.agent, rows)
+                found.append(_read_back(reader, contents, policy, asked, wanted[policy.agent]))
             except MissingToolError as error:
                 reason = f"{Path(names[0]).suffix[1:]}: {error.what}"
                 skipped += [reason] if reason not in skipped else []
-            else:
-                found.append(compare(reader.target, policy, rows, expected, acted))
     return found
+
+
+def _read_back(
+    reader: readback.Reader, contents: Sequence[Any], policy: ir.AgentPolicy, asked: Kept, wanted: Int32
+) -> Agreement:
+    """What a reader finds in the files that it reads. MissingToolError without its tool."""
+    found: list[Agreement] = []
+    for low, rows in asked.parts(policy.agent):
+        chosen = slice(-low % reader.every, None, reader.every)  # the rows of the whole array that it is asked about
+        expected = wanted[low : low + len(rows)][chosen]
+        found.append(
+            compare(reader.target, policy, rows[chosen], expected, reader.act(*contents, policy.agent, rows[chosen]))
+        )
+    return reduce(joined, found)
 
 
 def _check_reader(build: Build) -> list[Agreement]:
@@ -260,16 +287,13 @@ def _parsed(profile: ir.PolicyProfile, header: str, model: Model) -> list[Agreem
 
 
 def _check_python(
-    profile: ir.PolicyProfile, module: str, model: Model, asked: Mapping[str, Floats], wanted: Mapping[str, Int32]
+    profile: ir.PolicyProfile, module: str, model: Model, asked: Kept, wanted: Mapping[str, Int32]
 ) -> list[Agreement]:
     namespace, entry = readback.load_python(module), Asked(profile)
     found = entries.compared("python", entry, readback.python_told(namespace, entry))
     for policy, agent in zip(profile.agents, model.agents, strict=True):
-        rows = asked[policy.agent]
         act, batch = namespace["ACT"][agent.name], namespace["ACT_BATCH"][agent.name]
-        one_by_one = [act(row) for row in listed(rows)]
-        found.append(compare("python", policy, rows, wanted[policy.agent], one_by_one))
-        found.append(compare("python batch", policy, rows, wanted[policy.agent], batch(rows)))
+        found += _in_parts(policy, asked, wanted, partial(_python_replayed, act, batch))
         near = probes.doubles(policy.tree, policy.features, np.random.default_rng(SEED))
         if len(near):
             expected = ir.act(policy, near)
@@ -286,6 +310,13 @@ def _check_python(
         let = misuse.accepted(act, wrong) + misuse.accepted(batch, many)
         found.append(Agreement("python input check", policy.agent, len(wrong) + len(many), len(let), *let[:1]))
     return found
+
+
+def _python_replayed(
+    act: Callable[[Any], int], batch: Callable[[Any], Any], policy: ir.AgentPolicy, rows: Floats, expected: Int32
+) -> Iterator[Agreement]:
+    yield compare("python", policy, rows, expected, [act(row) for row in listed(rows)])
+    yield compare("python batch", policy, rows, expected, batch(rows))
 
 
 def _check_javascript(
@@ -319,13 +350,12 @@ def _check_rust(build: Build, module: str, asked: Mapping[str, Floats], wanted: 
     return found
 
 
-def check_grown(policy: ir.AgentPolicy, on_policy: Floats) -> Agreement:
-    """The deployed tree against the tree as it was grown, on the given and on all boundary observations."""
+def check_grown(policy: ir.AgentPolicy, on_policy: Floats, boundaries: bool = True) -> Agreement:
+    """The deployed tree against the tree as it was grown, on the given and, if asked, on all boundary observations."""
     grown = policy.grown
     assert grown is not None, "a profile without the grown tree has nothing to compare with"
     rng = np.random.default_rng(SEED)
-    rows = np.concatenate(
-        [on_policy, probes.boundary(grown, policy.features, rng), probes.boundary(policy.tree, policy.features, rng)]
-    )
+    trees = (grown, policy.tree) if boundaries else ()
+    rows = np.concatenate([on_policy, *(probes.boundary(tree, policy.features, rng) for tree in trees)])
     learned = grown.action[ir.apply(grown, rows)]
     return compare("tree as grown", policy, rows, learned, ir.act(policy, rows))

@@ -5,9 +5,10 @@ Assumes: the profile's world is one of ours; for others there is no replay of ep
 Does not: write files.
 """
 
+import operator
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields
-from functools import cached_property, partial
+from functools import cached_property, partial, reduce
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,7 +23,7 @@ from codegen.floats import FLOAT32
 from codegen.json_layout import layout
 from codegen.lowering.lower import AUTO
 from codegen.targets import USUAL, smt
-from maviper.episodes.on_policy import on_policy
+from maviper.episodes.on_policy import in_parts, on_policy
 from maviper.episodes.play import Episodes, Policies
 from maviper.evaluation.fidelity import Fidelity, fidelity
 from maviper.worlds import World
@@ -87,11 +88,8 @@ def checked(made: Build) -> Compiled:
     if world is None and not elsewhere:
         skipped.append(f"on-policy observations and episodes: {NO_WORLD}")
     if world is not None:
-        episodes = on_policy(profile, world)
-        faithful = fidelity(profile, world, episodes)
-        agreements += _grown(profile, episodes)
-        if made.compilable:
-            agreements += _driven(made, world, episodes)
+        played, faithful = _played(made, world)
+        agreements += played
     agreements += asked(made)
     return Compiled(made, Report(tuple(agreements), tuple(skipped), report.compiler).ensure(), faithful, elsewhere)
 
@@ -114,19 +112,33 @@ def asked(made: Build) -> list[Agreement]:
     return found
 
 
-def _grown(profile: ir.PolicyProfile, episodes: Episodes) -> list[Agreement]:
+def _played(made: Build, world: World) -> tuple[list[Agreement], tuple[Fidelity, ...]]:
+    """What on-policy episodes say, part by part: of the trees as grown, of the C, and of the expert."""
+    agreements: list[list[Agreement]] = []
+    faithful: list[tuple[Fidelity, ...]] = []
+    for seeds in in_parts(made.profile):
+        episodes = on_policy(made.profile, world, seeds=seeds)
+        faithful.append(fidelity(made.profile, world, episodes))
+        found = _grown(made.profile, episodes, boundaries=not agreements)
+        agreements.append(found + (_driven(made, world, episodes, seeds) if made.compilable else []))
+        del episodes  # before the next ones are played
+    joined = [reduce(selfcheck.joined, each) for each in zip(*agreements, strict=True)]
+    return joined, tuple(reduce(operator.add, each) for each in zip(*faithful, strict=True))
+
+
+def _grown(profile: ir.PolicyProfile, episodes: Episodes, boundaries: bool) -> list[Agreement]:
     return [
-        selfcheck.check_grown(policy, seen.reshape(-1, seen.shape[-1]))
+        selfcheck.check_grown(policy, seen.reshape(-1, seen.shape[-1]), boundaries)
         for policy, seen in zip(profile.agents, episodes.observations, strict=True)
         if policy.grown is not None
     ]
 
 
-def _driven(made: Build, world: World, episodes: Episodes) -> list[Agreement]:
+def _driven(made: Build, world: World, episodes: Episodes, seeds: range) -> list[Agreement]:
     """The same episodes, driven by the compiled C: every action and world state must be the same."""
     profile = made.profile
     driver = Policies([partial(made.library.act, policy.agent) for policy in profile.agents])
-    again = on_policy(profile, world, driver, keep=False)
+    again = on_policy(profile, world, driver, keep=False, seeds=seeds)
     if any(_bytes(a) != _bytes(b) for a, b in zip(again.states, episodes.states, strict=True)):
         raise DisagreementError(
             "episodes driven by the compiled C differ from those of the profile",

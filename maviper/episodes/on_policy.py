@@ -5,6 +5,8 @@ Assumes: the profile's world is one of ours.
 Does not: measure.
 """
 
+from collections.abc import Iterator, Sequence
+
 from codegen import ir
 from maviper.episodes import measures
 from maviper.episodes.play import Controller, Episodes, play, tree_policies
@@ -13,8 +15,24 @@ from maviper.worlds import World
 ON_POLICY_EPISODES = 4_000  # of 25 steps: 100,000 observations per agent
 
 
-def on_policy(profile: ir.PolicyProfile, world: World, driver: Controller | None = None, keep: bool = True) -> Episodes:
+AT_ONCE = 1 << 24  # numbers that agents observe in a part of the episodes
+SEEDS = range(measures.ON_POLICY_SEEDS, measures.ON_POLICY_SEEDS + ON_POLICY_EPISODES)
+
+
+def in_parts(profile: ir.PolicyProfile) -> Iterator[range]:
+    """The seeds of on-policy episodes in parts of bounded memory: one part, unless agents observe much."""
+    numbers = profile.world.episode_steps * sum(len(policy.features) for policy in profile.agents)
+    count = max(1, AT_ONCE // max(1, numbers))
+    return (SEEDS[low : low + count] for low in range(0, len(SEEDS), count))
+
+
+def on_policy(
+    profile: ir.PolicyProfile,
+    world: World,
+    driver: Controller | None = None,
+    keep: bool = True,
+    seeds: Sequence[int] = SEEDS,
+) -> Episodes:
     """Episodes of the profile's own trees, or the same episodes driven by `driver`. `keep`: as in `play`."""
-    seeds = range(measures.ON_POLICY_SEEDS, measures.ON_POLICY_SEEDS + ON_POLICY_EPISODES)
     controller = tree_policies(profile.agents) if driver is None else driver
     return play(world, [controller] * len(profile.agents), world.start_from_seeds(seeds), keep)

@@ -30,6 +30,9 @@ class Counted:
         """The share of agreeing states; 0 where there are none."""
         return self.agreeing / self.states if self.states else 0.0
 
+    def __add__(self, other: "Counted") -> "Counted":
+        return Counted(self.agreeing + other.agreeing, self.states + other.states)
+
 
 @dataclass(frozen=True)
 class Fidelity:
@@ -39,6 +42,12 @@ class Fidelity:
     whole: Counted
     by_action: Mapping[str, Counted]
     by_leaf: Mapping[int, Counted]
+
+    def __add__(self, other: "Fidelity") -> "Fidelity":
+        """The same agent in more states."""
+        by_action = {name: count + other.by_action[name] for name, count in self.by_action.items()}
+        by_leaf = {leaf: count + other.by_leaf[leaf] for leaf, count in self.by_leaf.items()}
+        return Fidelity(self.agent, self.whole + other.whole, by_action, by_leaf)
 
     def document(self) -> dict[str, object]:
         """As plain data."""

@@ -1,0 +1,62 @@
+"""Replays in parts of bounded memory find what replays in one piece do, also where code is wrong."""
+
+import numpy as np
+import pytest
+
+from codegen.agreement import probes, rows, selfcheck
+from codegen.agreement.build import build
+from maviper.compilation.compile import compile_profile
+from maviper.episodes import on_policy
+
+
+@pytest.fixture
+def in_small_parts(monkeypatch):
+    monkeypatch.setattr(rows, "PART", 10_000)
+    monkeypatch.setattr(on_policy, "AT_ONCE", 400_000)
+
+
+@pytest.mark.usefixtures("few_observations")
+def test_parts_find_what_one_piece_does(profile, in_small_parts, monkeypatch):
+    assert len(list(on_policy.in_parts(profile))) > 3
+    parts = compile_profile(profile, ["c", "python", "json"])
+    monkeypatch.undo()
+    assert len(list(on_policy.in_parts(profile))) == 1
+    whole = compile_profile(profile, ["c", "python", "json"])
+    told = {(item.target, item.agent): item for item in whole.report.agreements}
+    again = {(item.target, item.agent): item for item in parts.report.agreements}
+    assert again.keys() == told.keys()
+    random = selfcheck.RANDOM_OBSERVATIONS - 1_000  # fewer in `parts`
+    for key, item in again.items():
+        one = told[key]
+        fewer = random // 3 if item.target == "json reader" else random
+        assert one.observations - item.observations in (0, fewer, fewer + 1), key
+    assert [item.document() for item in parts.faithful] == [item.document() for item in whole.faithful]
+
+
+@pytest.mark.usefixtures("in_small_parts", "unoptimised")
+@pytest.mark.parametrize(
+    ("ending", "old", "new"), [("h", "return", "return 1 -"), ("json", '"left": 1,', '"left": 2,')]
+)
+def test_a_fault_is_counted_over_all_parts(profile, monkeypatch, ending, old, new):
+    """As often as in one piece, and with the same first observation."""
+    found = []
+    for _ in range(2):
+        with build(profile, ["c", "json"]) as made:
+            name = f"{made.model.prefix}.{ending}"
+            at = made.files[name].rindex(old) if ending == "h" else made.files[name].index(old)
+            files = {**made.files, name: made.files[name][:at] + new + made.files[name][at + len(old) :]}
+        report = selfcheck.check_files(profile, files, random=1_000)
+        found.append([item for item in report.agreements if item.differences])
+        monkeypatch.undo()
+    assert found[0] and found[0] == found[1]
+
+
+def test_completions_are_fewer_where_there_are_many_features_but_every_value_is_asked(world):
+    features = world.features[0]
+    many = features * (200 // len(features) + 1)
+    few, wide = (probes.special(each, np.random.default_rng(0)) for each in (features, many))
+    assert len(few) == probes.FILLINGS * 11 * len(features) + 11
+    assert len(wide) == 11 * len(many) + 11
+    for place in range(len(many)):
+        values = {str(value) for value in wide[:, place]}
+        assert {str(value) for value in probes.SPECIAL["float32"]} <= values
