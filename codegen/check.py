@@ -15,6 +15,7 @@ from unicodedata import category
 
 import numpy as np
 
+from codegen import sum_rules
 from codegen.errors import STEERING, ProfileError, shown, suggestion
 from codegen.floats import FLOAT32, NUMBERS
 from codegen.ir import (
@@ -91,6 +92,7 @@ def _texts(profile: PolicyProfile) -> Iterator[Violation]:
     found += [(f"world.variables[{index}].unit", each.unit) for index, each in enumerate(world.variables)]
     for index, policy in enumerate(profile.agents):
         found += [(f"agents[{index}].features[{k}].unit", each.unit) for k, each in enumerate(policy.features)]
+        found += [(f"agents[{index}].outputs[{k}].unit", each.unit) for k, each in enumerate(policy.outputs)]
     found += [(f"provenance.{name}", getattr(origin, name)) for name in ("algorithm", "preset", "expert", "tool")]
     for group, values in (("training", origin.training), ("evaluation", origin.evaluation)):
         found += [(f"provenance.{group}", f"{key}={value}") for key, value in values.items()]
@@ -229,8 +231,9 @@ def _agent(path: str, policy: AgentPolicy, world: WorldSpec) -> Iterator[Violati
     yield from _names(f"{path}.actions", "action", [action.name for action in policy.actions])
     if not policy.features:
         yield Violation(f"{path}.features", "an agent must observe something")
-    if not policy.actions:
+    if not policy.actions and not policy.outputs:
         yield Violation(f"{path}.actions", "an agent needs at least one action")
+    yield from _names(f"{path}.outputs", "output", [output.name for output in policy.outputs])
     if policy.seen and len(policy.seen) != len(policy.features):
         yield Violation(f"{path}.features", "all of them have been seen, or none has")
     for index, ends in enumerate(policy.seen):
@@ -272,9 +275,12 @@ def _action(path: str, action: ActionSpec, features: Sequence[str]) -> Iterator[
 
 def _trees(path: str, policy: AgentPolicy) -> Iterator[Violation]:
     """What is wrong with the tree that acts, its numbers and leaves, and with the tree that was grown."""
-    counts, numbers = (len(policy.features), len(policy.actions)), policy.numbers
+    tree, numbers = policy.tree, policy.numbers
+    counts = (len(policy.features) + len(tree.sums), len(tree.vectors) if policy.outputs else len(policy.actions))
     broken = list(_tree(f"{path}.tree", policy.tree, *counts, preorder=True))
     yield from broken
+    for where, what in sum_rules.broken(policy) if not broken else ():
+        yield Violation(f"{path}.{where}", what)
     visits = policy.tree.visits
     if len(visits) and (len(visits) != len(policy.tree.feature) or (visits < 0).any()):
         yield Violation(f"{path}.tree", "visits are one number for each node, from 0")

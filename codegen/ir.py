@@ -1,12 +1,13 @@
 """The policy IR: what a team of tree policies is, and what it decides.
 
-Does: frozen data for trees, features, actions, the world and the profile; the reference semantics (`act`); the checker.
+Does: frozen data for trees, features, actions, outputs and the profile; the reference semantics: `act` and `outputs`.
 Assumes: coordinates are in the world's own length unit.
 Does not: read files (policy_json.py), round thresholds (floats.py), make text (lowering/lower.py, targets/) or learn.
 
 Semantics, the same in every artefact that is made from a profile:
 - A split sends an observation x left iff `x[feature] <= threshold`, both float32 or both float64: `Tree.numbers`. NaN
   compares false, so it goes right; infinities follow `<=`. Numbers of other types are doubles first, then the tree's.
+- A sum is added left to right in the tree's arithmetic (sums.py), and compared like a feature.
 - A node's id is its index in the tree's arrays, which are in preorder; leaves are named by that id everywhere.
 """
 
@@ -19,8 +20,15 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
+from codegen.errors import InputError
 from codegen.floats import FLOAT32, factor, observations
 from codegen.region import RegionSpec
+from codegen.sums import CONSTANT as CONSTANT
+from codegen.sums import Sum, among, clipped, computed
+from codegen.world import GOAL as GOAL
+from codegen.world import EntitySpec as EntitySpec
+from codegen.world import VariableSpec as VariableSpec
+from codegen.world import WorldSpec as WorldSpec
 
 Int32 = npt.NDArray[np.int32]
 Float32 = npt.NDArray[np.float32]
@@ -39,7 +47,6 @@ MAX_NODES: Final = 1 << 20
 MAX_LENGTH: Final = 1e9  # of ranges, start regions, sizes: beyond it float64 positions are coarser than any world
 PHYSICS: Final = "physics"  # the option of a world that says by whose code it moves
 FORK: Final = "released"  # its value where that is the code of the paper's authors
-GOAL: Final = "goal"  # in coordinates: the landmark that is the goal
 WEIGHTS: Final = tuple(2.0**power for power in range(-6, 7))  # of terms, with either sign
 FUNCTIONS: Final = ("sign", "positive", "zero")  # of a sum: -1, 0 or 1; 1 where it is above 0; 1 where it is 0
 NAME: Final = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,63}")
@@ -52,26 +59,41 @@ _NUMBERS: Final = {"dtype": ""}  # which the tree says
 class _Arrays:
     """Makes every array field of a frozen dataclass contiguous and read-only."""
 
-    numbers = FLOAT32  # what observations are
+    numbers: str = FLOAT32  # what observations are
+    arithmetic: str = ""
+    sums: tuple[Sum, ...] = ()
+
+    @property
+    def compared(self) -> str:
+        """What thresholds are: the observations' numbers, or those that sums are computed in, where any is tested."""
+        return computed(self.arithmetic) if self.sums else self.numbers
 
     def __post_init__(self) -> None:
         for item in (each for each in fields(self) if each.metadata):  # type: ignore[arg-type]
-            array = np.array(getattr(self, item.name), dtype=item.metadata["dtype"] or self.numbers, ndmin=1)
+            array = np.array(getattr(self, item.name), dtype=item.metadata["dtype"] or self.compared, ndmin=1)
             array.setflags(write=False)
             object.__setattr__(self, item.name, array)
 
 
 @dataclass(frozen=True, eq=False)
 class Tree(_Arrays):
-    """A decision tree as arrays over its n nodes, in preorder, root first; `visits` is empty where nobody counted."""
+    """A decision tree as arrays over its n nodes, in preorder, root first; `visits` is empty where nobody counted.
 
-    feature: Int32 = field(metadata=_INT32)  # [n] index of the tested feature; NO_FEATURE at a leaf
+    Beyond the agent's features, `feature` counts on: n_features + k is the sum `sums[k]`. Where leaves give numbers,
+    `action` counts in `vectors`, which have a sum for each output. Both are ordered as nodes first name them.
+    """
+
+    feature: Int32 = field(metadata=_INT32)  # [n] index of the tested feature or sum; NO_FEATURE at a leaf
     threshold: Floats = field(metadata=_NUMBERS)  # [n] in the feature's unit; 0 at a leaf
     left: Int32 = field(metadata=_INT32)  # [n] node for `x <= threshold`; NO_CHILD at a leaf
     right: Int32 = field(metadata=_INT32)  # [n] node for everything else; NO_CHILD at a leaf
     action: Int32 = field(metadata=_INT32)  # [n] action at a leaf; NO_ACTION at a split
     numbers: str = field(default=FLOAT32, kw_only=True)  # what observations and thresholds are, see floats.NUMBERS
     visits: Int64 = field(default_factory=lambda: np.zeros(0, np.int64), metadata=_INT64)  # [n] a leaf's decisions
+    arithmetic: str = field(default="", kw_only=True)  # of sums, see sums.ARITHMETICS; "": there is none
+    sums: tuple[Sum, ...] = field(default=(), kw_only=True)
+    vectors: tuple[tuple[Sum, ...], ...] = field(default=(), kw_only=True)
+    gives: str = field(default=FLOAT32, kw_only=True)  # what outputs are rounded to
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,63 +149,18 @@ class ActionSpec:
 
 
 @dataclass(frozen=True)
-class EntitySpec:
-    """An agent or a landmark: `force` is the acceleration of a unit action (length / s^2), 0 for what cannot move."""
+class OutputSpec:
+    """A number that an agent gives, clipped to its bounds (in `unit`); None: no bound."""
 
     name: str
-    size: float  # radius
-    force: float
-    max_speed: float | None  # length / s
-    collides: bool
-    start: tuple[float, float] | None = None  # bounds of its start position on each axis; None: the world's
-
-
-@dataclass(frozen=True)
-class VariableSpec:
-    """A coordinate that belongs to no entity, such as an angle, and what it ranges over (in `unit`)."""
-
-    name: str  # such as "angle", or "agent_0.angle"
     unit: str
-    low: float
-    high: float
-
-
-@dataclass(frozen=True)
-class WorldSpec:
-    """The world that a profile was learned in: its entities and dynamics.
-
-    A step of `dt` seconds moves every position with the old velocity, then damps the velocity by the share `damping`,
-    adds dt * (force * effect of the action + contacts) and cuts the speed at `max_speed`. Entities that collide push
-    each other apart by contact_force * contact_margin * log(1 + exp(overlap / contact_margin)). Episodes start at rest,
-    uniform in [start_low, start_high], and last `episode_steps` steps. `options` make this variant of the game.
-    """
-
-    name: str
-    reference: str  # the environment that is the truth, e.g. "mpe2.simple_adversary_v3"
-    agents: tuple[EntitySpec, ...]
-    landmarks: tuple[EntitySpec, ...]
-    goals: tuple[str, ...]  # landmarks that the coordinates "goal.x", "goal.y" may stand for; empty: no goal
-    dt: float
-    damping: float
-    start_low: float
-    start_high: float
-    episode_steps: int
-    contact_force: float = 0.0
-    contact_margin: float = 0.0
-    options: Mapping[str, int | str] = field(default_factory=lambda: MappingProxyType({}))
-    variables: tuple[VariableSpec, ...] = ()
-
-    def coordinates(self) -> tuple[str, ...]:
-        """Names of all coordinates: positions of agents, landmarks and the goal, agents' velocities, variables."""
-        places = [entity.name for entity in self.agents + self.landmarks] + ([GOAL] if self.goals else [])
-        position = [f"{name}.{axis}" for name in places for axis in "xy"]
-        velocity = [f"{agent.name}.v{axis}" for agent in self.agents for axis in "xy"]
-        return (*position, *velocity, *(variable.name for variable in self.variables))
+    low: float | None
+    high: float | None
 
 
 @dataclass(frozen=True, eq=False)
 class AgentPolicy:
-    """One agent's policy: what it observes, what it may do, and its tree."""
+    """One agent's policy: what it observes, what it may do, and its tree. It has actions, or outputs."""
 
     agent: str
     team: str
@@ -192,6 +169,7 @@ class AgentPolicy:
     tree: Tree
     grown: GrownTree | None = None
     seen: tuple[Seen, ...] = ()  # of each feature, in episodes; (): nobody looked
+    outputs: tuple[OutputSpec, ...] = ()
 
     @property
     def numbers(self) -> str:
@@ -232,7 +210,7 @@ class PolicyProfile:
 
 def apply(tree: Tree | GrownTree, obs: npt.ArrayLike) -> Int32:
     """Leaf id of each observation. `obs`: [batch, n_features], made the tree's numbers. Returns [batch] int32."""
-    x = observations(obs, numbers=tree.numbers)
+    x = among(observations(obs, numbers=tree.numbers), tree.sums, tree.arithmetic)
     node = np.full(len(x), ROOT, dtype=np.int32)
     row = np.flatnonzero(tree.feature[node] != NO_FEATURE)
     while row.size:
@@ -248,7 +226,23 @@ def act(policy: AgentPolicy, obs: npt.ArrayLike) -> Int32:
 
     `obs`: [batch, n_features] (else InputError), made its numbers. Returns [batch] int32, indices into `actions`.
     """
+    if policy.outputs:
+        raise InputError(f"{policy.agent} gives numbers and takes no action", "", "ask for its outputs")
     return policy.tree.action[apply(policy.tree, observations(obs, len(policy.features), policy.agent, policy.numbers))]
+
+
+def outputs(policy: AgentPolicy, obs: npt.ArrayLike) -> Floats:
+    """The reference of an agent that gives numbers: [batch, n_outputs] in `gives`; the rest as for `act`.
+
+    A leaf's sums are computed in the tree's arithmetic, clipped to the outputs' bounds, then rounded once.
+    """
+    tree, x = policy.tree, observations(obs, len(policy.features), policy.agent, policy.numbers)
+    given, chosen = np.empty((len(x), len(policy.outputs)), tree.gives), tree.action[apply(tree, x)]
+    for place, vector in enumerate(tree.vectors):
+        rows = np.flatnonzero(chosen == place)
+        for column, (each, output) in enumerate(zip(vector, policy.outputs, strict=True)):
+            given[rows, column] = clipped(each.value(x[rows], tree.arithmetic), output.low, output.high)
+    return given
 
 
 def leaves(tree: Tree) -> Int32:

@@ -1,7 +1,7 @@
 """The JSON form of a policy profile, with its content hash.
 
 Does: encodes a profile to text that people and other programs can read; decodes and checks it, naming the fault's path.
-Assumes: UTF-8 text in the shape of schema.py.
+Assumes: UTF-8 text in the shape of form/schema.py.
 Does not: touch files.
 
 A split of an agent that compares float32 states its threshold twice: `threshold` is the double that decides for doubles
@@ -12,7 +12,7 @@ float64, `threshold` is the threshold itself.
 import hashlib
 import json
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from functools import lru_cache
 from typing import Any, cast
 
@@ -20,38 +20,39 @@ import msgspec
 import numpy as np
 
 from codegen.check import ensure
-from codegen.errors import ProfileError, shown, suggestion
-from codegen.floats import FLOAT32, FLOAT64, deciding_double, short_hex
+from codegen.errors import ProfileError, shown
+from codegen.floats import FLOAT32, FLOAT64
+from codegen.form.fault import place
+from codegen.form.layout import layout
+from codegen.form.nodes import ADVICE as _ADVICE
+from codegen.form.nodes import nodes_of, tree_of
+from codegen.form.schema import SCHEMA_VERSION, SUMS_VERSION, AgentJson, GrownJson, ProfileJson
 from codegen.ir import (
     FUNCTIONS,
-    NO_ACTION,
-    NO_CHILD,
-    NO_FEATURE,
     ActionSpec,
     AgentPolicy,
     EntitySpec,
     FeatureSpec,
     GrownTree,
-    Int64,
     Meaning,
+    OutputSpec,
     PolicyProfile,
     Provenance,
-    Tree,
     VariableSpec,
     WorldSpec,
 )
-from codegen.json_fault import place
-from codegen.json_layout import layout
 from codegen.region import RegionSpec
-from codegen.schema import SCHEMA_VERSION, AgentJson, GrownJson, NodeJson, ProfileJson, SplitJson
 
-MAX_VISITS = 2**53  # which every reader of JSON takes in exactly
 MAX_BYTES = 256 * 2**20  # a profile beyond this is not one of ours
 
 
 SEMANTICS = (
     "float32 observations; left iff x[feature] <= threshold; NaN goes right; a node's id is its place in the list; "
     "threshold decides for doubles and float32 alike, float32 is the exact threshold"
+)
+WITH_SUMS = (
+    "; a sum of [weight, feature] and [constant, null] is added left to right, beginning with its first term, in the "
+    "agent's arithmetic, and its threshold is exact; outputs are clipped to low and high, then rounded to what it gives"
 )
 WITH_FLOAT64 = f"{SEMANTICS}; of agents whose numbers are float64: float64 observations, threshold is exact"
 
@@ -83,12 +84,14 @@ def loads(text: str | bytes, where: str = "profile") -> PolicyProfile:
         ) from None
     except (msgspec.DecodeError, RecursionError, UnicodeDecodeError) as error:
         raise ProfileError("not readable as JSON", f"{where}: {_broken_at(text, error)}", _RESTORE) from None
-    if raw.schema_version != SCHEMA_VERSION:
-        found = f"{where}: $.schema_version: {raw.schema_version}; this version of maviper reads {SCHEMA_VERSION}"
+    summing = any(agent.arithmetic for agent in raw.agents)
+    if raw.schema_version != (SUMS_VERSION if summing else SCHEMA_VERSION):
+        reads = f"{SCHEMA_VERSION}, and {SUMS_VERSION} where an agent has sums or outputs"
+        found = f"{where}: $.schema_version: {raw.schema_version}; this version of maviper reads {reads}"
         raise ProfileError(
             "a policy profile with another schema version", found, "extract it again or install a matching version"
         )
-    if raw.semantics != _semantics(agent.numbers for agent in raw.agents):
+    if raw.semantics != _semantics((agent.numbers for agent in raw.agents), summing):
         raise ProfileError(
             "a policy profile with other semantics", f"{where}: $.semantics: '{shown(raw.semantics[:80])}'", _ADVICE
         )
@@ -104,12 +107,11 @@ def loads(text: str | bytes, where: str = "profile") -> PolicyProfile:
     return profile
 
 
-def _semantics(numbers: Iterable[str]) -> str:
-    """What a profile says of its meaning; `numbers`: what its agents compare."""
-    return WITH_FLOAT64 if FLOAT64 in numbers else SEMANTICS
+def _semantics(numbers: Iterable[str], summing: bool) -> str:
+    """What a profile says of its meaning; `numbers`: what its agents compare; `summing`: whether any has sums."""
+    return (WITH_FLOAT64 if FLOAT64 in numbers else SEMANTICS) + (WITH_SUMS if summing else "")
 
 
-_ADVICE = "extract it again, or undo the edit"
 _RESTORE = "the file is truncated or not a profile; restore it or extract it again"
 
 
@@ -132,9 +134,10 @@ def _hash(document: dict[str, Any]) -> str:
 def _document(profile: PolicyProfile) -> dict[str, Any]:
     world = profile.world
     provenance = profile.provenance
+    summing = any(policy.tree.arithmetic for policy in profile.agents)
     return {
-        "schema_version": SCHEMA_VERSION,
-        "semantics": _semantics(policy.numbers for policy in profile.agents),
+        "schema_version": SUMS_VERSION if summing else SCHEMA_VERSION,
+        "semantics": _semantics((policy.numbers for policy in profile.agents), summing),
         "world": {
             "name": world.name,
             "reference": world.reference,
@@ -218,39 +221,21 @@ def _agent(policy: AgentPolicy) -> dict[str, Any]:
         **({} if policy.numbers == FLOAT32 else {"numbers": policy.numbers}),
         "features": features,
         "actions": actions,
-        "tree": _nodes(policy),
+        **_summing(policy),
+        "tree": nodes_of(policy),
         "grown": None
         if grown is None
         else {name: getattr(grown, name).tolist() for name in GrownJson.__struct_fields__},
     }
 
 
-def _nodes(policy: AgentPolicy) -> list[dict[str, Any]]:
+def _summing(policy: AgentPolicy) -> dict[str, Any]:
+    """What an agent with sums or outputs has beside the others; nothing for them."""
     tree = policy.tree
-    names = [feature.name for feature in policy.features]
-    leaves = [{"action": action.name} for action in policy.actions]
-    visits = [{"visits": count} for count in tree.visits.tolist()] or [{}] * len(tree.feature)
-    splits: Iterator[tuple[int, float]] = zip(tree.feature.tolist(), tree.threshold.tolist(), strict=True)
-    ends: Iterator[tuple[int, int, int]] = zip(
-        tree.left.tolist(), tree.right.tolist(), tree.action.tolist(), strict=True
-    )
-    return [
-        leaves[action] | count
-        if feature == NO_FEATURE
-        else {
-            "feature": names[feature],
-            **_threshold_of(threshold, policy.numbers),
-            "left": left,
-            "right": right,
-        }
-        for (feature, threshold), (left, right, action), count in zip(splits, ends, visits, strict=True)
-    ]
-
-
-def _threshold_of(threshold: float, numbers: str) -> dict[str, float | str]:
-    if numbers == FLOAT64:
-        return {"threshold": threshold}
-    return {"threshold": deciding_double(threshold), "float32": short_hex(threshold)}
+    if not tree.arithmetic:
+        return {}
+    outputs = [{"name": each.name, "unit": each.unit, "low": each.low, "high": each.high} for each in policy.outputs]
+    return {"arithmetic": tree.arithmetic, **({"gives": tree.gives, "outputs": outputs} if outputs else {})}
 
 
 # --- decoding
@@ -286,10 +271,7 @@ def _policy(raw: AgentJson, path: str) -> AgentPolicy:
         for index, item in enumerate(raw.features)
     )
     actions = tuple(ActionSpec(item.name, item.effect, item.legal_if, item.label) for item in raw.actions)
-    names = ([feature.name for feature in features], [action.name for action in actions])
-    rows = [_row(node, names, raw.numbers, f"{path}.tree[{index}]") for index, node in enumerate(raw.tree)]
-    arrays = (np.array([row[column] for row in rows]) for column in range(5))
-    tree = Tree(*arrays, visits=_visits(raw.tree, path), numbers=raw.numbers)
+    tree = tree_of(raw, path)
     grown = None
     if raw.grown is not None:
         columns: list[list[Any]] = list(msgspec.structs.astuple(raw.grown))
@@ -297,73 +279,8 @@ def _policy(raw: AgentJson, path: str) -> AgentPolicy:
             raise ProfileError("not a valid policy profile", f"{path}.grown: a number is out of range", _ADVICE)
         grown = GrownTree(*(np.array(column) for column in columns))
     seen = tuple(item.seen for item in raw.features if item.seen is not None)
-    return AgentPolicy(raw.agent, raw.team, features, actions, tree, grown, seen)
-
-
-def _row(
-    node: NodeJson, names: tuple[list[str], list[str]], numbers: str, path: str
-) -> tuple[int, float, int, int, int]:
-    """One node as (feature, threshold, left, right, action)."""
-    given = {name for name in NodeJson.__struct_fields__ if getattr(node, name) is not None} - {"visits"}
-    if given == {"action"}:
-        action = _index(names[1], cast(str, node.action), "action", f"{path}.action")
-        return NO_FEATURE, 0.0, NO_CHILD, NO_CHILD, action
-    wanted = [name for name in SplitJson.__struct_fields__ if numbers == FLOAT32 or name != FLOAT32]
-    if given != {*wanted}:
-        found = ", ".join(sorted(given)) or "nothing"
-        fault = f"{path}: a node has {', '.join(wanted[:-1])} and {wanted[-1]}, or only action; found {found}"
-        raise ProfileError("not a valid policy profile", fault, _ADVICE)
-    feature = _index(names[0], cast(str, node.feature), "feature", f"{path}.feature")
-    threshold = cast(float, node.threshold)
-    if numbers == FLOAT32:
-        threshold = _single(threshold, cast(str, node.float32), path)
-    children = (cast(int, node.left), cast(int, node.right))
-    if any(abs(child) >= 2**31 for child in children):
-        raise ProfileError("not a valid policy profile", f"{path}: a child's number is out of range", _ADVICE)
-    return feature, threshold, *children, NO_ACTION
-
-
-def _visits(nodes: Sequence[NodeJson], path: str) -> Int64:
-    """The leaves' visits, [n], 0 at splits; [0] where no leaf has any."""
-    known = [node.visits for node in nodes if node.visits is not None]
-    if not known:
-        return np.zeros(0, np.int64)
-    leaves = sum(node.action is not None for node in nodes)
-    splits = [place for place, node in enumerate(nodes) if node.visits is not None and node.action is None]
-    if splits or len(known) != leaves:
-        fault = f"[{splits[0]}]: a split has visits" if splits else f": {len(known)} of {leaves} leaves have visits"
-        raise ProfileError("not a valid policy profile", f"{path}.tree{fault}", _ADVICE)
-    if not all(0 <= count <= MAX_VISITS for count in known):
-        raise ProfileError("not a valid policy profile", f"{path}.tree: visits are from 0 to {MAX_VISITS}", _ADVICE)
-    return np.array([node.visits or 0 for node in nodes], np.int64)
-
-
-def _index(names: list[str], name: str, kind: str, path: str) -> int:
-    if name not in names:
-        raise ProfileError(f"unknown {kind} '{shown(name)}'", path, suggestion(name, names))
-    return names.index(name)
-
-
-def _single(double: float, text: str, path: str) -> float:
-    """The float32 threshold that a split states twice."""
-    try:
-        exact = float.fromhex(text)
-    except (ValueError, OverflowError):
-        raise ProfileError(
-            "not a valid policy profile", f"{path}.float32: not a hexadecimal float: '{shown(text[:40])}'", _ADVICE
-        ) from None
-    with np.errstate(over="ignore"):
-        single = np.float32(exact)
-    if not np.isfinite(single) or float(single) != exact:
-        raise ProfileError(
-            "not a valid policy profile", f"{path}.float32: {shown(text)} is not a finite float32", _ADVICE
-        )
-    if deciding_double(single) != double:
-        fault = (
-            f"{path}.threshold: {double!r} does not belong to float32 {shown(text)}; {deciding_double(single)!r} does"
-        )
-        raise ProfileError("not a valid policy profile", fault, _ADVICE)
-    return exact
+    outputs = tuple(OutputSpec(item.name, item.unit, item.low, item.high) for item in raw.outputs)
+    return AgentPolicy(raw.agent, raw.team, features, actions, tree, grown, seen, outputs)
 
 
 _TERM = re.compile(r"\s*([+-]?)\s*(?:(\d{1,3}(?:\.\d{1,9})?)\*)?([A-Za-z][\w-]*(?:\.[A-Za-z][\w-]*)?)")

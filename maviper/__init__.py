@@ -73,7 +73,7 @@ def load(path: str | Path) -> PolicyProfile:
     """The policy profile in a JSON file, checked. ProfileError (an InputError) with the path of the fault otherwise."""
     from maviper.files.profiles import load as loaded
 
-    return loaded(path)
+    return loaded(path, sums=True)
 
 
 @flags.defaults

@@ -10,6 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Self
 
+from codegen.sum_rules import VERIFIER, ensure_plain
+
 if TYPE_CHECKING:
     from codegen.ir import PolicyProfile
     from verify.claims.uncertified.views import Viewed
@@ -23,6 +25,9 @@ class Subject:
     profile: PolicyProfile  # whose trees are asked about
     # the view that is asked about, whose profile this is; None where it is not about observations alone
     viewed: Viewed | None = field(default=None, kw_only=True)
+
+    def __post_init__(self) -> None:
+        ensure_plain(self.profile, VERIFIER)
 
     @property
     def origin(self) -> PolicyProfile:

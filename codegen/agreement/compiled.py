@@ -111,17 +111,25 @@ class CompiledC:
         """Removes the library's file."""
         self._folder.cleanup()
 
-    def act(self, agent: str, rows: Floats) -> Int32:
-        """The compiled decisions, [batch] int32. `rows`: [batch, n_features] in the agent's numbers."""
+    def act(self, agent: str, rows: Floats) -> Any:
+        """The compiled decisions, [batch] int32, or numbers given, [batch, n_outputs]. `rows`: [batch, n_features] in
+        the agent's numbers.
+        """
         return self._run(agent, rows)[0]
 
     def checks(self, agent: str, rows: Floats) -> Int32:
         """The compiled input checks, [batch] int32: 1 for finite, 2 for within the ranges, their sum for both."""
         return self._run(agent, rows)[1]
 
-    def batch(self, agent: str, rows: Floats) -> tuple[Int32, Int32]:
-        """The decisions of the batch functions, over rows and over columns, [batch] each."""
+    def batch(self, agent: str, rows: Floats) -> tuple[Any, Any]:
+        """The decisions of the batch functions, over rows and over columns, [batch] or [batch, n_outputs] each."""
         rows = self._held(agent, rows)
+        if self._gives(agent):
+            by_rows, by_columns = self._answers(agent, len(rows)), self._answers(agent, len(rows)).T.copy()
+            run = self._library[self._agents[agent].names.exported_batch]
+            given = (_pointer(rows), _pointer(np.ascontiguousarray(rows.T)), ctypes.c_long(len(rows)))
+            run(*given, _pointer(by_rows), _pointer(by_columns))
+            return by_rows, by_columns.T
         kind = {"unsigned char": np.uint8, "unsigned short": np.uint16}.get(self._agents[agent].tables.action_type)
         found = [np.full(len(rows), 255, dtype=kind or np.uint32) for _ in range(2)]
         columns = np.ascontiguousarray(rows.T)
@@ -146,11 +154,11 @@ class CompiledC:
         self._library[self._names.exported_team](_pointer(worlds), ctypes.c_long(len(worlds)), _pointer(found))
         return found
 
-    def worlds(self, agent: str, worlds: Float64) -> tuple[Floats, Int32]:
-        """An agent's observations in world states [batch, n_coordinates], [batch, n_features], and its actions."""
+    def worlds(self, agent: str, worlds: Float64) -> tuple[Floats, Any]:
+        """An agent's observations in world states [batch, n_coordinates], [batch, n_features], and its answers."""
         worlds, lowered = self._states(worlds), self._agents[agent]
         seen = np.zeros((len(worlds), len(lowered.features)), dtype=lowered.numbers)
-        actions = np.full(len(worlds), -1, dtype=np.int32)
+        actions = self._answers(agent, len(worlds))
         run = self._library[lowered.names.exported_observe]
         run(_pointer(worlds), ctypes.c_long(len(worlds)), _pointer(seen), _pointer(actions))
         return seen, actions
@@ -168,9 +176,20 @@ class CompiledC:
         self._library[self._names.exported_region](_pointer(worlds), ctypes.c_long(len(worlds)), _pointer(within))
         return within
 
-    def _run(self, agent: str, rows: Floats) -> tuple[Int32, Int32]:
+    def _gives(self, agent: str) -> bool:
+        """Whether an agent gives numbers."""
+        return bool((summed := self._agents[agent].summed) and summed.outputs)
+
+    def _answers(self, agent: str, count: int) -> Any:
+        """Room for an agent's answers, filled with what is none."""
+        summed = self._agents[agent].summed
+        if summed and summed.outputs:
+            return np.full((count, len(summed.outputs)), np.nan, dtype=summed.gives)
+        return np.full(count, -1, dtype=np.int32)
+
+    def _run(self, agent: str, rows: Floats) -> tuple[Any, Int32]:
         rows = self._held(agent, rows)
-        actions = np.full(len(rows), -1, dtype=np.int32)
+        actions = self._answers(agent, len(rows))
         checks = np.full(len(rows), -1, dtype=np.int32)
         run = self._library[self._agents[agent].names.exported_rows]
         run(_pointer(rows), ctypes.c_long(len(rows)), _pointer(actions), _pointer(checks))

@@ -8,6 +8,7 @@ Does not: run any language, or know how a template writes an entry.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -41,7 +42,7 @@ class Told:
     checks: Mapping[str, Int32]  # by agent, [n]: 1 for finite, 2 for within the ranges, their sum for both
     constants: list[float | str] | None = None  # as `constants_of`
     observed: Mapping[str, Float64] = field(default_factory=dict[str, Float64])  # by agent, [n, n_features]
-    acted: Mapping[str, Int32] = field(default_factory=dict[str, Int32])  # by agent, [n]
+    acted: Mapping[str, Any] = field(default_factory=dict[str, Any])  # by agent, [n], or [n, n_outputs]
     team: Int32 | None = None  # [n, n_agents]
     within: Int32 | None = None  # [n] 1 within the region, else 0
     misused: int = 0  # wrong inputs that were given
@@ -84,7 +85,7 @@ class Asked:
 
 def constants_of(profile: ir.PolicyProfile) -> list[float | str]:
     """Time of a step, damping, coordinates; then of each agent force, effects (NaN: none), ranges in its numbers,
-    meanings ("": none) and actions with their numbers.
+    meanings ("": none), actions with their numbers, and outputs with their bounds (NaN: none).
     """
     force = {entity.name: entity.force for entity in profile.world.agents}
     found: list[float | str] = [profile.world.dt, profile.world.damping, *profile.world.coordinates()]
@@ -95,6 +96,8 @@ def constants_of(profile: ir.PolicyProfile) -> list[float | str]:
         found += [float(end) for both in ends for end in both]
         found += [str(feature.meaning) if feature.meaning else "" for feature in policy.features]
         found += [f"{identifier(action.name).upper()}={place}" for place, action in enumerate(policy.actions)]
+        for output in policy.outputs:
+            found += [output.name, *(np.nan if bound is None else bound for bound in (output.low, output.high))]
     return found
 
 
@@ -113,6 +116,18 @@ def constants(target: str, wanted: Sequence[float | str], given: Sequence[float 
     return Agreement(f"{target} {CONSTANTS}", "all", len(wanted), len(wrong), *wrong[:1])
 
 
+def reference(policy: ir.AgentPolicy, rows: Any) -> Any:
+    """What an agent does: actions [batch], or the numbers that it gives, [batch, n_outputs]."""
+    return ir.outputs(policy, rows) if policy.outputs else ir.act(policy, rows)
+
+
+def differing(policy: ir.AgentPolicy, wanted: Any, found: Any) -> Bool:
+    """Where answers differ, [batch]; numbers differ unless their bits are equal, or both are NaN."""
+    if policy.outputs:
+        return ~same(np.asarray(found, np.float64).reshape(wanted.shape), wanted).all(axis=1)
+    return np.asarray(found) != wanted
+
+
 def compared(target: str, asked: Asked, told: Told) -> list[Agreement]:
     """What a language's answers are worth: an agreement for each kind of entry and agent."""
     profile = asked.profile
@@ -126,8 +141,8 @@ def compared(target: str, asked: Asked, told: Told) -> list[Agreement]:
         if policy.agent in told.observed:
             found += observed(target, policy, asked, told.observed[policy.agent])
             seen = _seen(policy, asked)
-            acted, team = ir.act(policy, seen), told.team
-            wrong = told.acted[policy.agent] != acted
+            acted, team = reference(policy, seen), told.team
+            wrong = differing(policy, acted, told.acted[policy.agent])
             found.append(_agreement(f"{target} world", policy.agent, wrong, asked.states))
             if team is not None:
                 wrong = team[:, profile.agents.index(policy)] != acted

@@ -205,7 +205,7 @@ def worlds(profile: ir.PolicyProfile, rng: np.random.Generator) -> Float64:
     rows: list[Float64] = [np.zeros((1, len(names)))]
     for policy in profile.agents:
         for node in ir.splits(policy.tree):
-            meaning = policy.features[int(policy.tree.feature[node])].meaning
+            meaning = policy.features[_moved(policy, node)].meaning
             filled = rng.uniform(-2, 2, (FILLINGS, len(names)))
             filled[::2] = np.round(filled[::2] * 4) / 4
             if meaning and meaning.terms:
@@ -216,6 +216,14 @@ def worlds(profile: ir.PolicyProfile, rng: np.random.Generator) -> Float64:
                 filled[:, index[first]] = (at - others) / weight
             rows.append(filled)
     return np.concatenate(rows)
+
+
+def _moved(policy: ir.AgentPolicy, node: int) -> int:
+    """The feature that a split tests; of a sum, the first one."""
+    tested, n = int(policy.tree.feature[node]), len(policy.features)
+    if tested < n:
+        return tested
+    return next(place for _, place in policy.tree.sums[tested - n].terms if place != ir.CONSTANT)
 
 
 def wild(n_coordinates: int, rng: np.random.Generator) -> Float64:

@@ -18,7 +18,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from codegen.agreement import misuse
+from codegen.agreement import json_sums, misuse
 from codegen.agreement.entries import Asked, Told
 from codegen.agreement.programs import run
 from codegen.agreement.rows import listed
@@ -40,10 +40,14 @@ class Reader(NamedTuple):
     every: int = 1  # asked about one observation in so many, where reading is slow
 
 
-def json_act(text: str, agent: str, rows: Any) -> list[int]:
+def json_act(text: str, agent: str, rows: Any) -> list[Any]:
     """Decisions read from the JSON alone, as a stranger's program would make them."""
     document = cast(dict[str, Any], json.loads(text))
     policy = next(item for item in document["agents"] if item["agent"] == agent)
+    if policy.get("arithmetic"):
+        answers = [json_sums.answer(policy, row) for row in listed(rows)]
+        places = {action["name"]: place for place, action in enumerate(policy["actions"])}
+        return [places[each] if places else each for each in answers]
     index: dict[str, int] = {feature["name"]: place for place, feature in enumerate(policy["features"])}
     number: dict[str, int] = {action["name"]: place for place, action in enumerate(policy["actions"])}
     nodes = cast(list[dict[str, Any]], policy["tree"])
@@ -57,7 +61,7 @@ def json_act(text: str, agent: str, rows: Any) -> list[int]:
     return decisions
 
 
-def shipped_reader(reader: str, text: str, agent: str) -> Callable[[Any], int]:
+def shipped_reader(reader: str, text: str, agent: str) -> Callable[[Any], Any]:
     """How the reference reader that is handed out with the JSON `text` decides for an observation."""
     with tempfile.TemporaryDirectory(prefix="maviper-") as folder:
         path = Path(folder) / "profile.json"
@@ -65,7 +69,7 @@ def shipped_reader(reader: str, text: str, agent: str) -> Callable[[Any], int]:
         return load_python(reader)["load"](path)[agent].act
 
 
-def shipped_reader_act(reader: str, text: str, agent: str, rows: Any) -> list[int]:
+def shipped_reader_act(reader: str, text: str, agent: str, rows: Any) -> list[Any]:
     """Decisions of the reference reader."""
     act = shipped_reader(reader, text, agent)
     return [act(row) for row in listed(rows)]
@@ -112,8 +116,11 @@ def _python_constants(module: Mapping[str, Any], agents: Sequence[str]) -> list[
         found += [value for effect in module["EFFECTS"][agent] for value in effect or (np.nan, np.nan)]
         found += [end for pair in module["RANGES"][agent] for end in pair]
         found += [meaning or "" for meaning in module["MEANINGS"][agent]]
-        names: Any = module[f"Action_{identifier(agent)}"]
+        names: Any = module.get(f"Action_{identifier(agent)}", ())
         found += [f"{action.name}={action.value}" for action in names]
+        outputs, bounds = (module.get(table, {}).get(agent, ()) for table in ("OUTPUTS", "BOUNDS"))
+        for output, ends in zip(outputs, bounds, strict=True):
+            found += [output, *(np.nan if end is None else end for end in ends)]
     return found
 
 

@@ -14,14 +14,14 @@ from typing import Any
 import numpy as np
 
 from codegen import ir
-from codegen.agreement import entries, misuse, probes, readback
+from codegen.agreement import entries, misuse, probes, readback, sum_probes
 from codegen.agreement.build import Build
 from codegen.agreement.compiled import CompiledC, ensure_strict
-from codegen.agreement.entries import CONSTANTS, OBSERVE, SEED, Agreement, Asked, Told
+from codegen.agreement.entries import CONSTANTS, OBSERVE, SEED, Agreement, Asked, Told, differing, reference
 from codegen.agreement.rows import Kept, listed
 from codegen.equivalence import structure
 from codegen.errors import DisagreementError, MissingToolError
-from codegen.ir import Floats, Int32
+from codegen.ir import Floats
 from codegen.lowering.lower import AUTO, ORDERED, lower
 from codegen.lowering.model import Model
 
@@ -69,7 +69,10 @@ def observations(policy: ir.AgentPolicy, random: int = RANDOM_OBSERVATIONS) -> F
 
 def _parts(policy: ir.AgentPolicy, random: int) -> Iterator[Floats]:
     rng = np.random.default_rng(SEED)
-    yield probes.boundary(policy.tree, policy.features, rng)
+    if policy.tree.arithmetic:
+        yield from sum_probes.parts(policy, rng)
+    else:
+        yield probes.boundary(policy.tree, policy.features, rng)
     yield probes.special(policy.features, rng, policy.numbers)
     random = min(random, RANDOM_NUMBERS // max(1, len(policy.features)))
     yield from probes.random_parts(policy.features, random, rng, policy.numbers)
@@ -77,19 +80,31 @@ def _parts(policy: ir.AgentPolicy, random: int) -> Iterator[Floats]:
         yield probes.boundary(policy.grown, policy.features, rng)
 
 
-def compare(target: str, policy: ir.AgentPolicy, rows: Any, wanted: Int32, found: Any) -> Agreement:
-    """Counts the differences between wanted and found actions for the observations `rows`."""
+def _near(policy: ir.AgentPolicy) -> Any:
+    """Double observations that must act as the agent's numbers say. [n, n_features]"""
+    rng = np.random.default_rng(SEED)
+    if policy.tree.arithmetic:
+        return sum_probes.doubles(policy, rng)
+    return probes.doubles(policy.tree, policy.features, rng)
+
+
+def compare(target: str, policy: ir.AgentPolicy, rows: Any, wanted: Any, found: Any) -> Agreement:
+    """Counts the differences between wanted and found answers, actions or numbers, for the observations `rows`."""
     found = np.asarray(found)
-    wrong = np.flatnonzero(found != wanted)
+    wrong = np.flatnonzero(differing(policy, wanted, found))
     first = ""
     if wrong.size:
         row = int(wrong[0])
+        says, does = (_said(policy, each[row]) for each in (wanted, found))
         values = ", ".join(repr(float(value)) for value in rows[row])
-        names = [action.name for action in policy.actions]
-        given = int(found[row])
-        shown = names[given] if 0 <= given < len(names) else str(given)
-        first = f"for x = ({values}) the profile says {names[wanted[row]]}, the code {shown}"
+        first = f"for x = ({values}) the profile says {says}, the code {does}"
     return Agreement(target, policy.agent, len(wanted), int(wrong.size), first)
+
+
+def _said(policy: ir.AgentPolicy, answer: Any) -> str:
+    if policy.outputs:
+        return f"({', '.join(repr(float(value)) for value in answer)})"
+    return policy.actions[int(answer)].name if 0 <= int(answer) < len(policy.actions) else str(int(answer))
 
 
 def check_files(
@@ -110,17 +125,17 @@ def check(build: Build, random: int = RANDOM_OBSERVATIONS) -> Report:
     `random`: random observations per agent, beside all boundary and special ones.
     """
     with Kept() as asked:
-        wanted: dict[str, Int32] = {}
+        wanted: dict[str, Any] = {}
         for policy in build.profile.agents:
-            acted: list[Int32] = []
+            acted: list[Any] = []
             for rows in _parts(policy, random):
-                acted.append(ir.act(policy, rows))
+                acted.append(reference(policy, rows))
                 asked.keep(policy.agent, rows)
             wanted[policy.agent] = np.concatenate(acted)
         return _checked(build, asked, wanted)
 
 
-def _checked(build: Build, asked: Kept, wanted: Mapping[str, Int32]) -> Report:
+def _checked(build: Build, asked: Kept, wanted: Mapping[str, Any]) -> Report:
     profile, model, files = build.profile, build.model, build.files
     found: list[Agreement] = []
     skipped: list[str] = []
@@ -130,7 +145,7 @@ def _checked(build: Build, asked: Kept, wanted: Mapping[str, Int32]) -> Report:
     if header is not None:
         if sum(len(policy.tree.feature) for policy in profile.agents) <= MAX_PARSED:
             ensure_strict(header, model)
-            found += _parsed(profile, header, model)
+            found += [] if model.summed else _parsed(profile, header, model)
         else:
             skipped.append(f"the structural proof of the C: more than {MAX_PARSED} nodes")
     if build.compilable:
@@ -149,16 +164,17 @@ def _checked(build: Build, asked: Kept, wanted: Mapping[str, Int32]) -> Report:
     return Report(tuple(found), tuple(skipped), " ".join(build.compiler or []))
 
 
-def _check_c(build: Build, asked: Kept, wanted: Mapping[str, Int32], skipped: list[str]) -> list[Agreement]:
+def _check_c(build: Build, asked: Kept, wanted: Mapping[str, Any], skipped: list[str]) -> list[Agreement]:
     profile, model, compiled = build.profile, build.model, build.library
     found: list[Agreement] = []
     for policy in profile.agents:
         found += _in_parts(policy, asked, wanted, partial(_c_replayed, compiled, model.style))
-    return found + _check_c_all(build, asked, min(map(len, wanted.values()))) + _check_c_entries(build, skipped)
+    together = _check_c_all(build, asked, min(map(len, wanted.values()))) if model.acting else []
+    return found + together + _check_c_entries(build, skipped)
 
 
 def _c_replayed(
-    compiled: CompiledC, style: str, policy: ir.AgentPolicy, rows: Floats, expected: Int32
+    compiled: CompiledC, style: str, policy: ir.AgentPolicy, rows: Floats, expected: Any
 ) -> Iterator[Agreement]:
     # by its contract, the style that compares bits is not asked about NaN
     held = ~np.isnan(rows).any(axis=1) if style == ORDERED else slice(None)
@@ -182,10 +198,10 @@ def _check_c_all(build: Build, asked: Kept, count: int) -> list[Agreement]:
     return [reduce(joined, parts) for parts in zip(*found, strict=True)]
 
 
-Replayed = Callable[[ir.AgentPolicy, Floats, Int32], Iterable[Agreement]]
+Replayed = Callable[[ir.AgentPolicy, Floats, Any], Iterable[Agreement]]
 
 
-def _in_parts(policy: ir.AgentPolicy, asked: Kept, wanted: Mapping[str, Int32], replayed: Replayed) -> list[Agreement]:
+def _in_parts(policy: ir.AgentPolicy, asked: Kept, wanted: Mapping[str, Any], replayed: Replayed) -> list[Agreement]:
     """What `replayed` finds in an agent's observations, given to it in parts of bounded memory."""
     expected = wanted[policy.agent]
     parts = [replayed(policy, rows, expected[low : low + len(rows)]) for low, rows in asked.parts(policy.agent)]
@@ -211,7 +227,7 @@ def _check_c_entries(build: Build, skipped: list[str]) -> list[Agreement]:
         checks={agent: compiled.checks(agent, asked.rows[agent]) for agent in agents},
         observed={agent: seen.astype(np.float64) for agent, (seen, _) in worlds.items()},
         acted={agent: actions for agent, (_, actions) in worlds.items()},
-        team=compiled.team(asked.states) if model.located else None,
+        team=compiled.team(asked.states) if model.located and model.acting else None,
         within=compiled.region(asked.bordering) if model.region else None,
     )
     if profile.region and not profile.region.holds(asked.bordering, profile.world.coordinates()).any():
@@ -224,7 +240,7 @@ def _read(
     files: Mapping[str, str | bytes],
     model: Model,
     asked: Kept,
-    wanted: Mapping[str, Int32],
+    wanted: Mapping[str, Any],
     skipped: list[str],
 ) -> list[Agreement]:
     """What the readers of `readback` find; a reader whose tool is missing is named in `skipped`, each tool once."""
@@ -244,7 +260,7 @@ def _read(
 
 
 def _read_back(
-    reader: readback.Reader, contents: Sequence[Any], policy: ir.AgentPolicy, asked: Kept, wanted: Int32
+    reader: readback.Reader, contents: Sequence[Any], policy: ir.AgentPolicy, asked: Kept, wanted: Any
 ) -> Agreement:
     """What a reader finds in the files that it reads. MissingToolError without its tool."""
     found: list[Agreement] = []
@@ -269,10 +285,10 @@ def _check_reader(build: Build) -> list[Agreement]:
         wrong = [each for each in misuse.single(len(policy.features), asks=True) if not isinstance(each, bytes)]
         let = misuse.accepted(act, wrong)
         found.append(Agreement("json reader input check", policy.agent, len(wrong), len(let), *let[:1]))
-        near = probes.doubles(policy.tree, policy.features, np.random.default_rng(SEED))
+        near = _near(policy)
         if len(near):
             rows = [row for part in probes.typed(near) for row in part]
-            expected = ir.act(policy, [[float(value) for value in row] for row in rows])
+            expected = reference(policy, [[float(value) for value in row] for row in rows])
             found.append(compare("json reader other types", policy, rows, expected, [act(row) for row in rows]))
     return found
 
@@ -287,40 +303,40 @@ def _parsed(profile: ir.PolicyProfile, header: str, model: Model) -> list[Agreem
 
 
 def _check_python(
-    profile: ir.PolicyProfile, module: str, model: Model, asked: Kept, wanted: Mapping[str, Int32]
+    profile: ir.PolicyProfile, module: str, model: Model, asked: Kept, wanted: Mapping[str, Any]
 ) -> list[Agreement]:
     namespace, entry = readback.load_python(module), Asked(profile)
     found = entries.compared("python", entry, readback.python_told(namespace, entry))
     for policy, agent in zip(profile.agents, model.agents, strict=True):
         act, batch = namespace["ACT"][agent.name], namespace["ACT_BATCH"][agent.name]
         found += _in_parts(policy, asked, wanted, partial(_python_replayed, act, batch))
-        near = probes.doubles(policy.tree, policy.features, np.random.default_rng(SEED))
+        near = _near(policy)
         if len(near):
-            expected = ir.act(policy, near)
+            expected = reference(policy, near)
             found.append(compare("python doubles", policy, near, expected, [act(row) for row in listed(near)]))
             typed = probes.typed(near)
             rows = [row for part in typed for row in part]
-            expected = ir.act(policy, [[float(value) for value in row] for row in rows])
+            expected = reference(policy, [[float(value) for value in row] for row in rows])
             found.append(compare("python other types", policy, rows, expected, [act(list(row)) for row in rows]))
             found.append(compare("python other arrays", policy, rows, expected, [act(row) for row in rows]))
             batches = np.concatenate([batch(part) for part in typed])
             found.append(compare("python other batches", policy, rows, expected, batches))
         n = len(policy.features)
-        wrong, many = misuse.single(n, asks=agent.comparisons > 0), misuse.many(n)
+        wrong, many = misuse.single(n, asks=agent.comparisons > 0 or agent.summed is not None), misuse.many(n)
         let = misuse.accepted(act, wrong) + misuse.accepted(batch, many)
         found.append(Agreement("python input check", policy.agent, len(wrong) + len(many), len(let), *let[:1]))
     return found
 
 
 def _python_replayed(
-    act: Callable[[Any], int], batch: Callable[[Any], Any], policy: ir.AgentPolicy, rows: Floats, expected: Int32
+    act: Callable[[Any], Any], batch: Callable[[Any], Any], policy: ir.AgentPolicy, rows: Floats, expected: Any
 ) -> Iterator[Agreement]:
     yield compare("python", policy, rows, expected, [act(row) for row in listed(rows)])
     yield compare("python batch", policy, rows, expected, batch(rows))
 
 
 def _check_javascript(
-    build: Build, module: str, asked: Mapping[str, Floats], wanted: Mapping[str, Int32]
+    build: Build, module: str, asked: Mapping[str, Floats], wanted: Mapping[str, Any]
 ) -> list[Agreement]:
     profile, model = build.profile, build.model
     near = {p.agent: probes.doubles(p.tree, p.features, np.random.default_rng(SEED)) for p in profile.agents}
@@ -338,7 +354,7 @@ def _check_javascript(
     return found
 
 
-def _check_rust(build: Build, module: str, asked: Mapping[str, Floats], wanted: Mapping[str, Int32]) -> list[Agreement]:
+def _check_rust(build: Build, module: str, asked: Mapping[str, Floats], wanted: Mapping[str, Any]) -> list[Agreement]:
     profile, model = build.profile, build.model
     entry = Asked(profile)
     ran, told = readback.rust_act(module, model, asked, entry, build.optimised)

@@ -32,6 +32,7 @@ from codegen.lowering.model import (
     unsigned,
 )
 from codegen.lowering.names import Names, ensure_distinct, of_agent, of_profile, taken
+from codegen.lowering.summing import summed_of
 from codegen.policy_json import content_hash
 from codegen.region import RegionSpec
 from codegen.wording import holds
@@ -132,21 +133,24 @@ def _action(index: int, action: ir.ActionSpec) -> Action:
 def _agent(policy: ir.AgentPolicy, prefix: str, world: ir.WorldSpec) -> Agent:
     features = tuple(_feature(index, feature, policy.numbers) for index, feature in enumerate(policy.features))
     actions = tuple(_action(index, action) for index, action in enumerate(policy.actions))
-    nodes = tuple(_node(policy.tree, node, features, actions) for node in range(len(policy.tree.feature)))
+    summed = summed_of(policy, features, actions, lambda node: _node(policy.tree, node, features, actions))
+    plain = range(0 if summed else len(policy.tree.feature))
+    nodes = tuple(_node(policy.tree, node, features, actions) for node in plain)
+    outputs = summed.outputs if summed else ()
     lower_name = identifier(policy.agent)
     tested = Counter(node.feature.index for node in nodes if node.feature)
     comparisons = int(ir.depth(policy.tree).max())
     return Agent(
         name=policy.agent,
         lower=lower_name,
-        names=of_agent(prefix, lower_name, [each.upper for each in features], [each.upper for each in actions]),
+        names=of_agent(prefix, lower_name, *([each.upper for each in kind] for kind in (features, actions, outputs))),
         team=policy.team,
         numbers=policy.numbers,
         features=features,
         actions=actions,
         nodes=nodes,
-        lines=tuple(_lines(nodes)),
-        tables=_tables(policy, nodes, comparisons),
+        lines=tuple(_lines(nodes)) if nodes else (),
+        tables=_tables(policy, nodes, comparisons) if nodes else _no_tables(policy),
         used=tuple(feature for feature in features if feature.index in tested),
         repeated=frozenset(index for index, count in tested.items() if count > 1),
         comparisons=comparisons,
@@ -154,6 +158,7 @@ def _agent(policy: ir.AgentPolicy, prefix: str, world: ir.WorldSpec) -> Agent:
         selects=len(nodes) // 2 <= SELECTS,
         located=all(feature.terms is not None for feature in features),
         labels=labels_of([action.label for action in policy.actions]),
+        summed=summed,
         force=decimal_literal(next((each.force for each in world.agents if each.name == policy.agent), 0.0)),
     )
 
@@ -162,11 +167,12 @@ def _sharing(profile: ir.PolicyProfile, agents: Sequence[Agent]) -> tuple[Agent,
     """The agents, each with the first one that has the same tree over as many features and actions."""
     first: dict[tuple[object, ...], Agent] = {}
     found: list[Agent] = []
+    # trees with sums are written one by one
     for policy, agent in zip(profile.agents, agents, strict=True):
         tree = policy.tree
         arrays = (tree.feature, tree.threshold, tree.left, tree.right, tree.action)
         alike = (len(agent.features), len(agent.actions), tree.numbers, *(each.tobytes() for each in arrays))
-        same = first.setdefault(alike, agent)
+        same = agent if agent.summed else first.setdefault(alike, agent)
         found.append(agent if same is agent else replace(agent, twin=same.names))
     return tuple(found)
 
@@ -199,14 +205,24 @@ def _term(weight: float, coordinate: str) -> tuple[str, str, str]:
     return ("-" if weight < 0 else "+", size, _upper(coordinate))
 
 
-def _tables(policy: ir.AgentPolicy, nodes: tuple[Node, ...], levels: int) -> Tables:
-    """Complete where that is not much larger than the tree: it needs no children and no test for the end."""
-    types = (
+def _types(policy: ir.AgentPolicy, n_nodes: int) -> tuple[str, str, str, str]:
+    """The C types of thresholds, features, children and actions."""
+    return (
         C_TYPES[policy.numbers],
         unsigned(len(policy.features)),
-        unsigned(len(nodes)),
+        unsigned(n_nodes),
         unsigned(len(policy.actions)),
     )
+
+
+def _no_tables(policy: ir.AgentPolicy) -> Tables:
+    """Of trees with sums, which no table holds."""
+    return Tables(True, 0, (), (), (), (), *_types(policy, 0))
+
+
+def _tables(policy: ir.AgentPolicy, nodes: tuple[Node, ...], levels: int) -> Tables:
+    """Complete where that is not much larger than the tree: it needs no children and no test for the end."""
+    types = _types(policy, len(nodes))
     zero = hex_literal(np.dtype(policy.numbers).type(0))
     if levels <= COMPLETE_LEVELS:
         n = 2**levels - 1
@@ -239,7 +255,7 @@ def _node(tree: ir.Tree, node: int, features: tuple[Feature, ...], actions: tupl
     if tree.feature[node] == ir.NO_FEATURE:
         leaf = actions[int(tree.action[node])]
         return Node(node, None, leaf, "", 0, 0, "", "", "", ir.NO_CHILD, ir.NO_CHILD)
-    threshold = tree.threshold[node]
+    threshold = np.dtype(tree.numbers).type(tree.threshold[node])
     test = holds(float(threshold))
     return Node(
         id=node,

@@ -11,8 +11,12 @@ from typing import Literal
 
 from codegen.floats import FLOAT32
 from codegen.lowering.names import AgentNames, Names
+from codegen.lowering.parts import Action as Action
+from codegen.lowering.parts import Double as Double
+from codegen.lowering.parts import Feature as Feature
+from codegen.lowering.parts import Node as Node
+from codegen.lowering.summed import Summed
 
-SINGLE_BITS = 32
 TILED = 5  # tested features from which on numpy copies columns faster in tiles than one by one
 _BYTES = {"unsigned char": 1, "unsigned short": 2, "unsigned int": 4, "float": 4, "double": 8}
 _KINDS = ("unsigned char", "unsigned short", "unsigned int")
@@ -21,36 +25,6 @@ _KINDS = ("unsigned char", "unsigned short", "unsigned int")
 def unsigned(count: int) -> str:
     """The smallest C type that holds so many numbers from 0 on."""
     return next(kind for kind in _KINDS if count <= 256 ** _BYTES[kind])
-
-
-@dataclass(frozen=True)
-class Feature:
-    """A feature and its place in the observation."""
-
-    index: int
-    name: str
-    upper: str
-    unit: str
-    low: str
-    high: str
-    low_hex: str  # the range in the agent's numbers, rounded outwards, as C literals
-    high_hex: str
-    low_seen: str  # the same as decimals, of the doubles that they are
-    high_seen: str
-    meaning: str
-    function: str  # of the sum of `terms`; "" for the sum itself
-    terms: tuple[tuple[str, str, str], ...] | None  # (sign, weight unless it is 1, coordinate); None: no meaning
-
-
-@dataclass(frozen=True)
-class Action:
-    """An action and its number."""
-
-    index: int
-    name: str
-    upper: str
-    effect: tuple[str, str] | None  # the direction in which it pushes, where there is one
-    legal_if: str  # the upper-case name of the feature that is 1 where it is legal; "": it always is
 
 
 @dataclass(frozen=True)
@@ -76,76 +50,6 @@ class Place:
     upper: str
     constant: str  # of C
     readers: tuple[str, ...]  # the agents that observe it
-
-
-@dataclass(frozen=True)
-class Double:
-    """A number, as languages write it."""
-
-    hex: str
-    decimal: str
-
-
-@dataclass(frozen=True)
-class Node:
-    """A node of the tree. Splits compare feature `feature` with a threshold, leaves take `action`."""
-
-    id: int
-    feature: Feature | None
-    action: Action | None
-    literal: str  # the threshold, exact, as a C literal
-    bits: int  # of it as an unsigned number
-    width: int  # how many these are
-    double: str  # the deciding double, shortest decimal
-    shown: str  # the test's number as people read it, for comments only; "< 0" for what is below 0
-    test: str  # for them, too: "<= 0.1", "< 0"
-    left: int
-    right: int
-
-    @property
-    def hex_bits(self) -> str:
-        """`bits` in hexadecimal digits, all of them."""
-        return f"0x{self.bits:0{self.width // 4}x}"
-
-    @property
-    def below_zero(self) -> bool:
-        """Whether what is asked is x < 0. Code says so: compared with the last number below 0, a 0 would go left where
-        a thread takes subnormal numbers for zero.
-        """
-        return self.bits == (1 << self.width - 1) + 1
-
-    @property
-    def in_c(self) -> str:
-        """Sign and number of the test as C and C++ write it."""
-        if self.below_zero:
-            return "< 0x0p+0" + ("f" if self.width == SINGLE_BITS else "")
-        return f"<= {self.literal}"
-
-    @property
-    def in_rust(self) -> str:
-        """The same in Rust."""
-        return "< 0.0" if self.below_zero else f"<= f{self.width}::from_bits({self.hex_bits})"
-
-    @property
-    def of_numbers(self) -> str:
-        """The same where numbers are of the agent's type, in Python."""
-        return "< 0.0" if self.below_zero else f"<= {self.double}"
-
-    @property
-    def of_doubles(self) -> str:
-        """The same for doubles that are not rounded before, in Python and JavaScript."""
-        return self.of_numbers if self.width > SINGLE_BITS else f"<= {self.double}"
-
-    @property
-    def negative(self) -> bool:
-        """Whether the threshold's sign is set, -0.0 included."""
-        return self.bits >= 1 << self.width - 1
-
-    @property
-    def ordered(self) -> int:
-        """The threshold as an integer in the order of its numbers: -0.0 is -1 there, but as a threshold 0."""
-        half = 1 << self.width - 1
-        return half - 1 - self.bits if self.bits > half else self.bits % half
 
 
 @dataclass(frozen=True)
@@ -213,6 +117,7 @@ class Agent:
     force: str  # the acceleration of a unit action, length / s^2
     labels: Labels | None = None  # where an action's number or name does not say what the source returns
     twin: AgentNames | None = None  # of the first agent that has the same tree, where this is not the first
+    summed: Summed | None = None  # the tree where sums are tested or given; `nodes` and `tables` are empty then
 
     @property
     def masked(self) -> bool:
@@ -222,7 +127,7 @@ class Agent:
     @property
     def splits(self) -> int:
         """How many nodes test something."""
-        return len(self.nodes) - self.n_leaves
+        return self.summed.splits if self.summed else len(self.nodes) - self.n_leaves
 
     @property
     def reads(self) -> tuple[str, ...]:
@@ -277,6 +182,16 @@ class Model:
     places: Mapping[str, Place]  # the coordinates of a world state in their order, by upper-case name
     dt: str  # seconds of a step
     damping: str  # the share of its velocity that an agent loses in a step
+
+    @property
+    def summed(self) -> tuple[Summed, ...]:
+        """The trees of the agents that test or give sums."""
+        return tuple(agent.summed for agent in self.agents if agent.summed)
+
+    @property
+    def acting(self) -> bool:
+        """Whether all agents have actions, so that one call has all of them."""
+        return not any(each.outputs for each in self.summed)
 
     @property
     def labelled(self) -> bool:

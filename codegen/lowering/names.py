@@ -28,6 +28,7 @@ MODULE_NAMES = (
 MODULE_TEAM_NAMES = ("act_team", "act_all", "in_region")
 TEAM_FUNCTIONS = ("act_team", "act_all", "in_region")
 ARITHMETIC = ("bits", "direct", "sum", "wide_sum", "single", "wide_single")
+OF_SUMS = ("kept", "single_kept", "at_least", "at_most", "single_at_least", "single_at_most")
 # what no module of Rust is called: its keywords, those it reserves, and the type that the module above uses
 RUST = frozenset(
     """
@@ -66,6 +67,8 @@ class AgentNames:
     exported_batch: str
     exported_observe: str
     module: str  # of Rust
+    outputs: tuple[str, ...] = ()  # in the agent's order
+    n_outputs: str = ""
 
 
 @dataclass(frozen=True)
@@ -81,6 +84,12 @@ class Names:
     wide_sum: str
     single: str
     wide_single: str
+    kept: str
+    single_kept: str
+    at_least: str
+    at_most: str
+    single_at_least: str
+    single_at_most: str
     coordinates: Mapping[str, str]
     n_coordinates: str
     profile: str
@@ -93,8 +102,10 @@ class Names:
     exported_constants: str = "all_constants"
 
 
-def of_agent(prefix: str, agent: str, features: Iterable[str], actions: Iterable[str]) -> AgentNames:
-    """The names of an agent; `agent` in lower case, `features` and `actions` in upper case."""
+def of_agent(
+    prefix: str, agent: str, features: Iterable[str], actions: Iterable[str], outputs: Iterable[str] = ()
+) -> AgentNames:
+    """The names of an agent; `agent` in lower case, `features`, `actions` and `outputs` in upper case."""
     own = f"{prefix}_{agent}"
     functions = {name: f"{own}_{name}" for name in FUNCTIONS}
     upper = own.upper()
@@ -110,12 +121,14 @@ def of_agent(prefix: str, agent: str, features: Iterable[str], actions: Iterable
         exported_batch=f"{agent}_batch",
         exported_observe=f"{agent}_observe",
         module=f"{agent}_" if agent in RUST else agent,
+        outputs=tuple(f"{upper}_Y_{output}" for output in outputs),
+        n_outputs=f"{upper}_N_OUTPUTS",
     )
 
 
 def of_profile(prefix: str, digest: str, coordinates: Iterable[str]) -> Names:
     """The names of a profile with the content hash `digest`; `coordinates` in upper case."""
-    functions = {name: f"{prefix}_{name}" for name in (*TEAM_FUNCTIONS, *ARITHMETIC)}
+    functions = {name: f"{prefix}_{name}" for name in (*TEAM_FUNCTIONS, *ARITHMETIC, *OF_SUMS)}
     upper = prefix.upper()
     return Names(
         **functions,

@@ -11,6 +11,7 @@ from codegen import ir
 from codegen.errors import InputError, UnknownNameError
 from codegen.lowering.lower import AUTO, lower
 from codegen.lowering.model import Model
+from codegen.sum_rules import ensure_plain
 from codegen.targets import arrays, c, javascript, json, onnx, python, rust, smt, svg
 
 Emitter = Callable[[Model, ir.PolicyProfile], Mapping[str, str | bytes]]
@@ -28,6 +29,7 @@ TARGETS: dict[str, Emitter] = {
 }
 USUAL = ("c", "python", "json")
 SINGLE = ("smt", "jax", "torch")  # which take float32 agents only
+SUMMING = ("c", "python", "json")  # which take agents that test sums or give numbers
 
 
 def emit(
@@ -50,5 +52,7 @@ def written(model: Model, profile: ir.PolicyProfile, targets: Iterable[str]) -> 
         if target in SINGLE and not model.single:
             what = f"the target {target} has no float64 agents, and {model.doubled} compares float64"
             raise InputError(what, "--target", f"leave {target} out, or import the tree with --numbers float32")
+        if target not in SUMMING:
+            ensure_plain(profile, f"the target {target}")
         files |= TARGETS[target](model, profile)
     return files

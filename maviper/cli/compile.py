@@ -61,7 +61,7 @@ def compile_verb(
     from maviper.files.profiles import load
 
     console = console_of(context)
-    loaded = load(profile)
+    loaded = load(profile, sums=True)
     runs.room(output)
     code = compile_and_prove(loaded, targets, **options)
     for note in code.notes:

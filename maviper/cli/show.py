@@ -60,12 +60,15 @@ def show(
     does, where a claim fails, and how an episode goes on.
     """
     from codegen.errors import InputError
+    from codegen.sum_rules import ensure_plain
     from maviper.console import say
     from maviper.files import runs
     from maviper.files.profiles import load
     from maviper.page.page import FILE
 
-    loaded = load(profile)
+    loaded = load(profile, sums=True)
+    if (form, obs, state) != (TEXT, None, None):
+        ensure_plain(loaded, f"--format {form}" if form != TEXT else "an explained decision")
     if output is not None:
         runs.ensure_other(output, [profile])
     if form == HTML:

@@ -20,7 +20,7 @@ from codegen.agreement.selfcheck import Agreement, Report
 from codegen.check import ensure
 from codegen.errors import DisagreementError
 from codegen.floats import FLOAT32
-from codegen.json_layout import layout
+from codegen.form.layout import layout
 from codegen.lowering.lower import AUTO
 from codegen.targets import USUAL, smt
 from maviper.episodes.on_policy import in_parts, on_policy
@@ -79,7 +79,7 @@ def checked(made: Build) -> Compiled:
     faithful: tuple[Fidelity, ...] = ()
     # trees that were changed after they were grown, by a repair or for a region, have no such form any more
     changed = profile.region is not None or BEFORE_REPAIR in profile.provenance.training
-    rounded = [policy for policy in profile.agents if policy.numbers == FLOAT32]  # others are deployed as they grew
+    rounded = [each for each in profile.agents if each.numbers == FLOAT32 and not each.tree.arithmetic]  # others stay
     missing = [policy.agent for policy in rounded if policy.grown is None and not changed]
     if missing:
         skipped.append(f"the tree as grown: the profile does not hold it for {', '.join(missing)}")

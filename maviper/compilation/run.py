@@ -11,6 +11,7 @@ from typing import Unpack
 
 from codegen import ir
 from codegen.agreement import vectors
+from codegen.sum_rules import ensure_plain
 from maviper.compilation.compile import Compiled, compile_profile
 from maviper.compilation.passes import run_passes
 from maviper.options import CompileOptions, requested
@@ -19,6 +20,14 @@ from maviper.options import CompileOptions, requested
 def compile_and_prove(profile: ir.PolicyProfile, targets: Iterable[str], **options: Unpack[CompileOptions]) -> Compiled:
     """Code for a profile. DisagreementError when any decision differs; InputError for options that cannot be used."""
     asked, targets = requested(CompileOptions, options), tuple(targets)
+    for option, given in (
+        ("--prove", asked.prove),
+        ("--pass", asked.passes),
+        ("--region", asked.region is not None),
+        ("--test-vectors", asked.test_vectors),
+    ):
+        if given:
+            ensure_plain(profile, option)
     if asked.prove:
         from maviper.compilation import proofs  # here, so that compiling alone loads no solver
 

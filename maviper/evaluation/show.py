@@ -5,29 +5,45 @@ Assumes: a checked profile.
 Does not: draw.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from codegen import ir
 from codegen.intervals import percent
 from codegen.paths import parted
+from codegen.sums import words
 from codegen.wording import counted, within
 
 
 def rules(policy: ir.AgentPolicy) -> Iterator[str]:
-    """One line per leaf: the ranges that lead to it, the action, the leaf's id."""
+    """One line per leaf: the ranges that lead to it, the action or the numbers given, the leaf's id."""
     tree = policy.tree
-    n = len(policy.features)
-    stack = [(ir.ROOT, np.full(n, -np.inf, tree.numbers), np.full(n, np.inf, tree.numbers))]
+    tested = _tested(policy)
+    ends = (np.full(len(tested), end, tree.compared) for end in (-np.inf, np.inf))
+    stack = [(ir.ROOT, *ends)]
     while stack:
         node, low, high = stack.pop()
         if tree.feature[node] == ir.NO_FEATURE:
-            action = policy.actions[tree.action[node]].name
-            yield f"{_condition(policy, low, high)} -> {action}  (leaf {node}{_visits(tree, node)})"
+            yield f"{_condition(tested, low, high)} -> {_does(policy, node)}  (leaf {node}{_visits(tree, node)})"
             continue
         left, right = parted(low, high, int(tree.feature[node]), tree.threshold[node])
         stack += [(int(tree.right[node]), *right), (int(tree.left[node]), *left)]
+
+
+def _tested(policy: ir.AgentPolicy) -> list[str]:
+    """The features, and the sums that are tested, in words."""
+    names = [feature.name for feature in policy.features]
+    return names + [words(each, names, digits=3) for each in policy.tree.sums]
+
+
+def _does(policy: ir.AgentPolicy, leaf: int) -> str:
+    """The action of a leaf, or what it gives."""
+    chosen, names = int(policy.tree.action[leaf]), [feature.name for feature in policy.features]
+    if not policy.outputs:
+        return policy.actions[chosen].name
+    pairs = zip(policy.outputs, policy.tree.vectors[chosen], strict=True)
+    return ", ".join(f"{output.name} = {words(each, names, digits=3)}" for output, each in pairs)
 
 
 def _visits(tree: ir.Tree, node: int) -> str:
@@ -38,10 +54,10 @@ def _visits(tree: ir.Tree, node: int) -> str:
     return f", {percent(float(tree.visits[node] / max(1, visits)))} of {counted(visits, 'decision')}"
 
 
-def _condition(policy: ir.AgentPolicy, low: ir.Floats, high: ir.Floats) -> str:
+def _condition(tested: Sequence[str], low: ir.Floats, high: ir.Floats) -> str:
     parts = []
-    for feature, least, most in zip(policy.features, low, high, strict=True):
+    for name, least, most in zip(tested, low, high, strict=True):
         ends = [float(end) if np.isfinite(end) else None for end in (least, most)]
         if ends != [None, None]:
-            parts.append(within(feature.name, *ends, digits=3))
+            parts.append(within(name, *ends, digits=3))
     return "if " + " and ".join(parts) if parts else "always"

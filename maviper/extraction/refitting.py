@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import Any
 
 from codegen.errors import InputError
+from codegen.form.layout import layout
 from codegen.intervals import Share
 from codegen.ir import PolicyProfile
-from codegen.json_layout import layout
 from codegen.policy_json import content_hash
 from codegen.wording import counted
 from maviper.console import Console

@@ -9,7 +9,10 @@ from pathlib import Path
 
 from codegen import policy_json
 from codegen.ir import PolicyProfile
+from codegen.sum_rules import ensure_plain
 from maviper.files import kinds, runs
+
+READER = "this command"
 
 
 def version() -> str:
@@ -19,17 +22,19 @@ def version() -> str:
     return metadata.version("maviper")
 
 
-def load(path: str | Path) -> PolicyProfile:
+def load(path: str | Path, *, sums: bool = False) -> PolicyProfile:
     """The policy profile in a JSON file, checked. ProfileError (an InputError) with the path of the fault otherwise, or
-    an InputError that says which other document of ours the file is.
+    an InputError that says which other document of ours the file is. `sums`: whether the caller takes agents that test
+    sums or give numbers; else InputError for them.
     """
     data = runs.read(Path(path), policy_json.MAX_BYTES)
     kinds.ensure(data, str(path), kinds.PROFILE.called, kinds.PROFILE)
-    return policy_json.loads(data, Path(path).name)
+    profile = policy_json.loads(data, Path(path).name)
+    return profile if sums else ensure_plain(profile, READER)
 
 
 def find_profile(profile: PolicyProfile | str | Path | None, beside: Path) -> PolicyProfile:
     """A profile that is given, or that lies in a file; None: profile.json beside another file."""
     if profile is None:
         return load(beside.parent / runs.PROFILE_FILE)
-    return load(profile) if isinstance(profile, str | Path) else profile
+    return load(profile) if isinstance(profile, str | Path) else ensure_plain(profile, READER)

@@ -17,6 +17,7 @@ from codegen.errors import InputError
 from codegen.intervals import Share
 from codegen.lowering.render import render
 from codegen.policy_json import dumps
+from codegen.sum_rules import ensure_plain
 from maviper.episodes.on_policy import ON_POLICY_EPISODES, on_policy
 from maviper.evaluation.comparison import differing
 from maviper.files import runs
@@ -102,6 +103,8 @@ class Compared:
 
 def compare_profiles(first: ir.PolicyProfile, second: ir.PolicyProfile, region: str, asked: Any) -> Compared:
     """Where two profiles act differently, see `request`. InputError for profiles that cannot be compared."""
+    for profile in (first, second):
+        ensure_plain(profile, "diff")
     agents = asked.agents or _common(first, second)
     if unread(ensure(first)) and unread(ensure(second)) and first.world == second.world and first.world.reference:
         return _observed(first, second, agents, region, asked)

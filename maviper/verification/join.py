@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from codegen import ir
 from codegen.check import ensure
-from codegen.json_layout import layout
+from codegen.form.layout import layout
 from codegen.lowering.render import render
 from maviper.verification.bench import Bench
 from maviper.verification.files.places import region_file

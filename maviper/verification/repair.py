@@ -16,8 +16,9 @@ from typing import Any, Unpack
 from codegen import ir, policy_json
 from codegen.check import ensure
 from codegen.errors import InputError, visible
-from codegen.json_layout import layout
+from codegen.form.layout import layout
 from codegen.policy_json import content_hash
+from codegen.sum_rules import VERIFIER, ensure_plain
 from maviper.compilation import compile
 from maviper.evaluation.comparison import Cost, measure_cost, sizes_document
 from maviper.evaluation.held_out import evaluation
@@ -81,6 +82,7 @@ def repair_profile(
     """The repair of a profile, which a user calls `name`, by the property `claimed`, see `request`. InputError where it
     cannot be asked for.
     """
+    ensure_plain(before, VERIFIER)
     ensure_places(before.world, chain.from_iterable(policy.features for policy in before.agents))
     region = find_region(region_name, before)
     given = {name: getattr(asked, name) for name in PARAMETERS if getattr(asked, name) is not None}

@@ -17,6 +17,7 @@ from codegen import ir
 from codegen.check import ensure
 from codegen.errors import InputError
 from codegen.policy_json import dumps
+from codegen.sum_rules import VERIFIER, ensure_plain
 from maviper.files import runs
 from maviper.verification.ask import Asked, VerifyOptions, questions
 from maviper.verification.files.places import repeated
@@ -143,11 +144,11 @@ def verified(
 
 def results(profile: ir.PolicyProfile, options: VerifyOptions) -> list[AnyResult]:
     """The results alone. InputError for options that cannot be used."""
-    asked = questions(ensure(profile), runs.PROFILE_FILE, options.checked())
+    asked = questions(ensure_plain(ensure(profile), VERIFIER), runs.PROFILE_FILE, options.checked())
     return list(verified(profile, asked, options).results)
 
 
 def verified_system(profile: ir.PolicyProfile, options: VerifyOptions) -> Verified:
     """The verdicts on the claims of a world file, as `verified`."""
-    asked, stated = posed(profile, runs.PROFILE_FILE, options.checked())
+    asked, stated = posed(ensure_plain(profile, VERIFIER), runs.PROFILE_FILE, options.checked())
     return verified(profile, asked, options, stated=stated)

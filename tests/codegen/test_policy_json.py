@@ -9,7 +9,7 @@ from hypothesis import given
 from codegen import ir, policy_json
 from codegen.check import check
 from codegen.errors import ProfileError
-from codegen.schema import schema
+from codegen.form.schema import schema
 from tests.support.games import NAMES, random_profile
 from tests.support.strategies import profiles
 

@@ -8,7 +8,7 @@ Does not: check what it writes.
 from typing import Any
 
 from codegen.floats import rational_literal
-from codegen.json_layout import layout
+from codegen.form.layout import layout
 from verify.certificates.proofs import proof_lines
 from verify.checker.decisions.certificates import COMPARED, NAMED, NOISY, UNREAD, Certificate
 from verify.checker.envelope import body_hash

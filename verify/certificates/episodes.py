@@ -6,7 +6,7 @@ Does not: check what it writes.
 """
 
 from codegen.floats import rational_literal
-from codegen.json_layout import layout
+from codegen.form.layout import layout
 from verify.certificates.proofs import proof_lines
 from verify.checker.envelope import body_hash
 from verify.checker.episodes.certificates import EpisodeCertificate

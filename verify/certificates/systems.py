@@ -9,7 +9,7 @@ from collections.abc import Callable
 from typing import Any
 
 from codegen.floats import rational_literal
-from codegen.json_layout import layout
+from codegen.form.layout import layout
 from verify.certificates.proofs import proof_lines
 from verify.checker.covers.certificates import FORM as COVER_FORM
 from verify.checker.covers.certificates import AnyCertificate, CoverCertificate

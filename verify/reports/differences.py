@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from codegen.floats import rational_literal
+from codegen.form.layout import layout
 from codegen.intervals import Share
-from codegen.json_layout import layout
 from codegen.policy_json import content_hash
 from verify.claims.region import goal_text
 from verify.claims.uncertified.starts import called

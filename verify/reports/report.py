@@ -12,8 +12,8 @@ from typing import Any
 
 from codegen.errors import visible
 from codegen.floats import FLOAT32
+from codegen.form.layout import layout
 from codegen.ir import NO_FEATURE, PolicyProfile
-from codegen.json_layout import layout
 from codegen.lowering.render import render
 from codegen.policy_json import content_hash
 from verify.checker.thresholds import AT_ONCE

@@ -13,8 +13,8 @@ from typing import Any
 
 from codegen.errors import visible
 from codegen.floats import nearest_double, rational_literal
+from codegen.form.layout import layout
 from codegen.ir import PolicyProfile
-from codegen.json_layout import layout
 from codegen.lowering.render import brief, render
 from codegen.policy_json import content_hash
 from codegen.wording import counted

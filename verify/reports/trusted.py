@@ -12,14 +12,15 @@ CODEGEN = (
     "errors",
     "floats",
     "ir",
-    "json_fault",
-    "json_layout",
     "legality",
     "paths",
     "policy_json",
     "region",
-    "schema",
+    "sum_rules",
+    "sums",
+    "world",
 )
+FORM = {"codegen/form": ("fault", "layout", "nodes", "schema")}
 CLAIMS = (
     "claim",
     "decisions",
@@ -38,9 +39,10 @@ CHECKER = {
     "verify/checker/decisions": ("certificates", "walk"),
 }
 VERIFY = ("exact", "kinds", "semantics")
-DECISIONS = {"codegen": CODEGEN, "verify": VERIFY, **CHECKER, "verify/claims": CLAIMS}
+DECISIONS = {"codegen": CODEGEN, **FORM, "verify": VERIFY, **CHECKER, "verify/claims": CLAIMS}
 EPISODES = {
     "codegen": CODEGEN,
+    **FORM,
     "verify": VERIFY,
     **CHECKER,
     "verify/checker/episodes": ("certificates", "contact_reading", "contacts", "reading", "walk"),
@@ -48,6 +50,7 @@ EPISODES = {
 }
 SYSTEMS = {
     "codegen": CODEGEN,
+    **FORM,
     "verify": VERIFY,
     "verify/checker": ("envelope", "reading", "thresholds"),
     "verify/checker/systems": ("certificates", "reading", "rows", "trees", "walk"),
@@ -60,7 +63,7 @@ COVERS = {
     "verify/systems": (*SYSTEMS["verify/systems"], "regions"),
 }
 REFEREE = {
-    "codegen": ("errors", "floats", "ir", "observe", "region"),
+    "codegen": ("errors", "floats", "ir", "observe", "region", "sum_rules", "sums", "world"),
     "verify": (*VERIFY, "question", "subjects"),
     "verify/claims": (
         "claim",

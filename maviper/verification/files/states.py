@@ -23,8 +23,8 @@ import msgspec
 import numpy as np
 
 from codegen.errors import InputError, shown
+from codegen.form.layout import layout
 from codegen.ir import GrownTree, PolicyProfile, Provenance
-from codegen.json_layout import layout
 from codegen.policy_json import content_hash
 from maviper.episodes.trees import agent_policies
 from maviper.files import kinds, runs

@@ -10,7 +10,9 @@ from typing import Any, Literal
 import msgspec
 
 SCHEMA_VERSION = 1
+SUMS_VERSION = 2  # of profiles in which any agent has sums or outputs, and of no others
 Number = float | int | str
+SumJson = list[tuple[float, str | None]]  # [weight, feature], or [constant, null], in the order of the additions
 
 
 class _Strict(msgspec.Struct, forbid_unknown_fields=True):
@@ -32,15 +34,18 @@ class SplitJson(_Strict):
 
 class NodeJson(_Strict, omit_defaults=True):
     """Either a split (feature, threshold, left, right, and float32 where that is compared) or a leaf (action; visits:
-    its decisions in held-out episodes, of all leaves or of none).
+    its decisions in held-out episodes, of all leaves or of none). A split may have a sum in place of feature and
+    float32, a leaf outputs in place of action: a sum for each output of the agent.
     """
 
     feature: str | None = None
+    sum: SumJson | None = None
     threshold: float | None = None
     float32: str | None = None
     left: int | None = None
     right: int | None = None
     action: str | None = None
+    outputs: list[SumJson] | None = None
     visits: int | None = None
 
 
@@ -69,6 +74,15 @@ class ActionJson(_Strict):
     effect: tuple[float, float] | None
     legal_if: str = ""
     label: int | float | str | None = None
+
+
+class OutputJson(_Strict):
+    """A number that an agent gives, clipped to low and high; null: no bound."""
+
+    name: str
+    unit: str
+    low: float | None
+    high: float | None
 
 
 class EntityJson(_Strict):
@@ -105,7 +119,9 @@ class WorldJson(_Strict):
 
 
 class AgentJson(_Strict):
-    """`numbers`: what the agent observes and compares."""
+    """`numbers`: what the agent observes and compares. Of agents with sums or outputs also `arithmetic`, which sums are
+    computed in, and of those that give numbers `outputs`, rounded to what the agent `gives`; these have no actions.
+    """
 
     agent: str
     team: str
@@ -114,6 +130,9 @@ class AgentJson(_Strict):
     tree: list[NodeJson]
     grown: GrownJson | None
     numbers: Literal["float32", "float64"] = "float32"
+    arithmetic: Literal["double sums", "float32 steps", "float64"] | None = None
+    gives: Literal["float32", "float64"] = "float32"
+    outputs: list[OutputJson] = []
 
 
 class ProvenanceJson(_Strict):

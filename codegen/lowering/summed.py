@@ -1,0 +1,117 @@
+"""Trees with sums in the emission model.
+
+Does: names their parts: terms, tests of sums, what leaves give, and the lines of nested ifs that these make.
+Assumes: `summing` made them.
+Does not: look anything up in a profile, or hold text of any language.
+"""
+
+from dataclasses import dataclass
+from typing import Literal
+
+from codegen.floats import FLOAT32
+from codegen.lowering.parts import Action, Double, Feature, Node
+from codegen.sums import DOUBLE_SUMS, FLOAT32_STEPS
+
+
+@dataclass(frozen=True)
+class Term:
+    """A term of a sum: `size` times the feature, added or subtracted."""
+
+    sign: str  # "+" or "-"
+    size: Double | None  # without its sign; None: 1
+    feature: Feature | None  # None: the term is its size
+
+
+@dataclass(frozen=True)
+class Output:
+    """A number that an agent gives, and its bounds in the numbers that it is rounded to."""
+
+    index: int
+    name: str
+    upper: str
+    unit: str
+    low: Double | None
+    high: Double | None
+
+
+@dataclass(frozen=True)
+class Given:
+    """What a leaf gives for an output: a sum, or a number that is clipped and rounded already."""
+
+    output: Output
+    terms: tuple[Term, ...]
+    number: Double | None
+
+
+@dataclass(frozen=True)
+class SumNode:
+    """A node of a tree with sums: `single` where it tests one feature, else the terms of the sum that it tests."""
+
+    id: int
+    single: Node | None
+    terms: tuple[Term, ...]
+    threshold: Double | None  # of the sum
+    shown: str  # the test as people read it, for comments
+    action: Action | None
+    given: tuple[Given, ...]
+    left: int
+    right: int
+
+    @property
+    def split(self) -> bool:
+        """Whether it tests anything."""
+        return self.action is None and not self.given
+
+
+@dataclass(frozen=True)
+class SumLine:
+    """A line of nested-if code, as `Line`."""
+
+    kind: Literal["if", "else", "end", "leaf"]
+    level: int
+    node: SumNode
+
+    def pad(self, width: int = 4, outer: int = 1) -> str:
+        """The space before it, within `outer` levels of other code."""
+        return " " * width * (self.level + outer)
+
+
+@dataclass(frozen=True)
+class Summed:
+    """A tree whose tests or leaves have sums."""
+
+    arithmetic: str
+    gives: str
+    outputs: tuple[Output, ...]  # (): leaves take actions
+    nodes: tuple[SumNode, ...]
+    lines: tuple[SumLine, ...]
+
+    @property
+    def doubled(self) -> bool:
+        """Whether float32 observations are added as doubles."""
+        return self.arithmetic == DOUBLE_SUMS
+
+    @property
+    def stepwise(self) -> bool:
+        """Whether each operation is rounded to float32."""
+        return self.arithmetic == FLOAT32_STEPS
+
+    @property
+    def gives_single(self) -> bool:
+        """Whether outputs are float32."""
+        return self.gives == FLOAT32
+
+    @property
+    def kind(self) -> str:
+        """The C type of outputs."""
+        return "float" if self.gives_single else "double"
+
+    @property
+    def splits(self) -> int:
+        """How many nodes test something."""
+        return sum(node.split for node in self.nodes)
+
+    @property
+    def blank(self) -> bool:
+        """Whether no node reads the observation."""
+        return not self.splits and not any(each.terms for node in self.nodes for each in node.given)

@@ -1,0 +1,68 @@
+"""The world that a profile was learned in: entities, variables, and how they move.
+
+Does: frozen data, and the names of all coordinates.
+Assumes: lengths are in the world's own unit.
+Does not: move anything (dynamics.py), or judge numbers (check.py).
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Final
+
+GOAL: Final = "goal"  # in coordinates: the landmark that is the goal
+
+
+@dataclass(frozen=True)
+class EntitySpec:
+    """An agent or a landmark: `force` is the acceleration of a unit action (length / s^2), 0 for what cannot move."""
+
+    name: str
+    size: float  # radius
+    force: float
+    max_speed: float | None  # length / s
+    collides: bool
+    start: tuple[float, float] | None = None  # bounds of its start position on each axis; None: the world's
+
+
+@dataclass(frozen=True)
+class VariableSpec:
+    """A coordinate that belongs to no entity, such as an angle, and what it ranges over (in `unit`)."""
+
+    name: str  # such as "angle", or "agent_0.angle"
+    unit: str
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class WorldSpec:
+    """The world that a profile was learned in: its entities and dynamics.
+
+    A step of `dt` seconds moves every position with the old velocity, then damps the velocity by the share `damping`,
+    adds dt * (force * effect of the action + contacts) and cuts the speed at `max_speed`. Entities that collide push
+    each other apart by contact_force * contact_margin * log(1 + exp(overlap / contact_margin)). Episodes start at rest,
+    uniform in [start_low, start_high], and last `episode_steps` steps. `options` make this variant of the game.
+    """
+
+    name: str
+    reference: str  # the environment that is the truth, e.g. "mpe2.simple_adversary_v3"
+    agents: tuple[EntitySpec, ...]
+    landmarks: tuple[EntitySpec, ...]
+    goals: tuple[str, ...]  # landmarks that the coordinates "goal.x", "goal.y" may stand for; empty: no goal
+    dt: float
+    damping: float
+    start_low: float
+    start_high: float
+    episode_steps: int
+    contact_force: float = 0.0
+    contact_margin: float = 0.0
+    options: Mapping[str, int | str] = field(default_factory=lambda: MappingProxyType({}))
+    variables: tuple[VariableSpec, ...] = ()
+
+    def coordinates(self) -> tuple[str, ...]:
+        """Names of all coordinates: positions of agents, landmarks and the goal, agents' velocities, variables."""
+        places = [entity.name for entity in self.agents + self.landmarks] + ([GOAL] if self.goals else [])
+        position = [f"{name}.{axis}" for name in places for axis in "xy"]
+        velocity = [f"{agent.name}.v{axis}" for agent in self.agents for axis in "xy"]
+        return (*position, *velocity, *(variable.name for variable in self.variables))
