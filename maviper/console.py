@@ -9,7 +9,7 @@ Does not: decide anything.
 import math
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from contextlib import ExitStack, contextmanager
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -78,7 +78,7 @@ class Console:
         return click.style(line[: len(label)], fg=COLOURS[label], bold=True) + line[len(label) :]
 
     @contextmanager
-    def busy(self, label: str, text: str) -> Iterator[None]:
+    def busy(self, label: str, text: str) -> Generator[None]:
         """On a terminal, a line that moves while something without steps goes on; it is gone afterwards."""
         if self.quiet or self.of or not sys.stderr.isatty():
             yield
@@ -87,7 +87,7 @@ class Console:
             yield
 
     @contextmanager
-    def following(self, label: str) -> Iterator[Callable[[int, int, str], None]]:
+    def following(self, label: str) -> Generator[Callable[[int, int, str], None]]:
         """A stage whose live line appears once something is told of it: how much is done, of at most, and words."""
         with ExitStack() as stack:
             lines: list[LiveLine] = []
@@ -101,7 +101,7 @@ class Console:
             yield listener
 
     @contextmanager
-    def live(self, label: str, total: int, begun: int = 0) -> Iterator["LiveLine"]:
+    def live(self, label: str, total: int, begun: int = 0) -> Generator["LiveLine"]:
         """A stage with a live line. `begun`: how much was done before it began."""
         if self.quiet or self.of or not self.rich.is_terminal:
             yield LiveLine(self, label, total, begun)

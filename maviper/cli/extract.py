@@ -7,7 +7,7 @@ Does not: know how trees are grown.
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Unpack
+from typing import Unpack, cast
 
 import click
 
@@ -57,6 +57,6 @@ def _command(context: click.Context, expert: str, options: Mapping[str, object])
         f"--{name.replace('_', '-')} {value}"
         for name, values in sorted(options.items())
         if context.get_parameter_source(name) is click.core.ParameterSource.COMMANDLINE
-        for value in (values if isinstance(values, tuple) else (values,))
+        for value in (cast("tuple[object, ...]", values) if isinstance(values, tuple) else (values,))
     ]
     return " ".join(["maviper extract", expert, *(text for text in said if not text.startswith("--resume"))])

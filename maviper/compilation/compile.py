@@ -46,7 +46,7 @@ class Compiled:
     elsewhere: str = ""  # why no episode was replayed, where the game is none of ours: nothing that failed
     notes: tuple[str, ...] = ()  # what each pass did before
     proofs: "Proofs | None" = None  # None: not asked
-    beside: Mapping[str, str | bytes] = field(default_factory=dict)  # test vectors and proofs
+    beside: Mapping[str, str | bytes] = field(default_factory=dict[str, str | bytes])  # test vectors and proofs
 
     @cached_property
     def files(self) -> Mapping[str, str | bytes]:
@@ -101,7 +101,8 @@ def asked(made: Build) -> list[Agreement]:
         return []
     from verify.solver.solve import false_facts
 
-    model, found = made.model, []
+    model = made.model
+    found: list[Agreement] = []
     for policy, agent in zip(made.profile.agents, model.agents, strict=True):
         rows = selfcheck.observations(policy, random=1_000)
         rows = rows[:: 1 + len(rows) // SOLVER_ROWS]
@@ -145,7 +146,7 @@ def _driven(made: Build, world: World, episodes: Episodes, seeds: range) -> list
             "",
             "this is a bug; nothing was written",
         )
-    found = []
+    found: list[Agreement] = []
     for agent, policy in enumerate(profile.agents):
         rows = episodes.observations[agent].reshape(-1, len(policy.features))
         wanted, given = episodes.actions[..., agent].ravel(), again.actions[..., agent].ravel()

@@ -62,7 +62,7 @@ def run_passes(profile: ir.PolicyProfile, names: Sequence[str], region: str | No
 
 def _said(before: ir.PolicyProfile, after: ir.PolicyProfile) -> str:
     """Leaves and longest paths of each agent before and after."""
-    parts = []
+    parts: list[str] = []
     for old, new in zip(before.agents, after.agents, strict=True):
         leaves = [len(ir.leaves(policy.tree)) for policy in (old, new)]
         levels = [int(ir.depth(policy.tree).max()) for policy in (old, new)]

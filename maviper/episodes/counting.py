@@ -67,7 +67,8 @@ class Counting:
 
     def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
         """As `Controller.act`."""
-        acting, chosen = self.world.alive(state), []
+        acting = self.world.alive(state)
+        chosen: list[Int] = []
         for agent in agents:
             tree, rows = self.trees[agent], observations[agent]
             leaf = ir.apply(tree, rows)

@@ -18,7 +18,7 @@ def agent_policies(
     world: World, grown: Sequence[GrownTree], agents: Sequence[int] | None = None
 ) -> tuple[ir.AgentPolicy, ...]:
     """The grown trees of some agents (None: of all) as deployed policies."""
-    found = []
+    found: list[ir.AgentPolicy] = []
     for agent, tree in zip(range(len(world.agents)) if agents is None else agents, grown, strict=True):
         name = world.agents[agent]
         given = (world.features[agent], world.actions[agent], deployed(tree), tree)

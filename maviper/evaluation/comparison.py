@@ -106,7 +106,8 @@ def measure_cost(
         return Cost(uniform, exact, None, NO_WORLD)
     seeds = range(measures.MEASUREMENT_SEEDS, measures.MEASUREMENT_SEEDS + episodes)
     others: Controller = tree_policies(before.agents) if expert is None else expert.controller
-    tables, met = [], None
+    tables: list[dict[Measure, ir.Float64]] = []
+    met = None
     for profile in (before, after):
         own = tree_policies(profile.agents)
         lineup = [own if policy.team == team else others for policy in profile.agents]
@@ -141,7 +142,7 @@ def sizes_document(before: ir.PolicyProfile, after: ir.PolicyProfile, agents: Se
 
 def say_sizes(before: ir.PolicyProfile, after: ir.PolicyProfile, agents: Sequence[str]) -> str:
     """Leaves and depth of each agent before and after, in words."""
-    parts = []
+    parts: list[str] = []
     for agent, found in sizes_document(before, after, agents).items():
         leaves, depth = (f"{found['before'][part]} to {found['after'][part]}" for part in ("leaves", "depth"))
         parts.append(f"{agent} {leaves} leaves, depth {depth}")

@@ -126,7 +126,8 @@ class Stage:
 
     def play(self, lineup: Lineup, watch: Watch | None = None) -> Float64:
         """Plays a line-up; what `watch` saw in its episodes, [..., n]."""
-        values, seen = [], []
+        values: list[Float64] = []
+        seen: list[Float64] = []
         for episodes in self._episodes(lineup):
             rows = measures.table(self.world, episodes)
             rows |= dict(zip(self.world.beside, self.world.values_beside(episodes.states[1:]), strict=True))

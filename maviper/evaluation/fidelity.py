@@ -68,7 +68,7 @@ def fidelity(profile: ir.PolicyProfile, world: World, episodes: Episodes) -> tup
     observations, state = points(episodes)
     wanted = labels(expert.controller, observations, state)  # pyright: ignore[reportArgumentType]
     alive = episodes.alive.reshape(wanted.shape)
-    found = []
+    found: list[Fidelity] = []
     for agent, (policy, seen) in enumerate(zip(profile.agents, observations, strict=True)):
         mine, asked = alive[:, agent], wanted[alive[:, agent], agent]
         leaf = ir.apply(policy.tree, seen[mine])

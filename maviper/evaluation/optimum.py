@@ -120,7 +120,7 @@ def _matched(world: Coordination, chances: Sequence[Float64]) -> list[int]:
         (1 - world.all_or_nothing) * count / len(world.agents) * each[:, :, 0].mean(axis=1)
         for count, each in zip(members, chances, strict=True)
     ]
-    paid = [0, *np.flatnonzero(shares[1:]) + 1]  # roles that are worth anything
+    paid = np.array([0, *np.flatnonzero(shares[1:]) + 1])  # roles that are worth anything
     used = [each[:, :, paid].reshape(len(each), -1) for each in chances]
     kept = [_undominated(each) for each in used]
     kinds = [

@@ -51,7 +51,8 @@ class Evaluation:
     episodes: int
     against: Mapping[str, tuple[Standing, ...]]  # opponents' name -> every measure of every team against them
     trees: Mapping[str, TreeFacts]  # agent -> its tree, where it has one
-    why: Mapping[str, tuple[Causes, ...]] = field(default_factory=dict)  # as `against`, where it was asked for
+    # as `against`, where it was asked for
+    why: Mapping[str, tuple[Causes, ...]] = field(default_factory=dict[str, tuple[Causes, ...]])
 
 
 @dataclass(frozen=True)
@@ -98,7 +99,7 @@ def evaluate(
         watches |= {key(experts): lambda met: decisions(placed, met, met.actions)} if experts else {}
         lineups |= {key(lineup): lineup for lineup in (own, experts) if lineup}
     stage = Stage(world, range(measures.MEASUREMENT_SEEDS, measures.MEASUREMENT_SEEDS + episodes))
-    seen = {}
+    seen: dict[Key, ir.Float64] = {}
     for name, lineup in lineups.items():
         seen[name] = stage.play(lineup, watches.get(name))
         on_played(len(seen), len(lineups))
@@ -157,7 +158,7 @@ def request(text: str, **options: Unpack[EvaluateOptions]) -> Request:
         raise InputError("random is not an expert", "--expert", "to play against it, use --against random")
     known = [subject, *replaced.values()]
     origins = {player.origin for player in known if player.trees}
-    notes = []
+    notes: list[str] = []
     if expert is None and len(origins) == 1 and "" not in origins:
         (origin,) = origins
         alike = [player for player in known if player.id == origin]

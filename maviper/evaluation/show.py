@@ -55,7 +55,7 @@ def _visits(tree: ir.Tree, node: int) -> str:
 
 
 def _condition(tested: Sequence[str], low: ir.Floats, high: ir.Floats) -> str:
-    parts = []
+    parts: list[str] = []
     for name, least, most in zip(tested, low, high, strict=True):
         ends = [float(end) if np.isfinite(end) else None for end in (least, most)]
         if ends != [None, None]:

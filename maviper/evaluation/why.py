@@ -42,12 +42,12 @@ def causes(world: World, cast: Cast, seeds: range) -> tuple[Causes, ...]:
     """The terms of every measure of the cast's team, where play can be branched (`ensure_branched`)."""
     expert = cast.expert
     assert expert is not None
-    parts = []
+    parts: list[tuple[Float64, Float64, Float64]] = []
     for low in range(0, len(seeds), AT_ONCE):
         parts.append(_Branches(world, cast, expert, seeds[low : low + AT_ONCE]).terms())
     gap, advantages, alone = (np.concatenate(each, axis=-1) for each in zip(*parts, strict=True))
     shift, interaction = (advantages - alone).sum(axis=0), gap - advantages.sum(axis=0)
-    found = []
+    found: list[Causes] = []
     for row, measure in enumerate(_measures(world, cast.team)):
         agents = {agent: _mean(own[row]) for agent, own in zip(cast.alone, alone, strict=True)}
         whole, individual = _mean(gap[row]), _mean(alone.sum(axis=0)[row])

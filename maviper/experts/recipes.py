@@ -70,7 +70,7 @@ class Request:
 
     algorithm: str = ""  # "": the recipe's
     recipe: str = DEFAULT
-    overrides: Mapping[str, Any] = field(default_factory=dict)
+    overrides: Mapping[str, Any] = field(default_factory=dict[str, Any])
     device: str = "cpu"
     against: tuple[str, ...] = ()  # experts that the learner meets
     begin: NetworkExpert | None = None  # whose actors the training starts from; None: random ones
@@ -103,7 +103,7 @@ def settings(world: World, request: Request, kind: type) -> Any:
     if request.recipe == DEFAULT:
         general = CHOSEN.get((world.spec.name, request.algorithm), {})
         chosen = CHOSEN.get((world.name, request.algorithm), general)
-    types = {item.name: type(item.default) for item in fields(kind)}
+    types: dict[str, type] = {item.name: type(item.default) for item in fields(kind)}
     given = {name: _value(name, value, types) for name, value in request.overrides.items()}
     found = kind(**{**chosen, **given})
     _check(asdict(found), world)

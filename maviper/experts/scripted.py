@@ -132,7 +132,7 @@ class SplitUp(Scripted):
         n_agents = len(self.agents)
         gaps = distances(position[1:n_agents, None], position[None, n_agents:])
         busiest = gaps.sum(axis=0).argmin(axis=0)
-        chosen = []
+        chosen: list[Int] = []
         for agent in agents:
             landmark = busiest if agent == 0 else np.full(len(state), agent - 1)
             target = np.take_along_axis(position[n_agents:], landmark[None, None], axis=0)[0]
@@ -152,7 +152,7 @@ class Assignment(Scripted):
         n_agents = len(self.agents)
         gaps = squared_distances(position[:n_agents, None], position[None, n_agents:]).transpose(2, 0, 1)
         landmark = np.array([linear_sum_assignment(gap)[1] for gap in gaps], dtype=np.int64).reshape(-1, n_agents)
-        chosen = []
+        chosen: list[Int] = []
         for agent in agents:
             target = np.take_along_axis(position[n_agents:], landmark[None, None, :, agent], axis=0)[0]
             chosen.append(self._landing(agent, target - position[agent], velocity[agent]))
@@ -181,7 +181,7 @@ class Chase(Scripted):
         spec = self.world.spec
         hunters, prey = self.world.members(PREDATORS), self.world.members(PREY)
         ahead = position[: len(self.agents)] + HELD * spec.dt * velocity
-        chosen = []
+        chosen: list[Int] = []
         for agent in agents:
             reached = self._held(agent, position[agent], velocity[agent])  # [n_actions, 2, batch]
             if agent in hunters:

@@ -9,7 +9,7 @@ Does not: change the folder.
 import contextlib
 import errno
 import os
-from collections.abc import Iterator
+from collections.abc import Generator
 from pathlib import Path
 
 from codegen.errors import InputError
@@ -22,7 +22,7 @@ except ImportError:  # Windows
 
 
 @contextlib.contextmanager
-def working_alone(folder: Path) -> Iterator[None]:
+def working_alone(folder: Path) -> Generator[None]:
     """Holds the folder of a run that was claimed. InputError while another process, or thread, holds it."""
     opened = None
     try:

@@ -10,7 +10,7 @@ import itertools
 import os
 import re
 import shutil
-from collections.abc import Iterator
+from collections.abc import Generator
 from pathlib import Path
 from typing import BinaryIO
 
@@ -25,7 +25,7 @@ _swept: set[str] = set()  # folders that this process has looked through
 
 
 @contextlib.contextmanager
-def scratch_file(target: Path) -> Iterator[tuple[Path, BinaryIO]]:
+def scratch_file(target: Path) -> Generator[tuple[Path, BinaryIO]]:
     """An empty file beside `target`, open for writing; what is left of it at the end is removed. OSError."""
     place = _named(target)  # before it is made, so that an interruption at any point knows what to remove
     lock = None
@@ -46,7 +46,7 @@ def scratch_file(target: Path) -> Iterator[tuple[Path, BinaryIO]]:
 
 
 @contextlib.contextmanager
-def scratch_folder(target: Path) -> Iterator[Path]:
+def scratch_folder(target: Path) -> Generator[Path]:
     """As `scratch_file`, a folder beside `target`."""
     place = _named(target)
     lock = None

@@ -40,8 +40,9 @@ def curves(context: Context) -> Section:
     for game, expert in context.places():
         series: dict[str, list[Point]] = {}
         for algorithm in COMPARED:
-            rounds = _rounds(context, Place(game, expert, depth=MAIN_DEPTH), algorithm)[:1]
-            points = [_step(step) for step in (rounds[0] if rounds else []) if not step.get("part")]
+            histories = _rounds(context, Place(game, expert, depth=MAIN_DEPTH), algorithm)
+            first: Rounds = histories[0] if histories else []
+            points = [_step(step) for step in first if not step.get("part")]
             series[algorithm] = [point for point in points if point is not None]
         if any(series.values()):
             picture = figures.lines(f"{game}, {expert}", "episodes", series, None)
@@ -106,7 +107,7 @@ def _bought(histories: Sequence[Rounds], team: str) -> list[Point]:
     """The mean over seeds at each budget that all seeds reached; an extraction that ended keeps what it had."""
     if any(step.get("part") for rounds in histories for step in rounds):
         return []
-    found = []
+    found: list[Point] = []
     for budget in BUDGETS:
         within = [[step for step in rounds if step["episodes"] <= budget] for rounds in histories]
         best = [steps[-1].get(f"best {team}") for steps in within if steps]
@@ -118,11 +119,11 @@ def _bought(histories: Sequence[Rounds], team: str) -> list[Point]:
 
 def _spending(context: Context, place: Place, algorithm: str) -> list[list[str]]:
     """What whole extractions of one algorithm spent, and a row for the held-out ratio of each team."""
-    spent = []
+    spent: list[int] = []
     for rounds in _rounds(context, place, algorithm):
         last = {step.get("part", 0): step["episodes"] for step in rounds}
         spent.append(sum(last.values()))
-    rows = []
+    rows: list[list[str]] = []
     for measure in _primary(place.game, place.world.teams).values() if spent else ():
         here = Place(place.game, place.expert, depth=place.depth, measure=measure)
         ratio, told = ratio_row(context, register.JOINT, here, algorithm)

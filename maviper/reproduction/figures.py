@@ -8,6 +8,7 @@ Does not: know where numbers come from.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from codegen.lowering.render import render
 
@@ -45,9 +46,11 @@ NAMES = {
     "imitation": "Imitation DT",
     "fitted-q": "Fitted Q",
     "expert": "expert",
+    "maviper-no-prediction": "no prediction",
+    "maviper-iviper-resampling": "IVIPER resampling",
+    "viper": "VIPER",
+    "rgmdt": "RGMDT, after the description",
 }
-NAMES |= {"maviper-no-prediction": "no prediction", "maviper-iviper-resampling": "IVIPER resampling", "viper": "VIPER"}
-NAMES |= {"rgmdt": "RGMDT, after the description"}
 
 
 def named(algorithm: str) -> str:
@@ -98,7 +101,7 @@ def lines(title: str, x_label: str, series: dict[str, list[Point]], reference: f
     def down(value: float) -> float:
         return round(bottom - PLOT * (min(max(value, low), high) - low) / (high - low), 2)
 
-    drawn = []
+    drawn: list[dict[str, Any]] = []
     for place, (name, points) in enumerate(shown.items()):
         apart = APART * (place - (len(shown) - 1) / 2) if len(xs) <= MAX_TICKS else 0.0
         at = [round(_across(point.x, xs) + apart, 2) for point in points]
@@ -140,7 +143,7 @@ def dots(title: str, x_label: str, rows: Sequence[tuple[str, str, Point]]) -> st
     def right(value: float) -> float:
         return round(left + (RIGHT - left) * (min(max(value, low), high) - low) / (high - low), 2)
 
-    placed = []
+    placed: list[dict[str, Any]] = []
     for k, (label, name, point) in enumerate(shown):
         ends = [right(end) for end in point.ends] or [None, None]
         where = {"x": right(point.value), "y": TOP + ROW * k + ROW // 2, "low": ends[0], "high": ends[1]}

@@ -72,7 +72,7 @@ def features(context: Context) -> Section:
 
 
 def _names(context: Context, rows: list[Row], agent: str) -> list[str]:
-    told = context.book.results.facts(rows[0].cell).get("importances", {}) if rows else {}
+    told: dict[str, Any] = context.book.results.facts(rows[0].cell).get("importances", {}) if rows else {}
     return list(told.get(agent, {}).get(IMPURITY, {}))
 
 
@@ -118,7 +118,8 @@ def exploitability(context: Context) -> Section:
     for (game, expert), depth in product(context.places(), context.book.results.known("depth", kind=EXPLOITABILITY)):
         place = Place(game, expert, depth=depth)
         for team in place.world.teams:
-            rows, dots = [], []
+            rows: list[list[str]] = []
+            dots: list[tuple[str, str, Point]] = []
             for algorithm in context.book.results.known("algorithm", kind=EXPLOITABILITY, game=game, expert=expert):
                 told = _exploited(context, place, algorithm, team)
                 if told is not None:
@@ -249,7 +250,7 @@ def released(context: Context) -> Section:
     )
     made = Collected()
     for game, expert in context.places():
-        rows = []
+        rows: list[list[str]] = []
         for measure, algorithm in product(MEASURES.get(game, ())[:2], COMPARED):
             here = [
                 _joint(context, Place(game, expert, preset, MAIN_DEPTH, measure), algorithm)
@@ -282,7 +283,7 @@ def splits(context: Context) -> Section:
     """MAVIPER with every threshold beside histograms, one cell a game."""
     lead = "MAVIPER at depth 4, one seed: every threshold beside thresholds from histograms. Intervals are of episodes."
     made = Collected()
-    rows = []
+    rows: list[list[str]] = []
     for game, expert in context.places():
         for measure in MEASURES.get(game, ())[:2]:
             place = Place(game, expert, depth=MAIN_DEPTH, measure=measure, splits=EXACT)
@@ -296,7 +297,8 @@ def splits(context: Context) -> Section:
 
 
 def _both(context: Context, place: Place, seeds: list[int]) -> list[str]:
-    values, seconds = [], []
+    values: list[str] = []
+    seconds: list[str] = []
     for kind in (EXACT, HISTOGRAM):
         here = replace(place, splits=kind)
         rows = context.finder.rows(here, "maviper")

@@ -96,12 +96,13 @@ def less(ours: Parts, theirs: Parts) -> list[Part]:
 def estimated(results: Results, parts: Parts) -> tuple[Estimate, int, int]:
     """What parts amount to, with the numbers of seeds and of episodes for each. KeyError where a cell lacks values."""
     rows = [part.ours.rows(results) for part in parts]
-    common = [np.array(sorted(set.intersection(*(set(of[k][0]) for of in rows)))) for k in range(len(rows[0]))]
+    seeds = (set[float].intersection(*(set(of[k][0].tolist()) for of in rows)) for k in range(len(rows[0])))
+    common: list[Float64] = [np.array(sorted(each)) for each in seeds]
     length = min(map(len, common))
     if not length:
         raise KeyError("no common episodes")
     common = [each[:length] for each in common]
-    terms = []
+    terms: list[Term] = []
     for part, ours in zip(parts, rows, strict=True):
         theirs = None if part.theirs is None else _at(part.theirs.rows(results), common)
         terms.append(Term(part.weight, _at(ours, common), theirs, part.mode))
@@ -111,7 +112,7 @@ def estimated(results: Results, parts: Parts) -> tuple[Estimate, int, int]:
 
 def _at(rows: Sequence[tuple[Float64, Float64]], episodes: Sequence[Float64]) -> Float64:
     """The values in the episodes wanted of each seed, [seeds, episodes]."""
-    found = []
+    found: list[Float64] = []
     for (seeds, values), wanted in zip(rows, episodes, strict=True):
         places = np.searchsorted(seeds, wanted)
         if places.max() >= len(seeds) or not np.array_equal(seeds[places], wanted):
@@ -207,7 +208,7 @@ class Finder:
 
     def seeds(self, place: Place, algorithms: Iterable[str], kind: str = EXTRACTION) -> list[int]:
         """The seeds that all of some algorithms have; KeyError where there is none."""
-        common = set.intersection(*(set(self.rows(place, each, kind)) for each in algorithms))
+        common = set[int].intersection(*(set(self.rows(place, each, kind)) for each in algorithms))
         if not common:
             raise KeyError("no cells")
         return sorted(common)
@@ -307,7 +308,8 @@ class Finder:
     def responder(self, cell: str, team: str) -> str:
         """The responder that is best on the episodes to choose on, of those that are also reported."""
         values, measure = self.results.values(cell), self.worth(cell, team)
-        start, tried = f"{team}:", {}
+        start = f"{team}:"
+        tried: dict[str, float] = {}
         for lineup, of in values:
             name = lineup.removeprefix(start).removesuffix(CHOSEN_ON)
             if of == measure and lineup.startswith(start) and lineup.endswith(CHOSEN_ON):

@@ -123,7 +123,7 @@ def _counts(judged: Sequence[Verdict]) -> str:
 def _shown(verdict: Verdict) -> dict[str, Any]:
     """A verdict as the page shows it."""
     claim, paper = verdict.claim, verdict.claim.published
-    rows = []
+    rows: list[list[str]] = []
     for each in verdict.comparisons:
         shown = sections.shown(each.number)
         beside = [each.size, verdicts.UNTESTABLE if each.untestable else ""]

@@ -53,12 +53,12 @@ class Results:
     folder: Path
     rows: tuple[Row, ...]
     higher: Mapping[str, bool]
-    _values: dict[str, dict[tuple[str, str], Values]] = field(default_factory=dict)
-    _facts: dict[str, dict[str, Any]] = field(default_factory=dict)
+    _values: dict[str, dict[tuple[str, str], Values]] = field(default_factory=dict[str, dict[tuple[str, str], Values]])
+    _facts: dict[str, dict[str, Any]] = field(default_factory=dict[str, dict[str, Any]])
 
     def cells(self, **wanted: Any) -> list[Row]:
         """The cells whose columns are as wanted; a list, tuple or set stands for any of its values."""
-        found = []
+        found: list[Row] = []
         for row in self.rows:
             if all(_fits(getattr(row, column), value) for column, value in wanted.items()):
                 found.append(row)

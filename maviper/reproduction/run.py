@@ -102,8 +102,8 @@ class Reproduced:
 
     plan: Plan
     made: int = 0  # by this call
-    failed: dict[str, str] = field(default_factory=dict)  # cell, in words -> message
-    lines: list[str] = field(default_factory=list)
+    failed: dict[str, str] = field(default_factory=dict[str, str])  # cell, in words -> message
+    lines: list[str] = field(default_factory=list[str])
 
     @property
     def code(self) -> ExitCode:

@@ -93,9 +93,9 @@ class Context:
 class Collected:
     """Figures, tables and what is missing, while a section is made."""
 
-    figures: list[Figure] = field(default_factory=list)
-    tables: list[Table] = field(default_factory=list)
-    missing: list[str] = field(default_factory=list)
+    figures: list[Figure] = field(default_factory=list[Figure])
+    tables: list[Table] = field(default_factory=list[Table])
+    missing: list[str] = field(default_factory=list[str])
 
     def section(self, name: str, title: str, lead: str, otherwise: str = "") -> Section:
         """The section. `otherwise`: how to run it where nothing was found."""
@@ -243,7 +243,7 @@ def robustness(context: Context) -> Section:
 def _average(context: Context, expert: str) -> list[Table]:
     """Table 1: means over all opponents."""
     told = context.known.tables["average"]
-    rows = []
+    rows: list[list[str]] = []
     for row in told["rows"]:
         measure = context.known.tables[row["game"]][row["side"]]["measure"]
         place = Place(row["game"], expert, depth=MAIN_DEPTH, measure=measure)
@@ -268,14 +268,15 @@ def _against(context: Context, place: Place, algorithm: str, opponents: list[str
 
 def _opponents(context: Context, game: str, expert: str) -> list[Table]:
     """Table 3 or 4, one table for each side that the paper prints."""
-    told, tables = context.known.tables[game], []
+    told = context.known.tables[game]
+    tables: list[Table] = []
     algorithms = context.known.tables["opponents"]["algorithms"]
     for side in ("attackers", "defenders"):
         printed = told.get("attack" if side == "attackers" else "defence", told["attack"])
         place = Place(game, expert, depth=MAIN_DEPTH, measure=told[side]["measure"])
-        rows = []
+        rows: list[list[str]] = []
         for line, one in enumerate(algorithms):
-            cells = []
+            cells: list[str] = []
             for column, other in enumerate(algorithms):
                 ours, theirs = (one, other) if side == "attackers" else (other, one)
                 number = _against(context, place, ours, [theirs])

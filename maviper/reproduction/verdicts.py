@@ -35,8 +35,12 @@ SUPPORTS = {
     register.SOME_ABOVE: (ABOVE,),
     register.BELOW: (BELOW,),
 }
-KIND_OF = {register.EXPLOITABILITY: EXPLOITING, register.ROBUSTNESS: CROSSPLAY}
-KIND_OF |= {register.EACH: CROSSPLAY, register.SHARE_EACH: CROSSPLAY}
+KIND_OF = {
+    register.EXPLOITABILITY: EXPLOITING,
+    register.ROBUSTNESS: CROSSPLAY,
+    register.EACH: CROSSPLAY,
+    register.SHARE_EACH: CROSSPLAY,
+}
 
 
 @dataclass(frozen=True)
@@ -144,7 +148,7 @@ def _comparisons(book: Book, claim: Claim, expert: str) -> Iterator[Comparison]:
         try:
             numbers = _numbers(finder, claim, place, first, second)
         except KeyError:
-            numbers = {"": []}
+            numbers: dict[str, list[Part]] = {"": []}
         for opponent, parts in numbers.items():
             told = f"{label}, against {opponent}" if opponent else label
             name = f"claim/{claim.id}/{expert}/{told}"
@@ -244,7 +248,7 @@ def decided(family: Sequence[Comparison], known: Register) -> list[Comparison]:
     adjusted: list[dict[str, float]] = [{} for _ in tested]
     for (place, test), value in zip(asked, holm([tested[place].p[test] for place, test in asked], count), strict=True):
         adjusted[place][test] = value
-    found = []
+    found: list[Comparison] = []
     for each, values in zip(tested, adjusted, strict=True):
         if each.number is None or not values:
             found.append(each)

@@ -6,7 +6,7 @@ Does not: decide or print.
 """
 
 import shlex
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, fields
 from fractions import Fraction
@@ -271,7 +271,7 @@ def number(value: Fraction | float | str | None, parameter: str) -> Fraction | N
 
 
 @contextmanager
-def with_option_names() -> Iterator[None]:
+def with_option_names() -> Generator[None]:
     """Errors about a parameter name the option that it came from."""
     try:
         yield
@@ -305,7 +305,8 @@ def _given(names: Sequence[str], options: VerifyOptions) -> list[dict[str, Any]]
     given = options.given
     if options.team is not None and not names:
         raise InputError("--team does not apply to a property file", "--team", "name the team in the file")
-    found, used = [], set[str]()
+    found: list[dict[str, Any]] = []
+    used = set[str]()
     for name in names:
         try:
             read = readable(name, given.get("of") or "")
@@ -374,7 +375,7 @@ def listed() -> list[dict[str, Any]]:
 
     A text is empty where the default depends on the world.
     """
-    found = []
+    found: list[dict[str, Any]] = []
     for name in NAMES:
         values = usual(name) | ({ZONES: Budgets().max_zones} if ZONES in readable(name) else {})
         defaults = {key: "" if value is None else _written(value) for key, value in values.items()}

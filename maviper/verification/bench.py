@@ -103,7 +103,7 @@ def _in_reference(
     env.reset(seed=0)
     world_state = state_of(profile, state)
     place_entities(env, world_state)
-    found = []
+    found: list[int] = []
     for policy in team:
         agent = world.agents.index(policy.agent)
         obs = world.observe(world_state)[agent].copy()

@@ -68,7 +68,7 @@ class Repaired:
     after: ir.PolicyProfile | None = None  # None: no repair was found
     cost: Cost | None = None
     results: tuple[AnyResult, ...] = ()
-    files: Mapping[str, str | bytes] = field(default_factory=dict)  # name -> text
+    files: Mapping[str, str | bytes] = field(default_factory=dict[str, str | bytes])  # name -> text
 
     @property
     def certificates(self) -> dict[str, str]:

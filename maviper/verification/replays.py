@@ -65,7 +65,8 @@ def states_of(world: ir.WorldSpec, states: Sequence[State]) -> WorldState:
 def _simulated(profile: PolicyProfile, world: ParticleWorld, decide: Decide, state: State, steps: int) -> Episode:
     """In our simulator."""
     world_state = state_of(profile, state)
-    episode, actions = [world.coordinates(world_state)[0]], []
+    episode = [world.coordinates(world_state)[0]]
+    actions: list[list[int]] = []
     for _ in range(steps):
         seen = world.observe(world_state)
         chosen = [int(decide(agent, obs)[0]) for agent, obs in zip(world.agents, seen, strict=True)]
@@ -83,9 +84,10 @@ def _in_reference(profile: PolicyProfile, world: ParticleWorld, state: State, st
     place_entities(env, world_state)
     inner = env.aec_env.unwrapped
     inner.max_cycles = steps + 1
-    episode, actions = [world.coordinates(world_state)[0]], []
+    episode = [world.coordinates(world_state)[0]]
+    actions: list[list[int]] = []
     for _ in range(steps):
-        chosen = []
+        chosen: list[int] = []
         for number, (agent, obs) in enumerate(zip(world.agents, world.observe(world_state), strict=True)):
             seen = obs.copy()
             seen[0, : world.shown[number]] = inner.observe(agent)[: world.shown[number]]

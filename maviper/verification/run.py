@@ -7,7 +7,7 @@ Does not: decide verdicts, print, or write files.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from types import ModuleType
@@ -96,7 +96,7 @@ class Verified:
     @property
     def files(self) -> dict[str, str]:
         """All of them; the profile too, where a counterexample is to be replayed with it."""
-        beside = {} if self.stated is None else self.stated.beside
+        beside: Mapping[str, str] = {} if self.stated is None else self.stated.beside
         if self.counterexamples or self.stated is not None:
             beside = {**beside, runs.PROFILE_FILE: dumps(self.profile)}
         return {**self.reports, **self.certificates, **self.counterexamples, **self.places, **self.states, **beside}

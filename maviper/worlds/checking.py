@@ -153,7 +153,8 @@ def _in_place(world: VmasWorld, place: int, actions: Int) -> list[bytes]:
     """What one game of a batch gives in an episode, step by step."""
     seeds = np.arange(place + 1)
     seeds[place] = SEED
-    state, found = world.start_from_seeds(seeds), []
+    state = world.start_from_seeds(seeds)
+    found: list[bytes] = []
     for acted in actions:
         state = world.step(state, np.tile(acted, (place + 1, 1)))
         found += [seen[place].tobytes() for seen in state.observations] + [state.rewards[place].tobytes()]
@@ -291,7 +292,8 @@ def _by_copy(copy: Copy, seed: int, actions: Sequence[list[int]]) -> list[Outcom
 def _by_world(world: PettingZooWorld, seed: int, actions: Sequence[list[int]]) -> list[Outcome]:
     """By the world's own copy, in whatever process that lives."""
     sizes = [len(choices) for choices in world.actions]
-    state, found = world.start_from_seeds([seed]), []
+    state = world.start_from_seeds([seed])
+    found: list[Outcome] = []
     for acted in [*actions, None]:
         others = (part[0].tolist() for part in (state.rewards, state.done, state.terminated, state.acting))
         found.append(Outcome([seen[0] for seen in state.observations], *others))

@@ -62,9 +62,9 @@ def _named(world: World, agent: int, tables: Mapping[str, Any], path: Path) -> t
     where = f"{path}: [{table}]"
     mask = {place for place in world.mask(agent) or () if place is not None}
     places = [place for place in range(len(features)) if place not in mask]
-    rows = tables[table]
-    if not isinstance(rows, dict) or len(rows) != len(places):
-        count = len(rows) if isinstance(rows, dict) else 0
+    rows: dict[str, Any] = tables[table] if isinstance(tables[table], dict) else {}
+    if len(rows) != len(places):
+        count = len(rows)
         what = f"{count} features are named, but {name} observes {len(places)} numbers beside its mask"
         raise InputError(
             what if mask else what.removesuffix(" beside its mask"), where, "name them all, in their order"
@@ -85,16 +85,16 @@ def _feature(feature: FeatureSpec, name: str, value: Any, where: str) -> Feature
     place = f"{where}: {shown(name)[:60]}"
     if not NAME.fullmatch(name):
         raise InputError("not a legal name of a feature", place, "a letter, then letters, digits, _ or -")
-    stated = {"unit": value} if isinstance(value, str) else value
-    if not isinstance(stated, dict) or not set(stated) <= {"unit", "range"}:
+    stated: dict[str, Any] = {"unit": value} if isinstance(value, str) else value
+    if not isinstance(value, str | dict) or not set(stated) <= {"unit", "range"}:
         raise InputError("neither a unit nor a table of unit and range", place, ADVICE)
     unit = stated.get("unit", feature.unit)
     if not isinstance(unit, str) or not unit.isprintable() or not 0 < len(unit) <= MAX_UNIT:
         raise InputError(f"the unit is not a text of 1 to {MAX_UNIT} characters that can be printed", place, ADVICE)
     low, high = feature.low, feature.high
     if "range" in stated:
-        ends = stated["range"]
-        if not isinstance(ends, list) or len(ends) != 2 or not all(_is_number(end) for end in ends):
+        ends: list[Any] = stated["range"] if isinstance(stated["range"], list) else []
+        if len(ends) != 2 or not all(_is_number(end) for end in ends):
             raise InputError("the range is not [LOW, HIGH]", place, ADVICE)
         low, high = ends
         if not -MAX_LENGTH <= low <= high <= MAX_LENGTH:  # integers of any length

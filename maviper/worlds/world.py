@@ -132,7 +132,7 @@ class World(ABC):
         """Random actions of some agents, [batch, len(agents)], legal ones where they have masks. `uniform`: the draws,
         of the same shape, in [0, 1).
         """
-        columns = []
+        columns: list[Int] = []
         for agent, draws in zip(agents, uniform.T, strict=True):
             mask = self.mask(agent)
             free = (draws * len(self.actions[agent])).astype(np.int64)

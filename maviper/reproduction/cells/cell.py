@@ -98,8 +98,8 @@ class Task:
     source: Source
     expert_hash: str
     register: str  # hash of the claims that were written before
-    of: Mapping[str, str] = field(default_factory=dict)  # algorithm -> id of the cell whose profile it needs
-    effort: Mapping[str, int] = field(default_factory=dict)  # what is spent on responders
+    of: Mapping[str, str] = field(default_factory=dict[str, str])  # algorithm -> id of the cell whose profile it needs
+    effort: Mapping[str, int] = field(default_factory=dict[str, int])  # what is spent on responders
 
     @cached_property
     def identity(self) -> dict[str, Any]:

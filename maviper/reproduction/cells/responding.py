@@ -87,7 +87,7 @@ def _answered(asked: Asked, team: str, scratch: Path) -> tuple[Any, range]:
 
 def _rows(lineup: str, measure: Measure, answer: Any, episodes: range) -> list[str]:
     """What a responder reaches: what it is judged by, and its return."""
-    rows = []
+    rows: list[str] = []
     worth = -answer.worth if measure.lower_is_better else answer.worth
     for label, values in ((measure.label, worth), (f"{measure.team} {RETURN}", answer.returns)):
         pairs = zip(episodes, values.tolist(), strict=True)

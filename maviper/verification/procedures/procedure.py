@@ -16,6 +16,10 @@ if TYPE_CHECKING:
     from verify.result import AnyResult, Verdict
 
 
+def _nothing(*_: object) -> dict[str, str]:
+    return {}
+
+
 @dataclass(frozen=True)
 class Procedure:
     """What is done with one kind of claim."""
@@ -25,5 +29,5 @@ class Procedure:
     certificate: Callable[[Any], str]  # a certificate as text
     counterexample: Callable[[PolicyProfile, Any], tuple[dict[str, Any], str] | None]  # and where it is, in words
     # files of where a result holds, which has a number; and what the solver is asked of a question, which has one
-    places: Callable[[PolicyProfile, int, Any], dict[str, str]] = lambda *_: {}
-    solver_files: Callable[[int, Any], dict[str, str]] = lambda *_: {}
+    places: Callable[[PolicyProfile, int, Any], dict[str, str]] = _nothing
+    solver_files: Callable[[int, Any], dict[str, str]] = _nothing

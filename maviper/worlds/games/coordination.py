@@ -133,7 +133,7 @@ class Coordination(World):
 
     def likelihood(self, kind: int) -> Float64:
         """How likely each reading is in each hidden state, [n_cells hidden, n_cells read]; each row sums to 1."""
-        found = np.ones((len(self.cells), len(self.cells)))
+        found: Float64 = np.ones((len(self.cells), len(self.cells)))
         for signal, error in enumerate(self.errors[kind]):
             level = self.cells[:, signal]
             found *= np.where(level[:, None] == level[None], 1 - error, error / (self.levels - 1))

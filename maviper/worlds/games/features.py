@@ -109,7 +109,7 @@ def _differences(
     """Differences between observed offsets along an axis: where one entity is, seen from another."""
     del mates, spec
     seen = [(feature, _offset(feature.meaning, agent)) for feature in features if feature.meaning]
-    found = []
+    found: list[FeatureSpec] = []
     for (a, of_a), (b, of_b) in combinations([(feature, name) for feature, name in seen if name], 2):
         if of_a[-2:] == of_b[-2:]:
             name = f"{of_a[:-2]}_{of_b[:-2]}_d{of_a[-1]}"
@@ -190,7 +190,8 @@ def _offset(meaning: Meaning, agent: str) -> str:
     match meaning:
         case Meaning(((1, other), (-1, own_)), "") if own_ == f"{agent}{other[-2:]}":
             return other
-    return ""
+        case _:
+            return ""
 
 
 GROUPS = {

@@ -187,7 +187,7 @@ class ParticleWorld(World):
         """
         found = list(base)
         for group in groups_of(chosen):
-            more = []
+            more: list[tuple[FeatureSpec, ...]] = []
             for agent, features in zip(self.agents, found, strict=True):
                 mates = [name for name in self.teams[self.team_of(agent)] if name != agent]
                 more.append(extended(features, group, agent, mates, self.spec))

@@ -6,6 +6,7 @@ Does not: local observations, or a curriculum.
 """
 
 from collections.abc import Sequence
+from functools import partial
 from itertools import combinations
 from typing import Any
 
@@ -60,15 +61,15 @@ class PredatorPrey(ParticleWorld):
         given |= {"observation": observation, "features": features, PHYSICS: physics}
         # the authors' fork multiplies by the acceleration where an action is taken, and once more where it pushes
         power = 2 if physics == FORK else 1
-        predator = {"size": 0.075, "force": 3.0**power, "max_speed": 1.0, "collides": True}
-        runner = {"size": 0.05, "force": 4.0**power, "max_speed": 1.3, "collides": True}
-        block = {"size": 0.2, "force": 0.0, "max_speed": None, "collides": True, "start": OBSTACLE_START}
+        predator = partial(EntitySpec, size=0.075, force=3.0**power, max_speed=1.0, collides=True)
+        runner = partial(EntitySpec, size=0.05, force=4.0**power, max_speed=1.3, collides=True)
+        block = partial(EntitySpec, size=0.2, force=0.0, max_speed=None, collides=True, start=OBSTACLE_START)
         self.spec = mpe2_spec(
             unusual(PredatorPrey, given),
             name="predator-prey",
             reference="mpe2.simple_tag_v3",
-            agents=[EntitySpec(name, **predator) for name in hunters] + [EntitySpec(name, **runner) for name in hunted],
-            landmarks=(EntitySpec(f"obstacle_{index}", **block) for index in range(obstacles)),
+            agents=[*map(predator, hunters), *map(runner, hunted)],
+            landmarks=(block(f"obstacle_{index}") for index in range(obstacles)),
         )
         self.teams = {PREDATORS: hunters, PREY: hunted}
         self.observation = observation
