@@ -45,10 +45,9 @@ def student(n):  # values of t and its distribution function; t is the tangent o
     mass = np.cumsum(np.cos((angle[1:] + angle[:-1]) / 2) ** (n - 1))
     return np.tan(angle[1:-1]) * n ** .5, mass[:-1] / mass[-1]
 
-packed = not (AT / "cells.csv").exists()  # a record packs its table
-read = csv.DictReader(lzma.open(AT / "cells.csv.xz", "rt") if packed else (AT / "cells.csv").open(encoding="utf-8"))
+tables = ((lzma.open if at.suffix == ".xz" else open)(at, "rt", encoding="utf-8") for at in sorted(AT.glob("cells.csv*")))
 pairs = [(" ".join(list(row.values())[:12]), np.mean(list(episodes(row["cell"])[row["lineup"], row["measure"]].values())),
-          float(row["mean"])) for row in read]  # what, ours, the report's
+          float(row["mean"])) for row in csv.DictReader(next(tables))]  # what, ours, the report's
 for name, told in NUMBERS.items():
     value, error, n = estimate(told["parts"])
     half = np.interp(.975, *student(n)[::-1]) * error if n else np.inf

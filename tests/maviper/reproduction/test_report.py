@@ -114,7 +114,7 @@ def test_every_number_is_computed_again_without_maviper(folder):
     script = (folder / report.SCRIPT).read_text()
     assert len([line for line in script.splitlines() if line]) <= 52 and "maviper" not in script
     assert set(re.findall(r"^import (.*)$", script, re.MULTILINE)) == {
-        "csv, functools, json, pathlib, sys",
+        "csv, functools, json, lzma, pathlib, sys",
         "numpy as np",
     }
 
