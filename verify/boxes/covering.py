@@ -76,6 +76,7 @@ class Search:
         self.open: list[tuple[Float64, Float64]] = []
         self._start = self._started(system)
         counting = _relevant(self._model, system, claim)
+        self._modes = [column for column, one in enumerate(system.variables) if one.modes]  # never joined
         self._columns = [column for name, column in self._model.columns.items() if name in counting]
 
     def coverings(self) -> Iterator[Covering]:
@@ -98,11 +99,12 @@ class Search:
         of all variables.
         """
         scale, wide = self._scale(), self._start.high > self._start.low
-        ranging = [at for at in self._columns if scale[at] > NARROW]
+        ranging = [at for at in self._columns if scale[at] > NARROW and at not in self._modes]
         for power in CELLS:
             for columns in ([at for at in ranging if not wide[at]], ranging):
                 if columns:
-                    yield {at: 2.0 ** (floor(log2(scale[at])) - power) for at in columns}
+                    widths = {at: 2.0 ** (floor(log2(scale[at])) - power) for at in columns}
+                    yield {**dict.fromkeys(self._modes, 1.0), **widths}
 
     @property
     def _left(self) -> int:
@@ -161,6 +163,7 @@ def _relevant(model: Model, system: System, claim: SystemClaim) -> set[str]:
     """The variables that the claim, tests or boxes of pieces speak of, and those that move them."""
     found = {name for region in claim.regions for half in region for name, _ in half.form.terms}
     found |= {name for piece in system.pieces for name in piece.where}
+    found |= {name for piece in system.pieces for half in piece.when for name, _ in half.form.terms}
     found = found.union(*(tree.variables for tree in model.trees))
     before = -1
     while len(found) > before:

@@ -41,6 +41,9 @@ class ModelTree:
         self._halves: dict[int, Half] = {}
         for node in np.flatnonzero(~self._leaf).tolist():
             feature = system.features[policy.agent][policy.features[int(tree.feature[node])].name]
+            if feature.measure is Measure.EQUALS:
+                self._equal(node, feature.form, float(tree.threshold[node]), columns)
+                continue
             end = _end(float(tree.threshold[node]), policy.numbers)
             if feature.measure in (Measure.SIGN, Measure.POSITIVE):
                 least = -1 if feature.measure is Measure.SIGN else 0
@@ -51,6 +54,23 @@ class ModelTree:
                 least, most = map(nearest_double, feature.bounds)
                 end = inf if end >= most else -inf if end < least else end
             self._test(node, feature.form, end, columns)
+
+    def _equal(self, node: int, form: Affine, threshold: float, columns: Mapping[str, int]) -> None:
+        """A test whether a form is 0: below 0, then above 0 by a node behind all others."""
+        if not 0 <= threshold < 1 or not form.terms:
+            self._end[node] = inf if threshold >= 1 or (threshold >= 0 and form.constant) else -inf
+            return
+        behind = len(self._leaf)
+        self._leaf = np.append(self._leaf, False)
+        self._action, self._column = np.append(self._action, 0), np.append(self._column, 0)
+        self._end = np.append(self._end, 0.0)
+        self._low, self._high = np.append(self._low, self._high[node]), np.append(self._high, self._low[node])
+        self._high[node] = behind
+        constant = nearest_double(form.constant)
+        for at, end in ((node, nextafter(-constant, -inf)), (behind, -constant)):
+            self._test(at, form, end + constant, columns)
+            if self._column[at] != SEVERAL and form.terms[0][1] == 1:
+                self._end[at] = end  # whatever the sum rounds to
 
     def _test(self, node: int, form: Affine, end: float, columns: Mapping[str, int]) -> None:
         if not form.terms or abs(end) == inf:
@@ -135,6 +155,7 @@ class Model:
             ]
             for piece in system.pieces
         ]
+        self._when = [list(map(self._strict_half, piece.when)) for piece in system.pieces]
         self._known: dict[tuple[int, int], _Moves] = {}
 
     def region(self, polytope: Polytope) -> list[Half]:
@@ -144,6 +165,12 @@ class Model:
     def _half(self, half: HalfSpace) -> Half:
         weights = {self.columns[name]: nearest_double(factor) for name, factor in half.form.terms}
         return Half(weights, -nearest_double(half.form.constant))
+
+    def _strict_half(self, half: HalfSpace) -> Half:
+        """A half space, the open ones without the float on their border."""
+        weights = {self.columns[name]: nearest_double(factor) for name, factor in half.form.terms}
+        end = -nearest_double(half.form.constant)
+        return Half(weights, nextafter(end, -inf) if half.strict else end)
 
     def stepped(self, rows: Rows) -> Rows:
         """The boxes after a step."""
@@ -156,7 +183,10 @@ class Model:
         found: list[Rows] = [rows.at(np.zeros(0, dtype=np.int64))]
         for number, where in enumerate(self._where):
             if all(most[column] >= low and least[column] <= high for column, low, high in where):
-                found.append(self._moved(_inside(rows, where), number))
+                inside = _inside(rows, where)
+                for half in self._when[number]:
+                    inside = half.of(inside)
+                found.append(self._moved(inside, number))
         return joined(found)
 
     def _moved(self, rows: Rows, number: int) -> Rows:

@@ -104,10 +104,11 @@ class Hulls:
         return found
 
     def _cell(self, state: dict[str, Fraction]) -> object:
-        """What is decided in a state, and the pieces that may move it."""
+        """What is decided in a state, its modes, and the pieces that may move it."""
         effects = [_at(decision, state) for decision in self._search.decisions]
         pieces = [number for number, piece in enumerate(self._search.system.pieces) if _holds(piece, state)]
-        return (*effects, *pieces)
+        modes = [state[one.name] for one in self._search.system.variables if one.modes and one.name in state]
+        return (*effects, *modes, *pieces)
 
 
 def _at(decision: Decision, state: dict[str, Fraction]) -> Choices:
@@ -121,7 +122,9 @@ def _at(decision: Decision, state: dict[str, Fraction]) -> Choices:
 
 
 def _holds(piece: Piece, state: dict[str, Fraction]) -> bool:
-    return all(low <= state[name] <= high for name, (low, high) in piece.where.items() if name in state)
+    known = [half for half in piece.when if all(name in state for name, _ in half.form.terms)]
+    inside = all(low <= state[name] <= high for name, (low, high) in piece.where.items() if name in state)
+    return inside and all(half.holds(state) for half in known)
 
 
 def _split(group: list[int], centers: Sequence[dict[str, Fraction]], parts: int) -> list[list[int]]:

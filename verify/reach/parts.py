@@ -44,7 +44,8 @@ def _parts(system: System, claim: SystemClaim, features: bool) -> list[FollowedP
     if isinstance(broken, Or) and claim.fulfilled(0) == FALSE:
         about = [coordinates(part) for part in broken.parts]
     if needs_stated(claim, system):
-        about.append(frozenset(name for piece in system.pieces for name in piece.where))
+        tested = {name for piece in system.pieces for half in piece.when for name, _ in half.form.terms}
+        about.append(frozenset(name for piece in system.pieces for name in piece.where) | tested)
     for way, names in enumerate(about):
         groups.setdefault(_closed(system, names, features), []).append(way)
     return [FollowedPart(followed, tuple(shows)) for followed, shows in groups.items()]

@@ -28,6 +28,7 @@ class Course:
     start: Values
     errors: Sequence[Values] = ()  # what is not named is the bound nearest to 0
     pieces: Sequence[int] = ()
+    rank: int = 0  # which of the pieces that hold a state is taken where `pieces` names none of them
 
 
 def replayed(profile: PolicyProfile, system: System, claim: SystemClaim, course: Course) -> SystemCounterexample | None:
@@ -46,6 +47,8 @@ def is_start(system: System, claim: SystemClaim, state: State) -> bool:
     """Whether a claim is about episodes that start in a state, or about decisions there."""
     if not all(one.range[0] <= state[one.name] <= one.range[1] for one in system.variables):
         return False
+    if any(one.modes and state[one.name].denominator > 1 for one in system.variables):
+        return False
     if claim.about_decisions:
         return not claim.regions or holds(claim.inside, state, {})
     return all(half.holds(state) for half in system.start)
@@ -56,11 +59,12 @@ def _played(profile: PolicyProfile, system: System, claim: SystemClaim, course: 
     for step in range(claim.steps + 1):
         state = states[-1]
         if holds(claim.broken(step), state, {}):
-            return SystemCounterexample(tuple(states), tuple(actions), tuple(errors), tuple(pieces), step)
+            taken = tuple(system.pieces[piece].choice for piece in pieces)
+            return SystemCounterexample(tuple(states), tuple(actions), tuple(errors), tuple(pieces), step, taken)
         if step == claim.steps or holds(claim.fulfilled(step), state, {}):
             return None
         wanted = course.pieces[step] if step < len(course.pieces) else None
-        piece = piece_of(system, state, wanted)
+        piece = piece_of(system, state, wanted, course.rank)
         if piece is None:
             return None
         given: Values = course.errors[step] if step < len(course.errors) else {}
@@ -73,14 +77,12 @@ def _played(profile: PolicyProfile, system: System, claim: SystemClaim, course: 
     return None
 
 
-def piece_of(system: System, state: State, wanted: int | None = None) -> int | None:
-    """The first piece that holds a state, or the one wanted if it does; None where nothing is stated."""
-    holding = [
-        number
-        for number, piece in enumerate(system.pieces)
-        if all(low <= state[name] <= high for name, (low, high) in piece.where.items())
-    ]
-    return wanted if wanted in holding else holding[0] if holding else None
+def piece_of(system: System, state: State, wanted: int | None = None, rank: int = 0) -> int | None:
+    """The piece of that rank among those that hold a state, or the one wanted if it does; None where nothing is stated.
+    A rank beyond the last stands for the last.
+    """
+    holding = [number for number, piece in enumerate(system.pieces) if piece.holds(state)]
+    return wanted if wanted in holding else holding[min(rank, len(holding) - 1)] if holding else None
 
 
 def _within(piece: Piece, given: Values) -> dict[str, Fraction]:

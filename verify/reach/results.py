@@ -29,6 +29,7 @@ class SystemCounterexample:
     errors: tuple[Values, ...]  # of each step, by variable
     pieces: tuple[int, ...]  # which piece moved each state but the last
     step: int  # the state that breaks the claim; of `reaches` the last one
+    choices: tuple[Mapping[str, str], ...] = ()  # of each step: what was taken of each choice, in the words of the file
 
     @property
     def start(self) -> Values:

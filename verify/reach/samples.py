@@ -19,6 +19,7 @@ from verify.checker.systems.reading import SystemReading
 from verify.claims.uncertified.values import Batch
 from verify.progress import tell
 from verify.reach.boxes import Boxes
+from verify.reach.cases import Cases, has_cases
 from verify.reach.replay import Course
 from verify.systems.claims import SystemClaim
 from verify.systems.system import Affine, Feature, Interval, Measure, Piece, System
@@ -78,6 +79,7 @@ class _Play:
     def __init__(self, profile: PolicyProfile, system: System, claim: SystemClaim) -> None:
         self.profile, self.system, self.claim = profile, system, claim
         self._boxes = Boxes(system)
+        self._cases = Cases(system) if has_cases(system) else None
         self._errors: list[Planes] = []
         self._pieces: list[Int64] = []
 
@@ -105,7 +107,10 @@ class _Play:
             policy.agent: act(policy, _seen(self.system, self.profile, policy.agent, state))
             for policy in self.profile.agents
         }
-        piece_of = self._boxes.holding(state, count)
+        if self._cases is None:
+            piece_of = self._boxes.holding(state, count)
+        else:
+            piece_of = self._cases.holding(state, count, _shares(extreme, random))
         draws = _Draws(random, self.system, count)
         held: set[int] = set(piece_of.tolist())
         for number in sorted(held - {-1}):
@@ -160,8 +165,12 @@ class _Draws:
 def _errors(bounds: Interval | None, extreme: Float64, random: np.random.Generator) -> Float64:
     """Errors of a step: for a third always the lower bound, for a third always the upper one, else anywhere."""
     low, high = map(float, bounds or (0, 0))
-    where = np.where(extreme < 1 / 3, 0.0, np.where(extreme < 2 / 3, 1.0, random.random(len(extreme))))
-    return low + (high - low) * where
+    return low + (high - low) * _shares(extreme, random)
+
+
+def _shares(extreme: Float64, random: np.random.Generator) -> Float64:
+    """Numbers of a step in [0, 1]: for a third of the episodes always 0, for a third always 1, else anywhere."""
+    return np.where(extreme < 1 / 3, 0.0, np.where(extreme < 2 / 3, 1.0, random.random(len(extreme))))
 
 
 def _seen(system: System, profile: PolicyProfile, agent: str, state: Planes) -> Float64:
@@ -179,6 +188,8 @@ def _measured(feature: Feature, state: Planes) -> Float64:
         return np.sign(value)
     if feature.measure is Measure.POSITIVE:
         return np.asarray(value > 0, dtype=np.float64)
+    if feature.measure is Measure.EQUALS:
+        return np.asarray(value == 0, dtype=np.float64)
     if feature.measure is Measure.CLIP and feature.bounds is not None:
         return np.clip(value, float(feature.bounds[0]), float(feature.bounds[1]))
     return value

@@ -41,6 +41,7 @@ def drawn(result: Mapping[str, Any], variables: Sequence[Mapping[str, Any]], dt:
     if not found:
         return dict(result)
     ready = {**found, "runs": {agent: runs(actions) for agent, actions in found["actions"].items()}}
+    ready["chosen"] = {name: runs(taken) for name, taken in found.get("choices", {}).items()}
     if not is_still(result):
         units = {each["name"]: each["unit"] for each in variables}
         named = [name for name in found["states"] if any(name in region["box"] for region in result["regions"])]
@@ -87,7 +88,7 @@ def _errors(taken: Sequence[Mapping[str, str]]) -> str:
 
 def runs(actions: Sequence[str]) -> str:
     """Actions in a row, equal ones together: `left 3x, stay, right 2x`."""
-    found = ((name, sum(1 for _ in same)) for name, same in groupby(actions))
+    found = ((name or "none", sum(1 for _ in same)) for name, same in groupby(actions))
     return ", ".join(name if count == 1 else f"{name} {count}x" for name, count in found)
 
 

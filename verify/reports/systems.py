@@ -149,6 +149,7 @@ def _variables(system: System) -> list[dict[str, Any]]:
             "name": each.name,
             "unit": each.unit,
             "range": list(map(plain, each.range)),
+            **({"modes": list(each.modes)} if each.modes else {}),
             "error": list(map(plain, errors[each.name])),
         }
         for each in system.variables
@@ -239,6 +240,8 @@ def facts(result: Result[SystemClaim, Any], place: int) -> dict[str, Any]:
 def counterexample(found: SystemCounterexample) -> dict[str, Any]:
     """An episode as plain data: exact numbers as texts; the states of all steps as float64 numbers."""
     agents = list(found.actions[0]) if found.actions else []
+    chosen = list(dict.fromkeys(name for step in found.choices for name in step))
+    choices = {name: [step.get(name, "") for step in found.choices] for name in chosen}
     return {
         "step": found.step,
         "start": {name: rational_literal(value) for name, value in found.start.items()},
@@ -247,6 +250,7 @@ def counterexample(found: SystemCounterexample) -> dict[str, Any]:
         "actions": {agent: [joint[agent] for joint in found.actions] for agent in agents},
         "errors": [{name: rational_literal(value) for name, value in each.items()} for each in found.errors],
         "pieces": list(found.pieces),
+        **({"choices": choices} if choices else {}),
     }
 
 
@@ -269,6 +273,7 @@ def lines(told: Mapping[str, Any]) -> list[str]:
         broken = told["counterexample"]
         found.append(f"{'in' if is_still(told) else 'from'} {_state(broken['start_float64'])}")
         found += [f"{agent}: {runs(actions)}" for agent, actions in broken["actions"].items()]
+        found += [f"choice of {name}: {runs(taken)}" for name, taken in broken.get("choices", {}).items()]
         if broken["step"]:
             last = {name: values[-1] for name, values in broken["states"].items()}
             found.append(f"at {moment(broken['step'], told.get('dt'))}: {_state(last)}")
@@ -323,13 +328,18 @@ def _rows(told: Mapping[str, Any]) -> list[dict[str, str]]:
         {
             "name": each["name"],
             "unit": "" if each["unit"] == "1" else each["unit"],
-            "range": _bounds(each["range"]),
-            "start": _bounds(told["start"]["box"][each["name"]]),
+            "range": ", ".join(each["modes"]) if "modes" in each else _bounds(each["range"]),
+            "start": _start(each, told["start"]["box"][each["name"]]),
             "error": _error(each["error"]),
             "measured": flows.upwards(max(map(abs, off[each["name"]])), 2) if each["name"] in off else "",
         }
         for each in told["variables"]
     ]
+
+
+def _start(variable: Mapping[str, Any], ends: Sequence[str]) -> str:
+    """Where a variable starts: a mode by its name."""
+    return variable["modes"][int(ends[0])] if "modes" in variable else _bounds(ends)
 
 
 def _bounds(ends: Sequence[str]) -> str:

@@ -29,10 +29,11 @@ def table_name(file: str) -> str:
 def table(found: Mapping[str, Any], dt: str | None) -> str:
     """One episode: a row for each state, with the actions that are taken in it."""
     states, actions, file = found["states"], found["actions"], io.StringIO()
+    choices = found.get("choices", {})
     rows = csv.writer(file, lineterminator="\n")
-    rows.writerow(["step", *(["time_s"] if dt else []), *states, *(f"{agent}.action" for agent in actions)])
+    rows.writerow(["step", *(["time_s"] if dt else []), *states, *(f"{agent}.action" for agent in actions), *choices])
     for step, values in enumerate(zip(*states.values(), strict=True)):
-        taken = [each[step] if step < len(each) else "" for each in actions.values()]
+        taken = [each[step] if step < len(each) else "" for each in (*actions.values(), *choices.values())]
         rows.writerow([step, *([seconds(step, dt)] if dt else []), *values, *taken])
     return file.getvalue()
 

@@ -53,7 +53,7 @@ SYSTEMS = {
     **FORM,
     "verify": VERIFY,
     "verify/checker": ("envelope", "reading", "thresholds"),
-    "verify/checker/systems": ("certificates", "reading", "rows", "trees", "walk"),
+    "verify/checker/systems": ("cases", "certificates", "reading", "rows", "trees", "walk"),
     "verify/claims": ("formula", "formula_json", "region"),
     "verify/systems": ("claims", "documents", "system"),
 }

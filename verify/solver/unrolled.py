@@ -143,6 +143,8 @@ def _goes_left(feature: Feature, threshold: Threshold, state: Values) -> Test:
             )
         case Measure.POSITIVE:
             exact = terms.either_number(exact > zero, one, zero)
+        case Measure.EQUALS:
+            exact = terms.either_number(terms.equal(exact, zero), one, zero)
         case Measure.CLIP:
             assert feature.bounds is not None
             low, high = map(number, feature.bounds)
@@ -186,11 +188,18 @@ def _moved(profile: PolicyProfile, piece: Piece, state: Values, after: Values, e
 
 def _in_ranges(system: System, state: Values) -> list[Test]:
     ranges = {one.name: one.range for one in system.variables}
-    return _between(ranges, state)
+    return [
+        *_between(ranges, state),
+        *(_is_mode(state[one.name], len(one.modes)) for one in system.variables if one.modes),
+    ]
+
+
+def _is_mode(value: Real, count: int) -> Test:
+    return disjunction(*(terms.equal(value, number(Fraction(mode))) for mode in range(count)))
 
 
 def _in_box(piece: Piece, state: Values) -> list[Test]:
-    return _between(piece.where, state)
+    return [*_between(piece.where, state), *([_inside(piece.when, state)] if piece.when else [])]
 
 
 def _between(bounds: Mapping[str, tuple[Fraction, Fraction]], state: Values) -> list[Test]:

@@ -103,12 +103,14 @@ def features_of(given: Mapping[str, object], names: Names, where: Place) -> dict
 def _feature(stated: str, names: Names, where: Place) -> Feature:
     """A feature by its text: an affine form, or sign, positive or clip of one."""
     function, expression = feature_of(stated, FUNCTIONS, names, where)
+    if function == Measure.EQUALS.value and (form := affine(expression)) is not None:
+        return Feature(form, Measure.EQUALS)
     if not function and isinstance(expression, Call) and expression.bounds is not None:
         form = affine(expression.argument)
         if form is not None:
             return Feature(form, Measure.CLIP, expression.bounds)
     form = affine(expression)
     if form is None:
-        what = "a feature is an affine form of variables, or sign, positive or clip of one"
+        what = "a feature is an affine form of variables, sign, positive or clip of one, or an equation of two"
         raise InputError(f"not a feature: {stated[:60]!r}", where, what)
     return Feature(form, FUNCTIONS.get(function, Measure.VALUE))

@@ -13,7 +13,7 @@ from fractions import Fraction
 from typing import Any, cast
 
 from codegen.floats import rational_literal
-from verify.systems.system import Affine, Feature, Flow, HalfSpace, Interval, Piece, System
+from verify.systems.system import Affine, Feature, Flow, HalfSpace, Interval, Piece, System, Variable
 
 
 def content_hash(system: System) -> str:
@@ -26,7 +26,7 @@ def document(system: System) -> dict[str, Any]:
     """All that a system states, as plain data; numbers are exact texts."""
     return {
         "name": system.name,
-        "variables": [[one.name, one.unit, *_interval(one.range)] for one in system.variables],
+        "variables": [[one.name, one.unit, *_interval(one.range), *_modes(one)] for one in system.variables],
         "features": {
             agent: {name: _feature(feature) for name, feature in features.items()}
             for agent, features in system.features.items()
@@ -37,6 +37,10 @@ def document(system: System) -> dict[str, Any]:
         "reference": system.reference,
         **({} if system.flow is None else {"flow": _flow(system.flow)}),
     }
+
+
+def _modes(variable: Variable) -> list[list[str]]:
+    return [list(variable.modes)] if variable.modes else []
 
 
 def _flow(flow: Flow) -> dict[str, Any]:
@@ -85,9 +89,11 @@ def _forms(forms: Mapping[str, Affine]) -> dict[str, Any]:
 
 
 def _piece(piece: Piece) -> dict[str, Any]:
-    return {
+    found = {
         "where": {name: _interval(bounds) for name, bounds in piece.where.items()},
         "move": _forms(piece.move),
         "effect": [[agent, action, _forms(forms)] for (agent, action), forms in sorted(piece.effect.items())],
         "error": {name: _interval(bounds) for name, bounds in piece.error.items()},
     }
+    found |= {"when": [_half(half) for half in piece.when]} if piece.when else {}
+    return found | ({"choice": dict(piece.choice)} if piece.choice else {})

@@ -5,13 +5,15 @@ Assumes: nothing about the text, which may come from anywhere.
 Does not: run anything that a file holds: expressions are parsed, never evaluated.
 """
 
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
 from codegen.check import identifier
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import GOAL
 from verify.claims.region import Interval
+from verify.claims.region_files import is_list, is_table
 from verify.language.arithmetic import Typed
 from verify.language.units import PURE, Unit, unit_of, written
 from verify.systems.actors import agents_of, features_of
@@ -25,6 +27,7 @@ from verify.systems.statement import Rule, Statement
 from verify.systems.system import Box, Flow, HalfSpace, Polytope, System, Variable
 from verify.systems.values import (
     ADVICE,
+    VALUES,
     as_list,
     as_table,
     count,
@@ -54,6 +57,9 @@ KEYS = (
 MAX_BYTES = 2**20
 MAX_STEPS = 10_000
 MAX_VARIABLES = 64
+MAX_MODES = 256
+STEP = "step"  # what texts call the number of a step
+WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 
 def statement_of(source: str, name: str) -> Statement:
@@ -62,7 +68,10 @@ def statement_of(source: str, name: str) -> Statement:
     only(document, KEYS, where)
     constants = _constants(document, where)
     variables, units = _variables(table(document, "variables", where), constants, where)
-    names = Names(units, constants.meant)
+    clock = _clock(document, variables, constants)
+    variables, units = (*variables, *clock), units | {each.name: PURE for each in clock}
+    modes = {each.name: each.modes for each in variables if each.modes}
+    names = Names(units, constants.meant, modes)
     described = table(document, "agents", where)
     agents, inputs = agents_of(described, names, where / "agents")
     features = features_of(described, names, where / "agents")
@@ -74,20 +83,30 @@ def statement_of(source: str, name: str) -> Statement:
         moved = as_table(document["dynamics"], where / "dynamics")
         unset = {name for each in agents for name in each.inputs - inputs.keys()}
         still = dict.fromkeys(unset, Typed[Expression](Number(Fraction(0)), None))
-        known = Names(units | inputs, {**constants.meant, **still})
+        known = Names(units | inputs, {**constants.meant, **still}, modes)
         if "flow" in moved:
             if "reference" in document:
                 what = "a flow is not compared with an environment"
                 raise InputError(what, where / "reference", "remove the reference; worlds check integrates the flow")
+            _ensure_numbers((*modes, *(each.name for each in clock)), "a flow", where / "dynamics" / "flow")
             flow = flow_of(moved, variables, agents, known, where / "dynamics")
         else:
-            rules = rules_of(moved, variables, agents, known, where / "dynamics")
-    start = _start(table(document, "start", where), variables, names, where / "start")
+            rules = rules_of(moved, variables, agents, known, where / "dynamics", [each.name for each in clock])
+    start = _start(table(document, "start", where), variables, names, where / "start", clock)
     called, reference, state = (text(document.get(key, ""), where / key) for key in ("name", "reference", "state"))
+    if reference:
+        _ensure_numbers((*modes, *(each.name for each in clock)), "an environment", where / "reference")
     made = pieces(rules, variables, where / "dynamics")
     system = System(called or "system", variables, features, start, made, steps, reference, flow)
     stated = {key: value for key, value in document.items() if key == "property"}
     return Statement(system, agents, rules, names, stated, where, state)
+
+
+def _ensure_numbers(strange: Sequence[str], what: str, where: Place) -> None:
+    """InputError for variables that only rules of steps know."""
+    if strange:
+        told = ", ".join(strange)
+        raise InputError(f"{what} knows nothing of {told}", where, "state numbers alone, or rules by [dynamics.next]")
 
 
 def _constants(document: Mapping[str, object], where: Place) -> Names:
@@ -116,13 +135,17 @@ def _variables(
     for name, described in stated.items():
         place = where / "variables" / name
         value = as_table(described, place)
-        only(value, ("unit", "range"), place)
+        only(value, VALUES, place)
         if name in constants.meant:
             raise InputError(f"'{name}' is a constant too", place, "give each a name of its own")
         if identifier(name.split(".")[0]) == GOAL:
             raise InputError("'goal' is the place of a game's goal", place, "give the variable another name")
         if identifier(name) in map(identifier, units):
             raise InputError(f"another variable is '{name}' but for its case", place, "give each a name of its own")
+        if "modes" in value:
+            found.append(_mode(named(name, place, dotted=True), value, place))
+            units[name] = PURE
+            continue
         if "range" not in value:
             raise InputError("a variable needs a range", place, "write range = [-1, 1]")
         units[named(name, place, dotted=True)] = unit = unit_of(text(value.get("unit", ""), place), place)
@@ -130,9 +153,53 @@ def _variables(
     return tuple(found), units
 
 
-def _start(given: Mapping[str, object], variables: tuple[Variable, ...], names: Names, where: Place) -> Polytope:
+def _mode(name: str, given: Mapping[str, object], where: Place) -> Variable:
+    """A variable that is a mode."""
+    only(given, ("modes",), where)
+    modes = [named(text(each, where / "modes"), where / "modes") for each in as_list(given["modes"], where / "modes")]
+    if not 2 <= len(modes) <= MAX_MODES or len(set(modes)) < len(modes):
+        raise InputError(f"not 2 to {MAX_MODES} different modes", where / "modes", 'write modes = ["off", "on"]')
+    return Variable(name, "1", (Fraction(0), Fraction(len(modes) - 1)), tuple(modes))
+
+
+def _clock(document: Mapping[str, object], variables: tuple[Variable, ...], constants: Names) -> tuple[Variable, ...]:
+    """The number of the step as a variable, where a file speaks of it and nothing of its own is named so."""
+    named = {each.name for each in variables} | constants.meant.keys()
+    told = [document.get(key, {}) for key in ("agents", "dynamics", "start")]
+    claims = document.get("property", [])
+    told += [{**each, "label": ""} for each in (claims if is_list(claims) else []) if is_table(each)]
+    if STEP in named or "dynamics" not in document or not any(_says(each, STEP) for each in told):
+        return ()
+    steps = document.get("steps")
+    return (Variable(STEP, "1", (Fraction(0), Fraction(steps if isinstance(steps, int) else 1))),)
+
+
+def _says(value: object, word: str) -> bool:
+    """Whether a text in a document has a word, or a table in it has it as a key."""
+    match value:
+        case dict():
+            return word in value or any(_says(each, word) for each in value.values())
+        case list():
+            return any(_says(each, word) for each in value)
+        case str():
+            return word in WORD.findall(value)
+        case _:
+            return False
+
+
+def _start(
+    given: Mapping[str, object],
+    variables: tuple[Variable, ...],
+    names: Names,
+    where: Place,
+    clock: tuple[Variable, ...],
+) -> Polytope:
     """The start region: bounds on every variable, and further conditions."""
     bounds, conditions = region_parts(given, names, where)
+    for each in clock:
+        if each.name in bounds:
+            raise InputError(f"every episode starts at {each.name} 0", where / "box" / each.name, "remove it")
+        bounds = {**bounds, each.name: (Fraction(0), Fraction(0))}
     for variable in variables:
         low, high = variable.range
         place = where / "box" / variable.name
@@ -153,12 +220,22 @@ def region_parts(given: Mapping[str, object], names: Names, where: Place) -> tup
     for name, value in flat(table(given, "box", where), where / "box").items():
         if name not in names.known:
             raise UnknownNameError("variable", name, names.known, where / "box")
+        if name in names.modes:
+            value = _number_of(value, name, names, where / "box" / name)
         bounds[name] = interval(value, names.known[name], names, where / "box" / name)
     conditions: list[HalfSpace] = []
     for index, value in enumerate(as_list(given.get("where", []), where / "where")):
         place = where / "where" / index
         conditions += half_spaces(text(value, place), names, place)
     return bounds, tuple(conditions)
+
+
+def _number_of(value: object, name: str, names: Names, where: Place) -> int:
+    """The number of a mode by its name."""
+    mode = text(value, where)
+    if mode not in names.modes[name]:
+        raise UnknownNameError(f"mode of {name}", mode, names.modes[name], where)
+    return names.modes[name].index(mode)
 
 
 def region_of(given: object, names: Names, where: Place) -> Polytope:

@@ -6,13 +6,29 @@ Does not: enclose what is not affine (pieces.py).
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from fractions import Fraction
 
 from codegen.errors import InputError, UnknownNameError
 from codegen.wording import counted
+from verify.language.arithmetic import Typed
 from verify.language.units import Unit, times
-from verify.systems.language.expressions import Expression, affine, names, of_affine, replaced, terms, total
-from verify.systems.language.parsing import Names, fitting
+from verify.systems.cases import OTHERWISE, CaseRegion, case_regions
+from verify.systems.language.choices import ChosenMotion, call, ways
+from verify.systems.language.expressions import (
+    Expression,
+    Name,
+    Number,
+    Sum,
+    affine,
+    names,
+    of_affine,
+    replaced,
+    terms,
+    total,
+)
+from verify.systems.language.mode_values import input_of, mode_of
+from verify.systems.language.parsing import Choice, Names, conditions, fitting
 from verify.systems.regions import left_out, overlapping
 from verify.systems.statement import Agent, Rule
 from verify.systems.system import Affine, Box, Interval, Variable
@@ -26,6 +42,7 @@ from verify.systems.values import (
     measured,
     only,
     table,
+    text,
     typed,
 )
 from verify.toml_places import Place
@@ -37,24 +54,32 @@ Effect = dict[tuple[str, str], dict[str, Expression]]
 
 
 def rules_of(
-    given: Mapping[str, object], variables: Sequence[Variable], agents: Sequence[Agent], names: Names, where: Place
+    given: Mapping[str, object],
+    variables: Sequence[Variable],
+    agents: Sequence[Agent],
+    names: Names,
+    where: Place,
+    counters: Sequence[str] = (),
 ) -> tuple[Rule, ...]:
-    """The rules of a file. `names`: variables, inputs and constants. InputError where they overlap or leave a gap."""
+    """The rules of a file. `names`: variables, inputs and constants; `counters`: variables that go up by 1 in a step,
+    of which a file says nothing. InputError where rules overlap or leave a gap.
+    """
     only(given, (*MOVES, "piece"), where)
-    reader = _Motion(variables, agents, names)
+    reader = _Motion(variables, agents, names, counters)
     if "piece" not in given:
-        return (reader.rule(given, {}, where),)
+        return reader.rules(given, [CaseRegion({}, ())], where)
     pieces = as_list(given["piece"], where / "piece")
     if not 1 <= len(pieces) <= MAX_RULES:
         raise InputError(f"{len(pieces)} pieces, of 1 to {MAX_RULES}", where, ADVICE)
     shared = {key: value for key, value in given.items() if key != "piece"}
+    tables = [as_table(each, where / "piece" / index) for index, each in enumerate(pieces)]
+    for index, stated in enumerate(tables):
+        only(stated, (*MOVES, "where", "when"), where / "piece" / index)
+    regions = reader.regions(tables, where)
     found: list[Rule] = []
-    for index, each in enumerate(pieces):
+    for index, (stated, own) in enumerate(zip(tables, regions, strict=True)):
         place = where / "piece" / index
-        stated = as_table(each, place)
-        only(stated, (*MOVES, "where"), place)
-        found.append(reader.rule(merged(shared, stated, place), reader.box(stated, place), place))
-    _ensure_cover(found, variables, where)
+        found += reader.rules(merged(shared, stated, place), own, place)
     return tuple(found)
 
 
@@ -74,9 +99,8 @@ def merged(shared: Mapping[str, object], stated: Mapping[str, object], where: Pl
     return found
 
 
-def _ensure_cover(rules: Sequence[Rule], variables: Sequence[Variable], where: Place) -> None:
+def _ensure_cover(boxes: Sequence[Box], variables: Sequence[Variable], where: Place) -> None:
     """InputError where two boxes share more than a border, or the ranges hold states that no box holds."""
-    boxes = [rule.where for rule in rules]
     pair = overlapping(boxes)
     if pair is not None:
         what = f"pieces {pair[0] + 1} and {pair[1] + 1} overlap"
@@ -92,10 +116,53 @@ def _ensure_cover(rules: Sequence[Rule], variables: Sequence[Variable], where: P
 class _Motion:
     """Reads rules."""
 
-    def __init__(self, variables: Sequence[Variable], agents: Sequence[Agent], names: Names) -> None:
-        self._variables, self._agents, self._names = [each.name for each in variables], agents, names
+    def __init__(
+        self, variables: Sequence[Variable], agents: Sequence[Agent], names: Names, counters: Sequence[str]
+    ) -> None:
+        self._variables, self._names = [each.name for each in variables if each.name not in counters], names
+        self._counted = {name: Sum(Name(name), Number(Fraction(1))) for name in counters}
+        self._all, self._modes = variables, [each for each in variables if each.modes]
+        self._agents = [replace(agent, actions=self._with_modes(agent)) for agent in agents]
 
-    def box(self, given: Mapping[str, object], where: Place) -> Box:
+    def _with_modes(self, agent: Agent) -> dict[str, Mapping[str, Expression]]:
+        """The actions of an agent, which set each mode of their name too."""
+        found: dict[str, Mapping[str, Expression]] = {}
+        for action, values in agent.actions.items():
+            named = {
+                input_of(agent.name, each.name): Number(Fraction(each.modes.index(action)))
+                for each in self._modes
+                if all(other in each.modes for other in agent.actions)
+            }
+            found[action] = {**values, **named}
+        return found
+
+    def regions(self, tables: Sequence[Mapping[str, object]], where: Place) -> list[list[CaseRegion]]:
+        """The states of each piece: all have a box, `where`, or all have conditions, `when`."""
+        cases = ["when" in each for each in tables]
+        if not any(cases):
+            boxes = [self._box(each, where / "piece" / index) for index, each in enumerate(tables)]
+            _ensure_cover(boxes, self._all, where)
+            return [[CaseRegion(box, ())] for box in boxes]
+        for index, each in enumerate(tables):
+            place = where / "piece" / index
+            if "when" not in each or "where" in each:
+                raise InputError("one piece has conditions, so all have them", place, "write when, and no where")
+        texts = [text(each["when"], where / "piece" / index / "when") for index, each in enumerate(tables)]
+        if texts.count(OTHERWISE) > 1:
+            raise InputError(f"several cases are {OTHERWISE!r}", where, "keep one of them")
+        found = [
+            None if each == OTHERWISE else conditions(each, self._of_states, where / "piece" / index / "when")
+            for index, each in enumerate(texts)
+        ]
+        return case_regions(found, self._all, where / "piece")
+
+    @property
+    def _of_states(self) -> Names:
+        """What conditions may name: variables and constants."""
+        known = {each.name: self._names.known[each.name] for each in self._all}
+        return Names(known, self._names.meant, self._names.modes)
+
+    def _box(self, given: Mapping[str, object], where: Place) -> Box:
         """The box of a piece."""
         return {
             name: interval(bounds, self._unit(name, where / "where"), self._names, where / "where" / name)
@@ -107,23 +174,42 @@ class _Motion:
             raise UnknownNameError("variable", name, self._variables, where)
         return self._names.known[name]
 
-    def rule(self, given: Mapping[str, object], where: Box, place: Place) -> Rule:
-        """One rule."""
+    def rules(self, given: Mapping[str, object], regions: Sequence[CaseRegion], place: Place) -> tuple[Rule, ...]:
+        """The rules of a table: one for each of its regions and for each value of each choice."""
         if "next" in given:
             for key in ("A", "B", "c"):
                 if key in given:
                     raise InputError(f"both next and {key}", place, "write expressions or matrices, not both")
-            move, effect = self._separated(self._next(given, place), place)
+            moves = [(*self._separated(chosen.next, place), chosen.words) for chosen in self._chosen(given, place)]
         elif "A" in given:
-            move, effect = self._matrices(given, place)
+            if self._modes:
+                raise InputError("matrices do not say what becomes of modes", place / "A", "write next")
+            moves = [(*self._matrices(given, place), dict[str, str]())]
         else:
             raise InputError("nothing says how the state moves", place, "write next, or A, B and c")
-        return Rule(where, move, effect, self._errors(given, place), self._cuts(given, place))
+        error, cuts = self._errors(given, place), self._cuts(given, place)
+        found = [
+            Rule(where, {**move, **self._counted}, effect, error, cuts, when, words)
+            for where, when in regions
+            for move, effect, words in moves
+        ]
+        if len(found) > MAX_RULES:
+            raise InputError(f"more than {MAX_RULES} cases and choices", place, "choose between fewer values")
+        return tuple(found)
+
+    def _chosen(self, given: Mapping[str, object], place: Place) -> list[ChosenMotion]:
+        """The next values for each way to choose."""
+        choices: dict[str, Choice] = {}
+        called: dict[str, str] = {}
+        stated = self._next(given, choices, called, place)
+        return list(ways(stated, choices, called, place))
 
     # --- expressions
 
-    def _next(self, given: Mapping[str, object], where: Place) -> dict[str, Expression]:
-        """The next value of each variable."""
+    def _next(
+        self, given: Mapping[str, object], choices: dict[str, Choice], called: dict[str, str], where: Place
+    ) -> dict[str, Expression]:
+        """The next value of each variable. `choices` gets what is chosen, `called` how each choice is called."""
         meant = dict(self._names.meant)
         lets = table(given, "let", where)
         if len(lets) > MAX_LET:
@@ -131,16 +217,27 @@ class _Motion:
         for name, value in lets.items():
             if name in self._names.known or name in meant:
                 raise InputError(f"'{name}' is named twice", where / "let", "give each a name of its own")
-            meant[name] = typed(value, Names(self._names.known, meant), where / "let" / name)
+            meant[name] = typed(value, self._choosing(meant, choices), where / "let" / name)
+            call(called, choices, name)
         stated = flat(table(given, "next", where), where / "next")
         for name in stated:
             self._unit(name, where / "next")
-        named = Names(self._names.known, meant)
-        return {name: self._one(stated, name, named, where / "next") for name in self._variables}
+        named = self._choosing(meant, choices)
+        found: dict[str, Expression] = {}
+        for name in self._variables:
+            found[name] = self._one(stated, name, named, where / "next")
+            call(called, choices, name)
+        return found
+
+    def _choosing(self, meant: Mapping[str, Typed[Expression]], choices: dict[str, Choice]) -> Names:
+        return Names(self._names.known, meant, self._names.modes, choices)
 
     def _one(self, stated: Mapping[str, object], name: str, named: Names, where: Place) -> Expression:
         if name not in stated:
             raise InputError(f"nothing says how {name} moves", where, f'write {name} = "{name}" if it stays')
+        if name in named.modes:
+            actions = {agent.name: tuple(agent.actions) for agent in self._agents}
+            return mode_of(text(stated[name], where / name), name, named, actions, where / name)
         return fitting(typed(stated[name], named, where / name), self._names.known[name], where / name)
 
     def _separated(self, found: Mapping[str, Expression], where: Place) -> tuple[dict[str, Expression], Effect]:
@@ -233,6 +330,8 @@ class _Motion:
         for name, value in flat(table(given, "error", where), where / "error").items():
             place = where / "error" / name
             unit = self._unit(name, where / "error")
+            if name in self._names.modes:
+                raise InputError("a mode has no error", place, "write choice(.., ..) of modes in next")
             low, high = interval(value, unit, self._names, place)
             if not isinstance(value, list):
                 if high < 0:

@@ -40,6 +40,8 @@ def measured(feature: Feature, state: State) -> Fraction:
         return Fraction((value > 0) - (value < 0))
     if feature.measure is Measure.POSITIVE:
         return Fraction(value > 0)
+    if feature.measure is Measure.EQUALS:
+        return Fraction(value == 0)
     if feature.measure is Measure.CLIP and feature.bounds is not None:
         return max(feature.bounds[0], min(feature.bounds[1], value))
     return value

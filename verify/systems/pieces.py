@@ -85,7 +85,7 @@ def _pieces(rule: Rule, ranges: Mapping[str, Interval], where: object) -> Iterat
                 by_agent[agent, name] = min(low, error[0]), max(high, error[1])
         for (_, name), error in by_agent.items():
             errors.setdefault(name, []).append(error)
-        yield Piece(box, move, effect, _summed(errors))
+        yield Piece(box, move, effect, _summed(errors), rule.when, rule.choice)
 
 
 def enclosed(expression: Expression, over: Enclosing) -> Enclosure:

@@ -89,7 +89,13 @@ def _claim(
             for name, number in statement.names.meant.items()
             if isinstance(number.value, Number)
         }
-        known = Vocabulary(tuple(statement.names.known), acting, units=statement.names.known, constants=constants)
+        known = Vocabulary(
+            tuple(statement.names.known),
+            acting,
+            units=statement.names.known,
+            constants=constants,
+            modes=statement.names.modes,
+        )
         found = formula_of(written, known, lambda offset: (where / "formula").of_offset(written, offset))
         words = " or ".join(_words(each, place, _beyond(each, statement, where)) for each in stated)
         region = f"with {words}" if words else ""

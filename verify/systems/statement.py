@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 from verify.systems.language.expressions import Expression
 from verify.systems.language.parsing import Names
-from verify.systems.system import Box, Interval, System
+from verify.systems.system import Box, Interval, Polytope, System
 from verify.toml_places import Place
 
 
@@ -34,7 +34,8 @@ class Agent:
 @dataclass(frozen=True)
 class Rule:
     """How the state moves in a box, as it is written: the next value of a variable is its `move`, the effects of all
-    agents' actions on it, and an error that the user states.
+    agents' actions on it, and an error that the user states. `when`: further conditions of its states; `choice`: what
+    is taken of each choice, in the words of the file, as all others are rules of their own.
     """
 
     where: Box
@@ -42,6 +43,8 @@ class Rule:
     effect: Mapping[tuple[str, str], Mapping[str, Expression]]  # (agent, action) -> variable -> what it adds
     error: Mapping[str, Interval]
     cuts: Mapping[str, int] = field(default_factory=dict[str, int])  # parts of a range where something is not affine
+    when: Polytope = ()
+    choice: Mapping[str, str] = field(default_factory=dict[str, str])
 
 
 @dataclass(frozen=True)

@@ -4,13 +4,15 @@ Does: the data of a system; affine forms, half spaces and boxes, and their value
 Assumes: whoever makes one has checked names, units and shapes.
 Does not: know trees or claims. It says nothing about how far the statement is from a simulator.
 
-The state is a number for each variable. In one step, with the joint action a, the piece whose box holds the state gives
+The state is a number for each variable. In one step, with the joint action a, a piece that holds the state gives
 
     next(x) = move[x](state) + the sum over agents i of effect[i, a_i][x](state) + e_x,   e_x anywhere in error[x],
 
-for each variable x. Boxes of pieces share borders only, and on a shared border each of them may be taken. Outside all
-boxes nothing is stated. An agent observes each of its features as the exact value of what it measures, rounded once to
-the nearest number of those that it compares, float32 or float64, ties to even.
+for each variable x. A piece holds the states of its box that meet its further conditions `when`. Where several pieces
+hold a state, each of them may be taken: on a shared border, and where a rule has a choice, which is a piece for each
+value. Where none does, nothing is stated. A mode is a variable that has one of a finite set of values, whole numbers
+from 0. An agent observes each of its features as the exact value of what it measures, rounded once to the nearest
+number of those that it compares, float32 or float64, ties to even.
 
 A system may have a flow instead of pieces: then the state moves in continuous time. At the start and after each period
 the agents observe it, and their actions are held until the next of these samples.
@@ -83,6 +85,7 @@ class Measure(Enum):
     SIGN = "sign"  # -1, 0 or 1
     POSITIVE = "positive"  # 1 where the form is above 0, else 0
     CLIP = "clip"  # to the bounds of the feature
+    EQUALS = "equals"  # 1 where the form is 0, else 0
 
 
 @dataclass(frozen=True)
@@ -96,21 +99,34 @@ class Feature:
 
 @dataclass(frozen=True)
 class Variable:
-    """One number of the state: its unit, free text, and the range in which the statement is made."""
+    """One number of the state: its unit, free text, and the range in which the statement is made.
+
+    `modes`: the names of the values 0, 1, ... of a mode, whose range they fill; empty for a number.
+    """
 
     name: str
     unit: str
     range: Interval
+    modes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
 class Piece:
-    """How the state moves where it lies in a box. What is not named in `move` becomes 0, in `error` it is exact."""
+    """How the state moves where it lies in a box and meets conditions. What is not named in `move` becomes 0, in
+    `error` it is exact. `choice`: which value it takes of each choice of its rule, in the words of the file.
+    """
 
     where: Box
     move: Mapping[str, Affine]
     effect: Mapping[tuple[str, str], Mapping[str, Affine]] = field(default_factory=lambda: MappingProxyType({}))
     error: Mapping[str, Interval] = field(default_factory=lambda: MappingProxyType({}))
+    when: Polytope = ()
+    choice: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
+
+    def holds(self, state: State) -> bool:
+        """Whether it says how a state moves."""
+        inside = all(low <= state[name] <= high for name, (low, high) in self.where.items())
+        return inside and all(half.holds(state) for half in self.when)
 
     def step(self, state: State, actions: Mapping[str, str], error: State) -> dict[str, Fraction]:
         """The next state, for a joint action by agents' names and an error of each variable that has one."""

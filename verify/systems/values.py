@@ -40,7 +40,7 @@ def as_table(value: object, where: Place) -> Mapping[str, object]:
     return value
 
 
-VALUES = ("unit", "range")  # keys of a variable's own table
+VALUES = ("unit", "range", "modes")  # keys of a variable's own table
 
 
 def flat(given: Mapping[str, object], where: Place) -> dict[str, object]:

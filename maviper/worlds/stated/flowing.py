@@ -26,6 +26,8 @@ class FlowRule:
     period, if they stay as they are.
     """
 
+    case = ()  # it holds all states
+
     def __init__(self, flow: Flow) -> None:
         self.period = float(flow.period)
         self.error = {

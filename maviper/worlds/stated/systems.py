@@ -9,7 +9,7 @@ An episode ends where the statement ends: after its steps, or where the state le
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
@@ -65,6 +65,8 @@ class MovingRule:
     def __init__(self, rule: Rule) -> None:
         self.error = {name: _floats(bounds) for name, bounds in rule.error.items()}
         self._where = [(name, *_floats(bounds)) for name, bounds in rule.where.items()]
+        self._when = rule.when
+        self.case = (rule.where, rule.when)
         self._move = {name: function(move) for name, move in rule.move.items()}
         self._effect = {
             choice: {name: function(added) for name, added in effects.items()}
@@ -72,8 +74,13 @@ class MovingRule:
         }
 
     def holds(self, state: Mapping[str, float]) -> bool:
-        """Whether a state lies in its box."""
-        return all(low <= state[name] <= high for name, low, high in self._where)
+        """Whether a state lies in its box and meets its conditions."""
+        if not all(low <= state[name] <= high for name, low, high in self._where):
+            return False
+        return not self._when or self._meets({name: Fraction(number) for name, number in state.items()})
+
+    def _meets(self, exact: Mapping[str, Fraction]) -> bool:
+        return all(half.holds(exact) for half in self._when)
 
     def moved(self, state: Mapping[str, float], actions: Mapping[str, str]) -> Floats:
         """The next state for a joint action by names, without an error."""
@@ -111,6 +118,12 @@ class Moving:
     def clipped(self, state: Mapping[str, float]) -> Floats:
         """The state nearest to one in the ranges."""
         return {name: min(max(number, self.ranges[name][0]), self.ranges[name][1]) for name, number in state.items()}
+
+
+def drawn(rules: Sequence[AnyRule], rng: np.random.Generator) -> AnyRule:
+    """One of the rules that hold in a state: the first, or any of those that differ from it in choices alone."""
+    ways = [rule for rule in rules if rule.case == rules[0].case]
+    return ways[int(rng.integers(len(ways)))] if len(ways) > 1 else ways[0]
 
 
 def _floats(bounds: Interval) -> tuple[float, float]:
@@ -166,7 +179,7 @@ class StatedEnv(ParallelEnv[str, Any, Any]):
         """One step: observations, rewards, terminations, truncations and infos."""
         acted = self.agents
         chosen = {agent: self.action_names[agent][actions[agent]] for agent in acted}
-        rule = self._moving.rules(self.state)[0]
+        rule = drawn(self._moving.rules(self.state), self._rng)
         after = rule.moved(self.state, chosen)
         for name, (low, high) in rule.error.items():
             after[name] += self._rng.uniform(low, high)
@@ -244,7 +257,7 @@ def _spec(name: str, feature: Feature, statement: Statement) -> FeatureSpec:
     match feature.measure:
         case Measure.SIGN:
             low, high = Fraction(-1), Fraction(1)
-        case Measure.POSITIVE:
+        case Measure.POSITIVE | Measure.EQUALS:
             low, high = Fraction(0), Fraction(1)
         case Measure.CLIP:
             assert feature.bounds is not None

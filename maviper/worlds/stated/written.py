@@ -13,7 +13,7 @@ from fractions import Fraction
 import numpy as np
 
 from codegen.ir import PolicyProfile
-from maviper.worlds.stated.systems import AnyRule, Floats, Moving, box, start
+from maviper.worlds.stated.systems import AnyRule, Floats, Moving, box, drawn, start
 from verify.reach.replay import piece_of
 from verify.systems.observing import chosen
 from verify.systems.statement import Statement
@@ -54,8 +54,10 @@ class _Play:
                 rules = self._moving.stated(state)
                 if piece_of(self._system, exact) is None or not rules:
                     break
-                after = rules[0].moved(state, self._joint(exact))
-                state = _off(rules[0], after, near[step + 1] if step + 1 < len(near) else None, rng)
+                ahead = near[step + 1] if step + 1 < len(near) else None
+                joint = self._joint(exact)
+                rule = drawn(rules, rng) if ahead is None else _nearest(rules, state, joint, ahead)
+                state = _off(rule, rule.moved(state, joint), ahead, rng)
                 exact = {name: Fraction(number) for name, number in state.items()}
         except (OverflowError, ZeroDivisionError, ValueError):  # no float64 is near, or sin of such a number
             pass
@@ -64,6 +66,15 @@ class _Play:
     def _joint(self, state: State) -> dict[str, str]:
         actions = chosen(self._system, self._profile, state)
         return {policy.agent: policy.actions[actions[policy.agent]].name for policy in self._profile.agents}
+
+
+def _nearest(rules: Sequence[AnyRule], state: Floats, joint: Mapping[str, str], ahead: State) -> AnyRule:
+    """The rule that comes nearest to a state: of equal ones the first."""
+
+    def off(rule: AnyRule) -> float:
+        return max(abs(float(ahead[name]) - value) for name, value in rule.moved(state, joint).items())
+
+    return rules[0] if len(rules) == 1 else min(rules, key=off)
 
 
 def _off(rule: AnyRule, after: Floats, near: Mapping[str, Fraction] | None, rng: np.random.Generator) -> Floats:

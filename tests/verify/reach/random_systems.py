@@ -20,7 +20,7 @@ def affine(random, names, constant=HALVES):
 
 
 def feature(random, names):
-    measure = some(random, list(Measure))
+    measure = some(random, [measure for measure in Measure if measure is not Measure.EQUALS])  # random_modes has those
     bounds = (F(-1, 2), F(1)) if measure is Measure.CLIP else None
     return Feature(affine(random, names), measure, bounds)
 

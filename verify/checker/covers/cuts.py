@@ -21,6 +21,7 @@ from codegen.ir import Float64
 from verify.checker.covers.boxes import BoxList, together
 from verify.checker.covers.rounding import Factor, ceiling, floor, sum_down, sum_up
 from verify.claims.formula import Linear
+from verify.systems.system import HalfSpace
 
 
 class FloatEnd(NamedTuple):
@@ -40,6 +41,12 @@ def opposite(inequality: Linear) -> Linear:
     """What holds where an inequality does not."""
     terms = tuple((-weight, name) for weight, name in inequality.terms)
     return Linear(terms, -inequality.bound, not inequality.strict)
+
+
+def linear(half: HalfSpace) -> Linear:
+    """A half space as an inequality."""
+    terms = tuple((factor, name) for name, factor in half.form.terms)
+    return Linear(terms, -half.form.constant, half.strict)
 
 
 class Cut:

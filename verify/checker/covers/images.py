@@ -15,6 +15,7 @@ import numpy as np
 
 from codegen.ir import AgentPolicy, Float64
 from verify.checker.covers.boxes import BoxList, together
+from verify.checker.covers.cuts import Cut, linear
 from verify.checker.covers.rounding import Factor, ceiling, floor, sum_down, sum_up
 from verify.checker.covers.trees import TreeCuts, digits
 from verify.systems.system import Affine, Piece, System
@@ -59,11 +60,14 @@ class PieceImage:
         self._piece, self._policies, self._trees = piece, policies, trees
         bounds = [(self._columns[name], *ends) for name, ends in piece.where.items()]
         self._where = [(at, floor(low), ceiling(low), floor(high), ceiling(high)) for at, low, high in bounds]
+        self._when = [Cut(linear(half), self._columns) for half in piece.when]
         self._motions: dict[Terms, int] = {}
         self._known: dict[int, tuple[int, _Shift]] = {}
 
     def within(self, boxes: BoxList) -> BoxList:
-        """Boxes around the states that lie in the box of the piece, bounds included."""
+        """Boxes around the states that lie in the box of the piece, bounds included, and meet its conditions."""
+        for cut in self._when:
+            boxes = cut.within(boxes)
         for column, _, least, most, _ in self._where:
             met = ~(boxes.high[:, column] < least) & ~(boxes.low[:, column] > most)
             if not met.all():

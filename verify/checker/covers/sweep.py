@@ -16,15 +16,15 @@ import numpy as np
 
 from codegen.ir import Float64, PolicyProfile
 from verify.checker.covers.boxes import BoxList, in_cells, together
-from verify.checker.covers.cuts import Cut, RegionCut
+from verify.checker.covers.cuts import Cut, RegionCut, linear
 from verify.checker.covers.images import PieceImage
 from verify.checker.covers.rounding import ceiling, ensure_arithmetic, floor
 from verify.checker.covers.trees import TreeCuts, decided
 from verify.checker.reading import RejectedError
-from verify.claims.formula import Linear
+from verify.checker.systems.cases import has_cases, hull_of
 from verify.systems.claims import SystemClaim
 from verify.systems.regions import left_out
-from verify.systems.system import Box, HalfSpace, System
+from verify.systems.system import Box, System
 
 MAX_PARTS = 1 << 20  # of the start
 AT_ONCE = 1 << 12  # parts that are swept together
@@ -111,8 +111,11 @@ class CoverSweep:
             for name, (low, high) in where.items():
                 least, most = bounds.get(name, (low, high))
                 bounds[name] = min(least, low), max(most, high)
+        bounds = dict(hull_of(self._system)) if has_cases(self._system) else bounds
         whole: Box = bounds
-        gap = any(low >= high for low, high in bounds.values()) or left_out(whole, wheres) is not None
+        gap = not has_cases(self._system) and (
+            any(low >= high for low, high in bounds.values()) or left_out(whole, wheres) is not None
+        )
         if gap:
             raise RejectedError("the pieces leave gaps between them")
         low = np.full(len(self._columns), -np.inf)
@@ -173,9 +176,3 @@ class CoverSweep:
         for cut in self._starts:
             boxes = cut.within(boxes)
         return boxes
-
-
-def linear(half: HalfSpace) -> Linear:
-    """A half space as an inequality."""
-    terms = tuple((factor, name) for name, factor in half.form.terms)
-    return Linear(terms, -half.form.constant, half.strict)

@@ -19,8 +19,9 @@ import numpy as np
 from codegen.ir import NO_FEATURE, AgentPolicy, Bool, Int64, splits
 from verify.checker.covers.boxes import BoxList, together
 from verify.checker.covers.cuts import Cut, end_of, opposite
+from verify.checker.reading import RejectedError
 from verify.checker.systems.trees import goes_left
-from verify.claims.formula import TRUE, Linear
+from verify.claims.formula import TRUE, Formula, Linear, Or
 from verify.systems.system import System
 
 MANY = -1  # the column of a test of several variables
@@ -36,30 +37,48 @@ class _AtNodes(NamedTuple):
 class TreeCuts:
     """One agent's tree. Of a test of one variable `below` is the child of the low side, `above` that of the high one;
     `last` is the largest float on the low side, `first` the least one on the high side; `up`, `down` bound the end.
+
+    A test for equality goes left on both sides of a number: it is two nodes, the second of them behind the whole tree.
     """
 
     def __init__(self, system: System, policy: AgentPolicy, columns: Mapping[str, int]) -> None:
-        tree, count = policy.tree, len(policy.tree.feature)
-        self._action = np.array(tree.action, dtype=np.int64)
-        self._leaf: Bool = np.array(tree.feature) == NO_FEATURE
+        tree, features = policy.tree, system.features[policy.agent]
+        sides = {
+            node: goes_left(
+                features[policy.features[int(tree.feature[node])].name], float(tree.threshold[node]), policy.numbers
+            )
+            for node in splits(tree)
+        }
+        twice = [node for node, side in sides.items() if isinstance(side, Or) and side.parts]
+        count, own = len(tree.feature) + len(twice), len(tree.feature)
+        self._action = np.append(tree.action, np.zeros(len(twice))).astype(np.int64)
+        self._leaf: Bool = np.append(np.array(tree.feature) == NO_FEATURE, np.zeros(len(twice), dtype=np.bool_))
         self._column = np.full(count, MANY, dtype=np.int64)
-        self._below, self._above = np.array(tree.left, dtype=np.int64), np.array(tree.right, dtype=np.int64)
+        self._below = np.append(tree.left, [tree.left[node] for node in twice]).astype(np.int64)
+        self._above = np.append(tree.right, [tree.right[node] for node in twice]).astype(np.int64)
         self._last, self._first, self._up, self._down = (np.zeros(count) for _ in range(4))
         self._cuts: dict[int, tuple[Cut, Cut]] = {}
         self.actions = len(policy.actions)
-        features = system.features[policy.agent]
-        for node in splits(tree):
-            feature = features[policy.features[int(tree.feature[node])].name]
-            side = goes_left(feature, float(tree.threshold[node]), policy.numbers)
+        for node, side in sides.items():
             if isinstance(side, Linear):
                 self._test(node, side, columns)
-            else:
+            elif node not in twice:
                 self._one_way(node, side == TRUE)
+        for behind, node in enumerate(twice, own):
+            self._above[node] = behind
+            self._test_both(node, behind, sides[node], columns)
 
     def _one_way(self, node: int, left: bool) -> None:
         self._column[node] = 0
         self._last[node], self._first[node] = (inf, inf) if left else (-inf, -inf)
         self._up[node], self._down[node] = inf, -inf
+
+    def _test_both(self, node: int, behind: int, left: Formula, columns: Mapping[str, int]) -> None:
+        """A test that goes left where one of two inequalities holds."""
+        for at, part in zip((node, behind), left.parts if isinstance(left, Or) else (), strict=True):
+            if not isinstance(part, Linear):
+                raise RejectedError("a test of a number that does not change")
+            self._test(at, part, columns)
 
     def _test(self, node: int, left: Linear, columns: Mapping[str, int]) -> None:
         if len(left.terms) != 1:

@@ -26,6 +26,7 @@ from verify.checker.envelope import (
     undamaged,
 )
 from verify.checker.reading import RejectedError
+from verify.checker.systems.cases import ensure_cases
 from verify.checker.systems.walk import FollowedPart, Hull, Proof, SystemQuestions, ways
 from verify.claims.formula import Acts, Linear, agents, atoms, coordinates, holds
 from verify.claims.formula_json import read_formula, read_number
@@ -132,6 +133,7 @@ def ensure_asked(certificate: Certified, named: set[str], profile: PolicyProfile
         ensure_in_steps(system, "this form of certificate")
     if certificate.claim.steps and not system.pieces and not certificate.claim.about_decisions:
         raise RejectedError("the system states no dynamics, so nothing is known of its episodes")
+    ensure_cases(system)
     if any(low > high for piece in system.pieces for low, high in piece.error.values()):
         raise RejectedError("an error of the system has its low end above its high end, so there is none")
 
@@ -183,6 +185,8 @@ def _strange_actions(claim: SystemClaim, profile: PolicyProfile) -> list[str]:
 def _is_state(certificate: Certified, system: System) -> bool:
     claim, state = certificate.claim, certificate.inhabitant
     if not all(one.range[0] <= state[one.name] <= one.range[1] for one in system.variables):
+        return False
+    if any(one.modes and state[one.name].denominator != 1 for one in system.variables):
         return False
     if claim.about_decisions:
         return not claim.regions or holds(claim.inside, state, {})

@@ -96,13 +96,13 @@ def _common(where: Box, ranges: Box) -> Box:
 
 
 def _owner(piece: Piece, rules: Sequence[Rule]) -> int:
-    """The rule in whose box a piece lies."""
+    """The rule in whose box a piece lies, with its conditions and choices."""
     for number, rule in enumerate(rules):
         inside = (
             name in piece.where and low <= piece.where[name][0] and piece.where[name][1] <= high
             for name, (low, high) in rule.where.items()
         )
-        if all(inside):
+        if all(inside) and rule.when == piece.when and rule.choice == piece.choice:
             return number
     raise RejectedError("a piece lies in the box of no rule")
 

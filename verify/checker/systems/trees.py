@@ -18,7 +18,7 @@ from codegen.errors import UnknownNameError
 from codegen.ir import NO_FEATURE, ROOT, AgentPolicy, splits
 from verify.checker.systems.reading import Effect, Inequality, SystemReading
 from verify.checker.thresholds import rounded
-from verify.claims.formula import FALSE, TRUE, Formula, below
+from verify.claims.formula import FALSE, TRUE, Formula, Or, below, disjunction
 from verify.systems.system import Affine, Feature, Measure, Piece, System
 
 Choices = frozenset[Effect]
@@ -36,13 +36,21 @@ Decision = Split | Choices  # at a leaf, the effects of which each may be taken
 
 
 def goes_left(feature: Feature, threshold: float, numbers: str) -> Formula:
-    """Where a split on a feature goes left, for an agent that compares such numbers: an inequality, always or never."""
+    """Where a split on a feature goes left, for an agent that compares such numbers: an inequality, one of two that
+    exclude each other, always or never.
+    """
     terms = dict(feature.form.terms)
     if feature.measure in (Measure.SIGN, Measure.POSITIVE):
         least = -1 if feature.measure is Measure.SIGN else 0
         if threshold < least or threshold >= 1:
             return TRUE if threshold >= 1 else FALSE
         return below(terms, -feature.form.constant, threshold < 0)
+    if feature.measure is Measure.EQUALS:
+        if threshold < 0 or threshold >= 1:
+            return TRUE if threshold >= 1 else FALSE
+        beyond = {name: -factor for name, factor in terms.items()}
+        constant = feature.form.constant
+        return disjunction(below(terms, -constant, True), below(beyond, constant, True))
     end = rounded(threshold, numbers)
     most, strict = end.value(), end.strict
     if feature.measure is Measure.CLIP and feature.bounds is not None:
@@ -110,6 +118,10 @@ def _parted(reading: SystemReading, side: Formula, left: Decision, right: Decisi
     """A split that goes left where a formula holds; either side, where nothing is known of the test."""
     if side in (TRUE, FALSE):
         return left if side == TRUE else right
+    if isinstance(side, Or):
+        for part in reversed(side.parts):
+            right = _parted(reading, part, left, right)
+        return right
     condition = reading.condition(side)
     if not isinstance(condition, Inequality):
         return either(left, right)

@@ -15,12 +15,13 @@ from typing import NamedTuple
 
 from codegen.ir import PolicyProfile
 from verify.checker.reading import RejectedError
+from verify.checker.systems.cases import has_cases, hull_of
 from verify.checker.systems.reading import Condition, Effect, Every, Inequality, SystemReading
 from verify.checker.systems.rows import Branch, Row
 from verify.checker.systems.trees import Choices, Decision, Split, decisions
-from verify.claims.formula import FALSE, TRUE, Formula, Or, agents, conjunction, disjunction, given, negated
+from verify.claims.formula import FALSE, TRUE, Formula, Or, agents, below, conjunction, disjunction, given, negated
 from verify.systems.claims import SystemClaim, atom
-from verify.systems.system import Affine, HalfSpace, Piece, Polytope, System
+from verify.systems.system import Affine, Box, HalfSpace, Polytope, System, Variable
 
 Decided = tuple[Branch, tuple[Effect, ...]]
 
@@ -169,9 +170,10 @@ class SystemQuestions:
             speaking = agents(claim.formula)
             self.policies = tuple(policy for policy in profile.agents if policy.agent in speaking)
         self.decisions = decisions(system, self.reading, self.policies, claim.about_decisions)
-        boxes = [conjunction(*map(atom, box_of(piece))) for piece in system.pieces]
-        self._pieces = [self.reading.condition(box) for box in boxes]
-        unstated = negated(disjunction(*boxes)) if ways(claim) in part.shows else FALSE
+        held = [conjunction(*map(atom, (*box_of(piece.where), *piece.when))) for piece in system.pieces]
+        self._pieces = [self.reading.condition(each) for each in held]
+        stated = conjunction(*map(atom, box_of(hull_of(system)))) if has_cases(system) else disjunction(*held)
+        unstated = negated(stated) if ways(claim) in part.shows else FALSE
         self._unstated = self.reading.condition(unstated)
         self.visited = 0
 
@@ -210,7 +212,8 @@ class SystemQuestions:
 
     def _decide(self, start: Branch) -> Iterator[Branch]:
         denied, inside = negated(self.claim.formula), self.claim.inside if self.claim.regions else TRUE
-        for branch in self._within(start, self.reading.condition(inside)):
+        modes = conjunction(*(_is_mode(one) for one in self.system.variables if one.modes))
+        for branch in self._within(start, self.reading.condition(conjunction(modes, inside))):
             for decided, effects in self._decided(branch, 0):
                 actions = {one.agent: effect.number for one, effect in zip(self.policies, effects, strict=True)}
                 self._exclude(decided, self.reading.condition(given(denied, actions)))
@@ -316,10 +319,17 @@ class SystemQuestions:
                 return None, None
 
 
-def box_of(piece: Piece) -> Polytope:
-    """The states in which a piece says how they move."""
+def _is_mode(variable: Variable) -> Formula:
+    """That a variable has the value of one of its modes."""
+    name = variable.name
+    values = [(below({name: 1}, n), below({name: -1}, -n)) for n in range(len(variable.modes))]
+    return disjunction(*(conjunction(*ends) for ends in values))
+
+
+def box_of(box: Box) -> Polytope:
+    """A box as half spaces."""
     found: list[HalfSpace] = []
-    for name, (low, high) in piece.where.items():
+    for name, (low, high) in box.items():
         found += [
             HalfSpace(Affine.of({name: Fraction(-1)}, low)),
             HalfSpace(Affine.of({name: Fraction(1)}, -high)),

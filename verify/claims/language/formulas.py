@@ -19,6 +19,7 @@ from verify.claims.formula import FALSE, TRUE, Acts, Formula, Goal, conjunction,
 from verify.claims.language.sums import CoordinateSum, compared, constant, coordinate, distance, largest
 from verify.language.arithmetic import Arithmetic, Typed
 from verify.language.lexer import Source, Token
+from verify.language.modes import BY_EQUALITY, Modes, is_compared, resolved
 from verify.language.parser import ACTS, BARS, CallNode, Joined, Level, Limits, Listed, NameNode, Node, Prefixed, parse
 from verify.language.units import Unit
 
@@ -42,13 +43,14 @@ class Vocabulary:
     radius: Fraction = Fraction(0)
     units: Mapping[str, Unit] = field(default_factory=dict[str, Unit])  # of coordinates; empty: they have none
     constants: Mapping[str, Typed[Fraction]] = field(default_factory=dict[str, Typed[Fraction]])
+    modes: Modes = field(default_factory=dict[str, tuple[str, ...]])  # of coordinates that are modes
 
 
 def formula_of(text: str, vocabulary: Vocabulary, where: Callable[[int], str]) -> Formula:
     """The formula that a text states. InputError that shows the first fault, and the closest known name."""
     source = Source(text, where)
     reader = _Formulas(source, vocabulary)
-    found = reader.claim(parse(source, LIMITS))
+    found = reader.claim(resolved(source, parse(source, LIMITS), vocabulary.modes))
     sums = reader.sums
     if sums.measured is not None and not vocabulary.units:
         advice = "write the number alone: only a world file states the units of what it names"
@@ -103,6 +105,8 @@ class _Sums(Arithmetic[CoordinateSum]):
             self.measured = self.measured or name
             number, unit = known.constants[name.text]
             return Typed(constant(number), unit)
+        if name.text in known.modes and not is_compared(name):
+            raise self.source.wrong(f"{name.text} is a mode, and no number", name.place, BY_EQUALITY)
         if name.text in known.coordinates:
             return Typed(coordinate(name.text), known.units.get(name.text))
         if name.text in known.entities:

@@ -8,13 +8,16 @@ Does not: parse (verify.language), or evaluate.
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import TypeVar
+from itertools import pairwise
+from typing import NamedTuple, TypeVar
 
 from codegen.errors import InputError
 from verify.language.arithmetic import Arithmetic, Typed
 from verify.language.lexer import Source, Token
-from verify.language.parser import CallNode, Joined, Level, Limits, Node, parse
+from verify.language.modes import BY_EQUALITY, Modes, is_compared, resolved
+from verify.language.parser import CallNode, Joined, Level, Limits, NameNode, Node, parse
 from verify.language.units import PURE, Unit, written
+from verify.systems.language.conditions import polytopes
 from verify.systems.language.expressions import (
     Call,
     Expression,
@@ -35,6 +38,9 @@ LIMITS = Limits(characters=2_000, depth=201)
 MAX_DEPTH, MAX_PARTS, MAX_DEGREE = 150, 20_000, 64
 LARGEST, MAX_BITS = 10**100, 1 << 15  # of a number that is computed from others, and of its denominator
 FUNCTIONS = {"sin": 1, "cos": 1, "clip": 3}  # name -> how many arguments
+EQUALS = "equals"
+CHOICE = "choice"
+MAX_CHOICE = 64  # values of one choice
 SPECIAL = "#\\'\""  # a comment would hide what follows it; texts and line ends are no part of expressions
 MINUS = Number(Fraction(-1))
 HOW = "write sums and products of names and numbers, such as x + 0.1[s]*v"
@@ -42,17 +48,32 @@ SIGNS = "compare two sums by <=, <, >=, > or =="
 Read = TypeVar("Read")
 
 
+class Option(NamedTuple):
+    """A value of a choice, and how it is written."""
+
+    value: Expression
+    written: str
+
+
+Choice = tuple[Option, ...]
+
+
 @dataclass(frozen=True)
 class Names:
-    """What a text may name: `known` are variables and inputs, `meant` constants and what `let` names."""
+    """What a text may name: `known` are variables and inputs, `meant` constants and what `let` names; `modes` those of
+    variables that have some. `choices`: where texts may hold choices, those that were read, by the name that stands for
+    each in an expression.
+    """
 
     known: Mapping[str, Unit]
     meant: Mapping[str, Typed[Expression]] = field(default_factory=dict[str, Typed[Expression]])
+    modes: Modes = field(default_factory=dict[str, tuple[str, ...]])
+    choices: dict[str, Choice] | None = None
 
 
 def expression_of(text: str, names: Names, where: Place | str) -> Typed[Expression]:
     """The expression that a text states. InputError with `where`, and the text with the first fault marked."""
-    return _read(text, names, where, lambda reader, tree: reader.typed(tree))
+    return read_with(text, names, where, lambda reader, tree: reader.typed(tree))
 
 
 def fitting(typed: Typed[Expression], unit: Unit, where: Place | str) -> Expression:
@@ -64,22 +85,49 @@ def fitting(typed: Typed[Expression], unit: Unit, where: Place | str) -> Express
 
 
 def feature_of(text: str, functions: Collection[str], names: Names, where: Place | str) -> tuple[str, Expression]:
-    """What a text measures: which of `functions` it is, "" for none, and of what expression."""
+    """What a text measures: which of `functions` it is, "" for none, and of what expression; EQUALS where it says that
+    an expression is 0.
+    """
 
     def read(reader: "_Expressions", tree: Node) -> tuple[str, Expression]:
         if isinstance(tree, CallNode) and tree.token.text in functions and len(tree.arguments) == 1:
             return tree.token.text, reader.typed(tree.arguments[0]).value
-        return "", reader.typed(tree).value
+        match tree:
+            case Joined(_, Level.RELATION, left, ((sign, right),)) if sign.text == "==":
+                return EQUALS, reader.less(left, right).value
+            case NameNode(token) if token.text in names.modes:  # its number
+                return "", Name(token.text)
+            case _:
+                return "", reader.typed(tree).value
 
-    return _read(text, names, where, read)
+    return read_with(text, names, where, read)
 
 
 def half_spaces(text: str, names: Names, where: Place | str) -> Polytope:
     """The half spaces of a comparison, `0 <= x - y < 1`. InputError for anything else."""
-    return _read(text, names, where, lambda reader, tree: tuple(reader.half_spaces(tree)))
+    return read_with(text, names, where, lambda reader, tree: tuple(reader.half_spaces(tree)))
 
 
-def _read(text: str, names: Names, where: Place | str, read: "Callable[[_Expressions, Node], Read]") -> Read:
+def conditions(text: str, names: Names, where: Place | str) -> list[Polytope]:
+    """The polytopes of a condition, of which a state lies in one just where it holds."""
+    return read_with(text, names, where, lambda reader, tree: reader.polytopes(tree))
+
+
+def arguments(text: str) -> list[str]:
+    """The arguments of a call as they are written, from its parenthesis on."""
+    cuts, depth = list[int](), 0
+    for place, letter in enumerate(text):
+        depth += (letter == "(") - (letter == ")")
+        if (letter, depth) in (("(", 1), (",", 1), (")", 0)):
+            cuts.append(place)
+        if (letter, depth) == (")", 0):
+            break
+    given = [text[one + 1 : other].strip() for one, other in pairwise(cuts)]
+    return [each for each in given if each]
+
+
+def read_with(text: str, names: Names, where: Place | str, read: "Callable[[_Expressions, Node], Read]") -> Read:
+    """What a function reads of a text, given its reader and its tree. InputError with the place of the first fault."""
 
     def told(offset: int) -> str:
         return where.of_offset(text, offset) if isinstance(where, Place) else f"{where}, column {offset + 1}"
@@ -92,7 +140,7 @@ def _read(text: str, names: Names, where: Place | str, read: "Callable[[_Express
         if letter in SPECIAL:
             raise source.wrong(f"cannot read {letter!r}", place, HOW)
     reader = _Expressions(source, names)
-    found = read(reader, parse(source, LIMITS))
+    found = read(reader, resolved(source, parse(source, LIMITS), names.modes))
     if reader.misfits:
         raise reader.misfits[0]
     return found
@@ -121,6 +169,8 @@ class _Expressions(Arithmetic[Expression]):
         return self._small(Power(base, exponent), sign)
 
     def named(self, name: Token) -> Typed[Expression]:
+        if name.text in self._names.modes and not is_compared(name):
+            raise self.source.wrong(f"{name.text} is a mode, and no number", name.place, BY_EQUALITY)
         if name.text in self._names.meant:
             return self._names.meant[name.text]
         if name.text not in self._names.known:
@@ -129,6 +179,8 @@ class _Expressions(Arithmetic[Expression]):
 
     def called(self, call: CallNode) -> Typed[Expression]:
         function = call.token
+        if function.text == CHOICE:
+            return self._choice(call)
         if function.text not in FUNCTIONS:
             raise self.source.unknown("function", function, FUNCTIONS)
         given = [self.typed(each) for each in call.arguments]
@@ -151,6 +203,35 @@ class _Expressions(Arithmetic[Expression]):
         unit = self.same(given[0], given[1], function)
         unit = self.same(Typed(given[0].value, unit), given[2], function)
         return Typed(self._small(Call("clip", given[0].value, (low, high)), function), unit)
+
+    def _choice(self, call: CallNode) -> Typed[Expression]:
+        """A name that stands for any of some values. Each choice that is written is one of its own."""
+        made, place = self._names.choices, call.token.place
+        if made is None:
+            raise self.source.wrong("nothing is chosen here", place, "choices stand in the rules of [dynamics]")
+        if not 2 <= len(call.arguments) <= MAX_CHOICE:
+            raise self.source.wrong(f"a choice has 2 to {MAX_CHOICE} values", place, "write choice(-1, 1)")
+        first, *others = given = [self.typed(each) for each in call.arguments]
+        unit = first.unit
+        for other in others:
+            unit = self.same(Typed(first.value, unit), other, call.token)
+        texts = arguments(self.source.text[place + len(CHOICE) :])
+        name = f"{CHOICE} {len(made) + 1}"
+        made[name] = tuple(Option(one.value, text) for one, text in zip(given, texts, strict=True))
+        return Typed(Name(name), unit)
+
+    def polytopes(self, tree: Node) -> list[Polytope]:
+        """The polytopes of a condition."""
+
+        def less(left: Node, sign: Token, right: Node) -> Affine:
+            del sign
+            found = affine(self.less(left, right).value)
+            if found is None:
+                advice = "write sums of variables times numbers"
+                raise self.source.wrong("not an affine form", left.token.place, advice)
+            return found
+
+        return polytopes(self.source, tree, less)
 
     def refused(self, node: Node) -> InputError:
         return self.source.wrong("not an expression", node.token.place, HOW)

@@ -1,0 +1,65 @@
+"""Choices of a rule: which it holds, how each is called, and the rule for each way to choose.
+
+Does: puts the values of choices in place of the names that stand for them.
+Assumes: choices as they were read (parsing.py).
+Does not: read texts.
+"""
+
+from collections.abc import Iterable, Iterator, Mapping
+from itertools import product
+from math import prod
+from typing import NamedTuple
+
+from codegen.errors import InputError
+from verify.systems.language.expressions import Expression, names, replaced
+from verify.systems.language.parsing import Choice, Option
+from verify.toml_places import Place
+
+MAX_WAYS = 256  # to choose in one rule
+
+
+class ChosenMotion(NamedTuple):
+    """The next value of each variable for some choices, and what these are in the words of the file."""
+
+    next: Mapping[str, Expression]
+    words: Mapping[str, str]
+
+
+def call(called: dict[str, str], choices: Mapping[str, Choice], name: str) -> None:
+    """Calls the choices that were read last by the name that they stand under; a second one gets a number too."""
+    fresh = [each for each in choices if each not in called]
+    for number, each in enumerate(fresh, 1):
+        called[each] = name if number == 1 and name not in called.values() else f"{name} {number}"
+
+
+def ways(
+    stated: Mapping[str, Expression], choices: Mapping[str, Choice], called: Mapping[str, str], where: Place
+) -> Iterator[ChosenMotion]:
+    """The next values for each way to choose. InputError for too many."""
+    used = _used(stated.values(), choices)
+    count = prod(len(choices[name]) for name in used)
+    if count > MAX_WAYS:
+        raise InputError(f"{count:,} ways to choose, of at most {MAX_WAYS}", where, "choose between fewer values")
+    for options in product(*(choices[name] for name in used)):
+        taken = dict(zip(used, options, strict=True))
+        words = {called[name]: option.written for name, option in taken.items()}
+        yield ChosenMotion({name: _settled(each, taken) for name, each in stated.items()}, words)
+
+
+def _used(stated: Iterable[Expression], choices: Mapping[str, Choice]) -> list[str]:
+    """The choices that expressions hold, those within others included, in the order in which they were read."""
+    found: set[str] = set()
+    pending = [name for each in stated for name in names(each) if name in choices]
+    while pending:
+        name = pending.pop()
+        if name not in found:
+            found.add(name)
+            pending += [other for option in choices[name] for other in names(option.value) if other in choices]
+    return [name for name in choices if name in found]
+
+
+def _settled(expression: Expression, taken: Mapping[str, Option]) -> Expression:
+    """The expression with what is taken in place of choices."""
+    while names(expression) & taken.keys():
+        expression = replaced(expression, {name: option.value for name, option in taken.items()})
+    return expression
