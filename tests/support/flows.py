@@ -1,4 +1,13 @@
-"""World files in continuous time, and small trees for them."""
+"""World files in continuous time, small trees for them, and trajectories by other people's integrators."""
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from codegen.ir import act
+from tests.support.system_cases import policy, team
+from verify.systems.files import statement_of
+from verify.systems.language.expressions import Call, Name, Number, Power, Product, Quotient, Sum
+from verify.systems.properties import claims_of
 
 PENDULUM = """
 name = "pendulum"
@@ -21,3 +30,168 @@ period = "0.05 s"
 angle = "spin"
 spin = "2[1/s^2]*sin(angle) + motor.torque"
 """
+BRAKING = team(
+    policy(
+        "motor",
+        ["angle", "spin"],
+        ["left", "off", "right"],
+        ((0, 0.5), ((1, -0.1), 2, ((1, 0.3), 1, 0)), ((1, -1.0), 2, 0)),
+    )
+)
+LOWERED = '[[property]]\nname = "reaches_and_stays"\nby = 10\nregion = { box = { angle = [0, 1] } }\n'
+
+MIXED = """
+name = "mixed"
+steps = 4
+[variables]
+x = { range = [-2, 2] }
+y = { range = [-2, 2] }
+z = { range = [0.5, 3] }
+[agents.one.features]
+x = "x"
+[agents.one.actions]
+low = { u = -0.5 }
+high = { u = 0.7 }
+[start]
+box = { x = [-0.3, 0.2], y = [-0.4, 0.3], z = [1, 1.3] }
+[dynamics]
+period = "0.1 s"
+[dynamics.flow]
+x = "1[1/s]*(y*cos(x) - x**3 + one.u)"
+y = "1[1/s]*(-x*y/(2 + sin(y)**2) + cos(-z) - one.u)"
+z = "1[1/s]*(sin(z)/z - z**2*0.3 + x*0.3)"
+"""
+SIDES = team(policy("one", ["x"], ["low", "high"], ((0, 0.0), 1, 0)))
+NEAR = '[[property]]\nname = "stays_in"\nregion = { box = { x = [-2, 2] } }\n'
+
+TURNING = """
+name = "turning"
+steps = 12
+[variables]
+x = { range = [-5, 5] }
+y = { range = [-5, 5] }
+[agents.one.features]
+x = "x"
+[agents.one.actions]
+low = { u = -0.2 }
+high = { u = 0.2 }
+[start]
+box = { x = [0.9, 1.1], y = [-0.1, 0.1] }
+[dynamics]
+period = "0.5 s"
+error = { x = 0.001, y = [-0.002, 0.001] }
+[dynamics.flow]
+x = "1[1/s]*(y + one.u)"
+y = "-1[1/s]*x"
+"""
+
+
+def case(text, profile, claim):
+    """A system, its team and a claim about it."""
+    statement = statement_of(text + claim, "case.toml")
+    return statement.system, profile, claims_of(statement, profile, "case.toml")[0]
+
+
+CASES = {
+    "pendulum": (PENDULUM, BRAKING, LOWERED),
+    "mixed": (MIXED, SIDES, NEAR),
+    "turning": (TURNING, SIDES, NEAR.replace("[-2, 2]", "[-9, 9]")),
+}
+
+
+def rate(expression, known):
+    """A derivative, written down once more, for numpy arrays and for mpmath's numbers."""
+    match expression:
+        case Number(value):
+            return known["number"](value)
+        case Name(name):
+            return known[name]
+        case Sum(left, right):
+            return rate(left, known) + rate(right, known)
+        case Product(left, right):
+            return rate(left, known) * rate(right, known)
+        case Quotient(left, right):
+            return rate(left, known) / rate(right, known)
+        case Power(base, exponent):
+            return rate(base, known) ** exponent
+        case Call(function, argument, None):
+            return getattr(known["library"], function)(rate(argument, known))
+    raise AssertionError(expression)
+
+
+def actions(system, profile, states):
+    """What a team does in some states [n, variables], and what that holds the inputs at, name -> [n]."""
+    names = [one.name for one in system.variables]
+    joint = []
+    for agent in profile.agents:
+        seen = np.stack([states[:, names.index(feature.name)] for feature in agent.features], axis=1)
+        joint.append((agent, act(agent, seen.astype(np.float32))))
+    held = {}
+    for agent, chosen in joint:
+        values = [system.flow.held[agent.agent, each.name] for each in agent.actions]
+        for name in values[0]:
+            held[name] = np.array([float(each[name]) for each in values])[chosen]
+    return held
+
+
+def trajectories(system, profile, starts, steps, errors=None):
+    """States at the ends of all steps of all periods, [periods, steps, n, variables], by scipy at 1e-12. `errors`: of
+    the derivatives, [n, variables], which stay.
+    """
+    names, (count, size) = [one.name for one in system.variables], starts.shape
+    period = float(system.flow.period)
+    now, found = starts.copy(), []
+    for _ in range(system.steps):
+        held = actions(system, profile, now)
+
+        def slope(_, flat, held=held):
+            state = flat.reshape(count, size)
+            known = {"number": float, "library": np, **held}
+            known |= {name: state[:, place] for place, name in enumerate(names)}
+            rates = [np.broadcast_to(rate(system.flow.rates[name], known), count) for name in names]
+            return (np.stack(rates, axis=1) + (0.0 if errors is None else errors)).ravel()
+
+        ends = np.linspace(0.0, period, steps + 1)[1:]
+        done = solve_ivp(slope, (0.0, period), now.ravel(), "DOP853", t_eval=ends, rtol=1e-12, atol=1e-12)
+        found.append(done.y.T.reshape(steps, count, size))
+        now = found[-1][-1]
+    return np.array(found)
+
+
+def starts_of(system, count, random):
+    """Random starts of a box, corners among them, [count, variables]."""
+    bounds = {one.name: [None, None] for one in system.variables}
+    for half in system.start:
+        ((name, factor),) = half.form.terms
+        bounds[name][factor > 0] = float(-half.form.constant / factor)
+    low, high = np.array(list(bounds.values())).T
+    where = random.random((count, len(low)))
+    where[::3] = np.round(where[::3])
+    return low + where * (high - low)
+
+
+def outside(seen, states, tubes):
+    """By how much states [periods, steps, n, variables] leave all sets that a sweep saw; of steps, or of their
+    tubes.
+    """
+    worst = 0.0
+    for (period, step), boxes in seen.items():
+        low, high = (np.concatenate(ends) for ends in zip(*boxes[tubes], strict=True))
+        points = states[period, step]
+        off = np.maximum(low[None] - points[:, None], points[:, None] - high[None]).max(axis=2).min(axis=1)
+        worst = max(worst, off.max())
+    return worst
+
+
+def watched(sweep, plan):
+    """The boxes of a sweep by period and step: those after it, and its tubes."""
+    found = {}
+
+    def see(told):
+        ends = found.setdefault((told.period, told.step), ([], []))
+        ends[0].append((told.after.low, told.after.high))
+        ends[1].append((told.tube.low, told.tube.high))
+
+    sweep.watch = see
+    sweep.run(plan)
+    return found

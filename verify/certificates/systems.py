@@ -1,6 +1,6 @@
 """Certificates of claims about stated systems, as text, and their claims as plain data.
 
-Does: the JSON texts that checker/systems/certificates.py and checker/covers/certificates.py read.
+Does: the JSON texts that the checker reads as certificates: proofs that are walked, covers of boxes, sets of a flow.
 Assumes: nothing.
 Does not: check what it writes.
 """
@@ -14,6 +14,8 @@ from verify.certificates.proofs import proof_lines
 from verify.checker.covers.certificates import FORM as COVER_FORM
 from verify.checker.covers.certificates import AnyCertificate, CoverCertificate
 from verify.checker.envelope import body_hash
+from verify.checker.flows.certificates import FORM as FLOW_FORM
+from verify.checker.flows.certificates import FlowCertificate
 from verify.checker.systems.certificates import FORM, SystemCertificate
 from verify.claims.formula import Linear
 from verify.claims.uncertified.documents import formula_document
@@ -21,7 +23,7 @@ from verify.systems.claims import SystemClaim
 from verify.systems.system import HalfSpace
 
 
-def to_json(certificate: AnyCertificate) -> str:
+def to_json(certificate: AnyCertificate | FlowCertificate) -> str:
     """The text of a certificate; equal certificates give equal bytes."""
     form, proof = _PROOFS[type(certificate)](certificate)
     body = {
@@ -53,8 +55,15 @@ def _covered(certificate: CoverCertificate) -> tuple[str, dict[str, Any]]:
     return COVER_FORM, {"cells": widths, "cuts": proof_lines(certificate.cuts)}
 
 
+def _flowing(certificate: FlowCertificate) -> tuple[str, dict[str, Any]]:
+    widths = {name: rational_literal(width) for name, width in certificate.widths.items()}
+    made = {"order": certificate.order, "steps": certificate.steps, "cells": widths}
+    samples = {"at_samples": certificate.claim.at_samples}
+    return FLOW_FORM, {**samples, **made, "cuts": proof_lines(certificate.cuts)}
+
+
 _PROOFS: dict[type, Callable[[Any], tuple[str, dict[str, Any]]]] = {
-    SystemCertificate: _walked, CoverCertificate: _covered,
+    SystemCertificate: _walked, CoverCertificate: _covered, FlowCertificate: _flowing,
 }  # fmt: skip
 
 

@@ -62,6 +62,12 @@ COVERS = {
     "verify/checker/covers": ("boxes", "certificates", "cuts", "images", "rounding", "sweep", "trees"),
     "verify/systems": (*SYSTEMS["verify/systems"], "regions"),
 }
+FLOWS = {
+    **SYSTEMS,
+    "verify/checker/covers": ("boxes", "cuts", "rounding", "trees"),
+    "verify/checker/flows": ("certificates", "functions", "series", "sets", "spans", "steps", "sweep"),
+    "verify/systems/language": ("expressions",),
+}
 REFEREE = {
     "codegen": ("errors", "floats", "ir", "observe", "region", "sum_rules", "sums", "world"),
     "verify": (*VERIFY, "question", "subjects"),

@@ -25,7 +25,7 @@ from verify.checker.systems import certificates as walked
 from verify.checker.systems.certificates import SystemCertificate, SystemClaimJson, ensure_asked, read_claim
 from verify.claims.formula_json import read_number
 from verify.systems.claims import SystemClaim
-from verify.systems.system import System
+from verify.systems.system import System, ensure_in_steps
 
 FORM = "maviper-system-certificate-2"
 MAX_WIDTH = Fraction(2) ** 200  # of a cell, and 1 over the least
@@ -72,6 +72,7 @@ def accepted(certificate: CoverCertificate, profile: PolicyProfile, system: Syst
     InputError when it is about another profile or system, or names what they do not have; RejectedError when its boxes
     do not show the claim.
     """
+    ensure_in_steps(system, "this form of certificate")
     ensure_asked(certificate, set(certificate.widths), profile, system)
     if certificate.claim.about_decisions:
         raise RejectedError("boxes show claims about episodes only")

@@ -100,6 +100,8 @@ def accepted(certificate: SystemCertificate, profile: PolicyProfile, system: Sys
     InputError when it is about another profile or system, or names what they do not have; RejectedError when a proof is
     missing or does not hold.
     """
+    if not certificate.claim.about_decisions:
+        ensure_in_steps(system, "this form of certificate")
     named = {name for part in certificate.parts for name in part.followed}
     hulls = [hull for part in certificate.parts for hull in part.hulls]
     named |= {name for hull in hulls for half in hull.region for name, _ in half.form.terms}
@@ -129,9 +131,9 @@ def ensure_asked(certificate: Certified, named: set[str], profile: PolicyProfile
     certificate.claim.ensure()
     if not _is_state(certificate, system):
         raise RejectedError("its inhabitant is not a state that the claim is about, so the claim may be vacuous")
-    if not certificate.claim.about_decisions:
-        ensure_in_steps(system, "this form of certificate")
-    if certificate.claim.steps and not system.pieces and not certificate.claim.about_decisions:
+    if certificate.claim.at_samples is not None and system.flow is None:
+        raise RejectedError("the claim is about continuous time, and the system moves in steps")
+    if certificate.claim.steps and not system.pieces and system.flow is None and not certificate.claim.about_decisions:
         raise RejectedError("the system states no dynamics, so nothing is known of its episodes")
     ensure_cases(system)
     if any(low > high for piece in system.pieces for low, high in piece.error.values()):

@@ -1,0 +1,166 @@
+"""Faults planted in the checker of flows are caught: trajectories leave its sets, or a false claim is shown."""
+
+from dataclasses import replace
+from fractions import Fraction as F
+
+import numpy as np
+import pytest
+
+from tests.support.flows import CASES, NEAR, case, outside, starts_of, trajectories, watched
+from tests.support.system_cases import box
+from verify.checker.flows import functions, series, sets, spans, steps, sweep
+from verify.checker.flows.spans import Spans
+from verify.checker.flows.steps import FlowStep, Frame
+from verify.checker.flows.sweep import FlowSweep, Plan
+from verify.checker.reading import RejectedError
+from verify.systems.claims import Pattern
+from verify.systems.language.expressions import Name, Power
+from verify.systems.system import Flow
+
+
+def escapes(name, plan=None, errors=False):
+    """Whether some trajectory leaves the sets of a sweep."""
+    plan, (system, profile, claim) = plan or Plan((0,), 4, 1), case(*CASES[name])
+    wide = replace(claim, regions=(box(**{one.name: (-99, 99) for one in system.variables}),))
+    seen = watched(FlowSweep(profile, system, wide), plan)
+    starts = starts_of(system, 40, np.random.default_rng(0))
+    ends = np.array([[float(end) for end in system.flow.error.get(one.name, (0, 0))] for one in system.variables])
+    off = np.broadcast_to(ends[:, 1], starts.shape) if errors else None
+    return outside(seen, trajectories(system, profile, starts, plan.steps, off), 0) > 1e-9
+
+
+def leaves_tubes(name):
+    """Whether some trajectory leaves the tubes of a sweep."""
+    plan, (system, profile, claim) = Plan((0,), 4, 1), case(*CASES[name])
+    seen = watched(FlowSweep(profile, system, claim), plan)
+    states = trajectories(system, profile, starts_of(system, 40, np.random.default_rng(0)), 4)
+    return any(outside(seen, states[:, part::4], 1) > 1e-9 for part in range(4))
+
+
+def shows(plan=None, **changes):
+    """Whether a claim about the pendulum is shown."""
+    system, profile, claim = case(*CASES["pendulum"])
+    try:
+        return FlowSweep(profile, system, replace(claim, **changes)).run(plan or Plan((0,), 4, 1)) > 0
+    except RejectedError:
+        return False
+
+
+def narrow():
+    return shows(regions=(box(angle=(0, F(6, 10))),))
+
+
+def never():
+    return shows(pattern=Pattern.REACHES, by=0, regions=(box(angle=(2, 3)),))
+
+
+def forbidden():
+    return shows(pattern=Pattern.AVOIDS, by=0, regions=(box(angle=(F(7, 10), F(72, 100))),))
+
+
+def between():
+    """x = cos t at whole turns, where it is 1, and between them, where it is not."""
+    text, profile, _ = CASES["turning"]
+    text = text.replace("error = { x = 0.001, y = [-0.002, 0.001] }", "").replace('"0.5 s"', '"6.283185307 s"')
+    text = text.replace("[0.9, 1.1]", "1").replace("[-0.1, 0.1]", "0").replace("0.2", "0").replace("= 12", "= 2")
+    system, profile, claim = case(text, profile, NEAR.replace("[-2, 2]", "[0.9, 1.1]"))
+    try:
+        return FlowSweep(profile, system, claim).run(Plan((0,), 6, 40)) > 0
+    except RejectedError:
+        return False
+
+
+FRAMED, LEFT_OUT = steps._framed, FlowStep._left_out
+
+
+def without_rest(frame, box, landed, slopes):
+    found = FRAMED(frame, box, landed, slopes)
+    return Frame(found.centre, found.matrix, np.zeros_like(found.rest))
+
+
+def at_the_middle(self, start, held):
+    return SLOPES(self, Spans(start.middle, start.middle), held)
+
+
+def no_remainder(self, stay, held):
+    found = LEFT_OUT(self, stay, held)
+    return Spans(0.0 * found.low, 0.0 * found.high)
+
+
+def no_errors(self, count):
+    zero = np.zeros((count, len(self._errors)))
+    return Spans(zero, zero)
+
+
+def only_the_start(self, box, held):
+    return box, np.ones(len(box.low), dtype=np.bool_)
+
+
+def first_half(frame, of, low, high):
+    return RENAMED(frame, of, low, 0.5 * low + 0.5 * high)
+
+
+def first_side(trees, boxes):
+    found = DECIDED(trees, boxes)
+    _, first = np.unique(found.part, return_index=True)
+    return found.taken(first)
+
+
+def squares_of_starts(read, own, number, k, memo):
+    return SQUARE(read, own, number, k, memo) if k == 0 else None
+
+
+SLOPES, RENAMED, DECIDED = FlowStep._slopes, sets._renamed, sweep.decided
+SQUARE = series._square
+FAULTS = {
+    "what the series leaves out": (FlowStep, "_left_out", no_remainder, lambda: escapes("turning", Plan((0,), 2, 1))),
+    "what frames leave out": (steps, "_framed", without_rest, lambda: escapes("pendulum")),
+    "slopes of the middle": (FlowStep, "_slopes", at_the_middle, lambda: escapes("pendulum")),
+    "errors of derivatives": (FlowStep, "_errors_of", no_errors, lambda: escapes("turning", errors=True)),
+    "a tube that is the start": (FlowStep, "_stay", only_the_start, lambda: leaves_tubes("pendulum")),
+    "frames cut too far": (sets, "_renamed", first_half, lambda: escapes("pendulum")),
+    "one side of a split": (sweep, "decided", first_side, lambda: escapes("pendulum")),
+    "coefficients of squares": (series, "_square", squares_of_starts, lambda: not _squares()),
+    "sin without its extremes": (
+        functions,
+        "_meets",
+        lambda span, place: np.zeros_like(span.low, dtype=np.bool_),
+        lambda: not _holds_extremes(),
+    ),
+    "claims at samples only": (FlowSweep, "_asked_on_the_way", lambda self, sets, *_: sets, between),
+    "nothing beyond a region": (FlowSweep, "_beyond", lambda self, boxes: boxes.taken(slice(0, 0)), narrow),
+    "nothing in a region": (FlowSweep, "_in_some", lambda self, boxes: boxes.taken(slice(0, 0)), forbidden),
+    "what never gets there": (FlowSweep, "_leave", lambda *_: None, never),
+    "another action": (FlowSweep, "_of_joint", lambda self, joint: OF_JOINT(self, 0), lambda: escapes("pendulum")),
+    "sums rounded to nearest": (spans, "plus", lambda a, b: Spans(a.low + b.low, a.high + b.high), lambda: _inexact()),
+}
+OF_JOINT = FlowSweep._of_joint
+
+
+def _squares():
+    """x' = x**2 from 1 is 1 / (1 - t), whose coefficients are all 1."""
+    flow, one = Flow(F(1), {"x": Power(Name("x"), 2)}, {}), np.ones((1, 1))
+    ((*found,),) = series.FlowReading(flow, ["x"]).series(Spans(one, one), {}, 4, sloped=False)
+    return all(each is not None and each.value.low[0] <= 1 <= each.value.high[0] for each in found)
+
+
+def _holds_extremes():
+    found, _ = functions.waves(Spans(np.array([1.0]), np.array([2.0])))
+    return found.high[0] == 1.0
+
+
+def _inexact():
+    one = Spans(np.array([1.0]), np.array([1.0]))
+    tiny = Spans(np.array([1e-30]), np.array([1e-30]))
+    found = spans.plus(one, tiny)
+    return not F(found.low[0]) <= 1 + F(1e-30) <= F(found.high[0])
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_a_planted_fault_is_caught(name, monkeypatch):
+    owner, attribute, fault, caught = FAULTS[name]
+    assert not caught()
+    if owner is series:
+        monkeypatch.setitem(series._NEXT, "square", fault)
+    monkeypatch.setattr(owner, attribute, fault)
+    assert caught()

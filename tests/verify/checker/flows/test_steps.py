@@ -1,0 +1,127 @@
+"""Steps hold solutions of mpmath to 30 digits, wholly; their series are those that mpmath finds."""
+
+from fractions import Fraction as F
+
+import numpy as np
+import pytest
+
+from tests.support.flows import CASES, case, rate
+from verify.checker.flows.series import FlowReading
+from verify.checker.flows.spans import Spans
+from verify.checker.flows.steps import FlowStep, Stepping, framed
+from verify.checker.reading import RejectedError
+from verify.systems.language.expressions import Call, Name, Number, Product, Quotient, Sum
+from verify.systems.system import Flow
+
+mpmath = pytest.importorskip("mpmath")
+X, Y = Name("x"), Name("y")
+ALL = {  # every function, also those that files cannot hold yet
+    "x": Sum(Call("exp", Product(Number(F(-1)), Y)), Call("tan", Product(Number(F(1, 5)), X))),
+    "y": Quotient(Call("sqrt", Sum(X, Number(F(2)))), Sum(Number(F(3)), Call("cos", Y))),
+}
+
+
+def solved(flow, start, seconds, held):
+    """The state after some seconds, to 30 digits."""
+    names = list(flow.rates)
+    with mpmath.workdps(34):
+        known = {"number": lambda value: mpmath.mpf(value.numerator) / value.denominator, "library": mpmath}
+        known |= {name: mpmath.mpf(value.numerator) / value.denominator for name, value in held.items()}
+
+        def slope(_, state):
+            return [rate(flow.rates[name], known | dict(zip(names, state, strict=True))) for name in names]
+
+        end = mpmath.mpf(seconds.numerator) / seconds.denominator
+        return mpmath.odefun(slope, 0, [mpmath.mpf(value) for value in start], tol=mpmath.mpf(10) ** -30)(end)
+
+
+def some_flow(name):
+    if name == "all":
+        return Flow(F(1, 5), ALL, {("a", "b"): {}}), (np.zeros(2), np.array([0.3, 0.2])), {}
+    system, _, _ = case(*CASES[name])
+    low, high = np.full(len(system.variables), 0.7), np.full(len(system.variables), 0.8)
+    return system.flow, (low, high), next(iter(system.flow.held.values()))
+
+
+def escaping(name, count, seed, order=4, step=FlowStep):
+    """How many of some solutions leave the box after two steps, and the box's width."""
+    flow, (low, high), held = some_flow(name)
+    names, random = list(flow.rates), np.random.default_rng(seed)
+    how = Stepping(order, flow.period / 2)
+    stepping = step(FlowReading(flow, names), [(F(0), F(0))] * len(names), how)
+    box = Spans(low[None], high[None])
+    frames, inputs = (framed(box),), {name: Spans(*([np.array([float(value)])] * 2)) for name, value in held.items()}
+    begun = box
+    for _ in range(2):
+        moved = stepping.moved(box, frames, inputs)
+        assert moved.shown.all()
+        box, frames = moved.box, moved.frames
+    bad = 0
+    for number in range(count):
+        share = np.round(random.random(len(low))) if number % 2 else random.random(len(low))
+        start = begun.low[0] + share * (begun.high[0] - begun.low[0])
+        end = solved(flow, start, flow.period, {name: F(float(value)) for name, value in held.items()})
+        bad += not all(box.low[0, place] <= value <= box.high[0, place] for place, value in enumerate(end))
+    return bad, float((box.high - box.low).max())
+
+
+@pytest.mark.parametrize("name", [*CASES, "all"])
+def test_no_solution_leaves_the_box(name):
+    bad, width = escaping(name, {"mixed": 1, "all": 2}.get(name, 4), 0)
+    assert not bad and width < 0.5
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [*CASES, "all"])
+@pytest.mark.parametrize("order", [1, 4])
+def test_a_thousand_solutions_stay(name, order):
+    assert escaping(name, 125, 1, order)[0] == 0
+
+
+def test_points_stay_nearly_points():
+    """The matrix exponential of a turn, with bounds: cos and sin of half a second."""
+    system, _, _ = case(*CASES["turning"])
+    reading = FlowReading(system.flow, ["x", "y"])
+    step = FlowStep(reading, [(F(0), F(0))] * 2, Stepping(16, F(1, 2)))
+    point = np.array([[1.0, 0.0]])
+    zero = {"one.u": Spans(np.zeros(1), np.zeros(1))}
+    found = step.moved(Spans(point, point), (framed(Spans(point, point)),), zero).box
+    with mpmath.workdps(30):
+        for place, exact in enumerate((mpmath.cos(0.5), -mpmath.sin(0.5))):
+            assert found.low[0, place] <= exact <= found.high[0, place]
+    assert (found.high - found.low).max() < 1e-14
+
+
+def test_coefficients_are_those_of_mpmath():
+    flow, (low, _), _ = some_flow("all")
+    found = FlowReading(flow, ["x", "y"]).series(Spans(low[None], low[None]), {}, 5, sloped=False)
+    with mpmath.workdps(50):
+        known = {"number": lambda value: mpmath.mpf(value.numerator) / value.denominator, "library": mpmath}
+        known |= {"x": mpmath.mpf(0), "y": mpmath.mpf(0)}
+        first = [rate(ALL[name], known) for name in "xy"]
+        end = solved(flow, low, F(1, 100), {})
+        for place in (0, 1):
+            series = [coefficient.value for coefficient in found[place]]
+            assert series[1].low[0] <= first[place] <= series[1].high[0]
+            total = sum(span.low[0] * 0.01**k for k, span in enumerate(series))
+            assert abs(total - float(end[place])) < 1e-13
+
+
+def test_what_divides_by_zero_or_grows_too_fast_is_not_shown():
+    flow = Flow(F(1), {"x": Product(X, X)}, {("a", "b"): {}})
+    box = Spans(np.array([[1.5]]), np.array([[2.0]]))
+    step = FlowStep(FlowReading(flow, ["x"]), [(F(0), F(0))], Stepping(4, F(1)))
+    with np.errstate(all="ignore"):
+        assert not step.moved(box, (framed(box),), {}).shown.any()  # 2 / (1 - 2 t) has no value at 0.5
+    flow = Flow(F(1), {"x": Quotient(Number(F(1)), X)}, {("a", "b"): {}})
+    step = FlowStep(FlowReading(flow, ["x"]), [(F(0), F(0))], Stepping(4, F(1)))
+    box = Spans(np.array([[-0.5]]), np.array([[2.0]]))
+    with np.errstate(all="ignore"):
+        assert not step.moved(box, (framed(box),), {}).shown.any()
+
+
+def test_what_is_not_known_is_refused():
+    with pytest.raises(RejectedError, match="does not know"):
+        FlowReading(Flow(F(1), {"x": Call("gamma", X)}, {}), ["x"])
+    with pytest.raises(RejectedError, match="does not know"):
+        FlowReading(Flow(F(1), {"x": Call("clip", X, (F(0), F(1)))}, {}), ["x"])

@@ -1,0 +1,279 @@
+"""The sweep of a claim about a flow: sets that hold every state at all times, each of which has to meet the claim.
+
+Does: cuts the start as a proof says, sends sets down the trees at each sample, moves them through a period in steps,
+  and asks the claim of every set at samples and of every tube between them.
+Assumes: steps.py, covers/trees.py and covers/cuts.py bound what they are asked.
+Does not: read documents, or choose how to cut and step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import NamedTuple
+
+import numpy as np
+
+from codegen.ir import Bool, Float64, Int64, PolicyProfile
+from verify.checker.covers.boxes import BoxList
+from verify.checker.covers.cuts import Cut, RegionCut
+from verify.checker.covers.rounding import ceiling, ensure_arithmetic, floor
+from verify.checker.covers.trees import TreeCuts, decided, digits
+from verify.checker.flows.series import FlowReading
+from verify.checker.flows.sets import SetList, started
+from verify.checker.flows.spans import Spans
+from verify.checker.flows.steps import FlowStep, Stepping, framed
+from verify.checker.reading import RejectedError
+from verify.claims.formula import Linear
+from verify.systems.claims import SystemClaim
+from verify.systems.system import HalfSpace, System
+
+MAX_PARTS = 1 << 18  # of the start
+AT_ONCE = 1 << 11  # parts that are swept together
+MAX_SETS = 1 << 18  # of one list
+MAX_SWEPT = 50_000_000  # sets over all steps
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How a claim is shown. `cuts`: of the start, as covers have them; `widths`: of cells, by column, in which sets are
+    joined at samples; none: sets keep the frames of their start. `order` of the series, `steps` of a period.
+    """
+
+    cuts: Sequence[int]
+    order: int
+    steps: int
+    widths: Mapping[int, float] = field(default_factory=dict[int, float])
+
+
+class StartBox(NamedTuple):
+    """A part of the start as a box."""
+
+    low: Float64
+    high: Float64
+
+
+class SeenStep(NamedTuple):
+    """What a step of a period was: its number, its sets, boxes of all states in it, and boxes of those at its end."""
+
+    period: int
+    step: int
+    sets: SetList
+    tube: Spans
+    after: Spans
+
+
+Watch = Callable[[SeenStep], None]
+
+
+class FlowSweep:
+    """The sweep for one claim. `open`: the parts that were not shown, by their numbers, and why; `watch` is told of
+    every step, for drawings and tests.
+    """
+
+    def __init__(self, profile: PolicyProfile, system: System, claim: SystemClaim) -> None:
+        assert system.flow is not None
+        self._system, self._claim, self._profile = system, claim, profile
+        names = [one.name for one in system.variables]
+        self.columns = {name: column for column, name in enumerate(names)}
+        self._trees = [TreeCuts(system, policy, self.columns) for policy in profile.agents]
+        self._regions = [RegionCut(list(map(_linear, region)), self.columns) for region in claim.regions]
+        self._starts = [Cut(_linear(half), self.columns) for half in system.start]
+        self._flow, self._reading = system.flow, FlowReading(system.flow, names)
+        none = Fraction(0), Fraction(0)
+        self._errors = [system.flow.error.get(name, none) for name in names]
+        self._held: dict[int, dict[str, tuple[float, float]]] = {}
+        self.swept = 0
+        self.open: dict[int, str] = {}
+        self.watch: Watch | None = None
+
+    def run(self, plan: Plan) -> int:
+        """How many sets were asked about. RejectedError where one may break the claim, or could not be followed."""
+        ensure_arithmetic()
+        for starts in self._parts(plan.cuts):
+            self.follow(starts, plan)
+            if self.open:
+                raise RejectedError(next(iter(self.open.values())))
+        return self.swept
+
+    def follow(self, starts: Sequence[StartBox], plan: Plan) -> None:
+        """Follows parts of the start; `open` has those that were not shown."""
+        self.open = {}
+        step = FlowStep(self._reading, self._errors, Stepping(plan.order, self._flow.period / plan.steps))
+        boxes = self._started([one.low for one in starts], [one.high for one in starts])
+        with np.errstate(all="ignore"):  # what overflows is not finite, and is left open
+            self._episodes(started(boxes, 0 if plan.widths else 1), step, plan)
+
+    def _episodes(self, sets: SetList, step: FlowStep, plan: Plan) -> None:
+        last = self._claim.steps
+        for period in range(last + 1):
+            if plan.widths:
+                sets = sets.joined(plan.widths)
+            sets = self._asked_at(sets, period)
+            if period == last or not sets.size:
+                break
+            boxes = decided(self._trees, sets.numbered)
+            sets = self._limited(sets.narrowed(boxes))
+            sets = self._through(sets, step, plan, period)
+        if self._claim.says.once and sets.size:
+            self._leave(sets, np.ones(sets.size, dtype=np.bool_), "an episode may not get into the region")
+
+    def _through(self, sets: SetList, step: FlowStep, plan: Plan, period: int) -> SetList:
+        """One period. Beside the frames of their start, sets have one of the sample, which is dropped after it."""
+        inside = sets._replace(frames=(framed(sets.box), *sets.frames))
+        for number in range(plan.steps):
+            if not inside.size:
+                break
+            self.swept += inside.size
+            if self.swept > MAX_SWEPT:
+                raise RejectedError(f"more than {MAX_SWEPT:,} sets")
+            moved = step.moved(inside.box, inside.frames, self._inputs(inside.joint))
+            self._leave(inside, ~moved.shown, "no enclosure of its states over a step was shown")
+            kept = moved.shown & ~moved.empty
+            inside = inside.taken(kept)
+            tube, frames = moved.tube.at(kept), tuple(frame.at(kept) for frame in moved.frames)
+            after = SetList(moved.box.at(kept), frames, inside.part, inside.joint)
+            if self.watch is not None:
+                self.watch(SeenStep(period, number, inside, tube, after.box))
+            inside = self._asked_on_the_way(after, tube, period, number + 1 == plan.steps)
+        return inside._replace(frames=inside.frames[1:])
+
+    def _inputs(self, joint: Int64) -> dict[str, Spans]:
+        """What is held in each set."""
+        numbers, of = np.unique(joint, return_inverse=True)
+        known = [self._of_joint(int(number)) for number in numbers]
+        names = list(known[0]) if known else []
+        return {
+            name: Spans(*(np.array([each[name][side] for each in known])[of.reshape(len(joint))] for side in (0, 1)))
+            for name in names
+        }
+
+    def _of_joint(self, joint: int) -> dict[str, tuple[float, float]]:
+        if joint not in self._held:
+            found: dict[str, tuple[float, float]] = {}
+            for policy, action in zip(self._profile.agents, digits(joint, self._trees), strict=True):
+                values = self._flow.held[policy.agent, policy.actions[action].name]
+                found |= {name: (floor(value), ceiling(value)) for name, value in values.items()}
+            self._held[joint] = found
+        return self._held[joint]
+
+    # --- the claim
+
+    def _asked_at(self, sets: SetList, period: int) -> SetList:
+        """The sets that are followed further from a sample."""
+        says, claim = self._claim.says, self._claim
+        if says.once:
+            return self._outside(sets)
+        if says.avoided:
+            return self._none(sets, self._in_some(sets.numbered), f"at sample {period} a state may be in the region")
+        if period < claim.by:
+            return sets
+        return self._none(sets, self._beyond(sets.numbered), f"at sample {period} a state may be out of the region")
+
+    def _asked_on_the_way(self, sets: SetList, tube: Spans, period: int, last: bool) -> SetList:
+        """The sets after a step that are followed further. `tube`: boxes of all states in the step."""
+        says, claim = self._claim.says, self._claim
+        if claim.at_samples:
+            return sets
+        if says.once:
+            return sets if last else self._outside(sets)
+        along = BoxList(tube.low.copy(), tube.high.copy(), np.arange(sets.size), sets.joint)
+        if says.avoided:
+            return self._none(sets, self._in_some(along), f"in period {period} a state may be in the region")
+        if period < claim.by:
+            return sets
+        return self._none(sets, self._beyond(along), f"in period {period} a state may be out of the region")
+
+    def _none(self, sets: SetList, found: BoxList, why: str) -> SetList:
+        """The sets without those of which boxes were found."""
+        bad = np.zeros(sets.size, dtype=np.bool_)
+        bad[found.part] = True
+        return self._left(sets, bad, why)
+
+    def _beyond(self, boxes: BoxList) -> BoxList:
+        for region in self._regions:
+            boxes = region.outside(boxes)
+        return boxes
+
+    def _in_some(self, boxes: BoxList) -> BoxList:
+        lists = [region.within(boxes) for region in self._regions]
+        return BoxList(*(np.concatenate(column) for column in zip(*lists, strict=True)))
+
+    def _outside(self, sets: SetList) -> SetList:
+        """What of the sets may not lie in the regions."""
+        return sets.narrowed(self._beyond(sets.numbered))
+
+    # --- parts that are left open
+
+    def _leave(self, sets: SetList, bad: Bool, why: str) -> None:
+        for part in np.unique(sets.part[bad]).tolist():
+            self.open.setdefault(part, why)
+
+    def _left(self, sets: SetList, bad: Bool, why: str) -> SetList:
+        """The sets of all other parts, without those that are bad."""
+        if not bad.any():
+            return sets
+        self._leave(sets, bad, why)
+        return sets.taken(~bad)
+
+    def _limited(self, sets: SetList) -> SetList:
+        if sets.size > MAX_SETS:
+            raise RejectedError(f"a list has more than {MAX_SETS:,} sets")
+        return sets
+
+    # --- the start
+
+    def _parts(self, cuts: Sequence[int]) -> Iterator[list[StartBox]]:
+        """The start as boxes, some parts at a time."""
+        found: list[StartBox] = []
+        count, numbers = 0, iter(cuts)
+        pending = [self.whole] if self.whole is not None else []
+        while pending:
+            one = pending.pop()
+            number = next(numbers, None)
+            if number is None or number > len(self.columns):
+                raise RejectedError("the cuts of the start end too early, or name a variable that there is not")
+            if number:
+                pending += reversed(halves(one, number - 1))
+                continue
+            found.append(one)
+            count += 1
+            if count > MAX_PARTS:
+                raise RejectedError(f"the start is cut into more than {MAX_PARTS:,} parts")
+            if len(found) == AT_ONCE:
+                yield found
+                found = []
+        if next(numbers, None) is not None:
+            raise RejectedError("the cuts of the start go on after their end")
+        if found:
+            yield found
+
+    @property
+    def whole(self) -> StartBox | None:
+        """A box around all starts; None where bounds show that there are none."""
+        ends = [one.range for one in self._system.variables]
+        boxes = self._started(
+            [np.array([floor(low) for low, _ in ends])], [np.array([ceiling(high) for _, high in ends])]
+        )
+        return StartBox(boxes.low[0], boxes.high[0]) if boxes.size else None
+
+    def _started(self, lows: Sequence[Float64], highs: Sequence[Float64]) -> BoxList:
+        """Boxes around the starts in some boxes."""
+        none = np.zeros(len(lows), dtype=np.int64)
+        boxes = BoxList(np.array(lows), np.array(highs), np.arange(len(lows)), none)
+        for cut in self._starts:
+            boxes = cut.within(boxes)
+        return boxes
+
+
+def halves(one: StartBox, column: int) -> list[StartBox]:
+    """A part cut at the middle of a variable, the lower half first."""
+    middle, lower, upper = 0.5 * one.low[column] + 0.5 * one.high[column], one.high.copy(), one.low.copy()
+    lower[column] = upper[column] = middle
+    return [StartBox(one.low, lower), StartBox(upper, one.high)]
+
+
+def _linear(half: HalfSpace) -> Linear:
+    """A half space as an inequality."""
+    return Linear(tuple((factor, name) for name, factor in half.form.terms), -half.form.constant, half.strict)
