@@ -30,6 +30,9 @@
 #if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || (defined(__FINITE_MATH_ONLY__) && (__FINITE_MATH_ONLY__ > 0))
 #error "compile without -ffast-math, -funsafe-math-optimizations and -ffinite-math-only: they change NaN and tiny numbers"
 #endif
+#if defined(__cplusplus) && (__cplusplus < 201703L) && defined(__STRICT_ANSI__) && !defined(__clang__)
+#error "thresholds are hexadecimal floats: compile with -std=c++17, or with -std=gnu++11 or -std=gnu++14"
+#endif
 #if (FLT_RADIX != 2) || (FLT_MANT_DIG != 24) || (FLT_MAX_EXP != 128) || (DBL_MANT_DIG != 53)
 #error "float must be IEEE binary32 and double binary64"
 #endif

@@ -10,11 +10,11 @@ from pathlib import Path
 import click
 
 from maviper.cli.group import Verb
-from maviper.cli.options import PATH, console_of, option
+from maviper.cli.options import FOLDER, console_of, option
 
 
 @click.command(cls=Verb, example="maviper demo -o demo")
-@option("-o", "--output", type=PATH, default=Path("demo"), show_default=True, help="The folder for results.")
+@option("-o", "--output", type=FOLDER, default=Path("demo"), show_default=True, help="The folder for results.")
 @option("--seed", default=None, type=int, help="The seed of the extraction.")
 @click.pass_context
 def demo(context: click.Context, output: Path, seed: int | None) -> int:

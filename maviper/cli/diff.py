@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Unpack
 import click
 
 from maviper.cli.group import Verb
-from maviper.cli.options import PATH, REGION, RESULTS, console_of, option, options_of
+from maviper.cli.options import FOLDER, PATH, REGION, RESULTS, console_of, option, options_of
 from maviper.options import DiffOptions
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 @click.argument("second", type=PATH)
 @REGION
 @options_of(DiffOptions)
-@option("-o", "--output", type=PATH, default=None, section=RESULTS, help="Folder for data, certificate and page.")
+@option("-o", "--output", type=FOLDER, default=None, section=RESULTS, help="Folder for data, certificate and page.")
 @option("--json", "as_json", is_flag=True, section=RESULTS, help="Print the comparison as JSON.")
 @click.pass_context
 def diff(

@@ -13,7 +13,7 @@ import click
 
 from codegen.errors import ExitCode
 from maviper.cli.group import Verb
-from maviper.cli.options import console_of, options_of, output
+from maviper.cli.options import FolderPath, console_of, options_of, output
 from maviper.options import ExtractOptions
 
 RENAMED = {"--budget": "--max-episodes", "--refinement": "--refinement-episodes"}
@@ -27,7 +27,7 @@ RENAMED = {"--budget": "--max-episodes", "--refinement": "--refinement-episodes"
 )
 @click.argument("expert")
 @options_of(ExtractOptions)
-@output("The profile's JSON file, or a run folder.")
+@output("The profile's JSON file, or a run folder.", FolderPath(".json"))
 @click.pass_context
 def extract(context: click.Context, expert: str, output: Path, **options: Unpack[ExtractOptions]) -> int:
     """Extract decision trees from an expert, as a policy profile.

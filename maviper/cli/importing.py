@@ -43,7 +43,7 @@ def _agents(_context: click.Context, parameter: click.Parameter, value: str | No
     help="A team: one file for each agent, instead of FILE.",
 )
 @options_of(ImportOptions)
-@output("The profile's file, a .json.")
+@output("The profile's file, a .json.", PATH)
 @click.pass_context
 def import_verb(
     context: click.Context,

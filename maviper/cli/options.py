@@ -5,6 +5,7 @@ Assumes: the group has put its flags into the context.
 Does not: import anything heavy before a command needs it.
 """
 
+import os
 from collections.abc import Callable
 from fractions import Fraction
 from pathlib import Path
@@ -18,7 +19,32 @@ from maviper.options.table import Option as Table
 from maviper.options.table import table_of
 from maviper.options.verification import QUESTION
 
-PATH = click.Path(path_type=Path)
+FILES = {  # what names of files end in: a folder of such a name is nearly always a mistake
+    *(".c", ".cpp", ".csv", ".h", ".hpp", ".htm", ".html", ".js", ".json", ".md", ".mjs", ".npz", ".onnx", ".pdf"),
+    *(".png", ".pt", ".pth", ".py", ".rs", ".safetensors", ".smt2", ".svg", ".toml", ".txt", ".yaml", ".yml", ".zip"),
+}
+
+
+class FolderPath(click.Path):
+    """The path of an output folder. InputError for a name that a file would have, unless such a folder is there."""
+
+    def __init__(self, *files: str) -> None:
+        """`files`: endings of names that stand for files of the command's own."""
+        super().__init__(path_type=Path)
+        self._files = files
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """The path, checked."""
+        path = super().convert(value, param, ctx)
+        if path.suffix.lower() in FILES - {*self._files} and not os.path.isdir(path):  # noqa: PTH112 - also too long
+            flag = param.opts[0] if param else "-o"
+            what = f"{flag} names a folder here, and {path.suffix} is what names of files end in"
+            ours = f", or a file that ends in {' or '.join(self._files)}" if self._files else ""
+            raise InputError(what, str(path), f"choose a folder: {flag} {path.with_suffix('')}{ours}")
+        return path
+
+
+PATH, FOLDER = click.Path(path_type=Path), FolderPath()
 PROFILE = click.argument("profile", type=PATH)
 RESULTS = "Results"
 
@@ -74,9 +100,9 @@ def _option_of(asked: Table) -> Callable[[Any], Any]:
     return option(asked.flag, asked.name, default=default, show_default=default is not None, **about)
 
 
-def output(text: str = "Where results go.") -> Callable[[Any], Any]:
+def output(text: str, kind: click.Path = FOLDER) -> Callable[[Any], Any]:
     """The option -o, which must be given."""
-    return option("-o", "--output", type=PATH, required=True, help=text, section=RESULTS)
+    return option("-o", "--output", type=kind, required=True, help=text, section=RESULTS)
 
 
 REGION = option(

@@ -12,7 +12,7 @@ import click
 
 from codegen.errors import ExitCode
 from maviper.cli.group import Verb
-from maviper.cli.options import PATH, PROFILE, console_of, fraction, option
+from maviper.cli.options import FOLDER, PATH, PROFILE, console_of, fraction, option
 
 
 @click.command(cls=Verb, example="maviper robust profile.json observations.csv --certify -o radii")
@@ -21,7 +21,7 @@ from maviper.cli.options import PATH, PROFILE, console_of, fraction, option
 @option("--agent", default=None, metavar="NAME", help="The agent (default: the only one).")
 @option("--least", callback=fraction, metavar="NUMBER", help="Exit with 1 if a radius is smaller.")
 @option("--certify", is_flag=True, help="Prove each radius, and check its certificate.")
-@option("-o", "--output", type=PATH, default=None, help="Folder for radii.csv and the certificates.")
+@option("-o", "--output", type=FOLDER, default=None, help="Folder for radii.csv and the certificates.")
 @option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 @click.pass_context
 def robust(

@@ -15,7 +15,7 @@ import click
 from codegen.errors import InputError
 from codegen.wording import counted
 from maviper.cli.group import Verb
-from maviper.cli.options import PATH, PROFILE, RESULTS, console_of, option
+from maviper.cli.options import FOLDER, PROFILE, RESULTS, console_of, option
 from maviper.cli.verify_options import asked
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 )
 @PROFILE
 @asked
-@option("-o", "--output", type=PATH, default=None, section=RESULTS, help="Folder for report, certificates and page.")
+@option("-o", "--output", type=FOLDER, default=None, section=RESULTS, help="Folder for report, certificates and page.")
 @option("--json", "as_json", is_flag=True, section=RESULTS, help="Print the report as JSON.")
 @option(
     "-v",
@@ -46,8 +46,8 @@ if TYPE_CHECKING:
     help="Print the whole report, and the traceback of an error.",
 )
 @option("--verdict-only", is_flag=True, section=RESULTS, help="Print the verdicts alone, in less time.")
-@option("--smt", type=PATH, default=None, section=RESULTS, help="Folder for the queries to Z3, as SMT-LIB.")
-@option("--vnnlib", type=PATH, default=None, section=RESULTS, help="Folder for VNN-LIB 2.0 queries and their ONNX.")
+@option("--smt", type=FOLDER, default=None, section=RESULTS, help="Folder for the queries to Z3, as SMT-LIB.")
+@option("--vnnlib", type=FOLDER, default=None, section=RESULTS, help="Folder for VNN-LIB 2.0 queries and their ONNX.")
 @click.pass_context
 def verify(
     context: click.Context, profile: Path, output: Path | None, as_json: bool, full: bool, **options: Any

@@ -93,7 +93,10 @@ function check(what, n, x) {
 
 /** RangeError where x is no typed array of n observations of that width. */
 function checkRows(agent, width, x, n) {
-  if (!Number.isInteger(n) || !ArrayBuffer.isView(x) || x.length !== width * n) {
+  if (!Number.isInteger(n)) {
+    throw new RangeError(`act_rows(x, n) of ${agent}: n is the number of observations in x, given ${String(n)}`);
+  }
+  if (!ArrayBuffer.isView(x) || x.length !== width * n) {
     const given = ArrayBuffer.isView(x) ? x.length : typeof x;
     throw new RangeError(`${agent} observes ${width} numbers: ${n} times ${width} in a typed array, given ${given}`);
   }

@@ -6,7 +6,7 @@ made by     tests, hand-made, preset none, seed 0
 For each agent A: act_A(x) takes observations, a tensor [..., n_features], and returns the actions' numbers, [...]
 int64, on the same device. The leading axes are yours: none is one observation, one is a batch. All splits are evaluated
 and none branches, so that torch.compile and torch.func.vmap take every function. act_all takes a dictionary, by agent.
-Numbers of other types become float32 first; another last axis is a ValueError, complex numbers are a TypeError.
+Numbers of other types become float32 first; another last axis is a ValueError, complex numbers and what is no tensor are a TypeError.
 
 A split goes left iff x[feature] <= threshold, both float32. What is compared is their bits, as integers in the same
 order: XLA, and whoever sets it so, takes subnormal numbers for zero. NaN goes right; infinities follow <=.
@@ -36,6 +36,8 @@ ACTIONS = {
 
 def _ordered(agent: str, n: int, x: Array) -> Array:
     """Observations as integers in the order of their float32 numbers, [..., n] int32; NaN is the largest."""
+    if not isinstance(x, torch.Tensor):
+        raise TypeError(f"{agent} observes a tensor of {n} numbers, given {type(x).__name__}: torch.as_tensor makes one")
     if x.ndim == 0 or x.shape[-1] != n:
         raise ValueError(f"{agent} observes {n} numbers, given a tensor of shape {tuple(x.shape)}")
     if x.is_complex():

@@ -90,6 +90,16 @@ def test_jax_scans_over_decisions(profile):
     assert np.asarray(found).tolist() == ir.act(policy, rows).tolist()
 
 
+@pytest.mark.interop
+@pytest.mark.parametrize("given", [[0.0] * 10, (0.0,) * 10, np.zeros(10, np.float32), np.zeros((2, 10)), None, 0.0])
+def test_torch_takes_tensors_only(given, profile):
+    """As the Python module: a TypeError that says what was given, not whatever breaks further on."""
+    module = module_of(profile, "torch")
+    kind = type(given).__name__
+    with pytest.raises(TypeError, match=rf"agent_0 observes a tensor of 10 numbers, given {kind}: torch\.as_tensor"):
+        module["act_agent_0"](given)
+
+
 @pytest.mark.slow
 @pytest.mark.train
 def test_torch_compile_takes_the_functions(profile):

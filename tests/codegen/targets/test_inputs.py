@@ -283,7 +283,12 @@ def test_javascript_refuses_another_length(team, tmp_path):
                 for act in (f"policy.act_{policy.agent}", f"policy.ACT.{policy.agent}"):
                     calls.append(f"{act}({form})")
                     wanted.append(f"RangeError: {policy.agent} observes {n} numbers, given {given}")
-        for rows, count in ((2 * n + 1, 2), (2 * n, 1), (n, 2), (n, "undefined"), (3 * n // 2 * 2, 1.5), (0, -1)):
+        for count in ("undefined", "1.5", "null", "'1'", "NaN"):
+            calls.append(f"policy.act_{policy.agent}_rows(new Float32Array({n}), {count})")
+            shown = count.strip("'")
+            said = f"act_rows(x, n) of {policy.agent}: n is the number of observations in x, given {shown}"
+            wanted.append(f"RangeError: {said}")
+        for rows, count in ((2 * n + 1, 2), (2 * n, 1), (n, 2), (0, -1)):
             calls.append(f"policy.act_{policy.agent}_rows(new Float32Array({rows}), {count})")
             said = f"{policy.agent} observes {n} numbers: {count} times {n} in a typed array, given {rows}"
             wanted.append(f"RangeError: {said}")

@@ -177,6 +177,20 @@ def test_the_header_compiles_strictly(profile, compiler, tmp_path):
         assert refused.returncode != 0 and b"fast-math" in refused.stderr
 
 
+@pytest.mark.compile
+@pytest.mark.parametrize(("standard", "says"), [("c++11", True), ("c++14", True), ("gnu++11", False), ("c++17", False)])
+@pytest.mark.parametrize("compiler", ["g++", "clang++"])
+def test_cpp_that_knows_no_hexadecimal_floats_is_told_what_to_do(profile, compiler, standard, says, tmp_path):
+    """clang++ knows them in every standard."""
+    if shutil.which(compiler) is None:
+        pytest.skip(f"{compiler} is not installed")
+    (tmp_path / "use.cpp").write_text(emit(profile)["physical_deception.h"])
+    command = [compiler, f"-std={standard}", "-fsyntax-only", "use.cpp"]
+    read = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    refused = says and compiler == "g++"
+    assert (read.returncode != 0) == refused and ("compile with -std=c++17" in read.stderr) == refused, read.stderr
+
+
 def test_the_python_module_needs_the_standard_library_only(profile, tmp_path):
     (tmp_path / "policy.py").write_text(emit(profile)["physical_deception.py"])
     code = "import sys, policy; print(policy.ACT['agent_0']([0.0] * 10), 'numpy' in sys.modules)"
