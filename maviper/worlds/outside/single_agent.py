@@ -141,6 +141,13 @@ class SingleAgent(ParallelEnv[str, Any, Any]):
             self.agents = []
         return {AGENT: self._vector(seen)}, {AGENT: reward}, {AGENT: ended}, {AGENT: cut}, {AGENT: info}
 
+    def step_alone(self, action: int) -> tuple[Any, Any, Any, Any]:
+        """As `step`, without dictionaries: observation, reward, whether the episode ended, whether it was cut."""
+        seen, reward, ended, cut, _ = self.env.step(action + self._first)
+        if ended or cut:
+            self.agents = []
+        return self._vector(seen), reward, ended, cut
+
     def render(self) -> Any:
         """As the environment does."""
         return self.env.render()

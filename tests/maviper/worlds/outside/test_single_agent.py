@@ -13,6 +13,7 @@ from maviper.episodes.play import Policies, rollout
 from maviper.worlds import find
 from maviper.worlds.checking import check, usable
 from maviper.worlds.outside.pettingzoo import GAMES_HERE
+from maviper.worlds.outside.processes import Copy, CopyOfOne, copy_of
 from maviper.worlds.seeds import fold_seed
 
 
@@ -118,3 +119,22 @@ def test_commands_take_the_name(capsys):
     assert "accelerate_left, coast, accelerate_right" in capsys.readouterr().out
     findings = check("gymnasium:CartPole-v1")
     assert usable(findings) and any("repeats" in str(finding) for finding in findings)
+
+
+@pytest.mark.parametrize("name", ["CartPole-v1", "FrozenLake-v1,is_slippery=False", "CartPole-v1,max_episode_steps=7"])
+def test_the_shorter_way_to_step_gives_the_same_outcomes(name):
+    """By dictionaries as PettingZoo has them, and without: starts, steps, ends, cuts, and what follows an end."""
+    world = find(f"gymnasium:{name}")
+    plain, short = Copy(world.reference_env(), world.source), copy_of(world.reference_env(), world.source)
+    assert type(short) is CopyOfOne
+    rng, ends = np.random.default_rng(0), set()
+    for seed in range(6):
+        assert plain.ask("reset", seed).bytes == short.ask("reset", seed).bytes
+        for _ in range(60):
+            action = [int(rng.integers(len(world.actions[0])))]
+            one, other = plain.ask("step", action), short.ask("step", action)
+            assert one.bytes == other.bytes and plain.truncated == short.truncated
+            assert [type(part[0]) for part in one] == [type(part[0]) for part in other]
+            ends.add((one.done[0], one.terminated[0]))
+    assert len(ends) == 2  # it goes on, and it ends by itself or is cut
+    world.close()
