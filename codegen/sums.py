@@ -20,7 +20,7 @@ clipped, then rounded once: NaN stays NaN, -0.0 is within a bound of 0.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any, Final, cast
 
 import numpy as np
 
@@ -68,10 +68,10 @@ def among(x: Any, sums: Sequence[Sum], arithmetic: str) -> Any:
 
 def clipped(values: Any, low: float | None, high: float | None) -> Any:
     """Values within bounds, element by element; None: no bound."""
-    number = values.dtype.type
+    number: Any = values.dtype.type
     if high is not None:
-        values = np.where(values > number(high), number(high), values)
-    return values if low is None else np.where(values < number(low), number(low), values)
+        values = cast(Any, np.where(values > number(high), number(high), values))
+    return values if low is None else cast(Any, np.where(values < number(low), number(low), values))
 
 
 def words(each: Sum, names: Sequence[str], digits: int = 6) -> str:

@@ -124,7 +124,7 @@ def reference(policy: ir.AgentPolicy, rows: Any) -> Any:
 def differing(policy: ir.AgentPolicy, wanted: Any, found: Any) -> Bool:
     """Where answers differ, [batch]; numbers differ unless their bits are equal, or both are NaN."""
     if policy.outputs:
-        return ~same(np.asarray(found, np.float64).reshape(wanted.shape), wanted).all(axis=1)
+        return np.any(~same(np.asarray(found, np.float64).reshape(wanted.shape), wanted), axis=1)
     return np.asarray(found) != wanted
 
 

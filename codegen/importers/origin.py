@@ -63,7 +63,7 @@ class Said:
     wanted: str = ""  # the function that is asked for, where a file has several
     features: tuple[str, ...] = ()  # names of all features, in their order; (): not said
     arrays: str = ""  # of which numbers NumPy hands over to Python: float32 or float64; "": it is given Python's floats
-    beside: Callable[[str], bytes | None] = lambda name: None  # the content of a file that lies beside the source
+    beside: Callable[[str], bytes | None] = lambda _: None  # the content of a file that lies beside the source
 
 
 NOTHING = Said()

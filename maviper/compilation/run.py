@@ -38,6 +38,9 @@ def compile_and_prove(profile: ir.PolicyProfile, targets: Iterable[str], **optio
         profile, notes = better.profile, better.notes
     code = compile_profile(profile, targets, asked.prefix, asked.style)
     more = vectors.files(code.build, targets) if asked.test_vectors else {}
-    proved = proofs.prove(code.build, asked.solver_units) if asked.prove else None
-    more |= proofs.files_of(proved, code.build.model) if proved else {}
-    return replace(code, notes=notes, proofs=proved, beside=more)
+    if not asked.prove:
+        return replace(code, notes=notes, beside=more)
+    from maviper.compilation import proofs
+
+    proved = proofs.prove(code.build, asked.solver_units)
+    return replace(code, notes=notes, proofs=proved, beside=more | proofs.files_of(proved, code.build.model))

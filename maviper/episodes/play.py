@@ -7,7 +7,7 @@ Does not: score episodes (measures.py) or learn from them.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, cast
 
 import numpy as np
 
@@ -134,4 +134,5 @@ def points(episodes: Episodes) -> tuple[tuple[Float32, ...], Any]:
     in which an agent no longer acts among them.
     """
     observations = tuple(seen.reshape(-1, seen.shape[-1]) for seen in episodes.observations)
-    return observations, type(episodes.states[0]).joined(episodes.states[:-1])
+    kind = cast("Any", type(episodes.states[0]))
+    return observations, kind.joined(episodes.states[:-1])

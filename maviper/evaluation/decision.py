@@ -25,7 +25,7 @@ def room(step: Step) -> float:
 def lines(policy: ir.AgentPolicy, observation: ir.Floats) -> Iterator[str]:
     """A decision for one observation [n_features], for a reader: what is done, then each test."""
     leaf = int(ir.apply(policy.tree, observation[None])[0])
-    yield f"{policy.agent}, team {policy.team}: {policy.actions[policy.tree.action[leaf]].name} (leaf {leaf})"
+    yield f"{policy.agent}, team {policy.team}: {policy.actions[int(policy.tree.action[leaf])].name} (leaf {leaf})"
     yield from (f"  {step}, by {room(step):.3g}" for step in path(policy, observation.tolist()))
 
 

@@ -52,10 +52,12 @@ def worth(world: Coordination, rules: Int) -> float:
     """The expected payoff of a team, exactly but for rounding. `rules`: [n_agents, n_cells]."""
     chances = [_chances(world, world.kind(agent), rule[None])[0] for agent, rule in enumerate(rules)]
     if world.rule in PAIRS:
-        pairs = combinations(chances, 2)
-        return float(np.mean([np.einsum("sa,ab,sb->", a, PAIRS[world.rule], b) for a, b in pairs]) / len(world.cells))
-    right = np.mean([each[:, 0] for each in chances], axis=0)
-    together = reduce(np.multiply, chances) @ _shares(world)
+        paid = PAIRS[world.rule]
+        worths = [float(np.einsum("sa,ab,sb->", a, paid, b)) for a, b in combinations(chances, 2)]
+        return float(np.mean(worths) / len(world.cells))
+    right: Float64 = np.mean([each[:, 0] for each in chances], axis=0)
+    product: Float64 = reduce(np.multiply, chances)
+    together = product @ _shares(world)
     return float(np.mean((1 - world.all_or_nothing) * right + world.all_or_nothing * together))
 
 

@@ -8,7 +8,8 @@ Does not: leave a process behind.
 import logging
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import CancelledError
-from typing import Any
+from importlib import import_module
+from typing import Any, cast
 
 from codegen.errors import InputError, MissingToolError
 
@@ -25,7 +26,7 @@ def side_by_side(function: Callable[..., Any], arguments: Sequence[Sequence[Any]
 
     try:
         parallel = Parallel(n_jobs=min(jobs, len(arguments)), return_as="generator")
-        yield from parallel(delayed(function)(*each) for each in arguments)  # pyright: ignore[reportOptionalIterable]
+        yield from parallel(delayed(function)(*each) for each in arguments)
     finally:
         get_reusable_executor().shutdown(wait=True)
 
@@ -59,8 +60,7 @@ def on_dask(function: Callable[..., Any], arguments: Iterable[Sequence[Any]], sc
     from joblib import parallel_config
 
     client = _client(scheduler)
-    from distributed import KilledWorker  # pyright: ignore[reportMissingImports]
-
+    distributed: Any = import_module("distributed")
     address = client.scheduler.address
     log = logging.getLogger("distributed.client")
     before = log.level
@@ -71,7 +71,7 @@ def on_dask(function: Callable[..., Any], arguments: Iterable[Sequence[Any]], sc
     except (CancelledError, OSError) as error:  # the latter is also a TimeoutError, of the first worker
         what = "no worker came" if isinstance(error, TimeoutError) else "the connection to the Dask scheduler is lost"
         raise MissingToolError(what, address, "what is finished is kept: run the command again") from None
-    except KilledWorker as error:
+    except distributed.KilledWorker as error:
         advice = "is there memory for it? what is finished is kept: run the command again"
         raise MissingToolError(f"one call after another ended a Dask worker: {error.task}", address, advice) from None
     finally:
@@ -82,22 +82,21 @@ def _ended(function: Callable[..., Any], arguments: Iterable[Sequence[Any]], **h
     """The results, as they come."""
     from joblib import Parallel, delayed
 
-    parallel = Parallel(return_as="generator_unordered", batch_size=1, **how)  # pyright: ignore[reportArgumentType]
-    yield from parallel(delayed(function)(*each) for each in arguments)  # pyright: ignore[reportOptionalIterable]
+    parallel = Parallel(return_as="generator_unordered", batch_size=1, **how)
+    yield from parallel(delayed(function)(*each) for each in arguments)
 
 
 def _client(scheduler: str | None) -> Any:
     try:
-        import dask.config  # pyright: ignore[reportMissingImports]
-        from distributed import Client  # pyright: ignore[reportMissingImports]
+        config, distributed = (cast("Any", import_module(name)) for name in ("dask.config", "distributed"))
     except ImportError:
         raise MissingToolError("Dask is not installed", "--backend dask", "pip install 'maviper[scale]'") from None
-    address = scheduler or dask.config.get("scheduler-address", None)
+    address = scheduler or config.get("scheduler-address", None)
     if not address:
         advice = "give --scheduler ADDRESS, or set DASK_SCHEDULER_ADDRESS"
         raise InputError("which Dask scheduler is not said", "--backend dask", advice)
     try:
-        return Client(address, timeout=CONNECT_SECONDS, set_as_default=False)
+        return distributed.Client(address, timeout=CONNECT_SECONDS, set_as_default=False)
     except (OSError, ValueError):
         advice = "start one with `dask scheduler`, or check the address"
         raise MissingToolError("no Dask scheduler answers", address, advice) from None

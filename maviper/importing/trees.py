@@ -8,6 +8,7 @@ Does not: write anything.
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Unpack
 
@@ -44,7 +45,7 @@ def import_trees(
 def _read(path: Path, said: Said) -> dict[str, Origin]:
     data = runs.read(path, foreign.MAX_BYTES)
     kinds.ensure(data, str(path), "a tree of another program")
-    return foreign.read(data, path.name, replace(said, beside=lambda name: _beside(path, name)))
+    return foreign.read(data, path.name, replace(said, beside=partial(_beside, path)))
 
 
 def _beside(path: Path, name: str) -> bytes | None:

@@ -14,7 +14,7 @@ from functools import cache
 from numbers import Integral, Real
 from pathlib import Path
 from types import MappingProxyType, UnionType
-from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
+from typing import Any, Literal, TypeVar, Union, cast, get_args, get_origin, get_type_hints
 
 from codegen.errors import InputError, UnknownNameError, shown, suggestion
 from verify.claims.language import parameters
@@ -63,21 +63,21 @@ class Option:
         if not self.several:
             return self._one(value)
         if isinstance(value, Mapping):
-            value = [f"{name}={each}" for name, each in value.items()]
+            value = [f"{name}={each}" for name, each in cast("Mapping[Any, Any]", value).items()]
         if isinstance(value, str) or not isinstance(value, Iterable):
             what = f"{self.name} takes several values, not {shown(repr(value)[:40])}"
             raise InputError(what, self.flag, "give a list")
-        return tuple(map(self._one, value))
+        return tuple(map(self._one, cast("Iterable[Any]", value)))
 
     def _one(self, value: Any) -> Any:
-        if self.base is Fraction and isinstance(value, Real | str) and not isinstance(value, bool):
+        if self.base is Fraction and not isinstance(value, bool) and isinstance(value, Real | str):
             return value  # which whoever computes with it reads exactly: that takes NumPy
         if self.choices and value not in self.choices:
             raise UnknownNameError(self.name, shown(str(value)[:40]), self.choices, self.flag)
         if self.base is Path and isinstance(value, str | Path):
             return Path(value)
-        if self.base in NUMBERS and isinstance(value, NUMBERS[self.base]) and not isinstance(value, bool):
-            return self.base(value)
+        if self.base in NUMBERS and not isinstance(value, bool) and isinstance(value, NUMBERS[self.base]):
+            return self.base(cast("Any", value))
         if not isinstance(value, self.base) or self.base in NUMBERS:
             raise InputError(f"{self.name} is {CALLED[self.base]}, not {shown(repr(value)[:40])}", self.flag)
         return value

@@ -154,8 +154,9 @@ def holm(p_values: Sequence[float], at_once: int | None = None) -> list[float]:
     """
     most = len(p_values) if at_once is None else at_once
     order = np.argsort(p_values, kind="stable")
-    adjusted, least = np.zeros(len(order)), 0.0
-    for rank, place in enumerate(order.tolist()):
+    adjusted: Float64 = np.zeros(len(order))
+    least = 0.0
+    for rank, place in enumerate(map(int, order)):
         least = max(least, min(1.0, min(len(order) - rank, most) * p_values[place]))
         adjusted[place] = least
     return adjusted.tolist()

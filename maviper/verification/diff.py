@@ -9,7 +9,7 @@ Does not: decide, print or write files.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Unpack
+from typing import Any, Unpack, cast
 
 from codegen import ir
 from codegen.check import ensure
@@ -151,7 +151,10 @@ def _counted(
 ) -> Mapping[str, Share]:
     """Of how many of the states each agent, and some agent, acts differently."""
     other = differing(first, second, agents, coordinates)
-    rows = {**dict(zip(agents, other, strict=True)), report.SOME: other.any(axis=0)}
+    rows: dict[str, ir.Bool] = {
+        **dict(zip(agents, other, strict=True)),
+        report.SOME: cast("ir.Bool", other.any(axis=0)),
+    }
     return {name: Share(int(row.sum()), len(row)) for name, row in rows.items()}
 
 

@@ -176,15 +176,11 @@ def _clock(document: Mapping[str, object], variables: tuple[Variable, ...], cons
 
 def _says(value: object, word: str) -> bool:
     """Whether a text in a document has a word, or a table in it has it as a key."""
-    match value:
-        case dict():
-            return word in value or any(_says(each, word) for each in value.values())
-        case list():
-            return any(_says(each, word) for each in value)
-        case str():
-            return word in WORD.findall(value)
-        case _:
-            return False
+    if is_table(value):
+        return word in value or any(_says(each, word) for each in value.values())
+    if is_list(value):
+        return any(_says(each, word) for each in value)
+    return isinstance(value, str) and word in WORD.findall(value)
 
 
 def _start(

@@ -49,7 +49,7 @@ Files = dict[str, str]
 
 def made(task: Task, profiles: Mapping[str, bytes]) -> Made:
     """The files of a cell. `profiles`: algorithm -> the profile of the cell of `task.of`, as JSON."""
-    from threadpoolctl import threadpool_limits
+    from threadpoolctl import threadpool_limits  # pyright: ignore[reportMissingTypeStubs]
 
     started = time.thread_time()  # of this cell alone, also where a worker has several threads
     outcome, message, files = DONE, "", Files()

@@ -129,7 +129,7 @@ def _replayed_statement(path: Path, profile: PolicyProfile, world: Path | None) 
     from verify.reports import systems as report
 
     found, claim, again, same = systems.replay(path, profile, world)
-    actions = {} if again is None else report.counterexample(again)["actions"]
+    actions: dict[str, list[str]] = {} if again is None else report.counterexample(again)["actions"]
     return Replayed(
         property=systems.called(claim),
         violated=again is not None,

@@ -86,7 +86,9 @@ def document(profile: PolicyProfile, result: EpisodeResult) -> dict[str, Any]:
 def _named(profile: PolicyProfile, episode: Episode) -> dict[str, str]:
     """Agent -> its actions by name, in order."""
     return {
-        entity.name: " ".join(profile.policy(entity.name).actions[action].name for action in episode.actions[:, place])
+        entity.name: " ".join(
+            profile.policy(entity.name).actions[int(action)].name for action in episode.actions[:, place]
+        )
         for place, entity in enumerate(profile.world.agents)
     }
 

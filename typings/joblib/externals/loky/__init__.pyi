@@ -1,0 +1,6 @@
+"""Processes that are used again, as far as we use them."""
+
+class _Executor:
+    def shutdown(self, *, wait: bool) -> None: ...
+
+def get_reusable_executor() -> _Executor: ...

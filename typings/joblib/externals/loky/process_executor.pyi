@@ -1,0 +1,3 @@
+"""What ends where a process is killed."""
+
+class TerminatedWorkerError(RuntimeError): ...

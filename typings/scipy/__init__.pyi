@@ -1,0 +1,1 @@
+"""What we use of scipy, which has no types."""
