@@ -13,14 +13,18 @@ MAVIPER, IVIPER, VIPER, IMITATION, FITTED_Q = "maviper", "iviper", "viper", "imi
 NO_PREDICTION, IVIPER_RESAMPLING = "maviper-no-prediction", "maviper-iviper-resampling"
 ALGORITHMS = (MAVIPER, IVIPER, VIPER, IMITATION, FITTED_Q, NO_PREDICTION, IVIPER_RESAMPLING)
 RGMDT = "rgmdt"  # not of the paper; what is known of it is its description
-KNOWN = (*ALGORITHMS, RGMDT)
+BEST_RESPONSE = "best-response"  # ours
+KNOWN = (*ALGORITHMS, BEST_RESPONSE, RGMDT)
 DESCRIBED = {RGMDT: "after the description in arXiv 2410.16517"}
 JOINT = (MAVIPER, NO_PREDICTION, IVIPER_RESAMPLING)  # the trees of all agents come from the same episodes
 
 AGENT, TEAM, ALL = "agent", "team", "all"  # who plays, or is chosen, together
+MEMBER = "member"  # each member of a team has a round of its own, judged by how the team plays
 NOTHING, SHARES = "", ("", TEAM)  # for whom there is one tree
 EXPERTS = "experts"  # no tree plays while data are collected
-ROLLOUTS_BY, SELECTION_BY = (EXPERTS, AGENT, TEAM, ALL), (AGENT, TEAM, ALL)
+ROLLOUTS_BY, SELECTION_BY = (EXPERTS, AGENT, TEAM, ALL), (AGENT, MEMBER, TEAM, ALL)
+EXPERT, RESPONSE = "expert", "response"  # what a tree is taught: the expert's action, or the best reply to its mates
+LABELS = (EXPERT, RESPONSE)
 OWN, AVERAGED, EQUAL = "own", "averaged", "equal"
 WEIGHTS = (OWN, AVERAGED, EQUAL)
 N_LESS_1, NO_VOTES = "N-1", "0"
@@ -39,8 +43,9 @@ BUNDLES: dict[str, dict[str, str]] = {
     IMITATION: _EXPERTS,
     FITTED_Q: _EXPERTS,
     RGMDT: {"rollouts_by": ALL, "weights": EQUAL, "least_right": NO_VOTES},
+    BEST_RESPONSE: {"labels": RESPONSE, "rollouts_by": ALL, "weights": OWN, "least_right": NO_VOTES},
 }
-PARTS = ("rollouts_by", "weights", "least_right", "selection_by")
+PARTS = ("labels", "rollouts_by", "weights", "least_right", "selection_by")
 
 # What the released code does besides its text, each of which can be undone alone: leaves that stand still, a collector
 # that starts a new episode at every step, and 500 expert episodes ahead of all. Who does which:
@@ -61,13 +66,21 @@ RUNGS: dict[str, dict[str, str]] = {
     "vote-N-1": {"algorithm": MAVIPER},
     "vote-N": {"algorithm": MAVIPER, "least_right": "N"},
 }
+# From joint selection to best responses, where rounds are chosen by races.
+OUR_RUNGS: dict[str, dict[str, str]] = {
+    "joint-selection": RUNGS["joint-selection"],
+    "member-selection": {"algorithm": BEST_RESPONSE, "labels": EXPERT},
+    "best-response": {"algorithm": BEST_RESPONSE},
+}
 
 
 def bundle(algorithm: str, selection: str, share: str = NOTHING) -> dict[str, str]:
     """The settings that an algorithm's name stands for. `selection`: how an iterate is chosen; `share`: members of a
     team that share a tree play and choose together, where each would do so alone.
     """
-    found = {"selection_by": CHOSEN_BY[selection], **BUNDLES[algorithm]}
+    found = {"labels": EXPERT, "selection_by": CHOSEN_BY[selection], **BUNDLES[algorithm]}
+    if algorithm == BEST_RESPONSE and selection == RACE and not share:
+        found["selection_by"] = MEMBER
     if share == TEAM:
         found |= {name: TEAM for name in ("rollouts_by", "selection_by") if found[name] == AGENT}
     return found
@@ -77,7 +90,7 @@ def grouped(world: World, by: str, agents: Sequence[int]) -> list[list[int]]:
     """Some agents in the groups that a setting makes of them, in the world's order."""
     if by == AGENT:
         return [[agent] for agent in agents]
-    if by == TEAM:
+    if by in (TEAM, MEMBER):
         mine = [[agent for agent in world.members(team) if agent in agents] for team in world.teams]
         return [members for members in mine if members]
     return [list(agents)]
@@ -85,4 +98,4 @@ def grouped(world: World, by: str, agents: Sequence[int]) -> list[list[int]]:
 
 def wider(one: str, other: str) -> str:
     """That of two groupings whose groups hold the other's."""
-    return max(one, other, key=(AGENT, TEAM, ALL, EXPERTS).index)
+    return max(one, other, key=(AGENT, MEMBER, TEAM, ALL, EXPERTS).index)

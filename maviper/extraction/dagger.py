@@ -1,28 +1,33 @@
-"""Dataset aggregation for agents that become trees: VIPER, IVIPER, MAVIPER (paper, Algorithm MAVIPER) and Imitation DT.
+"""Dataset aggregation for agents that become trees: VIPER, IVIPER, MAVIPER (paper, Algorithm MAVIPER), Imitation DT
+and best responses.
 
-Does: rounds of rollouts, labels and growth, as the settings say: whose trees play together, what a state weighs, how
-  many of a team must be predicted right.
+Does: rounds of rollouts, labels and growth, as the settings say: whose trees play together, what trees are taught, what
+  a state weighs, how many of a team must be predicted right.
 Assumes: an expert with a critic, or one of value networks, where states do not all weigh the same.
 Does not: choose among iterates (extraction/selection), write files or print.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from codegen import ir
+from codegen.errors import InputError
 from codegen.ir import Float32, Float64, GrownTree
 from maviper.episodes.play import Controller
 from maviper.episodes.trees import agent_policies, among
-from maviper.extraction.bundles import AGENT, ALL, EQUAL, EXPERTS, NO_VOTES, OWN, TEAM, grouped
+from maviper.experts.wrapped import critic_of
+from maviper.extraction.bundles import AGENT, ALL, EQUAL, EXPERT, EXPERTS, NO_VOTES, OWN, RESPONSE, TEAM, grouped
 from maviper.extraction.dataset import Dataset, Met, collect, resample
 from maviper.extraction.examples import counts_of
 from maviper.extraction.extraction import Extraction
 from maviper.extraction.growth.growing import Growth, Part, pooled
 from maviper.extraction.growth.lawful import Labelled, lawful
+from maviper.extraction.growth.replies import Replies
 from maviper.extraction.growth.weights import iviper_weights, maviper_weights
-from maviper.extraction.journal import Arrays, pack_trees, unpack_trees
+from maviper.extraction.journal import NOTHING_KEPT, Arrays, pack_trees, unpack_trees
 from maviper.extraction.selection.selection import Selection
 from maviper.extraction.selection.stack import merged
 from maviper.extraction.settings import Settings
@@ -30,6 +35,7 @@ from maviper.worlds import World
 from maviper.worlds.world import Int
 
 FIGURES = "figures"
+WITH_Q = "choose --critic learned or measured, or --labels expert"
 EVERYBODY = -1  # whose the points of examples are
 WEIGHING = 0.9  # of a round's work, where it takes long enough to be told of
 
@@ -41,7 +47,8 @@ def dagger(asked: Extraction, agents: Sequence[int], selection: Selection) -> in
     settings = asked.settings
     parties = grouped(asked.world, settings.rollouts_by, agents)
     names = [""] if len(parties) == 1 else [f"-{place}" for place in range(len(parties))]
-    groups = [_Group(asked, party, name) for party, name in zip(parties, names, strict=True)]
+    kind = _Responding if settings.labels == RESPONSE else _Group
+    groups = [kind(asked, party, name) for party, name in zip(parties, names, strict=True)]
     growers = _growers(asked, groups)
     for iteration in range(settings.iterations):
         met = [group.play(iteration, _told(selection, place, len(groups))) for place, group in enumerate(groups)]
@@ -80,7 +87,7 @@ class _Group:
         self.asked, self.agents, self.name = asked, list(agents), name
         teams = [asked.world.team_of(asked.world.agents[agent]) for agent in agents]
         self.examples = asked.examples.of_teams(*teams)
-        self.growth = Growth(asked.world, asked.settings)
+        self.journal, self.growth = asked.journal, Growth(asked.world, asked.settings)
         self.data: Dataset | None = None
         self.figures: dict[str, float] = {}
         # line 1: no data yet, the experts play first
@@ -102,16 +109,21 @@ class _Group:
         def weigh(observations: tuple[Float32, ...], state: Any, wanted: Int) -> Float64:
             nonlocal weighed
             columns = []
-            for agent in self.agents:
-                columns.append(weights(asked, [agent], observations, state, wanted))
+            for column in self.columns(observations, state, wanted):
+                columns.append(column)
                 weighed += len(wanted)
                 told(min(1.0, weighed / most))
             return np.concatenate(columns, axis=1)
 
         given = (asked.world, asked.expert, self.controllers, self.agents, seeds, weigh)
-        met = asked.journal.met(f"{iteration:04d}-rollouts{self.name}", collect, *given)
+        met = self.journal.met(f"{iteration:04d}-rollouts{self.name}", collect, *given)
         self.data = met.data if self.data is None else self.data + met.data  # line 4
         return met
+
+    def columns(self, observations: tuple[Float32, ...], state: Any, wanted: Int) -> Iterator[Float64]:
+        """What states weigh for each agent in turn, [n, 1]."""
+        for agent in self.agents:
+            yield weights(self.asked, [agent], observations, state, wanted)
 
     @property
     def known(self) -> Dataset:
@@ -121,18 +133,75 @@ class _Group:
 
     def grow(self, iteration: int) -> dict[int, GrownTree]:
         """The next trees of the group, by agent."""
-        asked, world = self.asked, self.asked.world
-        given = (world, self.known, asked.settings, self.growth, self.agents, iteration)
-        arrays = asked.journal.arrays(f"{iteration:04d}-trees{self.name}", _grown, *given)
-        grown, self.figures = _trees_and_figures(world, self.agents, arrays)
+        arrays = self.asked.journal.arrays(f"{iteration:04d}-trees{self.name}", self._grown, iteration)
+        grown, self.figures = _trees_and_figures(self.asked.world, self.agents, arrays)
         self.take(grown)
         return grown
+
+    def _grown(self, iteration: int) -> Arrays:
+        """The next trees, and figures of their growth."""
+        known = self.known
+        given = (self.asked.world, known, self.asked.settings, self.growth, self.agents, iteration)
+        return _with_figures(self.asked.world, known, self.agents, *grow_teams(*given))
 
     def take(self, trees: Mapping[int, GrownTree]) -> None:
         """Trees by agent, by which those of the group play from now on."""
         if self.asked.settings.rollouts_by != EXPERTS:
             mine = agent_policies(self.asked.world, [trees[agent] for agent in self.agents], self.agents)
             self.controllers = among(self.asked.world, mine, self.controllers)
+
+
+class _Responding(_Group):
+    """A group whose trees are taught the best replies to their mates' present trees. Agents reply in turn, each to the
+    newest trees; those that share a tree reply together. Rollouts are played again when a run goes on, since a journal
+    keeps no states, in which Q is asked.
+    """
+
+    def __init__(self, asked: Extraction, agents: Sequence[int], name: str) -> None:
+        super().__init__(asked, agents, name)
+        if critic_of(asked.expert) == "none":
+            raise InputError("replies are the best actions by the expert's Q", "--critic none", WITH_Q)
+        self.journal = NOTHING_KEPT
+        self.replies = {agent: Replies(asked.world, asked.expert, agent) for agent in agents}
+        self.trees: dict[int, GrownTree] = {}
+        self.state: Any = None  # of all points
+
+    def columns(self, observations: tuple[Float32, ...], state: Any, wanted: Int) -> Iterator[Float64]:
+        """Keeps the states. Every point weighs the same until there are trees to reply to."""
+        self.state = state if self.state is None else type(state).joined([self.state, state])
+        yield np.ones((len(wanted), len(self.agents)))
+
+    def take(self, trees: Mapping[int, GrownTree]) -> None:
+        """As `_Group.take`; the trees are those that are replied to from now on."""
+        super().take(trees)
+        self.trees = dict(trees)
+
+    def _grown(self, iteration: int) -> Arrays:
+        settings, world, present = self.asked.settings, self.asked.world, dict(self.trees)
+        units = grouped(world, TEAM if settings.share else AGENT, self.agents)
+        first = iteration % len(units)
+        for unit in [*units[first:], *units[:first]]:
+            trees, _ = grow_teams(world, self._taught(unit, present), settings, self.growth, unit, iteration)
+            present |= dict(zip(unit, trees, strict=True))
+        everything = dict.fromkeys(whole_teams(world, self.agents), 1.0)  # is kept: nobody votes
+        return _with_figures(world, self.known, self.agents, [present[agent] for agent in self.agents], everything)
+
+    def _taught(self, unit: Sequence[int], present: Mapping[int, GrownTree]) -> Dataset:
+        """The points with the replies of some agents to the present trees, and with weights for these agents."""
+        data, world = self.data, self.asked.world
+        assert data is not None
+        labels, weights = data.labels.copy(), np.zeros((len(data), len(unit)))
+        for place, agent in enumerate(unit):
+            acting = data.labels.copy()
+            for mate in world.members(world.team_of(world.agents[agent])):
+                if mate != agent and mate in present:
+                    tree = present[mate]
+                    acting[:, mate] = tree.action[ir.apply(tree, data.observations[mate])]
+            labels[:, agent], worth = self.replies[agent].to(acting, data, self.state)
+            weights[:, place] = np.where(
+                data.alive[:, agent], 1.0 if self.asked.settings.weights == EQUAL else worth, 0
+            )
+        return self.examples.before(world, replace(data, labels=labels, weights=weights), unit)
 
 
 class _Voters:
@@ -177,9 +246,8 @@ class _Voters:
         kept: list[float] = []
         alive, votes = data.alive[:, self.agents], settings.votes_of(len(self.agents))
         trees = _legally(world, data, self.agents, self.growth.jointly(parts, seeds, votes, alive, kept))
-        grown = dict(zip(self.agents, trees, strict=True))
         (team,) = whole_teams(world, self.agents)
-        return pack_trees(trees) | {FIGURES: np.array([np.mean(kept), *accuracies(world, data, grown, team)])}
+        return _with_figures(world, data, self.agents, trees, {team: float(np.mean(kept))})
 
 
 def _growers(asked: Extraction, groups: Sequence[_Group]) -> Sequence[_Group | _Voters]:
@@ -228,10 +296,10 @@ def figure_names(teams: Sequence[str]) -> list[str]:
     return [f"{name} {team}" for team in teams for name in names]
 
 
-def _grown(
-    world: World, data: Dataset, settings: Settings, growth: Growth, agents: Sequence[int], iteration: int
+def _with_figures(
+    world: World, data: Dataset, agents: Sequence[int], trees: Sequence[GrownTree], kept: Mapping[str, float]
 ) -> Arrays:
-    trees, kept = grow_teams(world, data, settings, growth, agents, iteration)
+    """Trees, and the figures of their growth. `kept`: of each team's data, the share that its votes kept."""
     grown = dict(zip(agents, trees, strict=True))
     figures = [
         figure for team in whole_teams(world, agents) for figure in (kept[team], *accuracies(world, data, grown, team))
@@ -258,7 +326,8 @@ def grow_teams(
     """Resampling and TrainJointTrees for some agents, team by team: their trees, and the share of its data that each
     team's votes kept. `data`: with a column of weights for each of them.
     """
-    whose = [] if settings.rollouts_by in (EXPERTS, ALL) else agents  # data of its own, draws of its own
+    together = settings.rollouts_by in (EXPERTS, ALL) and settings.labels == EXPERT
+    whose = [] if together else agents  # data or labels of its own, draws of its own
     rng = np.random.default_rng([settings.seed, *whose, iteration])
     columns = zip(agents, data.weights.T, strict=True)
     counts = {agent: _drawn(column, data.alive[:, agent], settings, rng) for agent, column in columns}

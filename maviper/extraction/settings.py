@@ -23,7 +23,9 @@ from maviper.extraction.bundles import (
     IVIPER,
     JOINT,
     KNOWN,
+    LABELS,
     MAVIPER,
+    MEMBER,
     NO_VOTES,
     NOTHING,
     PARTS,
@@ -108,6 +110,7 @@ class Settings:
     selection: str = UNIFORM
     selection_episodes: int = 100  # per candidate and team, on average
     # What an algorithm's name stands for; "": as it says.
+    labels: str = ""  # what trees are taught: the expert's actions, or the best replies to their mates' trees
     rollouts_by: str = ""  # whose trees play together among experts while data are collected; or `experts` alone
     weights: str = ""  # others at expert actions, averaged over the others' actions, or every state alike
     least_right: str = ""  # right predictions that a point needs in joint growth: a number, or a share of the N
@@ -168,7 +171,8 @@ class Settings:
     def together(self) -> str:
         """Whose iterates depend on one another: of such agents there is one loop of rounds."""
         voting = AGENT if self.least_right == NO_VOTES else TEAM
-        return wider(voting, wider(self.rollouts_by, self.selection_by))
+        found = wider(voting, wider(self.rollouts_by, self.selection_by))
+        return TEAM if found == MEMBER else found
 
     def votes_of(self, team: int) -> int:
         """How many right predictions a point needs in a team of so many: at least `least_right`, a share rounded up."""
@@ -239,7 +243,8 @@ class Settings:
     def _ensured(self) -> "Settings":
         self._check_names({"algorithm": KNOWN, "preset": PRESETS, "splits": SPLITS, "selection": SELECTIONS})
         self._check_names({"share": SHARES})
-        self._check_names({"rollouts_by": ROLLOUTS_BY, "weights": WEIGHTS, "selection_by": SELECTION_BY})
+        self._check_names({"labels": LABELS, "rollouts_by": ROLLOUTS_BY})
+        self._check_names({"weights": WEIGHTS, "selection_by": SELECTION_BY})
         for name in ("refinement", "budget"):
             if not 0 <= getattr(self, name) <= MAX_EPISODES:
                 raise InputError(f"{name} must be from 0 to {MAX_EPISODES}, not {getattr(self, name)}", option_of(name))

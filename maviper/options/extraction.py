@@ -13,7 +13,8 @@ from typing import Annotated, TypedDict
 from maviper.options.table import Option
 
 # named here, so that --help imports nothing else; a test compares them with the ones that there are
-ALGORITHMS = "maviper, maviper-no-prediction, maviper-iviper-resampling, iviper, viper, imitation, fitted-q, rgmdt"
+PAPERS = "maviper, maviper-no-prediction, maviper-iviper-resampling, iviper, viper, imitation, fitted-q"
+ALGORITHMS = f"{PAPERS}, best-response, rgmdt"
 FEATURES = "velocity, goal, differences, signs, ahead, coasting (several with +)"
 WHAT, EPISODES, LEARNS, HOW = "What is extracted", "Episodes", "What it learns from", "How it runs"
 PARTS = "What the algorithm's name sets"
@@ -35,6 +36,15 @@ class ExtractOptions(TypedDict, total=False):
     ]
     agent: Annotated[str | None, Option(None, WHAT, "The agent to extract, for viper.", "NAME")]
     splits: Annotated[str | None, Option(None, WHAT, "exact or histogram (default: the preset's).", "NAME")]
+    labels: Annotated[
+        str | None,
+        Option(
+            None,
+            PARTS,
+            "What trees are taught: expert (its actions) or response (the best reply to the mates' trees).",
+            "NAME",
+        ),
+    ]
     rollouts_by: Annotated[
         str | None,
         Option(None, PARTS, "Whose trees play together among experts: agent, team or all; or experts alone.", "NAME"),
@@ -53,7 +63,7 @@ class ExtractOptions(TypedDict, total=False):
         ),
     ]
     selection_by: Annotated[
-        str | None, Option(None, PARTS, "For whom one round is chosen: agent, team or all.", "NAME")
+        str | None, Option(None, PARTS, "For whom one round is chosen: agent, member, team or all.", "NAME")
     ]
     undo: Annotated[
         str,

@@ -14,6 +14,7 @@ from maviper.options.table import table_of
 
 # named here, as algorithms are in the table of options
 AUTHORS, RELEASED, VIPER, FITTED_Q, RGMDT = "the authors' code", "released", "viper", "fitted-q", "rgmdt"
+BEST_RESPONSE, RESPONSE = "best-response", "response"
 OTHER_PRESET, OTHER_ALGORITHM = "choose --preset paper or default", "choose another --algorithm, or leave it out"
 DEPTH = "--max-depth limits every tree"
 SHARING = "choose --algorithm maviper, iviper or imitation, and leave the other option out"
@@ -65,19 +66,19 @@ REFUSALS = (
         "leave it out, or choose --preset released",
     ),
     Refusal(
-        ("rollouts_by", "least_right", "selection_by"),
+        ("labels", "rollouts_by", "least_right", "selection_by"),
         {"algorithm": (VIPER,)},
         "viper extracts one agent, alone among experts",
         "choose --algorithm iviper",
     ),
     Refusal(
-        ("rollouts_by", "weights", "least_right"),
+        ("labels", "rollouts_by", "weights", "least_right"),
         {"algorithm": (FITTED_Q,)},
         "fitted-q learns from the rewards of expert episodes",
         OTHER_ALGORITHM,
     ),
     Refusal(
-        ("rollouts_by", "weights", "least_right"),
+        ("labels", "rollouts_by", "weights", "least_right"),
         {"algorithm": (RGMDT,)},
         "rgmdt learns from the expert's Q, given all trees",
         OTHER_ALGORITHM,
@@ -89,11 +90,46 @@ REFUSALS = (
         "choose team or agent, or --selection uniform",
         ("all",),
     ),
+    Refusal(
+        ("selection_by",),
+        {"selection": ("uniform", "return")},
+        "rounds of single members are raced",
+        "choose --selection race, or --selection-by team",
+        ("member",),
+    ),
+    Refusal(
+        ("least_right",),
+        {"labels": (RESPONSE,)},
+        "votes count predictions of the expert's actions, and replies are others",
+        "choose --least-right 0 or --labels expert",
+        VOTES,
+    ),
+    Refusal(
+        ("rollouts_by",),
+        {"labels": (RESPONSE,)},
+        "a reply is to mates that are extracted in the same rounds",
+        "choose --rollouts-by team or all",
+        ("agent",),
+    ),
+    Refusal(
+        ("weights",),
+        {"labels": (RESPONSE,)},
+        "a reply is to what mates do, so it is not averaged over what others could do",
+        "choose --weights own or equal",
+        ("averaged",),
+    ),
     Refusal(("explore",), {"algorithm": AllBut([FITTED_Q])}, "only fitted-q explores", "leave it out"),
     Refusal(
         ("preset",),
         {"algorithm": (RGMDT,)},
         "the authors' code has no RGMDT, which is built after its description",
+        OTHER_PRESET,
+        (RELEASED,),
+    ),
+    Refusal(
+        ("preset",),
+        {"algorithm": (BEST_RESPONSE,)},
+        "best-response is ours, and the authors' code has nothing like it",
         OTHER_PRESET,
         (RELEASED,),
     ),
@@ -125,7 +161,7 @@ REFUSALS = (
     Refusal(("share",), {"refinement": AllBut([0])}, "refinement changes the trees of a team one by one", SHARING),
     Refusal(
         ("share",),
-        {"rollouts_by": ("agent",), "selection_by": ("agent",)},
+        {"rollouts_by": ("agent",), "selection_by": ("agent", "member")},
         "agents that share a tree play and choose together",
         SHARING,
     ),

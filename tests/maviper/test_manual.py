@@ -19,7 +19,7 @@ from maviper import manual
 from maviper.cli import main
 from maviper.evaluation import held_out
 from maviper.experts import cards, store
-from maviper.extraction.bundles import BUNDLES, KNOWN, PARTS, RUNGS
+from maviper.extraction.bundles import BUNDLES, KNOWN, OUR_RUNGS, PARTS, RUNGS
 from maviper.options.refusals import option_of
 from maviper.verification.ask import listed
 from maviper.worlds import WORLDS, ParticleWorld, find, options_of, range_of
@@ -254,7 +254,12 @@ def test_the_ladder_is_the_one_of_the_code():
         rung: " ".join(f"{option_of(name)} {value}" for name, value in given.items()) for rung, given in RUNGS.items()
     }
     assert list(said) == list(RUNGS)
-    for row in rows_of(table_under(page, "the agent, or the team, among experts.")):
+    ours = rows_of(table_under(page, "From `joint-selection` two rungs lead to ours, with rounds chosen by races:"))
+    assert {row[0].strip("`"): row[1].strip("`") for row in ours} == {
+        rung: " ".join(f"{option_of(name)} {value}" for name, value in given.items())
+        for rung, given in list(OUR_RUNGS.items())[1:]
+    }
+    for row in rows_of(table_under(page, "What the names stand for:")):
         for algorithm in row[0].replace("`", "").split(", "):
             mine = dict(zip(PARTS, (cell.strip("`") for cell in row[1:]), strict=True))
             assert BUNDLES[algorithm].items() <= mine.items(), algorithm

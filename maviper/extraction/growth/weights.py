@@ -87,7 +87,7 @@ def _weight(
                 q = expert.q(agent, seen, state[part], joint, labels[part])
                 by_own = q.reshape(len(q), n_own, -1)  # the agent's own action varies slowest
                 chosen = np.take_along_axis(by_own, labels[part][:, agent, None, None], axis=1)[:, 0]
-                least = np.where(_legal(world, agent, seen)[..., None], by_own, np.inf).min(axis=1)
+                least = np.where(legal_actions(world, agent, seen)[..., None], by_own, np.inf).min(axis=1)
                 theirs = joint[: by_own.shape[2]]  # joint actions of the others
                 weights[part] = _mean(world, chosen - least, asked, seen, theirs)
     return weights
@@ -112,7 +112,7 @@ def _asked(world: World, expert: Expert, agent: int, others: list[int], rows: In
         yield rows[turn == place], _with_own(world, agent, others, theirs[place : place + 1])
 
 
-def _legal(world: World, agent: int, observations: Sequence[Float32]) -> Bool:
+def legal_actions(world: World, agent: int, observations: Sequence[Float32]) -> Bool:
     """Which of an agent's actions are legal in each state, [n, n_actions]."""
     mask = world.mask(agent)
     if mask is None:
@@ -125,7 +125,7 @@ def _mean(world: World, values: Float64, others: list[int], observations: Sequen
     masked = [other for other in others if world.mask(other) is not None]
     if not masked:
         return values.mean(axis=1)
-    legal = np.all([_legal(world, other, observations)[:, joint[:, other]] for other in masked], axis=0)
+    legal = np.all([legal_actions(world, other, observations)[:, joint[:, other]] for other in masked], axis=0)
     legal |= ~legal.any(axis=1, keepdims=True)
     return np.where(legal, values, 0).sum(axis=1) / legal.sum(axis=1)
 

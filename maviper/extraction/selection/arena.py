@@ -1,13 +1,14 @@
 """Candidates of a team on common episodes, and races among them.
 
 Does: plays many candidates at once on the same start states, everybody else at the expert; finds the best with few
-  episodes (sequential halving, Karnin et al. 2013; common random numbers).
+  episodes (sequential halving, Karnin et al. 2013; common random numbers), of teams or of each member.
 Assumes: a world that can start the same episodes again.
 Does not: make candidates.
 """
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,8 @@ from maviper.worlds import World
 from maviper.worlds.world import Int
 
 GAMES_AT_ONCE = 8_192  # bounds the memory
+MATCHED = 4  # episodes that a random team plays
+MAX_TEAMS = 64  # that members' last trees may form
 Candidate = Sequence[GrownTree]  # one tree for each of an arena's agents, in their order
 
 
@@ -123,3 +126,44 @@ def halving(
         kept = max(finalists, (len(alive) + 1) // 2)
         alive = alive[np.argsort(-mean, kind="stable")[:kept]]
     return [int(arm) for arm in alive[:finalists]]
+
+
+def halving_by_member(
+    scores: Callable[[Int, int], Float64],
+    warm: Sequence[Float64],
+    members: int,
+    episodes: int,
+    rng: np.random.Generator,
+) -> list[list[int]]:
+    """For each member of a team the indices of its best arms, best first, every member having the same arms.
+
+    Half of the episodes goes to heats in which each member's arms meet random ones of its mates, and the better half of
+    them stays; the other half to a race (`halving`) among all teams of those that are left. `scores(teams, episodes)`:
+    [n_teams, episodes], for arms by member [n_teams, members], on episodes that all of these teams meet; `warm`: as in
+    `halving`, the same for all members.
+    """
+    left = max(1, int(MAX_TEAMS ** (1 / members) + 1e-9))
+    prior = np.array([known.sum() for known in warm])
+    believed = np.array([float(len(known)) for known in warm])
+    alive = [np.arange(len(warm)) for _ in range(members)]
+    heats = max(0, int(np.ceil(np.log2(max(1, len(warm) / left)))))
+    for number in range(heats):
+        count = len(alive[0])
+        total = np.zeros((members, len(warm)))
+        drawn = max(1, episodes // 2 // (heats * count * MATCHED))
+        for _ in range(drawn):
+            teams = np.stack([rng.permutation(mine) for mine in alive], axis=1)
+            found = scores(teams, MATCHED).sum(axis=1)
+            for member, mine in enumerate(teams.T):
+                total[member, mine] += found
+        weight = float(number == 0)
+        mean = (total + weight * prior) / np.maximum(drawn * MATCHED + weight * believed, 1)
+        kept = max(left, (count + 1) // 2)
+        alive = [mine[np.argsort(-mean[member, mine], kind="stable")[:kept]] for member, mine in enumerate(alive)]
+    teams = np.array(list(product(*alive)))
+    spent = episodes // 2 if heats else 0
+    (best,) = halving(lambda arms, each: scores(teams[arms], each), [np.zeros(0)] * len(teams), episodes - spent)
+    return [
+        [int(chosen), *(int(arm) for arm in mine if arm != chosen)]
+        for chosen, mine in zip(teams[best], alive, strict=True)
+    ]

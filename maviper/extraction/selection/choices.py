@@ -15,11 +15,12 @@ from maviper.episodes import measures
 from maviper.episodes.measures import Estimate, score
 from maviper.episodes.play import Controller
 from maviper.episodes.trees import agent_policies, among
-from maviper.extraction.bundles import RACE, RETURN, UNIFORM
+from maviper.extraction.bundles import MEMBER, RACE, RETURN, UNIFORM
 from maviper.extraction.extraction import Extraction
 from maviper.extraction.journal import Arrays
 from maviper.extraction.outcome import joint_ratio
-from maviper.extraction.selection.arena import Arena, halving
+from maviper.extraction.selection.arena import Arena, halving, halving_by_member
+from maviper.extraction.settings import Settings
 from maviper.worlds import Measure
 from maviper.worlds.world import Int
 
@@ -40,7 +41,8 @@ class Choice(ABC):
         self.teams = [team for team in self.world.teams if set(self.world.members(team)) & set(self.agents)]
         self.base = self._estimates(experts)
         self.candidates: list[list[GrownTree]] = []
-        self.best = 0  # the candidate that is the best so far
+        self.best = 0  # the candidate that is the best so far, or of the first agent where each has its own
+        self.rounds: list[int] = []  # the candidate that each agent takes, where each has its own
         self.found: Mapping[Measure, Estimate] = {}  # of the best: each team's primary measure
 
     def met(self, values: Mapping[str, Float64]) -> None:
@@ -160,17 +162,52 @@ class Raced(Choice):
         return [[self.candidates[place][index] for place in order] for index in range(len(self.agents))]
 
     def _raced(self) -> Arrays:
-        asked = self.asked
-        seeds = asked.settings.episodes(measures.SELECTION_SEEDS)
-        arena = Arena(self.world, asked.expert, self.agents, seeds)
-        known = [*self.warm, *[np.zeros(0)] * (len(self.candidates) - len(self.warm))]
-        warm = [score(self.world.primary(self.team), values) for values in known]
+        arena, warm = self._arena(), self._warm()
 
         def scores(arms: Int, episodes: int) -> Float64:
             return arena.scores([self.candidates[int(arm)] for arm in arms], episodes)
 
-        episodes = asked.settings.selection_episodes * len(self.candidates)
-        return {"order": np.array(halving(scores, warm, episodes, min(FINALISTS, len(known))))}
+        return {"order": np.array(halving(scores, warm, self.episodes, min(FINALISTS, len(warm))))}
+
+    def _arena(self) -> Arena:
+        seeds = self.asked.settings.episodes(measures.SELECTION_SEEDS)
+        return Arena(self.world, self.asked.expert, self.agents, seeds)
+
+    def _warm(self) -> list[Float64]:
+        """Of each candidate, scores in its rollouts, higher being better; the last ones may have none."""
+        known = [*self.warm, *[np.zeros(0)] * (len(self.candidates) - len(self.warm))]
+        return [score(self.world.primary(self.team), values) for values in known]
+
+    @property
+    def episodes(self) -> int:
+        """Of the whole race."""
+        return self.asked.settings.selection_episodes * len(self.candidates)
+
+
+class Members(Raced):
+    """Each member of a team gets a round of its own, judged by how the team plays: trees of all rounds race beside
+    mates of other rounds, then the teams that the finalists can form.
+    """
+
+    def chosen(self) -> list[list[GrownTree]]:
+        """As `Choice.chosen`."""
+        if len(self.agents) == 1:
+            return super().chosen()
+        found = self.asked.journal.arrays(f"race{self.name}", self._membered)
+        orders = found["orders"].tolist()
+        self.rounds = [order[0] for order in orders]
+        self.best = self.rounds[0]
+        return [[self.candidates[place][index] for place in order] for index, order in enumerate(orders)]
+
+    def _membered(self) -> Arrays:
+        arena = self._arena()
+
+        def scores(teams: Int, episodes: int) -> Float64:
+            together = [[self.candidates[int(k)][place] for place, k in enumerate(team)] for team in teams]
+            return arena.scores(together, episodes)
+
+        rng = np.random.default_rng([self.asked.settings.seed, *self.agents])
+        return {"orders": np.array(halving_by_member(scores, self._warm(), len(self.agents), self.episodes, rng))}
 
 
 def common(asked: Extraction) -> range:
@@ -179,3 +216,8 @@ def common(asked: Extraction) -> range:
 
 
 KINDS: Mapping[str, type[Choice]] = {UNIFORM: Uniform, RETURN: ByReturn, RACE: Raced}
+
+
+def kind_of(settings: Settings) -> type[Choice]:
+    """How some settings choose."""
+    return Members if settings.selection_by == MEMBER else KINDS[settings.selection]

@@ -14,7 +14,7 @@ from maviper.episodes import measures
 from maviper.extraction.bundles import AGENT, TEAM, UNIFORM, grouped
 from maviper.extraction.extraction import Extraction, Running
 from maviper.extraction.journal import Arrays
-from maviper.extraction.selection.choices import KINDS, Choice, common
+from maviper.extraction.selection.choices import Choice, common, kind_of
 from maviper.extraction.selection.progress import EXTRACTING, Progress, Underway, count_leaves
 
 
@@ -27,7 +27,7 @@ class Selection:
         experts = asked.journal.arrays("expert", self._experts)
         units = grouped(asked.world, settings.selection_by, agents)
         names = [""] if len(units) == 1 else [f"-{place}" for place in range(len(units))]
-        kind = KINDS[settings.selection]
+        kind = kind_of(settings)
         self.choices = [kind(asked, unit, experts, name) for unit, name in zip(units, names, strict=True)]
         self.offered = 0
         self.fidelity: float | None = None
@@ -101,5 +101,10 @@ class Selection:
         facts, settings = {"stopped_after": self.offered}, self.asked.settings
         if len(self.choices) == 1 and settings.selection == UNIFORM and settings.selection_by != TEAM:
             return facts | {"best_iteration": self.choices[0].best + 1}
-        names = [(f"best_iteration_{self._name(choice, choice.teams[0])}", choice.best) for choice in self.choices]
-        return facts | {name: best + 1 for name, best in names}
+        names: list[tuple[str, int]] = []
+        for choice in self.choices:
+            if choice.rounds:
+                names += zip([self.asked.world.agents[agent] for agent in choice.agents], choice.rounds, strict=True)
+            else:
+                names.append((self._name(choice, choice.teams[0]), choice.best))
+        return facts | {f"best_iteration_{name}": best + 1 for name, best in names}

@@ -24,11 +24,14 @@ from maviper.extraction.bundles import (
     EXPERTS,
     FITTED_Q,
     KNOWN,
+    MEMBER,
     PARTS,
+    RACE,
     ROLLOUTS_BY,
     RUNGS,
     SELECTION_BY,
     TEAM,
+    UNIFORM,
     VIPER,
     WEIGHTS,
     bundle,
@@ -139,21 +142,22 @@ def test_ivipers_rollouts_have_the_others_at_their_experts(games, tmp_path):
 def test_members_with_data_of_their_own_vote_on_it(games, tmp_path):
     """As many votes as nobody needs leave the trees as they are without votes: the same draws, bins and splits."""
     world, expert = games["deception"]
-    for splits, selection in product(("exact", "histogram"), (AGENT, TEAM)):
+    for splits, selection in (("exact", TEAM), ("histogram", AGENT)):
         given = {"rollouts_by": AGENT, "selection_by": selection, "weights": "own", "splits": splits}
+        given |= {"iterations": 2, "rollouts": 3, "selection_episodes": 4}
 
         def trees(votes, place="", given=given):
             journal = Journal(tmp_path / place) if place else NOTHING_KEPT
             found = extract(world, expert, settings_of(world, **given, least_right=votes), journal=journal)
             return [(policy.grown.feature.tolist(), policy.grown.threshold.tolist()) for policy in found.agents]
 
-        place = f"{splits}-{selection}"
-        assert trees("0") == trees("N-9") != trees("N") == trees("N", place)
-        last = sorted((tmp_path / place).rglob("0002-*"))
+        place, voted = f"{splits}-{selection}", trees("N")
+        assert trees("0") == trees("N-9") != voted == trees("N", place)
+        last = sorted((tmp_path / place).rglob("0001-*"))
         assert len(last) >= 5  # each agent's rollouts, each team's trees
         for step in last:
             step.unlink()
-        assert trees("N", place) == trees("N")
+        assert trees("N", place) == voted
 
 
 def test_each_team_says_its_best_round_where_teams_go_their_own_ways(games):
@@ -167,11 +171,12 @@ def test_each_team_says_its_best_round_where_teams_go_their_own_ways(games):
 @pytest.mark.parametrize("by", SELECTION_BY)
 def test_what_is_chosen_together_is_of_one_round(by, games, tmp_path):
     world, expert = games["deception"]
-    settings = settings_of(world, preset="paper", selection_by=by, iterations=5)
+    selection = RACE if by == MEMBER else UNIFORM
+    settings = settings_of(world, preset="paper", selection_by=by, selection=selection, iterations=5)
     found = extract(world, expert, settings, journal=Journal(tmp_path))
     told = {name: value for name, value in found.provenance.training.items() if name.startswith("best_iteration")}
-    assert len(told) == {AGENT: 3, TEAM: 2, ALL: 1}[by]
-    for unit, place in zip(grouped(world, by, range(3)), told.values(), strict=True):
+    assert len(told) == {AGENT: 3, MEMBER: 3, TEAM: 2, ALL: 1}[by]
+    for unit, place in zip(grouped(world, AGENT if by == MEMBER else by, range(3)), told.values(), strict=True):
         arrays = Journal(tmp_path).arrays(f"{place - 1:04d}-trees", pytest.fail)
         for agent in unit:
             assert found.agents[agent].grown.threshold.tobytes() == arrays[f"{agent:03d}.threshold"].tobytes()
@@ -229,10 +234,11 @@ def test_a_run_folder_says_all_of_it_and_goes_on_only_with_the_same(tmp_path, ca
 @pytest.mark.parametrize(("rollouts_by", "selection_by"), list(product(ROLLOUTS_BY, SELECTION_BY)))
 def test_a_budget_is_kept_by_every_combination(budget, rollouts_by, selection_by):
     world = find("physical-deception")
-    given = {"budget": budget, "rollouts_by": rollouts_by, "selection_by": selection_by, "selection": "uniform"}
+    selection = RACE if selection_by == MEMBER else UNIFORM
+    given = {"budget": budget, "rollouts_by": rollouts_by, "selection_by": selection_by, "selection": selection}
     found = Settings.of({**given, "least_right": "0"}).resolved(world)
     played = len(grouped(world, rollouts_by, range(3))) * found.iterations * found.rollouts
-    scored = {AGENT: 3, TEAM: 2, ALL: 2}[selection_by] * found.iterations
+    scored = {AGENT: 3, MEMBER: 2, TEAM: 2, ALL: 2}[selection_by] * found.iterations
     expert = len(grouped(world, found.together, range(3)))
     assert 0.7 * budget <= played + (scored + expert) * found.selection_episodes <= budget
 
@@ -268,5 +274,5 @@ def test_unknown_values(name, value, known):
     with pytest.raises(UnknownNameError, match="did you mean"):
         Settings.of({name: value})
     for each in known:
-        votes = "0" if each == AGENT else "N-1"
-        assert getattr(Settings.of({name: each, "least_right": votes, "selection": "uniform"}), name) == each
+        selection = RACE if each == MEMBER else UNIFORM
+        assert getattr(Settings.of({name: each, "selection": selection}), name) == each

@@ -1,0 +1,64 @@
+"""Best replies: an agent's best action in a state, given what its mates' trees do there.
+
+Does: labels and weights of the points of one agent by the expert's Q at its mates' actions, as in iterated best
+  response; keeps Q from round to round, and asks again only where a mate acts otherwise than before.
+Assumes: points are appended, never changed; an expert that is its own best reply, so that its action is the label
+  where all mates act as their experts, and among actions that Q values alike.
+Does not: draw points or grow trees.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from codegen.ir import Bool, Float64
+from maviper.experts.expert import Expert
+from maviper.extraction.dataset import Dataset
+from maviper.extraction.growth.weights import ROWS_AT_ONCE, joint_actions, legal_actions, parts
+from maviper.worlds import World
+from maviper.worlds.world import Int
+
+LEAST_GAIN = 0.2  # of what is at stake in a state: below it another action is taken to be the critic's error
+
+
+class Replies:
+    """The best replies of one agent to its mates."""
+
+    def __init__(self, world: World, expert: Expert, agent: int) -> None:
+        self.world, self.expert, self.agent = world, expert, agent
+        self.joint = joint_actions(world, agent, [])
+        self._acting = np.zeros((0, len(world.agents)), dtype=np.int64)  # what Q was asked for, [n, n_agents]
+        self._q = np.zeros((0, len(self.joint)))
+
+    def to(self, acting: Int, data: Dataset, state: Any) -> tuple[Int, Float64]:
+        """The label of every point, [n], and what it is worth there to take it, [n]: Q of the label less that of the
+        worst legal action. `acting`: [n, n_agents] what each of the others does; `state`: of all points.
+        """
+        q, legal = self._values(acting, data, state), legal_actions(self.world, self.agent, data.observations)
+        expert = data.labels[:, self.agent]
+        others = np.arange(acting.shape[1]) != self.agent
+        misled = (acting != data.labels)[:, others].any(axis=1)
+        best, worst = np.where(legal, q, -np.inf).max(axis=1), np.where(legal, q, np.inf).min(axis=1)
+        better = misled & (best - _of(q, expert) > LEAST_GAIN * (best - worst))
+        labels = np.where(better, np.where(legal, q, -np.inf).argmax(axis=1), expert)
+        return labels, np.maximum(0.0, _of(q, labels) - worst)
+
+    def _values(self, acting: Int, data: Dataset, state: Any) -> Float64:
+        """Q of each own action beside what the others do, [n, n_actions]."""
+        asked = acting.copy()
+        asked[:, self.agent] = 0
+        known = len(self._acting)
+        fresh: Bool = np.ones(len(asked), dtype=bool)
+        fresh[:known] = (self._acting != asked[:known]).any(axis=1)
+        found = np.concatenate([self._q, np.empty((len(asked) - known, len(self.joint)))])
+        rows = np.flatnonzero(fresh)
+        for part in parts(rows, len(asked), max(1, ROWS_AT_ONCE // len(self.joint))):
+            seen = [each[part] for each in data.observations]
+            found[part] = self.expert.q(self.agent, seen, state[part], self.joint, asked[part])
+        self._acting, self._q = asked, found
+        return found
+
+
+def _of(q: Float64, actions: Int) -> Float64:
+    """Q of one action in each state, [n]."""
+    return np.take_along_axis(q, actions[:, None], axis=1)[:, 0]

@@ -1,0 +1,183 @@
+"""Best responses: labels that know the mates' trees, and a round of its own for each member of a team."""
+
+from itertools import product
+
+import numpy as np
+import pytest
+
+from codegen import ir, policy_json
+from codegen.errors import InputError
+from maviper.cli import main
+from maviper.episodes.play import points, rollout
+from maviper.evaluation import held_out
+from maviper.evaluation.optimum import optimum, rules_of, worth
+from maviper.experts.finding import find_expert
+from maviper.extraction.algorithms import extract
+from maviper.extraction.bundles import BEST_RESPONSE, OUR_RUNGS, PARTS
+from maviper.extraction.dataset import Dataset
+from maviper.extraction.growth.replies import LEAST_GAIN, Replies
+from maviper.extraction.journal import Journal
+from maviper.extraction.selection.arena import MATCHED, halving_by_member
+from maviper.extraction.settings import Settings
+
+SMALL = {"iterations": 3, "rollouts": 12, "selection_episodes": 40, "max_depth": 2, "refinement": 0, "patience": 9}
+
+
+@pytest.fixture(autouse=True)
+def quick(monkeypatch):
+    monkeypatch.setattr(held_out, "EVALUATION_EPISODES", 10)
+
+
+def settings_of(world, **given):
+    return Settings.of({**SMALL, "algorithm": BEST_RESPONSE, **given}, world)
+
+
+def met(world, expert, episodes=60):
+    """Points of expert episodes, and their states."""
+    (played,) = rollout(world, [expert] * len(world.agents), range(episodes))
+    observations, state = points(played)
+    labels = expert.act(range(len(world.agents)), observations, state)
+    ones = np.ones(labels.shape)
+    return Dataset(observations, labels, ones, ones.astype(bool)), state
+
+
+# --- labels
+
+
+@pytest.mark.parametrize("game", ["coordination,rule=penalty", "coordination,rule=climbing", "physical-deception"])
+def test_labels_are_the_best_replies_by_q_where_a_mate_is_not_at_its_expert(game):
+    expert, world = find_expert(game)
+    data, state = met(world, expert)
+    acting, rng = data.labels.copy(), np.random.default_rng(1)
+    changed = rng.random(len(data)) < 0.5
+    acting[changed, 1] = rng.integers(len(world.actions[1]), size=int(changed.sum()))
+    labels, worth_of = Replies(world, expert, 0).to(acting, data, state)
+    replied = 0
+    for row in range(0, len(data), 7):
+        joint = np.repeat(acting[row : row + 1], len(world.actions[0]), axis=0)
+        joint[:, 0] = np.arange(len(joint))
+        seen = [each[row : row + 1] for each in data.observations]
+        q = expert.q(0, seen, state[np.array([row])], joint, acting[row : row + 1])[0]
+        usual = data.labels[row, 0]
+        misled = acting[row, 1] != data.labels[row, 1]
+        clear = q.max() - q[usual] > LEAST_GAIN * (q.max() - q.min())
+        wanted = int(q.argmax()) if misled and clear else usual
+        replied += wanted != usual
+        assert labels[row] == wanted
+        assert worth_of[row] == pytest.approx(max(0.0, q[wanted] - q.min()))
+    assert replied and (labels[~changed] == data.labels[~changed, 0]).all()
+
+
+def test_q_is_asked_again_only_where_a_mate_acts_otherwise():
+    expert, world = find_expert("physical-deception")
+    data, state = met(world, expert)
+    kept, rng, asked = Replies(world, expert, 1), np.random.default_rng(0), []
+
+    class Counting:
+        def q(self, agent, observations, state, joint, given):
+            asked.append(len(given))
+            return expert.q(agent, observations, state, joint, given)
+
+    kept.expert = Counting()
+    for size, change in ((800, 0), (1_200, 30), (1_500, 0)):
+        part, acting = data.before(len(data) - size), data.labels[:size].copy()
+        acting[:change, 2] = rng.integers(5, size=change)
+        acting[:, 1] = rng.integers(5, size=size)  # what the agent itself does is not looked at
+        asked.clear()
+        labels, weights = kept.to(acting, part, state[:size])
+        fresh = Replies(world, expert, 1).to(acting, part, state[:size])
+        assert (labels == fresh[0]).all() and (weights == fresh[1]).all()
+        assert sum(asked) <= {800: 800, 1_200: 430, 1_500: 330}[size]
+
+
+def test_replies_close_the_gap_that_joint_rollouts_leave_in_one_shot_games():
+    """All or nothing: each rung on its own, averaged over tables, by the known best team of small trees."""
+    gaps = dict.fromkeys(OUR_RUNGS, 0.0)
+    for table, rung in product(range(4), OUR_RUNGS):
+        expert, world = find_expert(f"coordination,kinds=2,agents=3,payoff=100,table={table}")
+        settings = settings_of(world, iterations=5, rollouts=60, selection_episodes=100, seed=table, **OUR_RUNGS[rung])
+        profile = extract(world, expert, settings)
+        gaps[rung] += (optimum(world, 2).worth - worth(world, rules_of(world, profile.agents))) / 4
+    assert gaps["best-response"] < 0.7 * gaps["joint-selection"]
+
+
+# --- the round of each member
+
+
+def test_members_take_arms_of_different_rounds_where_these_are_best():
+    rng, best, spent = np.random.default_rng(0), (3, 8, 5), []
+
+    def scores(teams, episodes):
+        spent.append(len(teams) * episodes)
+        right = (teams == best).mean(axis=1)
+        return right[:, None] + 0.3 * rng.normal(size=(len(teams), episodes))
+
+    warm = [np.zeros(4)] * 12
+    orders = halving_by_member(scores, warm, 3, 2_400, np.random.default_rng(1))
+    assert [order[0] for order in orders] == list(best)
+    assert all(len(set(order)) == len(order) == 4 for order in orders)
+    assert sum(spent) <= 2_400 + 2 * 12 * MATCHED
+
+
+def test_few_rounds_race_as_teams_at_once():
+    def scores(teams, episodes):
+        return np.repeat((teams == (1, 0)).all(axis=1)[:, None].astype(float), episodes, axis=1)
+
+    assert halving_by_member(scores, [np.zeros(0)] * 2, 2, 64, np.random.default_rng(0)) == [[1, 0], [0, 1]]
+    assert halving_by_member(lambda teams, n: np.zeros((len(teams), n)), [np.zeros(0)], 2, 9, None) == [[0], [0]]
+
+
+# --- whole extractions
+
+
+@pytest.fixture(scope="module")
+def deception():
+    return find_expert("physical-deception@maddpg")
+
+
+def test_a_run_goes_on_to_the_same_bytes(deception, tmp_path):
+    expert, world = deception
+    texts = []
+    for _ in range(2):
+        profile = extract(world, expert, settings_of(world), journal=Journal(tmp_path))
+        texts.append(policy_json.dumps(profile))
+        for step in sorted(tmp_path.rglob("*.safetensors"))[len(texts) :: 2]:
+            step.unlink()
+    assert texts[0] == texts[1] == policy_json.dumps(extract(world, expert, settings_of(world)))
+    told = profile.provenance.training
+    assert {"best_iteration_adversaries", "best_iteration_agent_0", "best_iteration_agent_1"} <= set(told)
+    assert profile.provenance.algorithm == BEST_RESPONSE and not set(PARTS) & set(told)
+
+
+def test_members_may_share_a_tree_of_replies(deception):
+    expert, world = deception
+    profile = extract(world, expert, settings_of(world, share="team"))
+    one, other = (policy.tree for policy in profile.agents[1:])
+    assert (one.action == other.action).all() and (one.feature == other.feature).all()
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        ({"least_right": "N"}, "votes count predictions"),
+        ({"rollouts_by": "agent"}, "extracted in the same rounds"),
+        ({"weights": "averaged"}, "not averaged over"),
+        ({"selection_by": "member", "selection": "uniform"}, "are raced"),
+        ({"preset": "released"}, "is ours"),
+    ],
+)
+def test_what_makes_no_sense_beside_replies_is_refused(given, told):
+    with pytest.raises(InputError, match=told):
+        Settings.of({"algorithm": BEST_RESPONSE, **given}).checked()
+
+
+def test_an_expert_without_q_cannot_be_asked_for_replies(capsys, tmp_path):
+    asked = ["--algorithm", "best-response", "--critic", "none", "-o", str(tmp_path / "p.json")]
+    assert main.run(["extract", "physical-deception", *asked]) == 2
+    assert "choose --critic learned or measured, or --labels expert" in capsys.readouterr().err
+
+
+def test_trees_that_learn_replies_are_trees_of_the_budget(deception):
+    expert, world = deception
+    profile = extract(world, expert, settings_of(world, max_leaves=3, max_depth=6))
+    assert all((policy.tree.feature == ir.NO_FEATURE).sum() <= 3 for policy in profile.agents)
