@@ -116,6 +116,14 @@ def actions_of(labels: Sequence[Any], called: Mapping[Any, str], given: Renaming
     return Placed(names, place, tuple(f"{k} {line}" for k, line in enumerate(said)), kept, tuple(filter(None, known)))
 
 
+def outputs_of(count: int, given: Sequence[str] | None) -> Placed:
+    """The numbers that a source gives: by the user's names, or y0, y1, ... InputError for another number of names."""
+    if given is not None and len(given) != count:
+        raise InputError(f"{len(given)} output names for {count} numbers", "--outputs", "name each number once")
+    names = cleaned(list(given) if given is not None else [f"y{place}" for place in range(count)], "y")
+    return Placed(tuple(names), tuple(range(count)), tuple(f"{place} {name}" for place, name in enumerate(names)))
+
+
 def _value(label: Any) -> Label:
     """A label as numbers and texts of Python."""
     plain = label.item() if hasattr(label, "item") else label

@@ -10,8 +10,8 @@ does so too. Else, or where float32 is asked for, the doubles are kept in the gr
 rounds them down to float32, which changes no decision for a float32 observation.
 """
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import repeat
 from typing import Any, NamedTuple
 
@@ -23,50 +23,21 @@ from codegen.dynamics import motionless
 from codegen.errors import InputError
 from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers import names, replay
-from codegen.ir import MAX_LENGTH, Bool, Floats, GrownTree, Int32
+from codegen.importers.reading import AGENT as AGENT
+from codegen.importers.reading import DOUBLES as DOUBLES
+from codegen.importers.reading import NOTHING as NOTHING
+from codegen.importers.reading import SINGLES as SINGLES
+from codegen.importers.reading import SUMS
+from codegen.importers.reading import Origin as Origin
+from codegen.importers.reading import Said as Said
+from codegen.importers.summed import ensure_alike, moved, tree_of
+from codegen.ir import MAX_LENGTH, Bool, Floats
 from codegen.lowering.deploy import deployed
 from codegen.lowering.render import comment
 
 MAX_NOTES = 8
-AGENT, TEAM = "agent_0", "team"
-SINGLES, DOUBLES = (f"any numbers, which it makes {numbers}" for numbers in (FLOAT32, FLOAT64))
+TEAM = "team"
 NAN_KEPT, NAN_RIGHT = "decided as in the origin", "goes right, whatever the origin does"
-
-
-@dataclass(frozen=True)
-class Origin:
-    """What an agent's tree comes from: its tests, its labels, and how it decides by itself."""
-
-    kind: str  # in words, such as "if/else Python"
-    grown: GrownTree  # a leaf's action is the place of its label
-    labels: tuple[Any, ...]  # that its leaves return; numbers ascending
-    act: Callable[[Floats], Int32]  # rows [n, n_features] -> the places of the origin's own labels [n]
-    replayed_by: str  # who decides in `act`, in words
-    features: tuple[str, ...] = ()  # names; (): the origin gives none
-    n_features: int = 0  # 0: the origin does not say; then as many as are tested or named
-    nan: bool = False  # whether a NaN is decided as in the origin
-    finite: bool = False  # whether the origin takes finite numbers only
-    takes: Callable[[Floats], Bool] | None = None  # which observations it takes, where not all finite ones
-    numbers: str = FLOAT32  # that it compares; what is given to it becomes one of these first
-    given: str = "any numbers"  # what the origin is given where it decides so, in words
-    called: Mapping[Any, str] = field(default_factory=dict[Any, str])  # what it calls some of the labels
-    keyed: bool = False  # whether it looks features up by these names, wherever they are
-    notes: tuple[str, ...] = ()  # what of the source was skipped or assumed, in words
-    n_read: int = 0  # features up to the last one that the origin looks at, also in a test that decides nothing
-
-
-@dataclass(frozen=True)
-class Said:
-    """What the user says of a source that does not say it itself."""
-
-    scores: bool = False  # whether a list of numbers holds a score for each action
-    wanted: str = ""  # the function that is asked for, where a file has several
-    features: tuple[str, ...] = ()  # names of all features, in their order; (): not said
-    arrays: str = ""  # of which numbers NumPy hands over to Python: float32 or float64; "": it is given Python's floats
-    beside: Callable[[str], bytes | None] = lambda _: None  # the content of a file that lies beside the source
-
-
-NOTHING = Said()
 
 
 @dataclass(frozen=True)
@@ -76,6 +47,7 @@ class Names:
     features: Sequence[str] | None = None
     actions: Sequence[str] | None = None
     world: str = "imported"
+    outputs: Sequence[str] | None = None
 
 
 def profile_of(origins: Mapping[str, Origin], given: Names, numbers: str | None = None) -> ir.PolicyProfile:
@@ -86,9 +58,11 @@ def profile_of(origins: Mapping[str, Origin], given: Names, numbers: str | None 
     """
     agents = names.cleaned(list(origins), "agent")
     wanted = names.renaming(given.features), names.renaming(given.actions)
-    found = [_named(agent, origin, *wanted) for agent, origin in zip(agents, origins.values(), strict=True)]
+    found = [
+        _named(agent, origin, *wanted, given.outputs) for agent, origin in zip(agents, origins.values(), strict=True)
+    ]
     names.ensure_known(wanted[0], [each.features for each in found], "feature")
-    names.ensure_known(wanted[1], [each.actions for each in found], "action")
+    names.ensure_known(wanted[1], [each.actions for each in found if not each.origin.vectors], "action")
     policies = [_policy(agent, each, numbers) for agent, each in zip(agents, found, strict=True)]
     compared = ", ".join(dict.fromkeys(policy.numbers for policy in policies))
     facts: dict[str, float | int | str] = {"observations": compared}
@@ -99,7 +73,8 @@ def profile_of(origins: Mapping[str, Origin], given: Names, numbers: str | None 
         facts[f"{policy.agent} replayed by"] = comment(origin.replayed_by)
         facts[f"{policy.agent} given"] = comment(origin.given)
         facts[f"{policy.agent} features"] = comment(names.listed(features))
-        facts[f"{policy.agent} actions"] = comment(names.listed(actions))
+        facts[f"{policy.agent} {'outputs' if policy.outputs else 'actions'}"] = comment(names.listed(actions))
+        facts |= {f"{policy.agent} sums": policy.tree.arithmetic} if policy.tree.arithmetic else {}
         if origin.notes:
             facts[f"{policy.agent} notes"] = comment("; ".join(origin.notes[:MAX_NOTES]))
         facts[f"{policy.agent} NaN"] = NAN_KEPT if origin.nan else NAN_RIGHT
@@ -117,26 +92,32 @@ class _Named(NamedTuple):
     actions: names.Placed
 
 
-def _named(agent: str, origin: Origin, features: names.Renaming, actions: names.Renaming) -> _Named:
-    """The origin with its features and actions in their places."""
-    n_tested = max(int(origin.grown.feature.max()) + 1, origin.n_read)
+def _named(
+    agent: str, origin: Origin, features: names.Renaming, actions: names.Renaming, outputs: Sequence[str] | None
+) -> _Named:
+    """The origin with its features and actions, or outputs, in their places."""
+    n_tested = max(origin.n_named, origin.n_read)
     alone = None if features.plain is None or origin.features else len(features.plain)
     width = origin.n_features or max(n_tested, len(origin.features) or alone or 0, 1)
     try:
         placed = names.features_of(origin.features, width, features, keyed=origin.keyed)
-        chosen = names.actions_of(origin.labels, origin.called, actions)
+        if origin.vectors:
+            chosen = names.outputs_of(len(origin.vectors[0]), outputs)
+        else:
+            chosen = names.actions_of(origin.labels, origin.called, actions)
     except InputError as error:
         raise InputError(error.what, ": ".join(filter(None, (agent, error.where))), error.next_step) from None
     grown, columns, place = origin.grown, np.array(placed.place), np.array(chosen.place, dtype=np.int32)
+    fixed = (grown.feature < 0) | (grown.feature >= SUMS)
     grown = replace(
         grown,
-        feature=np.where(grown.feature < 0, grown.feature, columns[grown.feature]),
-        action=np.where(grown.action < 0, grown.action, place[grown.action]),
+        feature=np.where(fixed, grown.feature, columns[np.where(fixed, 0, grown.feature)]),
+        action=grown.action if origin.vectors else np.where(grown.action < 0, grown.action, place[grown.action]),
     )
 
-    def act(rows: Floats) -> Int32:
+    def act(rows: Floats) -> Any:
         said = np.asarray(origin.act(rows[:, columns]))
-        return np.where(said < 0, said, place[said])
+        return said if origin.vectors else np.where(said < 0, said, place[said])
 
     takes = origin.takes
 
@@ -145,7 +126,9 @@ def _named(agent: str, origin: Origin, features: names.Renaming, actions: names.
         return takes(rows[:, columns])
 
     inside = None if takes is None else within
-    return _Named(replace(origin, grown=grown, act=act, takes=inside), placed, chosen)
+    sums = tuple(moved(each, columns) for each in origin.sums)
+    vectors = tuple(tuple(moved(each, columns) for each in vector) for vector in origin.vectors)
+    return _Named(replace(origin, grown=grown, act=act, takes=inside, sums=sums, vectors=vectors), placed, chosen)
 
 
 def _policy(agent: str, found: _Named, numbers: str | None) -> ir.AgentPolicy:
@@ -155,6 +138,8 @@ def _policy(agent: str, found: _Named, numbers: str | None) -> ir.AgentPolicy:
     numbers = numbers or origin.numbers
     if (numbers, origin.numbers) == (FLOAT64, FLOAT32):
         raise InputError(f"{origin.kind} compares float32, not float64", agent, "leave --numbers out")
+    if origin.arithmetic:
+        return _summing(agent, found, numbers)
     tree = deployed(origin.grown, numbers)
     if not replay.representable(tree):
         raise InputError(f"a threshold lies below every {numbers} number", agent, "rescale that feature")
@@ -166,3 +151,21 @@ def _policy(agent: str, found: _Named, numbers: str | None) -> ir.AgentPolicy:
         tree,
         origin.grown if numbers == FLOAT32 else None,
     )
+
+
+def _summing(agent: str, found: _Named, numbers: str) -> ir.AgentPolicy:
+    """The policy of an origin that tests sums or gives numbers. InputError for another arithmetic than its own."""
+    origin, features, chosen = found
+    if numbers != origin.numbers:
+        what = f"sums of {origin.numbers} numbers would be others as {numbers}"
+        raise InputError(what, agent, "leave --numbers out; --arrays float32 says what if/else Python is given")
+    ensure_alike(origin, agent)
+    specs = tuple(ir.FeatureSpec(each, "none", -MAX_LENGTH, MAX_LENGTH, None) for each in features.names)
+    outputs, actions = (), ()
+    if origin.vectors:
+        outputs = tuple(ir.OutputSpec(each, "none", None, None) for each in chosen.names)
+    else:
+        actions = tuple(
+            ir.ActionSpec(*each) for each in zip(chosen.names, repeat(None), repeat(""), chosen.labels, strict=False)
+        )
+    return ir.AgentPolicy(agent, TEAM, specs, actions, tree_of(origin, len(specs)), outputs=outputs)

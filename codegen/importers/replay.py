@@ -5,15 +5,18 @@ Assumes: the tree is sound; `act` decides as the origin does.
 Does not: know what the origin is.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
-from codegen import ir
-from codegen.agreement import probes
+from codegen.agreement import probes, sum_probes
+from codegen.agreement.entries import differing, reference
 from codegen.errors import DisagreementError, InputError
 from codegen.floats import neighbour
-from codegen.ir import NO_FEATURE, AgentPolicy, FeatureSpec, Floats, Int32, Tree
+from codegen.ir import NO_FEATURE, AgentPolicy, FeatureSpec, Floats, Tree
+from codegen.sums import among
 
 RANDOM = 4_000
 ROWS = 100_000  # at thresholds, beyond which each comes with fewer random values of the other features
@@ -28,6 +31,12 @@ def representable(tree: Tree) -> bool:
 
 def observations(policy: AgentPolicy, *, nan: bool, finite: bool) -> Floats:
     """What both are asked about, [n, n_features]. InputError where that is more than fits into memory."""
+    if policy.tree.arithmetic:
+        rows = np.concatenate(list(_of_sums(policy)))
+        rows = rows[np.isfinite(rows).all(axis=1)] if finite else rows
+        # of finite numbers that are too large a sum may be NaN, too
+        tested = among(rows, policy.tree.sums, policy.tree.arithmetic)
+        return rows if nan else rows[~np.isnan(tested).any(axis=1)]
     rng, width = np.random.default_rng(0), len(policy.features)
     tested = policy.tree.feature != NO_FEATURE
     n_splits = int(tested.sum())
@@ -54,6 +63,17 @@ def observations(policy: AgentPolicy, *, nan: bool, finite: bool) -> Floats:
     )
     keep = np.isfinite(rows) if finite else ~np.isnan(rows) if not nan else np.ones_like(rows, dtype=bool)
     return rows[keep.all(axis=1)]
+
+
+def _of_sums(policy: AgentPolicy) -> Iterator[Floats]:
+    """At ties of sums and beside them, numbers of every size, special ones, and random ones."""
+    rng, used = np.random.default_rng(0), policy.tree.threshold[policy.tree.feature != NO_FEATURE]
+    span = 2.0 * min(float(np.abs(used).max(initial=0.0)) + 1.0, probes.HUGE)
+    features = tuple(FeatureSpec(each.name, "none", -span, span, None) for each in policy.features)
+    yield from sum_probes.parts(replace(policy, features=features), rng)
+    if len(features) <= MAX_SPECIAL:
+        yield probes.special(features, rng, policy.numbers)
+    yield probes.random(features, RANDOM, rng, policy.numbers)
 
 
 def _boundary(tree: Tree, width: int, fillings: int, span: float, rng: np.random.Generator) -> Floats:
@@ -86,11 +106,12 @@ def _mixed(tree: Tree, rows: Floats, rng: np.random.Generator) -> Floats:
     return rows
 
 
-def replayed(policy: AgentPolicy, act: Callable[[Floats], Int32], rows: Floats) -> int:
+def replayed(policy: AgentPolicy, act: Callable[[Floats], Any], rows: Floats) -> int:
     """How many observations were compared. DisagreementError for the first one on which tree and origin differ."""
-    ours, theirs = ir.act(policy, rows), np.asarray(act(rows))
-    for place in np.flatnonzero(ours != theirs)[:1].tolist():
+    ours, theirs = reference(policy, rows), np.asarray(act(rows))
+    for place in np.flatnonzero(differing(policy, ours, theirs))[:1].tolist():
         numbers = ", ".join(f"{float(each)!r}" for each in rows[place][:20])
-        what = f"the imported tree takes action {ours[place]} where its origin takes {theirs[place]}"
+        does, here = ("gives", "gives") if policy.outputs else ("takes action", "takes")
+        what = f"the imported tree {does} {ours[place]} where its origin {here} {theirs[place]}"
         raise DisagreementError(what, f"{policy.agent}: [{numbers}]", "nothing was written; please report it")
     return len(rows)

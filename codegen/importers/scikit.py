@@ -3,7 +3,8 @@
 Does: reads a fitted decision tree by its attributes, also as the end of a Pipeline or search, or as the only tree of a
   forest or booster; folds the steps before it into its thresholds (steps.py, folding.py); replays the tree
   against the model's own `predict`.
-Assumes: classes, or the few values of a regressor's leaves, are the actions; observations are float32.
+Assumes: classes, or the few values of a regressor's leaves, are the actions; a regressor of many values, or of several
+  outputs, gives them; observations are float32.
 Does not: import scikit-learn, or open a file; scikit-learn's files are pickles, which run code.
 
 What is kept: the decision for every float32 observation without NaN, given as float32. Steps compute in the type that
@@ -13,6 +14,7 @@ is class k, in the classifier's own order: scikit-learn sorts its labels.
 """
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -23,8 +25,10 @@ from codegen.floats import neighbour, round_down
 from codegen.importers import steps
 from codegen.importers.folding import LARGEST, Asked, folded
 from codegen.importers.origin import AGENT, SINGLES, Names, Origin, profile_of
-from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, Bool, Float32, Floats, GrownTree, Int32
+from codegen.importers.summed import with_sums
+from codegen.ir import CONSTANT, NO_ACTION, NO_CHILD, NO_FEATURE, Bool, Float32, Floats, GrownTree, Int32
 from codegen.process.unwarned import unwarned
+from codegen.sums import DOUBLE_SUMS
 
 # what a subclass may have of its own: no prediction reads it
 UNUSED = frozenset(
@@ -45,14 +49,15 @@ def from_sklearn(
     feature_names: Sequence[str] | None = None,
     action_names: Sequence[str] | None = None,
     name: str = "imported",
+    output_names: Sequence[str] | None = None,
 ) -> ir.PolicyProfile:
     """A profile of one agent from a fitted decision tree, or a Pipeline, search, forest or booster of one.
 
     `feature_names`: default those it was fitted with, or x0, x1, ...; `action_names`: default its labels, one a class
     in the order of `classes_`. Both are made legal as names.py says. InputError for what is not a fitted classifier
-    of one output whose `predict` is scikit-learn's, or was seen to learn from missing values.
+    of one output, or regressor, whose `predict` is scikit-learn's, or was seen to learn from missing values.
     """
-    return profile_of({AGENT: origin_of(classifier)}, Names(feature_names, action_names, name))
+    return profile_of({AGENT: origin_of(classifier)}, Names(feature_names, action_names, name, output_names))
 
 
 def origin_of(model: Any) -> Origin:
@@ -67,11 +72,16 @@ def origin_of(model: Any) -> Origin:
     if tree is None or not (hasattr(estimator, "classes_") or hasattr(estimator, "predict")):
         advice = "fit it first; give a tree, a forest or booster of one, or a pipeline or search that ends in one"
         raise InputError("not a fitted decision tree", type(estimator).__name__, advice)
-    if tree.n_outputs != 1:
+    regressor = not hasattr(estimator, "classes_")
+    if tree.n_outputs != 1 and not regressor:
         raise InputError(f"the tree has {tree.n_outputs} outputs, one is needed", "", "fit one tree per agent")
     for each in {id(each): each for each in (model, _searched(model), estimator, single)}.values():
         _ensure_plain(each)
     _ensure_without_missing(tree)
+    if regressor:
+        given = _predicted(estimator, tree)
+        if tree.n_outputs != 1 or len(np.unique(given.values)) > MAX_VALUES:
+            return _giving(_origin(model, before, given.leaves, tree), model, given)
     return _origin(model, before, _leaves(estimator, tree), tree)
 
 
@@ -96,24 +106,51 @@ class _Leaves(NamedTuple):
 
 
 def _leaves(estimator: Any, tree: Any) -> _Leaves:
-    """The classes of a classifier's leaves, or what the estimator predicts in each leaf. InputError for a regressor of
-    many values.
-    """
+    """The classes of a classifier's leaves, or what the estimator predicts in each leaf."""
     if hasattr(estimator, "classes_") and not _of(estimator, "sklearn.ensemble._gb.GradientBoostingClassifier"):
         return _Leaves(list(estimator.classes_), tree.value[:, 0].argmax(axis=1))
+    found = _predicted(estimator, tree)
+    said = found.values[:, 0].tolist()
+    labels = list(estimator.classes_) if hasattr(estimator, "classes_") else sorted(set(said))
+    place = {label: index for index, label in enumerate(np.asarray(labels).tolist())}
+    action = np.zeros(tree.node_count, dtype=np.int64)
+    action[found.nodes] = [place[label] for label in said]
+    return _Leaves(labels, action)
+
+
+class _Predicted(NamedTuple):
+    """What an estimator predicts in the leaves that observations reach."""
+
+    nodes: Any  # [n_leaves]
+    values: Any  # [n_leaves, n_outputs]
+    count: int  # of all nodes
+
+    @property
+    def leaves(self) -> _Leaves:
+        """Each leaf as a label of its own."""
+        action = np.zeros(self.count, dtype=np.int64)
+        action[self.nodes] = np.arange(len(self.nodes))
+        return _Leaves([*range(len(self.nodes))], action)
+
+
+def _predicted(estimator: Any, tree: Any) -> _Predicted:
     grown = grown_from_sklearn(tree, np.arange(tree.node_count))
     nodes, low, high = (np.array(each) for each in zip(*_boxes(grown, int(tree.n_features)), strict=True))
     with unwarned():
         # a number in each box: the largest one, or else the one after the bound below
         said = estimator.predict(np.where(np.isfinite(high), high, np.where(np.isfinite(low), low, 0)))
-    labels = list(estimator.classes_) if hasattr(estimator, "classes_") else sorted(set(said.tolist()))
-    if len(labels) > MAX_VALUES:
-        what = f"the leaves predict {len(labels)} different numbers, at most {MAX_VALUES} are actions"
-        raise InputError(what, type(estimator).__name__, "train it on few action values, or a classifier of them")
-    place = {label: index for index, label in enumerate(np.asarray(labels).tolist())}
-    action = np.zeros(tree.node_count, dtype=np.int64)
-    action[nodes] = [place[label] for label in said.tolist()]
-    return _Leaves(labels, action)
+    return _Predicted(nodes, np.asarray(said).reshape(len(nodes), -1), int(tree.node_count))
+
+
+def _giving(origin: Origin, model: Any, given: _Predicted) -> Origin:
+    """The origin of a regressor, whose leaves give what it predicts, as float64."""
+
+    def act(rows: Floats) -> Any:
+        with unwarned():
+            return np.asarray(model.predict(rows), dtype=np.float64).reshape(len(rows), -1)
+
+    vectors = [[[(value, CONSTANT)] for value in row] for row in given.values.astype(np.float64).tolist()]
+    return with_sums(replace(origin, act=act, labels=()), (), vectors, (), DOUBLE_SUMS)
 
 
 def _boxes(grown: GrownTree, width: int) -> list[tuple[int, Float32, Float32]]:

@@ -84,14 +84,15 @@ def _say(policy: Any, facts: Mapping[str, Any], console: Any) -> None:
         [
             counted(leaves, "leaf"),
             counted(len(policy.features), "feature"),
-            counted(len(policy.actions), "action"),
+            counted(len(policy.outputs), "output") if policy.outputs else counted(len(policy.actions), "action"),
             policy.numbers,
+            *([f"sums {policy.tree.arithmetic}"] if policy.tree.arithmetic else []),
         ]
     )
     console.line(policy.agent, f"{facts[f'{policy.agent} from']}: {size}")
     count, by = facts[f"{policy.agent} replayed"], facts[f"{policy.agent} replayed by"]
     console.line("replayed", f"{counted(count, 'observation')}, by {by}: no difference")
-    for kind in ("features", "actions"):
+    for kind in ("features", "outputs" if policy.outputs else "actions"):
         console.line(kind, str(facts[f"{policy.agent} {kind}"]))
     if f"{policy.agent} notes" in facts:
         console.line("notes", str(facts[f"{policy.agent} notes"]))

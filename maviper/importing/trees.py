@@ -29,8 +29,11 @@ def import_trees(
     """The profile of the trees in a file, or in a file for each agent. InputError for what is not understood."""
     asked = requested(ImportOptions, options)
     plain = tuple(each for each in asked.feature_names or () if "=" not in each)
-    said = Said(asked.scores, features=plain, arrays=asked.arrays or "")
-    names = Names(asked.feature_names, asked.action_names, asked.name)
+    outputs = tuple(asked.output_names or ())
+    if outputs and (asked.scores or asked.action_names):
+        raise InputError("numbers are given, and no action is taken", "--outputs", "leave --scores and --actions out")
+    said = Said(asked.scores, features=plain, arrays=asked.arrays or "", outputs=outputs)
+    names = Names(asked.feature_names, asked.action_names, asked.name, asked.output_names)
     if file is not None and agents is None:
         origins = _read(file, said)
     elif file is not None or not agents:
@@ -38,6 +41,10 @@ def import_trees(
     else:
         origins = {agent: _one(agent, path, said) for agent, path in agents.items()}
     if asked.name in WORLDS or named_by_user(asked.name):
+        for agent, origin in origins.items():
+            if origin.arithmetic:
+                what = "a tree that tests sums or gives numbers cannot be tied to a game yet"
+                raise InputError(what, agent, "leave --world out, or give it another name")
         return tied(origins, find(asked.name), Spoken(asked.feature_names, asked.action_names))
     return profile_of(origins, names, asked.numbers)
 

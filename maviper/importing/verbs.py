@@ -45,15 +45,17 @@ def from_sklearn(
     feature_names: Sequence[str] | None = None,
     action_names: Sequence[str] | None = None,
     name: str = "imported",
+    output_names: Sequence[str] | None = None,
 ) -> PolicyProfile:
-    """A profile of one agent from a fitted scikit-learn DecisionTreeClassifier, or a Pipeline, search or forest of one.
+    """A profile of one agent from a fitted tree of scikit-learn, or a Pipeline, search or forest of one.
 
     `feature_names`: default those it was fitted with, or x0, x1, ...; `action_names`: default its labels, in the order
-    of `classes_`. InputError for anything but a fitted classifier of one output.
+    of `classes_`. A regressor of several outputs, or of more than 64 values, gives numbers: `output_names`, default y0,
+    y1, ... InputError for anything but a fitted classifier of one output, or a regressor.
     """
     from codegen.importers.scikit import from_sklearn as imported
 
-    return imported(classifier, feature_names, action_names, name)
+    return imported(classifier, feature_names, action_names, name, output_names)
 
 
 @flags.defaults

@@ -54,6 +54,17 @@ class ImportOptions(TypedDict, total=False):
             "Arrays that if/else Python is given; NumPy 2 rounds its numbers to their type. Default: Python's floats.",
         ),
     ]
+    output_names: Annotated[
+        Sequence[str] | None,
+        Option(
+            None,
+            IMPORTED,
+            "FILE returns numbers to give, and these are their names: no labels, no scores.",
+            "NAMES",
+            called="outputs",
+            commas=True,
+        ),
+    ]
     scores: Annotated[
         bool,
         Option(False, IMPORTED, "A list of numbers that FILE returns holds a score for each action: the largest acts."),

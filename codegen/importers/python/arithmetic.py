@@ -37,9 +37,11 @@ NAMES: Mapping[type[ast.operator], str] = {
     ast.Mult: "product",
     ast.Div: "quotient",
 }
+FORMS: Mapping[type[ast.operator], str] = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/"}
 COMPARISONS: Mapping[type[ast.cmpop], str] = {
     ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!=",
 }  # fmt: skip
+IN_ORDER = "write w0 * x[0] + w1 * x[1] + ... + c, each feature once, without parentheses, and scale no sum"
 SEVERAL = "test each feature alone, or give the {} as a feature of its own"
 
 
@@ -67,6 +69,12 @@ def binary(m: Machine, kind: type[ast.operator], left: Any, right: Any) -> Any:
     if isinstance(left, Feature) and isinstance(right, Feature):
         if kind is ast.Mult and left.key == right.key:
             return _converted(m, left).then(Step("square", lambda value: value * value, FOLDING))
+        joined = m.sums.added(left, right, minus=kind is ast.Sub) if kind in (ast.Add, ast.Sub) else None
+        if joined is not None:
+            m.sums.line = m.sums.line or m.line
+            return joined
+        if kind in (ast.Add, ast.Sub):
+            return m.unread("two sums are joined whose roundings have no order", IN_ORDER)
         word = NAMES.get(kind, "combination")
         return m.unread(f"the {word} of two features is computed", SEVERAL.format(word))
     if isinstance(left, Feature) or isinstance(right, Feature):
@@ -123,7 +131,9 @@ def of_feature(m: Machine, kind: type[ast.operator], left: Any, right: Any) -> A
     if kind not in allowed and not (kind is ast.FloorDiv and whole and isinstance(number, int) and not turned):
         return _refused(m, kind, turned)
     apply = partial(_turned, OPERATIONS[kind], number) if turned else partial(_applied, OPERATIONS[kind], number)
-    return feature.then(Step(f"{kind.__name__}{turned:d}{type(number).__name__}{number!r}", apply, sense))
+    sign = FORMS.get(kind)
+    form = ("c-" if kind is ast.Sub and turned else sign, number) if sign else None
+    return feature.then(Step(f"{kind.__name__}{turned:d}{type(number).__name__}{number!r}", apply, sense, form=form))
 
 
 def _squared(value: Any) -> Any:
@@ -260,6 +270,8 @@ def compared(m: Machine, sign: str, left: Any, right: Any) -> Any:
         if m.paths is not None:
             m.paths.nan = False  # it is asked whether a number is NaN
         return sign in ("==", "<=", ">=")
+    if isinstance(left, Feature) and isinstance(right, Feature):
+        return _two_compared(m, sign, left, right)
     if isinstance(left, Feature | Extreme) or isinstance(right, Feature | Extreme):
         return m.unread("two features are compared", SEVERAL.format("difference"))
     if isinstance(left, Symbol) or isinstance(right, Symbol):
@@ -274,6 +286,15 @@ def compared(m: Machine, sign: str, left: Any, right: Any) -> Any:
         return bool(SIGNS[sign](left, right))
     except (TypeError, ValueError):
         return m.unread("constants that have no order are compared", "compare numbers with numbers")
+
+
+def _two_compared(m: Machine, sign: str, left: Feature, right: Feature) -> Any:
+    """A test of a difference, whose sign is that of the comparison, unless both are the same infinity."""
+    found = m.sums.added(left, right, minus=True)
+    if found is None:
+        return m.unread("two features are compared", SEVERAL.format("difference"))
+    m.finite = True
+    return _with_number(m, found, sign, 0.0)
 
 
 def _with_number(m: Machine, feature: Feature, sign: str, number: Any) -> Any:

@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from codegen.errors import InputError, shown
+from codegen.floats import FLOAT64
 from codegen.importers.python.inputs import Inputs
 from codegen.importers.python.values import (
     Array,
@@ -35,6 +36,7 @@ from codegen.importers.python.values import (
     Symbol,
     Unread,
 )
+from codegen.importers.symbolic.affine import Sums
 from codegen.importers.symbolic.feature import Feature, Step, Test
 from codegen.importers.symbolic.paths import MANY_PATHS, MAX_STEPS, Paths
 
@@ -84,6 +86,7 @@ class Machine:
         self.where, self.arrays = where, arrays
         self.paths: Paths | None = None
         self.inputs = Inputs(where, ())
+        self.sums = Sums(arrays or FLOAT64)  # of several features
         self.line, self.depth, self.steps = 0, 0, 0
         self.fresh: dict[int, Any] = {}  # lists and objects that this path has made, and may change
         self.written: dict[tuple[int, str], Any] = {}  # attributes that this path has set

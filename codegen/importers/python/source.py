@@ -23,16 +23,19 @@ import numpy as np
 from codegen.errors import InputError, shown
 from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers.origin import NOTHING, Origin, Said
+from codegen.importers.python.arithmetic import IN_ORDER
 from codegen.importers.python.classes import instance_of
 from codegen.importers.python.file import ALONE, Decider, File, deciders, file_of
 from codegen.importers.python.inputs import MAX_FEATURES, Inputs
 from codegen.importers.python.machine import RETURN_ADVICE, Machine
 from codegen.importers.python.statements import follow, linked
 from codegen.importers.python.values import Class, Condition, Extreme, Instance, Member, Part, Scope, Symbol
+from codegen.importers.summed import rounds
+from codegen.importers.symbolic.affine import Affine, Given, Sums
 from codegen.importers.symbolic.feature import Feature, Test
 from codegen.importers.symbolic.labels import Value
 from codegen.importers.symbolic.paths import Paths
-from codegen.importers.symbolic.program import Described, origin_of
+from codegen.importers.symbolic.program import OTHER, ROUND_IT, Described, origin_of
 from codegen.process.unwarned import unwarned
 
 KIND = "if/else Python"
@@ -69,13 +72,23 @@ def _origin(file: File, decider: Decider, said: Said, count: int) -> Origin:
         inputs = follower.machine.inputs
         inputs.widths |= widths
         try:
-            return origin_of(follower.run, follower.machine.where, follower.described, said.arrays or FLOAT64)
+            numbers, m = said.arrays or FLOAT64, follower.machine
+            return _ensure_said(origin_of(follower.run, m.where, follower.described, numbers, m.sums), said, m)
         except InputError as error:
             if len(inputs.widths) > len(widths):
                 widths = dict(inputs.widths)
                 continue
             more = f"; or {ALONE.format(shown(decider.name))}" if count > 1 else ""
             raise InputError(error.what, error.where, f"{error.next_step}{more}") from None
+
+
+def _ensure_said(origin: Origin, said: Said, m: Machine) -> Origin:
+    """InputError for sums of features whose arithmetic nobody states: it depends on what the caller hands over."""
+    if not said.arrays and rounds(origin):
+        what = "sums of features are computed, and their roundings depend on the numbers that are given"
+        advice = "say --arrays float64 for Python's floats or float64 arrays, --arrays float32 for float32 arrays"
+        raise InputError(what, f"{m.where}, line {m.sums.line}", advice)
+    return origin
 
 
 class _Follower:
@@ -91,6 +104,7 @@ class _Follower:
         self.defaults = {name for name in self.function.defaults if name not in said.features}
         self.names = [name for name in places if name not in self.defaults]
         self.keywords = [each.arg for each in takes.kwonlyargs if each.arg not in self.defaults]
+        m.sums = Sums(said.arrays or FLOAT64)
         m.inputs = Inputs(m.where, (*self.names, *self.keywords), len(said.features))
         m.notes, m.called, m.texts, m.symbols = dict(m.notes), {}, set(), set()
         for each in (*takes.posonlyargs, *takes.args, *takes.kwonlyargs):
@@ -142,6 +156,8 @@ class _Follower:
             return m.truth(value)
         if isinstance(value, np.generic):
             value = value.item()
+        if self._gives(value):
+            return self._given(list(value) if isinstance(value, list | tuple) else [value])
         if isinstance(value, Feature | Part | Extreme):
             return m.whole(value)
         if isinstance(value, list | tuple) and value:
@@ -150,6 +166,37 @@ class _Follower:
             m.texts.add(value)
             return value
         return self._number(value)
+
+    def _gives(self, value: Any) -> bool:
+        """Whether numbers are given: the user says so, or they depend on features."""
+        parts = [*value] if isinstance(value, list | tuple) else [value]
+        if isinstance(value, Part) and len(value.path) == 1 == len(self.names) + len(self.keywords):
+            return False  # the observation itself
+        if self.said.scores or not parts or any(isinstance(each, str | list | tuple) for each in parts):
+            return False
+        found = [self.machine.plain(each) for each in parts if isinstance(each, Feature | Part)]
+        fractional = [each for each in found if not (isinstance(each, Feature) and self._counts(each))]
+        return bool(fractional or self.said.outputs)
+
+    def _counts(self, feature: Feature) -> bool:
+        """Whether a feature is a whole number, of which each value is a label."""
+        return isinstance(feature.value(1.0), int | np.integer)
+
+    def _given(self, parts: list[Any]) -> Any:
+        """What is given, as a form for each output."""
+        m, found = self.machine, list[Affine]()
+        for each in parts:
+            value = m.needed(m.plain(each))
+            form = m.sums.of(value) if isinstance(value, Feature) else None
+            if not isinstance(value, Feature | Extreme):
+                form = m.sums.given(number := self._number(value))
+                if form is None:
+                    raise m.refused(None, OTHER.format(number, m.sums.numbers), ROUND_IT)
+            if form is None:
+                raise m.refused(None, "what is returned is no sum of weighted features", IN_ORDER)
+            m.sums.line = m.sums.line or m.line
+            found.append(form)
+        return Given(found)
 
     def _number(self, value: Any) -> Any:
         m = self.machine

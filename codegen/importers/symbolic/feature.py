@@ -12,7 +12,7 @@ are such steps, in any precision. They may be constant on stretches and overflow
 
 import operator
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from codegen.importers.symbolic.line import LAST, Number, at_most, below, number, place
@@ -31,6 +31,7 @@ class Step:
     key: str
     apply: Callable[[Any], Any]
     sense: str = RISING
+    form: tuple[str, Any] | None = field(default=None, kw_only=True)  # of arithmetic with a number, see affine.py
 
 
 @dataclass(frozen=True)

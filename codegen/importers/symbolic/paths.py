@@ -17,6 +17,8 @@ import numpy as np
 
 from codegen.errors import InputError
 from codegen.importers.folding import without
+from codegen.importers.reading import SUMS
+from codegen.importers.symbolic.affine import Sums
 from codegen.importers.symbolic.feature import SIGNS, Feature, Test, Turns, pieces, turns_of
 from codegen.importers.symbolic.line import LAST, number
 from codegen.ir import MAX_DEPTH, NO_ACTION, NO_CHILD, NO_FEATURE, Bool, Floats, GrownTree
@@ -173,14 +175,15 @@ class Growth(Paths):
 class Replay(Paths):
     """What a program returns for each of many observations, by its own comparisons."""
 
-    def __init__(self, where: str, rows: Floats) -> None:
+    def __init__(self, where: str, rows: Floats, sums: Sums | None = None) -> None:
         super().__init__(where, np.arange(len(rows)))  # the observations that come this far
         self.columns = [np.asarray(column, dtype=np.float64) for column in rows.T]
+        self._sums, self._of_sums = sums, dict[int, Floats]()
         self.values: list[Any] = [None] * len(rows)
 
     def holds(self, test: Test) -> bool:
         """Splits the observations once, where some of them pass and others do not."""
-        holds = self._passing(test, self.columns[test.feature.place][self.known])
+        holds = self._passing(test, self._column(test.feature.place)[self.known])
         if holds.all() or not holds.any():
             return bool(len(holds)) and bool(holds[0])
         answer = self._fork((0, 0.0))
@@ -194,7 +197,15 @@ class Replay(Paths):
 
     def least(self, feature: Feature) -> Any:
         """The least among the observations that came here."""
-        return min(feature.value(each) for each in self.columns[feature.place][self.known].tolist())
+        return min(feature.value(each) for each in self._column(feature.place)[self.known].tolist())
+
+    def _column(self, place: int) -> Floats:
+        """The numbers of an input or of a sum, one for each observation."""
+        if place < SUMS or self._sums is None:
+            return self.columns[place]
+        if place not in self._of_sums:
+            self._of_sums[place] = self._sums.column(place, self.columns)
+        return self._of_sums[place]
 
     def _passing(self, test: Test, given: Floats) -> Bool:
         if test.feature.steps or not isinstance(test.number, float):

@@ -7,15 +7,20 @@ Does not: know the language.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
+from codegen.errors import InputError
 from codegen.floats import FLOAT64
-from codegen.importers.origin import Origin
-from codegen.importers.symbolic.labels import Value, labels_of
+from codegen.importers.reading import SUMS, Origin
+from codegen.importers.summed import with_sums
+from codegen.importers.symbolic.affine import Given, Sums, valued
+from codegen.importers.symbolic.labels import Labels, Value, labels_of
 from codegen.importers.symbolic.paths import Growth, Replay, Run
-from codegen.ir import Floats, Int32
+from codegen.ir import Floats
 
+OTHER, ROUND_IT = "{!r} is returned among numbers that are {}, and is none", "round it in the source"
 REPLAYED_BY = "an interpreter of the file's syntax tree"
 
 
@@ -37,7 +42,9 @@ class Described:
     scores: bool = False  # whether the user says that lists are scores
 
 
-def origin_of(run: Run, where: str, describe: Callable[[], Described], numbers: str = FLOAT64) -> Origin:
+def origin_of(
+    run: Run, where: str, describe: Callable[[], Described], numbers: str = FLOAT64, sums: Sums | None = None
+) -> Origin:
     """The origin of a program that compares `numbers`. `describe` is asked after the program was followed.
 
     InputError for everything that the front end refuses, and for values of several kinds.
@@ -47,25 +54,27 @@ def origin_of(run: Run, where: str, describe: Callable[[], Described], numbers: 
         growth.follow(run)
     said, grown = describe(), growth.tree()
     values = list(growth.values)
-    order = [*said.order, *values]
-    labels = labels_of(values, order, said.called, where, scores=said.scores)
-    place = np.array([labels.place(value) for value in values], dtype=np.int32)
+    given = _Values(values, said, where, sums)
     places = np.array([*said.places, -1], dtype=np.int32)  # the last one: no feature
     columns = np.array(said.places, dtype=np.int64)
 
-    def act(rows: Floats) -> Int32:
-        replay = Replay(where, rows[:, columns])
+    def act(rows: Floats) -> Any:
+        replay = Replay(where, rows[:, columns], sums)
         with np.errstate(all="ignore"):
             replay.follow(run)
-        return np.array([labels.place(value) for value in replay.values], dtype=np.int32)
+        return given.answers(replay.values, replay.columns, numbers)
 
-    return Origin(
+    found = Origin(
         kind=said.kind,
         grown=replace(
-            grown, feature=places[grown.feature], action=np.where(grown.action < 0, grown.action, place[grown.action])
+            grown,
+            feature=np.where(
+                grown.feature >= SUMS, grown.feature, places[np.where(grown.feature >= SUMS, -1, grown.feature)]
+            ),
+            action=np.where(grown.action < 0, grown.action, given.place[grown.action]),
         ),
-        labels=labels.labels,
-        called=labels.called,
+        labels=given.labels.labels,
+        called=given.labels.called,
         act=act,
         replayed_by=REPLAYED_BY,
         features=tuple(said.features),
@@ -78,3 +87,59 @@ def origin_of(run: Run, where: str, describe: Callable[[], Described], numbers: 
         n_read=said.n_read,
         notes=said.notes,
     )
+    tests = tuple(each.terms for each in sums.known) if sums else ()
+    return with_sums(found, tests, given.vectors, said.places)
+
+
+class _Values:
+    """What the paths of a program return: labels of actions, or vectors of forms."""
+
+    def __init__(self, values: Sequence[Any], said: Described, where: str, sums: Sums | None) -> None:
+        self._sums = sums
+        if any(isinstance(each, Given) for each in values):
+            values = [self._given(each, where) for each in values]
+        vectors = [each for each in values if isinstance(each, Given)]
+        lengths = {len(each.vector) for each in vectors}
+        if len(lengths) > 1:
+            what = f"lists of {' and '.join(map(str, sorted(lengths)))} numbers are returned"
+            raise InputError(what, where, "return the same numbers on every path")
+        for each in (one for vector in vectors for one in vector.vector):
+            if not each.signed:
+                what = "a negated sum is returned, whose zero has another sign than its terms"
+                raise InputError(what, where, "turn the signs of its terms instead")
+        self.vectors = tuple(tuple(each.terms for each in one.vector) for one in vectors)
+        self.labels = Labels((), {}, {})
+        if vectors:
+            self.place = np.arange(len(vectors), dtype=np.int32)
+            return
+        self.labels = labels_of(values, [*said.order, *values], said.called, where, scores=said.scores)
+        self.place = np.array([self.labels.place(value) for value in values], dtype=np.int32)
+
+    def _given(self, value: Any, where: str = "") -> Given:
+        """What a path gives; also of constant numbers, where others depend on features."""
+        if isinstance(value, Given):
+            return value
+        parts = value if isinstance(value, tuple) else (value,)
+        if self._sums is None or any(isinstance(each, str | bool) for each in parts):
+            what = "numbers that depend on features and labels are returned side by side"
+            raise InputError(what, where, "return numbers on every path")
+        forms = [self._sums.given(each) for each in parts]
+        found = [each for each in forms if each is not None]
+        if len(found) < len(parts):
+            raise InputError(OTHER.format(parts[forms.index(None)], self._sums.numbers), where, ROUND_IT)
+        return Given(found)
+
+    def answers(self, values: Sequence[Any], columns: Sequence[Floats], numbers: str) -> Any:
+        """The places of labels, or the numbers given, for what each observation returned."""
+        if not self.vectors:
+            return np.array([self.labels.place(value) for value in values], dtype=np.int32)
+        found = np.zeros((len(values), len(self.vectors[0])))
+        rows_of = dict[Any, list[int]]()
+        for place, each in enumerate(values):
+            rows_of.setdefault(each, []).append(place)
+        for each, rows in rows_of.items():
+            vector = self._given(each)
+            for output, form in enumerate(vector.vector):
+                given = [column[rows] for column in columns] or [np.zeros(len(rows))]
+                found[rows, output] = valued(form.terms, given, numbers)
+        return found

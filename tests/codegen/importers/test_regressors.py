@@ -43,7 +43,6 @@ def test_what_is_predicted_is_the_action(model):
 @pytest.mark.parametrize(
     ("model", "said"),
     [
-        (DecisionTreeRegressor(), "different numbers, at most 64 are actions"),
         (GradientBoostingRegressor(n_estimators=2), "2 fitted trees, one is needed"),
         (LinearRegression(), "not a fitted decision tree"),
     ],
@@ -53,3 +52,47 @@ def test_others_are_refused_with_what_would_pass(model, said):
     with pytest.raises(InputError, match=said) as caught:
         from_sklearn(model.fit(X, X[:, 0] + X[:, 1]))
     assert caught.value.next_step
+
+
+GIVING = [
+    DecisionTreeRegressor(max_depth=6),
+    ExtraTreeRegressor(max_depth=5, random_state=0),
+    RandomForestRegressor(**ONE),
+    make_pipeline(StandardScaler(), DecisionTreeRegressor(max_depth=5)),
+]
+
+
+def given_as_predicted(model, y, rows):
+    """A regressor gives what it predicts, to the last bit."""
+    policy = from_sklearn(model.fit(X, y)).agents[0]
+    near = probes.boundary(policy.tree, policy.features, np.random.default_rng(1)).astype(np.float32)
+    asked = np.concatenate([near[np.isfinite(near).all(axis=1)], rows])
+    assert ir.outputs(policy, asked).tolist() == model.predict(asked).reshape(len(asked), -1).tolist()
+    return policy
+
+
+@pytest.mark.parametrize("model", GIVING, ids=str)
+@pytest.mark.parametrize("outputs", [2, 3])
+def test_several_outputs_are_given(model, outputs):
+    policy = given_as_predicted(model, np.column_stack([Y, X[:, 1], X[:, 0] * X[:, 2]])[:, :outputs], X)
+    assert len(policy.outputs) == outputs and policy.tree.gives == "float64" and policy.numbers == "float32"
+
+
+def test_a_regressor_of_many_values_gives_them():
+    policy = given_as_predicted(DecisionTreeRegressor(), X[:, 0] + X[:, 1], X)
+    assert len(policy.tree.vectors) > 64 and [each.name for each in policy.outputs] == ["y0"]
+
+
+def random_regressor(seed):
+    rng = np.random.default_rng(seed)
+    x = rng.normal(size=(60, 3)).astype(np.float32)
+    y = rng.normal(size=(60, int(rng.integers(2, 4)))) * 10.0 ** rng.integers(-3, 4)
+    return DecisionTreeRegressor(max_depth=int(rng.integers(1, 6)), random_state=seed).fit(x, y), x
+
+
+@pytest.mark.parametrize("count", [20, pytest.param(1_000, marks=pytest.mark.slow)])
+def test_random_regressors_give_what_they_predict(count):
+    for seed in range(count):
+        model, rows = random_regressor(seed)
+        policy = from_sklearn(model, output_names=None).agents[0]
+        assert ir.outputs(policy, rows).tolist() == model.predict(rows).tolist()

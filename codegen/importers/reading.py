@@ -1,0 +1,65 @@
+"""What readers of trees are told of a source, and what they hand over.
+
+Does: names the parts of a tree as it was read, and what a user may say of a file.
+Assumes: readers that understood all of their source.
+Does not: read any, or make a profile (origin.py).
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from codegen.floats import FLOAT32, FLOAT64
+from codegen.ir import Bool, Floats, GrownTree, Sum
+
+AGENT = "agent_0"
+SUMS = 1 << 24  # from this place on, features of a grown tree are sums
+SINGLES, DOUBLES = (f"any numbers, which it makes {numbers}" for numbers in (FLOAT32, FLOAT64))
+
+
+@dataclass(frozen=True)
+class Origin:
+    """What an agent's tree comes from: its tests, its labels, and how it decides by itself."""
+
+    kind: str  # in words, such as "if/else Python"
+    grown: GrownTree  # a leaf's action is the place of its label
+    labels: tuple[Any, ...]  # that its leaves return; numbers ascending
+    act: Callable[[Floats], Any]  # rows [n, n_features] -> the places of its own labels [n], or numbers [n, n_outputs]
+    replayed_by: str  # who decides in `act`, in words
+    features: tuple[str, ...] = ()  # names; (): the origin gives none
+    n_features: int = 0  # 0: the origin does not say; then as many as are tested or named
+    nan: bool = False  # whether a NaN is decided as in the origin
+    finite: bool = False  # whether the origin takes finite numbers only
+    takes: Callable[[Floats], Bool] | None = None  # which observations it takes, where not all finite ones
+    numbers: str = FLOAT32  # that it compares; what is given to it becomes one of these first
+    given: str = "any numbers"  # what the origin is given where it decides so, in words
+    called: Mapping[Any, str] = field(default_factory=dict[Any, str])  # what it calls some of the labels
+    keyed: bool = False  # whether it looks features up by these names, wherever they are
+    notes: tuple[str, ...] = ()  # what of the source was skipped or assumed, in words
+    arithmetic: str = ""  # of sums; "": there is none
+    sums: tuple[Sum, ...] = ()  # the feature SUMS + k of `grown` is sums[k]
+    vectors: tuple[tuple[Sum, ...], ...] = ()  # what leaves give, in place of labels
+    gives: str = FLOAT64  # what that is rounded to
+    n_read: int = 0  # features up to the last one that the origin looks at, also in a test that decides nothing
+
+    @property
+    def n_named(self) -> int:
+        """Features up to the last one that a test or a sum names."""
+        single = self.grown.feature[self.grown.feature < SUMS]
+        sums = (*self.sums, *(each for vector in self.vectors for each in vector))
+        return 1 + max([int(single.max(initial=-1)), *(place for each in sums for _, place in each.terms)])
+
+
+@dataclass(frozen=True)
+class Said:
+    """What the user says of a source that does not say it itself."""
+
+    scores: bool = False  # whether a list of numbers holds a score for each action
+    wanted: str = ""  # the function that is asked for, where a file has several
+    features: tuple[str, ...] = ()  # names of all features, in their order; (): not said
+    arrays: str = ""  # of which numbers NumPy hands over to Python: float32 or float64; "": it is given Python's floats
+    outputs: tuple[str, ...] = ()  # names of the numbers that are returned to be given; (): labels are returned
+    beside: Callable[[str], bytes | None] = lambda _: None  # the content of a file that lies beside the source
+
+
+NOTHING = Said()

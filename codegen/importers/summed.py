@@ -1,0 +1,117 @@
+"""Origins whose trees test sums or give numbers, and the trees of the IR that are made of them.
+
+Does: keeps, of the sums that a reader found, those that the tree names; makes an ir.Tree with them.
+Assumes: a grown tree whose features from SUMS on count in the sums, and whose actions count in the vectors.
+Does not: read any source.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from codegen import ir
+from codegen.errors import InputError
+from codegen.floats import FLOAT32, FLOAT64, at_most
+from codegen.importers.reading import SUMS, Origin
+from codegen.ir import CONSTANT, NO_FEATURE, Sum
+from codegen.lowering.deploy import deployed
+from codegen.sums import DOUBLE_SUMS, FLOAT32_STEPS, FLOAT64_SUMS, computed
+
+Terms = Sequence[tuple[float, int]]
+ARITHMETIC: Mapping[str, str] = {FLOAT32: FLOAT32_STEPS, FLOAT64: FLOAT64_SUMS}
+
+
+def with_sums(
+    origin: Origin,
+    tests: Sequence[Terms],
+    vectors: Sequence[Sequence[Terms]],
+    places: Sequence[int],
+    arithmetic: str = "",
+) -> Origin:
+    """The origin with the sums that its tree tests, and what its leaves give; itself where there is none of both.
+
+    `places`: of the inputs that terms name, among the features. `arithmetic`: default that of the origin's numbers.
+    """
+    named = [int(each) - SUMS for each in dict.fromkeys(origin.grown.feature[origin.grown.feature >= SUMS].tolist())]
+    if not named and not vectors:
+        return origin
+    chosen = arithmetic or ARITHMETIC[origin.numbers]
+    order = {SUMS + old: SUMS + new for new, old in enumerate(named)}
+    feature = [order.get(each, each) for each in origin.grown.feature.tolist()]
+    return replace(
+        origin,
+        grown=replace(origin.grown, feature=np.array(feature)),
+        arithmetic=chosen,
+        gives=FLOAT32 if chosen == FLOAT32_STEPS else FLOAT64,
+        sums=tuple(_sum(tests[each], places) for each in named),
+        vectors=tuple(tuple(_sum(each, places) for each in vector) for vector in vectors),
+    )
+
+
+def _sum(terms: Terms, places: Sequence[int]) -> Sum:
+    return Sum(tuple((weight, CONSTANT if place == CONSTANT else int(places[place])) for weight, place in terms))
+
+
+def rounds(origin: Origin) -> bool:
+    """Whether its answers depend on how sums are rounded. Of a difference of two features, the sign does not; nor does
+    a feature that is given as it is.
+    """
+    zero = {0.0, math.nextafter(0.0, -math.inf), -float(np.finfo(np.float32).smallest_subnormal)}
+    for place, each in enumerate(origin.sums):
+        asked = origin.grown.threshold[origin.grown.feature == SUMS + place].tolist()
+        if len(each.terms) > 2 or not _plain(each) or not {*asked} <= zero:
+            return True
+    given = [each for vector in origin.vectors for each in vector if any(place != CONSTANT for _, place in each.terms)]
+    return any(len(each.terms) > 1 or not _plain(each) for each in given)
+
+
+def _plain(each: Sum) -> bool:
+    return all(abs(weight) == 1 and place != CONSTANT for weight, place in each.terms)
+
+
+def moved(each: Sum, columns: Any) -> Sum:
+    """The sum over other places. `columns`: the new place of each."""
+    return Sum(tuple((weight, CONSTANT if place == CONSTANT else int(columns[place])) for weight, place in each.terms))
+
+
+def tree_of(origin: Origin, n_features: int) -> ir.Tree:
+    """The tree of an origin with sums, over so many features."""
+    plain = deployed(origin.grown, FLOAT64)  # in preorder, thresholds as they are
+    single = (plain.feature != NO_FEATURE) & (plain.feature < SUMS)
+    own, of_sums = (at_most(plain.threshold, each) for each in (origin.numbers, computed(origin.arithmetic)))
+    threshold = np.where(single, own, of_sums)
+    sums, feature = _first_named(origin.sums, (plain.feature[plain.feature >= SUMS] - SUMS).tolist())
+    leaf = plain.feature == NO_FEATURE
+    vectors, action = _first_named(origin.vectors, plain.action[leaf].tolist() if origin.vectors else [])
+    chosen, tested = plain.action.copy(), plain.feature.copy()
+    tested[plain.feature >= SUMS] = np.array(feature, dtype=np.int32) + n_features
+    if origin.vectors:
+        chosen[leaf] = action
+    arrays = (tested, threshold, plain.left, plain.right, chosen)
+    named = {"sums": sums, "vectors": vectors, "arithmetic": origin.arithmetic}
+    gives = origin.gives if origin.vectors else FLOAT32
+    return ir.Tree(*arrays, numbers=origin.numbers, gives=gives, **named)
+
+
+def _first_named(known: Sequence[Any], named: Sequence[int]) -> tuple[tuple[Any, ...], list[int]]:
+    """Those that are named, equal ones once, in the order in which they are; and the place of each name among them."""
+    places, found = dict[str, int](), list[Any]()
+    for each in named:
+        if places.setdefault(repr(known[each]), len(found)) == len(found):
+            found.append(known[each])
+    return tuple(found), [places[repr(known[each])] for each in named]
+
+
+def ensure_alike(origin: Origin, agent: str) -> None:
+    """InputError for numbers that the arithmetic of an origin does not have, such as 0.1 among float32 steps."""
+    kind = FLOAT32 if origin.arithmetic == FLOAT32_STEPS else FLOAT64
+    weights = FLOAT32 if origin.arithmetic == DOUBLE_SUMS else kind
+    for each in (*origin.sums, *(one for vector in origin.vectors for one in vector)):
+        for weight, place in each.terms:
+            numbers = kind if place == CONSTANT else weights
+            if float(np.dtype(numbers).type(weight)) != weight:
+                what = f"{weight!r} stands in a sum of {numbers} numbers, and is none"
+                raise InputError(what, agent, f"round it in the source to {numbers}")

@@ -1,0 +1,168 @@
+"""Sums of several inputs, as a program adds them: an affine form for each, and a place beside the inputs.
+
+Does: turns steps on one input into a term; joins terms where the order of additions allows it exactly; gives each
+  sum a place, so that a test of it turns as a test of an input does.
+Assumes: one arithmetic for all of them, that of the numbers that the program compares.
+Does not: reorder roundings: a sum of two sums, a sum that is scaled, or a feature twice have no place.
+
+Addition commutes exactly, and so does a sign with products and sums, but for the sign of a zero: a negated sum keeps
+its value and not that. Such a sum may be tested, and is no output.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from codegen.importers.reading import SUMS
+from codegen.importers.symbolic.feature import Feature
+from codegen.ir import CONSTANT, Floats
+
+Terms = tuple[tuple[float, int], ...]
+
+
+class Affine(NamedTuple):
+    """Terms (weight, place of the input), in the order of the additions."""
+
+    terms: Terms
+    signed: bool = True  # whether its zeros have the signs of the program's
+
+    @property
+    def constant(self) -> bool:
+        """Whether it has a constant."""
+        return any(place == CONSTANT for _, place in self.terms)
+
+    def negated(self) -> "Affine":
+        """With all signs turned."""
+        return Affine(tuple((-weight, place) for weight, place in self.terms), self.signed and len(self.terms) == 1)
+
+    def plus(self, other: "Affine") -> "Affine | None":
+        """The sum, exactly; None where both are sums of several, or have something in common."""
+        if {place for _, place in self.terms} & {place for _, place in other.terms}:
+            return None
+        first, last = (other, self) if len(other.terms) > 1 else (self, other)
+        if len(last.terms) > 1:
+            return None
+        return Affine(first.terms + last.terms, self.signed and other.signed)
+
+
+@dataclass
+class Sums:
+    """The sums of a program, by their places."""
+
+    numbers: str  # that it compares and computes with
+    places: dict[str, int] = field(default_factory=dict[str, int])
+    known: list[Affine] = field(default_factory=list[Affine])
+    line: int = 0  # of the source, where the first one is
+
+    def constant(self, number: Any) -> Affine | None:
+        """A number of the program; None where its arithmetic would be another one."""
+        kind = np.dtype(self.numbers).type
+        if isinstance(number, np.generic) and type(number) is not kind:
+            return None
+        try:
+            with np.errstate(over="ignore"):
+                value = float(kind(number))
+        except (OverflowError, TypeError, ValueError):
+            return None
+        return Affine(((value, CONSTANT),)) if math.isfinite(value) else None
+
+    def given(self, number: Any) -> Affine | None:
+        """A number of the program that is given as it is; None where sums cannot be it, as 0.1 among float32."""
+        found = self.constant(number)
+        return found if found is not None and found.terms[0][0] == number else None
+
+    def of(self, feature: Feature) -> Affine | None:
+        """The form of a feature; None where its steps are no terms."""
+        if feature.place >= SUMS:
+            found: Affine | None = self.known[feature.place - SUMS]
+        else:
+            found = Affine(((1.0, feature.place),))
+        for step in feature.steps:
+            if found is None:
+                return None
+            if step.key == self.numbers:
+                continue  # a conversion to what it is already
+            found = self._stepped(found, step.form)
+        return found
+
+    def _stepped(self, found: Affine, form: tuple[str, Any] | None) -> Affine | None:
+        """A form after `form`: an operation, and its number; "c-": the number minus the form."""
+        number = None if form is None else self.constant(form[1])
+        if form is None or number is None:
+            return None
+        value = number.terms[0][0]
+        if form[0] in ("*", "/"):
+            return self._scaled(found, value if form[0] == "*" else _reciprocal(value))
+        if form[0] == "c-":
+            return found.negated().plus(number)
+        return found.plus(number if form[0] == "+" else number.negated())
+
+    def _scaled(self, found: Affine, factor: float | None) -> Affine | None:
+        """A product: of one input, or of a sum and a sign."""
+        if factor in (1.0, -1.0):
+            return found if factor == 1 else found.negated()
+        if factor is None or len(found.terms) > 1 or abs(found.terms[0][0]) != 1 or found.constant:
+            return None
+        ((weight, place),) = found.terms
+        if abs(factor) < float(np.finfo(self.numbers).tiny):
+            return None  # zero, or subnormal
+        return Affine(((factor * weight, place),))
+
+    def added(self, left: Feature, right: Feature, *, minus: bool) -> Feature | None:
+        """The sum or difference of two features as a feature; None where it has no form."""
+        one, other = self.of(left), self.of(right)
+        if one is None or other is None:
+            return None
+        found = one.plus(other.negated() if minus else other)
+        return None if found is None else Feature(self.place(found))
+
+    def place(self, found: Affine) -> int:
+        """The place of a sum."""
+        key = repr(found)
+        if key not in self.places:
+            self.places[key] = SUMS + len(self.known)
+            self.known.append(found)
+        return self.places[key]
+
+    def column(self, place: int, columns: Sequence[Floats]) -> Floats:
+        """The values of a sum for many observations, as doubles. `columns`: of the inputs, by place."""
+        return valued(self.known[place - SUMS].terms, columns, self.numbers)
+
+
+def valued(terms: Terms, columns: Sequence[Floats], numbers: str) -> Floats:
+    """The value of each sum, term after term, as doubles."""
+    kind, count = np.dtype(numbers).type, len(columns[0]) if columns else 0
+    total: Any = None
+    with np.errstate(all="ignore"):
+        for weight, place in terms:
+            each = np.full(count, weight, kind) if place == CONSTANT else columns[place].astype(kind)
+            if place != CONSTANT and weight != 1:
+                each = -each if weight == -1 else each * kind(weight)
+            total = each if total is None else total + each
+    return np.asarray(total, dtype=np.float64)
+
+
+def _reciprocal(value: float) -> float | None:
+    """1 / value where dividing by it is multiplying with that: of powers of two."""
+    mantissa, exponent = math.frexp(value)
+    return math.ldexp(2 * mantissa, 1 - exponent) if abs(mantissa) == 0.5 and abs(exponent) < 100 else None
+
+
+class Given:
+    """What a path gives: a form for each output. Equal only if every bit is."""
+
+    def __init__(self, vector: Sequence[Affine]) -> None:
+        self.vector = tuple(vector)
+        self._key = repr(self.vector)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Given) and self._key == other._key
+
+    def __hash__(self) -> int:
+        return hash(self._key)
+
+    def __repr__(self) -> str:
+        return self._key

@@ -1,0 +1,74 @@
+"""Random programs in Python and C that test sums of features and return numbers, as people write them."""
+
+import numpy as np
+
+N = 5  # features
+
+
+class Writer:
+    """A random program. `kind`: "labels" or "numbers"; its forms are those that Python and C share."""
+
+    def __init__(self, seed, kind="numbers", outputs=2, levels=3, c=False, short=False):
+        self.rng, self.kind, self.outputs, self.levels, self.c = np.random.default_rng(seed), kind, outputs, levels, c
+        self.short = short  # whether returned constants are float32
+
+    def number(self):
+        return repr(float(self.rng.choice([0.1, 0.25, -0.5, 1.5, 2.0, 0.3, 7.0, 1e-3, float(self.rng.normal())])))
+
+    def term(self, place):
+        read = f"x[{place}]"
+        form = int(self.rng.integers(5))
+        if form == 0:
+            return f"{self.number()} * {read}"
+        if form == 1:
+            return f"{read} * {self.number()}"
+        return f"{read} / 2.0" if form == 2 else read
+
+    def total(self, least=1):
+        count = int(self.rng.integers(least, 4))
+        places = self.rng.permutation(N)[:count].tolist()
+        text = self.term(places[0])
+        if self.rng.random() < 0.2:
+            text = f"-{text}" if text.startswith("x") else text
+        for place in places[1:]:
+            text += f" {self.rng.choice(['+', '-'])} {self.term(place)}"
+        constant = self.rng.random()
+        if constant < 0.3:
+            text += f" {self.rng.choice(['+', '-'])} {abs(float(self.number()))!r}"
+        elif constant < 0.4:
+            text = f"{self.number()} + {text}" if not text.startswith("-") else text
+        return text
+
+    def test(self):
+        sign = self.rng.choice(["<", "<=", ">", ">="])
+        form = self.rng.random()
+        if form < 0.15:
+            return f"x[{int(self.rng.integers(N))}] {sign} {self.number()}"
+        if form < 0.3:
+            a, b = self.rng.permutation(N)[:2].tolist()
+            return f"x[{a}] {sign} x[{b}]"
+        if form < 0.4:
+            return f"{'fabs' if self.c else 'abs'}({self.total(2)}) {sign} {abs(float(self.number()))!r}"
+        if form < 0.5:
+            return f"{self.number()} {sign} {self.total(2)}"
+        return f"{self.total(2)} {sign} {self.number()}"
+
+    def values(self):
+        return [self.constant() if self.rng.random() < 0.3 else self.total() for _ in range(self.outputs)]
+
+    def constant(self):
+        return repr(float(self.rng.integers(-8, 9)) / 4) if self.short else self.number()
+
+    def python(self, level=1):
+        pad = "    " * level
+        if level > self.levels or (level > 1 and self.rng.random() < 0.15):
+            if self.kind == "labels":
+                return [f"{pad}return {int(self.rng.integers(3))}"]
+            said = ", ".join(self.values())
+            shape = self.rng.choice(["[{}]", "({})", "np.array([{}])"]) if self.outputs > 1 else "{}"
+            return [f"{pad}return {shape.format(said)}"]
+        lines = [f"{pad}if {self.test()}:", *self.python(level + 1)]
+        return [*lines, f"{pad}else:", *self.python(level + 1)]
+
+    def python_file(self):
+        return "\n".join(["import numpy as np", "", "", "def act(x):", *self.python()]) + "\n"
