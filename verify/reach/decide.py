@@ -81,11 +81,12 @@ def decide(question: Question[SystemClaim]) -> ReachOutcome:
     """The answer to a question. InputError for agents or features that the system does not state."""
     assert isinstance(question.subject, ClosedLoop)
     profile, system = question.profile, question.subject.system
-    _ensure_stated(profile, system)
+    ensure_stated(profile, system)
     return _Decision(profile, system, question.claim, question.budgets).outcome()
 
 
-def _ensure_stated(profile: PolicyProfile, system: System) -> None:
+def ensure_stated(profile: PolicyProfile, system: System) -> None:
+    """UnknownNameError for agents or features that the system does not state; InputError for one without a tree."""
     where = f"system {system.name}"
     for policy in profile.agents:
         if policy.agent not in system.features:

@@ -16,6 +16,7 @@ from verify.result import Verdict
 
 if TYPE_CHECKING:
     from verify.checker.covers.certificates import AnyCertificate
+    from verify.checker.flows.certificates import FlowCertificate
 
 Values = Mapping[str, Fraction]
 
@@ -30,6 +31,7 @@ class SystemCounterexample:
     pieces: tuple[int, ...]  # which piece moved each state but the last
     step: int  # the state that breaks the claim; of `reaches` the last one
     choices: tuple[Mapping[str, str], ...] = ()  # of each step: what was taken of each choice, in the words of the file
+    seconds: Fraction | None = None  # of a flow: when that is; states but the first are middles of narrow enclosures
 
     @property
     def start(self) -> Values:
@@ -61,7 +63,7 @@ class ReachOutcome:
     reason: str = ""  # why there is no answer
     open: OpenState | None = None  # what an UNKNOWN leaves open, where that is a set of states
     helps: tuple[str, ...] = ()  # what may give an answer
-    certificate: AnyCertificate | None = field(default=None, repr=False)  # of what is PROVED
+    certificate: AnyCertificate | FlowCertificate | None = field(default=None, repr=False)  # of what is PROVED
     branches: int = 0  # that the checker closed; of a cover its boxes
     counterexample: SystemCounterexample | None = None  # of what is VIOLATED
     states: int = 0  # symbolic states that were visited

@@ -12,6 +12,16 @@ from verify.exact import plain
 from verify.systems.system import Flow
 
 DIGITS = 6  # of an error in words
+SEMANTICS = (
+    "A state is an exact number for each variable. At the start and after each period an agent observes the exact "
+    "value of each feature, rounded once to what it compares, float32 or float64. A split goes left iff x <= "
+    "threshold. The engines use the exact end of the half line on which this is true after rounding. The action "
+    "is held until the next of these samples. At every moment the derivative of a variable is what the world file "
+    "gives for the state and the actions, and an error anywhere within its bounds is added, which may change at "
+    "any time."
+)
+VIOLATED = "fails in the episode shown, which was followed in enclosures that leave no doubt"
+PERIODS = "A claim about episodes covers only the periods that it names. Its steps are periods."
 
 
 def sentence(flow: Flow) -> str:

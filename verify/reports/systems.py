@@ -86,6 +86,7 @@ def document(
     """
     system, made = statement.system, profile.provenance
     enclosed = any(map(curved, statement.rules))
+    semantics = f"{SEMANTICS} {ENCLOSED}" if enclosed else SEMANTICS
     kinds = {result.claim.about_decisions for result in results}
     certificates = [result.evidence.certificate for result in results]
     return {
@@ -104,14 +105,18 @@ def document(
         "reference": dict(reference),
         "results": [facts(result, place) for place, result in enumerate(results, 1)],
         "command": command,
-        "semantics": f"{SEMANTICS} {ENCLOSED}" if enclosed else SEMANTICS,
-        "trusted": trusted.systems(enclosed, {certificate.counted for certificate in certificates if certificate}),
+        "semantics": semantics if system.flow is None else flows.SEMANTICS,
+        "trusted": trusted.systems(
+            enclosed, {certificate.counted for certificate in certificates if certificate}, system.flow is not None
+        ),
         "limits": _limits(system, reference, kinds),
     }
 
 
 def _period(statement: Statement) -> str | None:
-    """The seconds of a step as an exact text, where the file states `dt` so."""
+    """The seconds of a step as an exact text, where the file states them as `dt` or as the period of a flow."""
+    if statement.system.flow is not None:
+        return plain(statement.system.flow.period)
     stated = statement.names.meant.get("dt")
     if stated is None or stated.unit != unit_of("s", "") or not isinstance(stated.value, Number):
         return None
@@ -188,8 +193,8 @@ def _limits(system: System, reference: Mapping[str, Any], kinds: set[bool]) -> l
     found = [STATEMENT]
     if reference.get("steps"):
         found.append(SAMPLED.format(name=reference["name"], where=ANYWHERE[reference["anywhere"]]))
-    found += [STEPS] if False in kinds else []
-    found += [OUTSIDE] if False in kinds and all(piece.where for piece in system.pieces) else []
+    found += [STEPS if system.flow is None else flows.PERIODS] if False in kinds else []
+    found += [OUTSIDE] if False in kinds and system.pieces and all(piece.where for piece in system.pieces) else []
     return found + ([SINGLE] if True in kinds else [])
 
 
@@ -198,6 +203,7 @@ def facts(result: Result[SystemClaim, Any], place: int) -> dict[str, Any]:
     claim, evidence = result.claim, result.evidence
     certificate = evidence.certificate
     meanings = MEANINGS | (OF_DECISIONS if claim.about_decisions else {})
+    meanings |= {Verdict.VIOLATED: flows.VIOLATED} if claim.at_samples is not None else {}
     found: dict[str, Any] = {
         "kind": DECISIONS if claim.about_decisions else "episodes",
         "property": claim.shown,
@@ -251,6 +257,7 @@ def counterexample(found: SystemCounterexample) -> dict[str, Any]:
         "errors": [{name: rational_literal(value) for name, value in each.items()} for each in found.errors],
         "pieces": list(found.pieces),
         **({"choices": choices} if choices else {}),
+        **({} if found.seconds is None else {"seconds": plain(found.seconds)}),
     }
 
 
@@ -276,12 +283,14 @@ def lines(told: Mapping[str, Any]) -> list[str]:
         found += [f"choice of {name}: {runs(taken)}" for name, taken in broken.get("choices", {}).items()]
         if broken["step"]:
             last = {name: values[-1] for name, values in broken["states"].items()}
-            found.append(f"at {moment(broken['step'], told.get('dt'))}: {_state(last)}")
+            when = f"{broken['seconds']} s" if "seconds" in broken else moment(broken["step"], told.get("dt"))
+            found.append(f"at {when}: {_state(last)}")
         found += [told["replay"]] if "replay" in told else []
     if told["verdict"] == Verdict.PROVED.value:
         proof = told["certificate"]
-        boxes = proof.get("boxes")
-        tried = counted(told["symbolic_states"], "symbolic state") if boxes is None else counted(boxes, "box")
+        tried = counted(told["symbolic_states"], "symbolic state")
+        for name, unit in (("boxes", "box"), ("sets", "set")):
+            tried = counted(proof[name], unit) if name in proof else tried
         found.append(f"{tried}, {counted(proof['bytes'], 'byte')} of proof")
     found += [_weak(told)] if _weak(told) else []
     return found

@@ -32,9 +32,13 @@ def table(found: Mapping[str, Any], dt: str | None) -> str:
     choices = found.get("choices", {})
     rows = csv.writer(file, lineterminator="\n")
     rows.writerow(["step", *(["time_s"] if dt else []), *states, *(f"{agent}.action" for agent in actions), *choices])
+    broken = found.get("seconds")  # of a flow: when its last state is
     for step, values in enumerate(zip(*states.values(), strict=True)):
         taken = [each[step] if step < len(each) else "" for each in (*actions.values(), *choices.values())]
-        rows.writerow([step, *([seconds(step, dt)] if dt else []), *values, *taken])
+        time = (
+            nearest_double(Fraction(broken)) if broken and step == found["step"] else seconds(step, dt) if dt else 0.0
+        )
+        rows.writerow([step, *([time] if dt else []), *values, *taken])
     return file.getvalue()
 
 

@@ -116,6 +116,10 @@ SYSTEMS_WITH_COVER = (
     f"for a proof about a stated system by boxes: {listed(COVERS)}; that the processor rounds float64 to nearest, of "
     "which the checker asks samples; and that the statement is true of what it is about"
 )
+SYSTEMS_WITH_SETS = (
+    f"for a proof about continuous time: {listed(FLOWS)}; that the processor rounds float64 to nearest, of which the "
+    "checker asks samples; and that the statement is true of what it is about"
+)
 SYSTEM_READ = "that the world file was read as it is meant: verify/systems (files, and what it imports)"
 SYSTEM_ENCLOSED = (
     "for rules that are not affine: the checker's own arithmetic (verify/checker/systems/enclosures.py), which showed "
@@ -124,6 +128,10 @@ SYSTEM_ENCLOSED = (
 SYSTEM_REPLAYED = (
     "for a counterexample: no engine, but the exact replay (verify/reach/replay.py, verify/systems/observing.py), "
     "which `maviper replay` runs again"
+)
+FLOW_REPLAYED = (
+    "for a counterexample: the checker's steps, which follow its start alone (verify/flows/replay.py); `maviper "
+    "replay` runs them again"
 )
 REPLAYED = "for a counterexample: none of this, since it can be replayed"
 REFEREED = f"for a counterexample in real arithmetic: the referee ({listed(REFEREE)}); `maviper replay` asks it again"
@@ -143,10 +151,12 @@ def texts(checked: bool | None, proofs: Sequence[str], replayed: Sequence[str]) 
     return [*found, *proofs, *replayed]
 
 
-def systems(enclosed: bool, counted: Collection[str]) -> list[str]:
+def systems(enclosed: bool, counted: Collection[str], flowing: bool = False) -> list[str]:
     """All lines of a report about a stated system. `enclosed`: some of its rules are not affine; `counted`: what the
-    checker counts in its certificates.
+    checker counts in its certificates; `flowing`: it moves in continuous time.
     """
+    if flowing:
+        return [SYSTEMS_WITH_SETS, SYSTEM_READ, FLOW_REPLAYED]
     by_boxes = [SYSTEMS_WITH_COVER] if "boxes" in counted else []
     walked = [SYSTEMS_WITH_CERTIFICATE] if "branches" in counted or not by_boxes else []
     return [*walked, *by_boxes, SYSTEM_READ, *([SYSTEM_ENCLOSED] if enclosed else []), SYSTEM_REPLAYED]

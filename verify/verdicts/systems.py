@@ -11,18 +11,22 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+from verify.flows import decide as flows
 from verify.question import Question
-from verify.reach.decide import decide
+from verify.reach import decide as reach
 from verify.reach.results import ReachOutcome, SystemCounterexample
 from verify.result import SETTLED, Cost, Evidence, Opinion, Result, Verdict
 from verify.solver import unrolled
+from verify.subjects import ClosedLoop
 from verify.systems.claims import SystemClaim
 
 if TYPE_CHECKING:
     from verify.checker.covers.certificates import AnyCertificate
+    from verify.checker.flows.certificates import FlowCertificate
     from verify.reach.results import OpenState
 
 ENGINE, UNIT, BOXES = "reach", "symbolic states", "boxes"
+FLOWS, SETS = "flows", "sets of states"
 CONTROL = {"max_boxes": 200_000, "max_states": 2_000, "max_programs": 4_000}  # shuffled leaves mostly fail at once
 ENCLOSED = "the claim fails within the enclosure error, but no violating episode of the exact rules was found"
 NARROWER = ("more `cuts` where rules are not affine", "a smaller start region", "fewer steps")
@@ -35,7 +39,7 @@ class SystemEvidence(Evidence):
 
     open: OpenState | None = None  # what an UNKNOWN leaves open, where that is a set of states
     helps: tuple[str, ...] = ()  # what may give an answer
-    certificate: AnyCertificate | None = None
+    certificate: AnyCertificate | FlowCertificate | None = None
     counterexample: SystemCounterexample | None = None
     environment: str = ""  # what the environment that the system is about says of the counterexample
     programs: int = 0  # linear programs that were solved
@@ -49,15 +53,18 @@ def verify_system(question: Question[SystemClaim], confirm: Confirm | None = Non
     """The verdict on a question. `confirm`: finds a counterexample again by rules that the system encloses; `beside`:
     with the solver's opinion and the control.
     """
+    flowing = is_flow(question)
+    decide = flows.decide if flowing else reach.decide
     found = _confirmed(decide(question), confirm)
     settled = beside and found.verdict in SETTLED
     control = decide(question.control.spending(**CONTROL)).verdict if settled else Verdict.SKIPPED
     by_boxes = not found.states and found.certificate is not None
     own = Opinion(ENGINE, found.verdict, found.states, UNIT)
     own = Opinion(BOXES, found.verdict, found.boxes, BOXES) if by_boxes else own
+    own = Opinion(FLOWS, found.verdict, found.boxes, SETS) if flowing else own
     evidence = SystemEvidence(
         control=control,
-        opinions=(own, _agreeing(question, found.verdict)) if settled else (own,),
+        opinions=(own, _agreeing(question, found.verdict)) if settled and not flowing else (own,),
         certificate=found.certificate,
         branches=found.branches,
         counterexample=found.counterexample,
@@ -69,6 +76,12 @@ def verify_system(question: Question[SystemClaim], confirm: Confirm | None = Non
     return Result(
         question, found.verdict, found.reason, evidence, Cost(found.states, question.budgets.max_states, UNIT)
     )
+
+
+def is_flow(question: Question[SystemClaim]) -> bool:
+    """Whether a question is about episodes in continuous time."""
+    assert isinstance(question.subject, ClosedLoop)
+    return question.subject.system.flow is not None and not question.claim.about_decisions
 
 
 def _confirmed(found: ReachOutcome, confirm: Confirm | None) -> ReachOutcome:

@@ -42,6 +42,8 @@ from verify.verdicts.decisions import DecisionResult
 FORM, REAL_FORM = "maviper-counterexample-1", "maviper-counterexample-2"  # of deployed, of real arithmetic
 FORMS = (FORM, REAL_FORM)
 MAX_BYTES = 1 << 24
+PLAYED = "played in exact numbers, by the dynamics and the errors that are stated"
+FOLLOWED = "followed in enclosures of the flow that is stated, which leave no doubt"
 OTHER_SYSTEM = "; the world file is not the one that the counterexample was made from"
 ADVICE = "make it again with `maviper verify -o`"
 
@@ -137,7 +139,7 @@ def _replayed_statement(path: Path, profile: PolicyProfile, world: Path | None) 
         before={agent: " ".join(names) for agent, names in found.actions.items()},
         by=(),
         same_policy=content_hash(profile) == found.profile,
-        says="played in exact numbers, by the dynamics and the errors that are stated" + ("" if same else OTHER_SYSTEM),
+        says=(PLAYED if again is None or again.seconds is None else FOLLOWED) + ("" if same else OTHER_SYSTEM),
     )
 
 

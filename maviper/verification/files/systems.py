@@ -7,6 +7,7 @@ Does not: decide verdicts, print or write files.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -21,11 +22,18 @@ from maviper.verification.files.reading import FollowedProof, tell_shown
 from maviper.worlds.stated.systems import read
 from verify.certificates.systems import claim_document
 from verify.checker.covers import certificates as cover_certificates
+from verify.checker.covers.certificates import AnyCertificate
 from verify.checker.decisions.certificates import MAX_BYTES
+from verify.checker.envelope import undamaged
+from verify.checker.flows import certificates as flow_certificates
+from verify.checker.flows.certificates import FORM as FLOW_FORM
+from verify.checker.flows.certificates import FlowCertificate
 from verify.checker.reading import RejectedError
 from verify.checker.systems import certificates as system_certificates
 from verify.checker.systems.enclosures import ensure_enclosed
 from verify.claims.formula_json import read_number
+from verify.flows.playing import FlowCourse
+from verify.flows.replay import replayed as flow_replayed
 from verify.question import Question
 from verify.reach.replay import Course, is_start, replayed
 from verify.reach.results import SystemCounterexample
@@ -70,6 +78,7 @@ def counterexample_document(question: Question[SystemClaim], found: SystemCounte
         "system": documents.content_hash(question.subject.system),
         "claim": claim_document(claim),
         **{key: told[key] for key in ("step", "start", "errors", "pieces", "actions")},
+        **({} if claim.at_samples is None else {"at_samples": claim.at_samples}),
     }
 
 
@@ -85,6 +94,7 @@ class CounterexampleJson(msgspec.Struct, forbid_unknown_fields=True):
     errors: list[dict[str, str]]
     pieces: list[int]
     actions: dict[str, list[str]]
+    at_samples: bool | None = None  # of a flow: whether the claim is about samples only
 
 
 def checked(path: Path, profile: PolicyProfile | Path | None, world: Path | None) -> tuple[str, int, int, str]:
@@ -96,7 +106,7 @@ def checked(path: Path, profile: PolicyProfile | Path | None, world: Path | None
     text = runs.read(path, MAX_BYTES)
     statement = read(world or path.parent / WORLD_FILE)
     try:
-        found, about = cover_certificates.from_json(text, str(path)), find_profile(profile, beside=path)
+        found, about = _certificate(text, str(path)), find_profile(profile, beside=path)
         ensure_plays(about, statement)
         ensure_enclosed(statement, tell_shown)
         closed = found.reading(FollowedProof).accepted(about, statement.system)
@@ -107,6 +117,19 @@ def checked(path: Path, profile: PolicyProfile | Path | None, world: Path | None
     ranges = {variable.name: variable.range for variable in statement.system.variables}
     said = f"{spelled(found.claim, actions, ranges)}, {report.sentence(statement.system)}"
     return f"{called(found.claim)}: {said}", closed, found.size, found.unit
+
+
+def _certificate(text: bytes, where: str) -> AnyCertificate | FlowCertificate:
+    """A certificate of any form."""
+    with undamaged(where):
+        form = msgspec.json.decode(text, type=_FormJson).certificate
+    return flow_certificates.from_json(text, where) if form == FLOW_FORM else cover_certificates.from_json(text, where)
+
+
+class _FormJson(msgspec.Struct):
+    """The form of a document, whatever else is in it."""
+
+    certificate: str = ""
 
 
 def called(claim: SystemClaim) -> str:
@@ -131,7 +154,12 @@ def replay(path: Path, profile: PolicyProfile, world: Path | None) -> tuple[Coun
         if not is_start(statement.system, claim, start):
             where = f"{path}: $.start: {statement.system.name}"
             raise InputError("the counterexample does not start where the world file has starts", where, ADVICE)
-        again = replayed(profile, statement.system, claim, Course(start, errors, found.pieces))
+        if statement.system.flow is None or claim.about_decisions:
+            again = replayed(profile, statement.system, claim, Course(start, errors, found.pieces))
+        else:
+            claim = replace(claim, at_samples=bool(found.at_samples))
+            course = FlowCourse(start, errors[0] if errors else {})
+            again = flow_replayed(profile, statement.system, claim, course)
     except (ValueError, LookupError, TypeError, ZeroDivisionError) as error:
         raise InputError("not a readable counterexample", f"{path}: {shown(error)}", ADVICE) from None
     return found, claim, again, found.system == documents.content_hash(statement.system)

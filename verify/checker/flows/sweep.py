@@ -84,7 +84,7 @@ class FlowSweep:
         none = Fraction(0), Fraction(0)
         self._errors = [system.flow.error.get(name, none) for name in names]
         self._held: dict[int, dict[str, tuple[float, float]]] = {}
-        self.swept = 0
+        self.swept, self.most = 0, MAX_SWEPT
         self.open: dict[int, str] = {}
         self.watch: Watch | None = None
 
@@ -126,9 +126,9 @@ class FlowSweep:
             if not inside.size:
                 break
             self.swept += inside.size
-            if self.swept > MAX_SWEPT:
-                raise RejectedError(f"more than {MAX_SWEPT:,} sets")
-            moved = step.moved(inside.box, inside.frames, self._inputs(inside.joint))
+            if self.swept > self.most:
+                raise RejectedError(f"more than {self.most:,} sets")
+            moved = step.moved(inside.box, inside.frames, self.inputs(inside.joint))
             self._leave(inside, ~moved.shown, "no enclosure of its states over a step was shown")
             kept = moved.shown & ~moved.empty
             inside = inside.taken(kept)
@@ -139,7 +139,7 @@ class FlowSweep:
             inside = self._asked_on_the_way(after, tube, period, number + 1 == plan.steps)
         return inside._replace(frames=inside.frames[1:])
 
-    def _inputs(self, joint: Int64) -> dict[str, Spans]:
+    def inputs(self, joint: Int64) -> dict[str, Spans]:
         """What is held in each set."""
         numbers, of = np.unique(joint, return_inverse=True)
         known = [self._of_joint(int(number)) for number in numbers]
@@ -203,6 +203,26 @@ class FlowSweep:
     def _outside(self, sets: SetList) -> SetList:
         """What of the sets may not lie in the regions."""
         return sets.narrowed(self._beyond(sets.numbered))
+
+    # --- single boxes, [1, variables]
+
+    def surely_outside(self, box: Spans) -> bool:
+        """Whether no state of a box lies in a region."""
+        return self._in_some(_as_list(box)).size == 0
+
+    def surely_inside(self, box: Spans) -> bool:
+        """Whether every state of a box lies in a region."""
+        return self._beyond(_as_list(box)).size == 0
+
+    def only_action(self, box: Spans) -> int | None:
+        """The joint action in all states of a box; None where there are several."""
+        found = np.unique(decided(self._trees, _as_list(box)).joint)
+        return int(found[0]) if len(found) == 1 else None
+
+    def named(self, joint: int) -> dict[str, str]:
+        """A joint action by names."""
+        chosen = zip(self._profile.agents, digits(joint, self._trees), strict=True)
+        return {policy.agent: policy.actions[action].name for policy, action in chosen}
 
     # --- parts that are left open
 
@@ -272,6 +292,11 @@ def halves(one: StartBox, column: int) -> list[StartBox]:
     middle, lower, upper = 0.5 * one.low[column] + 0.5 * one.high[column], one.high.copy(), one.low.copy()
     lower[column] = upper[column] = middle
     return [StartBox(one.low, lower), StartBox(upper, one.high)]
+
+
+def _as_list(box: Spans) -> BoxList:
+    none = np.zeros(len(box.low), dtype=np.int64)
+    return BoxList(box.low.copy(), box.high.copy(), none, none)
 
 
 def _linear(half: HalfSpace) -> Linear:

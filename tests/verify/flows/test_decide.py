@@ -1,0 +1,110 @@
+"""Verdicts about continuous time: proved with plans that the checker accepts, broken by episodes that surely break."""
+
+from dataclasses import replace
+from fractions import Fraction as F
+
+import numpy as np
+import pytest
+
+from codegen.errors import InputError
+from tests.support.flows import BRAKING, CASES, LOWERED, NEAR, PENDULUM, SIDES, TURNING, case, rate
+from tests.support.system_cases import box
+from verify.claims.region import UNBOUNDED
+from verify.flows import decide as flows
+from verify.flows.playing import FlowCourse, FlowPlay, vectorised
+from verify.flows.replay import replayed
+from verify.flows.search import PlanSearch
+from verify.question import Budgets, Question
+from verify.result import Verdict
+from verify.subjects import ClosedLoop
+from verify.systems.claims import Pattern
+
+
+def asked(text, profile, claim, **changes):
+    system, profile, claim = case(text, profile, claim)
+    return Question(ClosedLoop(profile, system), replace(claim, **changes), UNBOUNDED)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_what_holds_is_proved(name):
+    question = asked(*CASES[name])
+    found = flows.decide(question)
+    assert found.verdict is Verdict.PROVED and found.certificate is not None
+    assert found.certificate.accepted(question.profile, question.subject.system) == found.branches > 0
+
+
+def test_what_fails_is_broken_by_an_episode_that_is_found_again():
+    question = asked(PENDULUM, BRAKING, LOWERED, regions=(box(angle=(0, F(6, 10))),))
+    found = flows.decide(question)
+    assert found.verdict is Verdict.VIOLATED
+    broken = found.counterexample
+    assert (broken.step, broken.seconds) == (10, F(1, 2)) and broken.states[-1]["angle"] > F(6, 10)
+    again = replayed(question.profile, question.subject.system, question.claim, FlowCourse(broken.start, {}))
+    assert again == broken
+
+
+def test_what_never_gets_there_is_broken_at_the_end():
+    found = flows.decide(asked(PENDULUM, BRAKING, LOWERED, pattern=Pattern.REACHES, by=0, regions=(box(angle=(2, 3)),)))
+    assert found.verdict is Verdict.VIOLATED and found.counterexample.seconds == 1
+
+
+def test_what_gets_there_is_proved():
+    found = flows.decide(
+        asked(PENDULUM, BRAKING, LOWERED, pattern=Pattern.REACHES, by=0, regions=(box(angle=(0, F(9, 10))),))
+    )
+    assert found.verdict is Verdict.PROVED
+
+
+def test_between_samples_an_episode_breaks_what_holds_at_samples():
+    text = TURNING.replace('"0.5 s"', '"6.283185307 s"').replace("error = { x = 0.001, y = [-0.002, 0.001] }", "")
+    text = text.replace("[0.9, 1.1]", "1").replace("[-0.1, 0.1]", "0").replace("0.2", "0").replace("= 12", "= 2")
+    within = {"regions": (box(x=(F(9, 10), F(11, 10))),)}
+    broken = flows.decide(asked(text, SIDES, NEAR, **within))
+    assert broken.verdict is Verdict.VIOLATED and 0 < broken.counterexample.seconds < F(6283, 1000)
+    assert flows.decide(asked(text, SIDES, NEAR, at_samples=True, **within)).verdict is Verdict.PROVED
+
+
+def test_errors_of_derivatives_break_a_claim():
+    text = TURNING.replace("y = [-0.002, 0.001]", "y = 0.3")
+    found = flows.decide(asked(text, SIDES, NEAR, regions=(box(x=(F(-13, 10), F(13, 10))),)))
+    assert found.verdict is Verdict.VIOLATED
+    assert any(abs(error["y"]) == F(3, 10) for error in found.counterexample.errors)
+
+
+def test_what_is_razor_thin_is_unknown_and_says_what_may_help():
+    text = TURNING.replace("error = { x = 0.001, y = [-0.002, 0.001] }", "").replace("0.2", "0")
+    text = text.replace("[0.9, 1.1]", "1").replace("[-0.1, 0.1]", "0")
+    question = asked(text, SIDES, NEAR, regions=(box(x=(-1, 1)),))
+    found = flows.decide(replace(question, budgets=Budgets(max_boxes=4_000, samples=64)))
+    assert found.verdict is Verdict.UNKNOWN and "no episode was found that surely does" in found.reason
+    assert found.helps and found.open is not None
+
+
+def test_a_start_or_an_error_out_of_bounds_breaks_nothing():
+    system, profile, claim = case(TURNING, SIDES, NEAR.replace("[-2, 2]", "[-0.1, 0.1]"))
+    start = {"x": F(1), "y": F(0)}
+    assert replayed(profile, system, claim, FlowCourse(start, {"x": F(1, 1000), "y": F(0)})) is not None
+    assert replayed(profile, system, claim, FlowCourse({"x": F(2), "y": F(0)}, {})) is None
+    assert replayed(profile, system, claim, FlowCourse(start, {"x": F(1)})) is None
+    assert replayed(profile, system, claim, FlowCourse(start, {"z": F(0)})) is None
+
+
+def test_play_reads_derivatives_as_the_tests_do():
+    system, _, _ = case(*CASES["mixed"])
+    random = np.random.default_rng(0)
+    known = {name: random.uniform(0.5, 1.5, 50) for name in ("x", "y", "z", "one.u")}
+    for expression in system.flow.rates.values():
+        again = rate(expression, {**known, "number": float, "library": np})
+        assert np.allclose(vectorised(expression)(known), again, rtol=1e-13)
+
+
+def test_a_search_stops_at_its_budget():
+    system, profile, claim = case(PENDULUM, BRAKING, LOWERED.replace("[0, 1]", "[0, 0.76]"))
+    search = PlanSearch(profile, system, claim, 100)
+    assert list(search.plans()) == [] and search.spent < 1_000
+    assert list(FlowPlay(profile, system, claim).breaking(0)) == []
+
+
+def test_a_claim_that_says_nothing_of_times_is_refused():
+    with pytest.raises(InputError, match="whether it is about samples"):
+        flows.decide(asked(PENDULUM, BRAKING, LOWERED, at_samples=None))

@@ -1,0 +1,107 @@
+"""Decides claims about a team in continuous time: PROVED with a certificate, VIOLATED with an episode, or UNKNOWN.
+
+Does: the order in which episodes and plans are looked for.
+Assumes: a checked profile; a system with a flow, whose names, units and shapes were checked.
+Does not: read or write files.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import replace
+from fractions import Fraction
+
+from codegen.errors import InputError
+from codegen.policy_json import content_hash
+from verify.certificates.proofs import encode_numbers
+from verify.checker.flows.certificates import FlowCertificate
+from verify.checker.flows.certificates import accepted as accepted_flow
+from verify.checker.reading import RejectedError
+from verify.flows.playing import FlowCourse, FlowPlay
+from verify.flows.replay import replayed
+from verify.flows.search import PlanSearch
+from verify.question import Question
+from verify.reach.decide import NO_STATE, ROOM, ensure_stated
+from verify.reach.results import OpenState, ReachOutcome
+from verify.reach.witnesses import inhabitant
+from verify.result import Verdict
+from verify.subjects import ClosedLoop
+from verify.systems import documents
+from verify.systems.claims import SystemClaim
+
+SETS_A_BOX = 20  # boxes of the budget that one set of a flow is worth
+FIRST_SAMPLES = 256
+MIDDLES = 64  # parts left open whose middles are replayed
+LEFT_OPEN = (
+    "some states may break the claim: no episode was found that surely does, nor a plan that shows that none does"
+)
+
+
+def decide(question: Question[SystemClaim]) -> ReachOutcome:
+    """The answer to a question. InputError for agents or features that the system does not state."""
+    assert isinstance(question.subject, ClosedLoop)
+    profile, system, claim = question.profile, question.subject.system, question.claim
+    ensure_stated(profile, system)
+    claim.ensure()
+    if claim.at_samples is None:
+        what = "the claim does not say whether it is about samples or about all times"
+        raise InputError(what, f"claim {claim.shown}", "set at_samples")
+    play = FlowPlay(profile, system, claim)
+    for course in play.breaking(min(question.budgets.samples, FIRST_SAMPLES)):
+        found = replayed(profile, system, claim, course)
+        if found is not None:
+            return ReachOutcome(Verdict.VIOLATED, counterexample=found)
+    search = PlanSearch(profile, system, claim, question.budgets.max_boxes // SETS_A_BOX)
+    outcome = _shown(question, search) or _played(question, play, search) or _unknown(question, search)
+    return replace(outcome, boxes=search.spent)
+
+
+def _shown(question: Question[SystemClaim], search: PlanSearch) -> ReachOutcome | None:
+    """PROVED by the first plan whose certificate the checker accepts."""
+    assert isinstance(question.subject, ClosedLoop)
+    profile, system, claim = question.profile, question.subject.system, question.claim
+    state: Mapping[str, Fraction] | Verdict | None = None
+    for found in search.plans():
+        state = state or inhabitant(system, claim)
+        if isinstance(state, Verdict):
+            return ReachOutcome(state, NO_STATE[state], helps=(ROOM,))
+        made = FlowCertificate(
+            content_hash(profile),
+            documents.content_hash(system),
+            claim,
+            state,
+            found.plan.order,
+            found.plan.steps,
+            found.widths,
+            encode_numbers(list(found.plan.cuts)),
+        )
+        with suppress(RejectedError):
+            return ReachOutcome(Verdict.PROVED, certificate=made, branches=accepted_flow(made, profile, system))
+    return None
+
+
+def _played(question: Question[SystemClaim], play: FlowPlay, search: PlanSearch) -> ReachOutcome | None:
+    """VIOLATED by one of more random episodes, or by the middle of a part that was left open."""
+    assert isinstance(question.subject, ClosedLoop)
+    profile, system, claim = question.profile, question.subject.system, question.claim
+    names = [one.name for one in system.variables]
+    middles = [0.5 * one.low + 0.5 * one.high for one in search.open[:MIDDLES]]
+    starts = [FlowCourse({n: Fraction(float(v)) for n, v in zip(names, m, strict=True)}, {}) for m in middles]
+    for course in (*play.breaking(question.budgets.samples), *starts):
+        found = replayed(profile, system, claim, course)
+        if found is not None:
+            return ReachOutcome(Verdict.VIOLATED, counterexample=found)
+    return None
+
+
+def _unknown(question: Question[SystemClaim], search: PlanSearch) -> ReachOutcome:
+    """No answer, with what is left open and what may help."""
+    assert isinstance(question.subject, ClosedLoop)
+    helps = [*search.helps(), "a smaller start region", *(["fewer steps"] if question.claim.steps > 1 else [])]
+    left = None
+    if search.open:
+        one, names = search.open[0], [each.name for each in question.subject.system.variables]
+        left = OpenState(0, {n: (float(a), float(b)) for n, a, b in zip(names, one.low, one.high, strict=True)})
+    reason = f"{LEFT_OPEN} ({search.why})" if search.why else LEFT_OPEN
+    return ReachOutcome(Verdict.UNKNOWN, reason, left, tuple(helps))

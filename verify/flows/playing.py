@@ -1,0 +1,194 @@
+"""Episodes of a flow in float64, many at a time: Runge-Kutta steps, by a reading of the file that is no checker's.
+
+Does: plays random starts, bounds among them, with errors that stay; tells which break a claim.
+Assumes: nothing of what it finds is believed before it is replayed in enclosures.
+Does not: bound anything.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from fractions import Fraction
+from typing import NamedTuple
+
+import numpy as np
+
+from codegen.floats import nearest_double
+from codegen.ir import AgentPolicy, Bool, Float64, PolicyProfile, act
+from verify.claims.uncertified.values import Batch
+from verify.systems.claims import SystemClaim
+from verify.systems.language.expressions import Call, Expression, Name, Number, Power, Product, Quotient, Sum
+from verify.systems.system import Feature, HalfSpace, Measure, System
+
+PARTS = 8  # of a period
+MAX_FOUND = 16
+SEED = 0
+Planes = dict[str, Float64]  # variable -> [batch]
+Evaluated = Callable[[Mapping[str, Float64]], Float64]
+
+
+class FlowCourse(NamedTuple):
+    """How an episode is to go: its start, and the errors of the derivatives, which stay."""
+
+    start: Mapping[str, Fraction]
+    errors: Mapping[str, Fraction]
+
+
+class FlowPlay:
+    """Episodes of a team in a flow."""
+
+    def __init__(self, profile: PolicyProfile, system: System, claim: SystemClaim) -> None:
+        assert system.flow is not None
+        self._profile, self._system, self._claim, self._flow = profile, system, claim, system.flow
+        self._rates = {name: vectorised(rate) for name, rate in system.flow.rates.items()}
+        self._period = float(system.flow.period)
+
+    def breaking(self, count: int) -> Iterator[FlowCourse]:
+        """Courses that break the claim in float64, at most MAX_FOUND of them."""
+        random = np.random.default_rng(SEED)
+        start = self._starts(count, random)
+        if start is None:
+            return
+        size = len(next(iter(start.values())))
+        ends = {name: (nearest_double(low), nearest_double(high)) for name, (low, high) in self._flow.error.items()}
+        errors = {name: random.choice([low, high, 0.5 * (low + high)], size) for name, (low, high) in ends.items()}
+        with np.errstate(all="ignore"):  # what overflows breaks nothing that could be replayed
+            broken = self._broken(start, errors, size)
+        for place in np.flatnonzero(broken)[:MAX_FOUND]:
+            begun = {name: Fraction(float(values[place])) for name, values in start.items()}
+            yield FlowCourse(begun, {name: self._error(name, float(values[place])) for name, values in errors.items()})
+
+    def _error(self, name: str, near: float) -> Fraction:
+        """The exact error that a float stands for: an end of its bounds, or a number between them."""
+        low, high = self._flow.error[name]
+        ends = {nearest_double(low): low, nearest_double(high): high}
+        return ends.get(near, min(max(Fraction(near), low), high))
+
+    def _broken(self, start: Planes, errors: Planes, count: int) -> Bool:
+        claim, state = self._claim, start
+        broken, alive = np.zeros(count, dtype=np.bool_), np.ones(count, dtype=np.bool_)
+        for period in range(claim.steps + 1):
+            bad, good = self._asked(state, count, period)
+            broken |= alive & bad
+            alive &= ~bad & ~good
+            if period == claim.steps or not alive.any():
+                break
+            held = self._held(state, count)
+            for part in range(PARTS):
+                state = self._moved(state, held, errors)
+                if part + 1 < PARTS and not claim.at_samples:
+                    bad, good = self._asked(state, count, period, between=True)
+                    broken |= alive & bad
+                    alive &= ~bad & ~good
+        return broken
+
+    def _asked(self, state: Planes, count: int, period: int, between: bool = False) -> tuple[Bool, Bool]:
+        """Where the claim is broken, and where it is fulfilled whatever comes."""
+        claim, batch = self._claim, Batch(state, count)
+        if claim.says.once:
+            inside = batch.holds(claim.inside, {})
+            last = period == claim.steps and not between
+            return (~inside if last else np.zeros(count, dtype=np.bool_)), inside
+        return batch.holds(claim.broken(period), {}), np.zeros(count, dtype=np.bool_)
+
+    def _moved(self, state: Planes, held: Planes, errors: Planes) -> Planes:
+        h = self._period / PARTS
+
+        def slope(now: Planes) -> Planes:
+            known = {**now, **held}
+            return {name: rate(known) + errors.get(name, 0.0) for name, rate in self._rates.items()}
+
+        def along(rates: Planes, time: float) -> Planes:
+            return {name: value + time * rates[name] for name, value in state.items()}
+
+        first = slope(state)
+        second = slope(along(first, h / 2))
+        third = slope(along(second, h / 2))
+        last = slope(along(third, h))
+        return along({x: (first[x] + 2.0 * second[x] + 2.0 * third[x] + last[x]) / 6.0 for x in state}, h)
+
+    def _held(self, state: Planes, count: int) -> Planes:
+        found: Planes = {}
+        for policy in self._profile.agents:
+            chosen = act(policy, self._seen(policy, state, count))
+            values = [self._flow.held[policy.agent, action.name] for action in policy.actions]
+            for name in values[0]:
+                found[name] = np.array([nearest_double(each[name]) for each in values])[chosen]
+        return found
+
+    def _seen(self, policy: AgentPolicy, state: Planes, count: int) -> Float64:
+        features = self._system.features[policy.agent]
+        columns = [_measured(features[feature.name], state, count) for feature in policy.features]
+        return np.stack(columns, axis=1) if columns else np.zeros((count, 0))
+
+    def _starts(self, count: int, random: np.random.Generator) -> Planes | None:
+        """Random starts, half of the numbers at a bound in half of them; None where none was found."""
+        found: Planes = {}
+        for one in self._system.variables:
+            low, high = one.range
+            for half in self._system.start:
+                low, high = _narrowed(half, one.name, low, high)
+            where = random.random(count)
+            rounded = random.random(count) < np.where(np.arange(count) % 2, 0.5, 0.0)
+            where = np.where(rounded, np.round(where), where)
+            ends = nearest_double(low), nearest_double(high)
+            found[one.name] = np.clip(ends[0] + (ends[1] - ends[0]) * where, *ends)
+        kept = np.ones(count, dtype=np.bool_)
+        for half in self._system.start:
+            if len(half.form.terms) > 1:
+                kept &= _value(half, found, count) <= 0
+        return {name: values[kept] for name, values in found.items()} if kept.any() else None
+
+
+def _narrowed(half: HalfSpace, name: str, low: Fraction, high: Fraction) -> tuple[Fraction, Fraction]:
+    match half.form.terms:
+        case ((named, factor),) if named == name:
+            end = -half.form.constant / factor
+            return (low, min(high, end)) if factor > 0 else (max(low, end), high)
+        case _:
+            return low, high
+
+
+def _value(half: HalfSpace, state: Planes, count: int) -> Float64:
+    total = np.full(count, nearest_double(half.form.constant))
+    for name, factor in half.form.terms:
+        total += nearest_double(factor) * state[name]
+    return total
+
+
+def _measured(feature: Feature, state: Planes, count: int) -> Float64:
+    value = _value(HalfSpace(feature.form), state, count)
+    match feature.measure, feature.bounds:
+        case Measure.SIGN, _:
+            return np.sign(value)
+        case Measure.POSITIVE, _:
+            return np.asarray(value > 0, dtype=np.float64)
+        case Measure.CLIP, (low, high):
+            return np.clip(value, nearest_double(low), nearest_double(high))
+        case _:
+            return value
+
+
+def vectorised(expression: Expression) -> Evaluated:
+    """An expression as a function of arrays by name."""
+    match expression:
+        case Number(value):
+            number = np.asarray(nearest_double(value))
+            return lambda known: number
+        case Name(name):
+            return lambda known: known[name]
+        case Sum(left, right):
+            one, other = vectorised(left), vectorised(right)
+            return lambda known: one(known) + other(known)
+        case Product(left, right):
+            one, other = vectorised(left), vectorised(right)
+            return lambda known: one(known) * other(known)
+        case Quotient(left, right):
+            one, other = vectorised(left), vectorised(right)
+            return lambda known: one(known) / other(known)
+        case Power(base, exponent):
+            under = vectorised(base)
+            return lambda known: under(known) ** exponent
+        case Call(function, argument, _):
+            inner, named = vectorised(argument), getattr(np, function)
+            return lambda known: named(inner(known))

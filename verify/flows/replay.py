@@ -1,0 +1,115 @@
+"""Episodes of a flow in enclosures: one start, followed so narrowly that it surely breaks a claim, or nothing is said.
+
+Does: follows a start with errors that stay, by the checker's steps; says whether and when it surely breaks the claim.
+Assumes: a start within the start region, errors within their bounds; both are asked again here.
+Does not: look for such starts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from fractions import Fraction
+
+import numpy as np
+
+from codegen.ir import PolicyProfile
+from verify.checker.covers.rounding import ceiling, ensure_arithmetic, floor
+from verify.checker.flows.series import FlowReading
+from verify.checker.flows.spans import Spans
+from verify.checker.flows.steps import FlowStep, Frame, Stepping, framed
+from verify.checker.flows.sweep import FlowSweep
+from verify.flows.playing import FlowCourse
+from verify.reach.replay import is_start
+from verify.reach.results import SystemCounterexample, Values
+from verify.systems.claims import SystemClaim
+from verify.systems.system import System
+
+ORDER, PARTS = 8, (4, 16, 64)  # of the series, and of a period: the next where enclosures are too wide
+NONE = (Fraction(0), Fraction(0))
+
+
+def replayed(
+    profile: PolicyProfile, system: System, claim: SystemClaim, course: FlowCourse
+) -> SystemCounterexample | None:
+    """The episode of a course as a counterexample; None where it does not surely break the claim."""
+    assert system.flow is not None
+    bounds = system.flow.error
+    within = all(low <= course.errors.get(name, Fraction(0)) <= high for name, (low, high) in bounds.items())
+    if not within or not course.errors.keys() <= bounds.keys() or not is_start(system, claim, course.start):
+        return None
+    ensure_arithmetic()
+    with np.errstate(all="ignore"):  # what is not finite is not shown
+        for parts in PARTS:
+            episode = _Narrow(profile, system, claim, course, parts)
+            found = episode.followed()
+            if found is not None or not episode.lost:
+                return found
+    return None
+
+
+class _Narrow:
+    """One episode in enclosures."""
+
+    def __init__(
+        self, profile: PolicyProfile, system: System, claim: SystemClaim, course: FlowCourse, parts: int
+    ) -> None:
+        assert system.flow is not None
+        self._parts, self.lost = parts, False  # whether an enclosure was not shown: steps are too long
+        self._sweep, self._claim, self._system = FlowSweep(profile, system, claim), claim, system
+        names = [one.name for one in system.variables]
+        self._errors = {name: course.errors.get(name, Fraction(0)) for name in system.flow.error}
+        off = [self._errors.get(name, Fraction(0)) for name in names]
+        self._step = FlowStep(
+            FlowReading(system.flow, names),
+            list(zip(off, off, strict=True)),
+            Stepping(ORDER, system.flow.period / parts),
+        )
+        self._policies, self._part = profile.agents, system.flow.period / parts
+        numbers = [course.start[name] for name in names]
+        self._box = Spans(np.array([list(map(floor, numbers))]), np.array([list(map(ceiling, numbers))]))
+        self._frames: tuple[Frame, ...] = (framed(self._box),)
+        self._states: list[Values] = [dict(course.start)]
+        self._actions: list[Mapping[str, str]] = []
+
+    def followed(self) -> SystemCounterexample | None:
+        """The counterexample; None where nothing sure is found."""
+        claim = self._claim
+        for period in range(claim.steps + 1):
+            if not claim.says.once and self._surely_broken(self._box, period):
+                return self._told(period, period * self._parts * self._part)
+            if claim.says.once and not self._sweep.surely_outside(self._box):
+                return None
+            if period == claim.steps:
+                break
+            joint = self._sweep.only_action(self._box)
+            if joint is None:
+                return None
+            self._actions.append(self._sweep.named(joint))
+            held = self._sweep.inputs(np.array([joint]))
+            for part in range(self._parts):
+                moved = self._step.moved(self._box, self._frames, held)
+                if not moved.shown.all() or moved.empty.any():
+                    self.lost = True
+                    return None
+                self._box, self._frames = moved.box, moved.frames
+                if claim.says.once and not claim.at_samples and not self._sweep.surely_outside(moved.tube):
+                    return None
+                between = not claim.says.once and not claim.at_samples and part + 1 < self._parts
+                if between and self._surely_broken(self._box, period):
+                    self._states.append(self._middle())
+                    return self._told(period + 1, period * self._parts * self._part + (part + 1) * self._part)
+            self._states.append(self._middle())
+        return self._told(claim.steps, claim.steps * self._parts * self._part) if claim.says.once else None
+
+    def _surely_broken(self, box: Spans, period: int) -> bool:
+        if self._claim.says.avoided:
+            return self._sweep.surely_inside(box)
+        return period >= self._claim.by and self._sweep.surely_outside(box)
+
+    def _middle(self) -> Values:
+        middle = self._box.middle[0]
+        return {one.name: Fraction(float(value)) for one, value in zip(self._system.variables, middle, strict=True)}
+
+    def _told(self, step: int, seconds: Fraction) -> SystemCounterexample:
+        errors = tuple(dict(self._errors) for _ in self._actions) if self._errors else ()
+        return SystemCounterexample(tuple(self._states), tuple(self._actions), errors, (), step, seconds=seconds)

@@ -1,0 +1,218 @@
+"""How to cut the start, step a period and join sets, so that the checker's sweep shows a claim about a flow.
+
+Does: tries plans, the cheap ones first: whole starts with frames, cuts of the start, sets joined in ever smaller cells.
+Assumes: a checked profile, system and claim about continuous time.
+Does not: prove: a plan that is found here is run again as a certificate.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from math import floor, log2
+from typing import NamedTuple
+
+import numpy as np
+
+from codegen.ir import Float64, PolicyProfile
+from verify.checker.flows.sweep import FlowSweep, Plan, SeenStep, StartBox, halves
+from verify.checker.reading import RejectedError
+from verify.progress import tell
+from verify.systems.claims import SystemClaim
+from verify.systems.language.expressions import affine
+from verify.systems.system import System
+
+CURVED = ((4, 1), (5, 2), (6, 4), (8, 8), (8, 20))  # order of the series and steps of a period
+STRAIGHT = ((12, 1), (12, 4), (12, 16), (12, 50))
+FIRST, IN_CELLS = 3_000, 30_000  # sets for cuts of the start alone before cells, and for cells of one width
+CELLS = tuple(range(2, 8))  # into how many parts, as powers of two, what episodes range over is cut
+MAX_DEPTH = 20  # of cuts of the start
+NARROW = 1e-200
+FEW = 8  # parts that are looked at for what would help
+AT_ONCE = 512  # parts that are swept together
+
+
+class FoundPlan(NamedTuple):
+    """A plan by which the claim was shown; `widths` by variable."""
+
+    plan: Plan
+    widths: dict[str, Fraction]
+
+
+@dataclass
+class CutPart:
+    """A part of the start, with its two halves once it is cut."""
+
+    box: StartBox
+    depth: int = 0
+    column: int = -1
+    halves: list[CutPart] = field(default_factory=list["CutPart"])
+
+    def cut(self, column: int) -> list[CutPart]:
+        """Its halves."""
+        self.column = column
+        self.halves = [CutPart(half, self.depth + 1) for half in halves(self.box, column)]
+        return self.halves
+
+    def cuts(self) -> Iterator[int]:
+        """All cuts in it, in the order in which the checker reads them."""
+        pending: list[CutPart] = [self]
+        while pending:
+            part = pending.pop()
+            yield part.column + 1
+            pending += reversed(part.halves)
+
+
+class PlanSearch:
+    """The search for one plan. `spent`: sets so far; `open`: parts of the start that were left open at last; `why`."""
+
+    def __init__(self, profile: PolicyProfile, system: System, claim: SystemClaim, most: int) -> None:
+        assert system.flow is not None
+        self.sweep = FlowSweep(profile, system, claim)
+        self._names = [one.name for one in system.variables]
+        self._most = most
+        self.open: list[StartBox] = []
+        self.why = ""
+        self.how = CURVED[0]
+        straight = all(affine(rate) is not None for rate in system.flow.rates.values())
+        self._hows = STRAIGHT if straight else CURVED
+
+    @property
+    def spent(self) -> int:
+        """Sets that were asked about, over all attempts."""
+        return self.sweep.swept
+
+    def plans(self) -> Iterator[FoundPlan]:
+        """Plans that show the claim, the cheap ones first."""
+        whole = self.sweep.whole
+        if whole is None:
+            return
+        for how in self._hows:
+            self.how = how
+            if not self._left:
+                return
+            if not self._points_are_shown(whole):
+                continue
+            yield from self._by(whole, how)
+
+    def _by(self, whole: StartBox, how: tuple[int, int]) -> Iterator[FoundPlan]:
+        found = self._by_cuts(whole, how, FIRST)
+        if found is not None:
+            yield FoundPlan(found, {})
+        for widths in self._cells(whole, how):
+            if self._left and self._shown([whole], Plan((), *how, widths), IN_CELLS) == []:
+                named = {self._names[column]: Fraction(width) for column, width in widths.items()}
+                yield FoundPlan(Plan((0,), *how, widths), named)
+        found = self._by_cuts(whole, how, self._left // 2)
+        if found is not None:
+            yield FoundPlan(found, {})
+
+    @property
+    def _left(self) -> int:
+        return max(self._most - self.spent, 0)
+
+    def _shown(self, parts: Sequence[StartBox], plan: Plan, allowed: int) -> list[int] | None:
+        """The parts that are left open, by their places; None where that took too many sets."""
+        self.sweep.most = self.spent + min(allowed, self._left)
+        try:
+            self.sweep.follow(parts, plan)
+        except RejectedError as error:
+            self.why = str(error)
+            return None
+        finally:
+            tell(min(self.spent, self._most), self._most, "sets of states")
+        self.why = next(iter(self.sweep.open.values()), self.why)
+        return sorted(self.sweep.open)
+
+    def _points_are_shown(self, whole: StartBox) -> bool:
+        """Whether some starts alone are shown: if not, tubes are too wide, and no cut helps."""
+        points = [whole.low, whole.high, 0.5 * whole.low + 0.5 * whole.high]
+        open_ = self._shown([StartBox(point, point) for point in points], Plan((), *self.how), FIRST)
+        if open_ != []:
+            self.open = [whole]
+        return open_ == []
+
+    def _by_cuts(self, whole: StartBox, how: tuple[int, int], allowed: int) -> Plan | None:
+        """Cuts of the start after which all of its parts are shown; None where too many are left open."""
+        root, before = CutPart(whole), self.spent
+        pending = [root]
+        while pending:
+            left: list[CutPart] = []
+            for first in range(0, len(pending), AT_ONCE):
+                some = pending[first : first + AT_ONCE]
+                allowed_now = allowed - (self.spent - before)
+                open_ = (
+                    self._shown([part.box for part in some], Plan((), *how), allowed_now) if allowed_now > 0 else None
+                )
+                if open_ is None:
+                    if len(some) > 1 or some[0].depth >= MAX_DEPTH or self.spent - before >= allowed:
+                        self.open = [part.box for part in some]
+                        return None
+                    open_ = [0]
+                left += [some[place] for place in open_]
+            if not left:
+                return Plan(tuple(root.cuts()), *how)
+            self.open = [part.box for part in left]
+            columns = [self._widest(part, whole) for part in left]
+            if any(column is None or part.depth >= MAX_DEPTH for part, column in zip(left, columns, strict=True)):
+                return None
+            pending = [half for part, at in zip(left, columns, strict=True) if at is not None for half in part.cut(at)]
+        return None
+
+    def _widest(self, part: CutPart, whole: StartBox) -> int | None:
+        """The variable along which a part is widest, beside the whole start."""
+        width = whole.high - whole.low
+        with np.errstate(all="ignore"):
+            ratios = np.where(width > 0, (part.box.high - part.box.low) / width, 0.0)
+        return int(ratios.argmax()) if ratios.max() > 0 else None
+
+    def _cells(self, whole: StartBox, how: tuple[int, int]) -> Iterator[dict[int, float]]:
+        """Widths of cells, the wide ones first."""
+        scale = self._scale(whole, how)
+        ranging = [column for column in range(len(scale)) if scale[column] > NARROW]
+        for power in CELLS:
+            if ranging:
+                yield {column: 2.0 ** (floor(log2(scale[column])) - power) for column in ranging}
+
+    def _scale(self, whole: StartBox, how: tuple[int, int]) -> Float64:
+        """How far each variable ranges at samples, about."""
+        low, high = whole.low.copy(), whole.high.copy()
+
+        def see(told: SeenStep) -> None:
+            if told.after.low.size:
+                np.minimum(low, np.where(np.isfinite(told.after.low), told.after.low, low).min(axis=0), out=low)
+                np.maximum(high, np.where(np.isfinite(told.after.high), told.after.high, high).max(axis=0), out=high)
+
+        self.sweep.watch = see
+        shares = np.random.default_rng(0).random((FEW, len(low)))
+        points = whole.low + shares * (whole.high - whole.low)
+        self._shown([StartBox(point, point) for point in points], Plan((), *how), FIRST)
+        self.sweep.watch = None
+        return high - low
+
+    def helps(self) -> list[str]:
+        """What would show parts that are left open, the best first, by a try with some of them."""
+        some, (order, steps) = self.open[:FEW], self.how
+        if not some:
+            return []
+        again = len(self._shown(some, Plan((), order, steps), FIRST) or some)
+        tries = {
+            "a start region in smaller parts: a larger --max-boxes": [h for one in some for h in self._halved(one)],
+        }
+        found: dict[str, float] = {}
+        for words, parts in tries.items():
+            found[words] = len(self._shown(parts, Plan((), order, steps), FIRST) or parts) / len(parts)
+        more_steps = self._shown(some, Plan((), order, 3 * steps), FIRST)
+        found["a shorter period, or more steps of it"] = len(some if more_steps is None else more_steps) / len(some)
+        higher = self._shown(some, Plan((), order + 4, steps), FIRST)
+        found["a series of higher order"] = len(some if higher is None else higher) / len(some)
+        best = sorted(found, key=lambda words: found[words])
+        return [words for words in best if found[words] < again / len(some)]
+
+    def _halved(self, one: StartBox) -> list[StartBox]:
+        found = [one]
+        for column in range(len(one.low)):
+            if one.high[column] > one.low[column]:
+                found = [half for each in found for half in halves(each, column)]
+        return found if len(found) <= 64 else found[:64]
