@@ -18,7 +18,7 @@ LIMIT_S = 120
 GRACE_S = 5  # for pipes to close
 
 
-def run(command: Sequence[str], folder: Path | str) -> subprocess.CompletedProcess[str]:
+def run(command: Sequence[str], folder: Path | str, limit_s: int = LIMIT_S) -> subprocess.CompletedProcess[str]:
     """The exit status and the output of a command. MissingToolError where it cannot start, HangingToolError
     where it does not end in time."""
     called = Path(command[0]).name
@@ -36,10 +36,10 @@ def run(command: Sequence[str], folder: Path | str) -> subprocess.CompletedProce
     except OSError as error:
         raise MissingToolError(f"cannot run {called}", f"{command[0]}: {error.strerror}", "install it again") from None
     try:
-        out, err = process.communicate(timeout=LIMIT_S)
+        out, err = process.communicate(timeout=limit_s)
     except subprocess.TimeoutExpired:
         _end(process)
-        what = f"{called} did not end within {LIMIT_S} seconds, and was stopped"
+        what = f"{called} did not end within {limit_s} seconds, and was stopped"
         raise HangingToolError(what, " ".join(command), "does it wait for something? try it by hand") from None
     except BaseException:
         _end(process)

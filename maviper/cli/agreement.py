@@ -11,6 +11,7 @@ from maviper.console import Console
 
 if TYPE_CHECKING:
     from maviper.compilation.compile import Compiled
+    from maviper.compilation.frama_c import Proven
     from maviper.compilation.proofs import Proofs
 
 
@@ -35,3 +36,10 @@ def say_proofs(found: "Proofs", console: Console) -> None:
         console.line("UNKNOWN" if proof.answer.holds is None else "proved", str(proof))
     for reason in found.skipped:
         console.line("SKIPPED", reason)
+
+
+def say_contracts(found: "Proven", console: Console) -> None:
+    """The line of counts and time, and one for each goal that is open."""
+    console.line("proved" if found.complete else "UNKNOWN", f"contracts: {found}")
+    for name in found.open_goals:
+        console.line("open", name)

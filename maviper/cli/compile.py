@@ -45,6 +45,10 @@ def compile_verb(
     With --prove, Z3 searches for an observation on which the text of ..._act and the tree decide differently. It covers
     all float32 numbers for C and all doubles for Python. Queries (SMT-LIB) and answers are written next to the code.
 
+    With --contracts, the trees are also written as contracts in ACSL. --frama-c has Frama-C prove that the C keeps
+    them: right actions, reads within bounds, nothing written, no undefined behaviour. Both need style nested or
+    ordered.
+
     Passes make the trees smaller or faster. Each pass is proved to change no decision. For drop, this holds within the
     region.
 
@@ -55,7 +59,7 @@ def compile_verb(
                becomes part of the code's contract
     """
     from codegen.policy_json import content_hash
-    from maviper.cli.agreement import say_agreement, say_proofs
+    from maviper.cli.agreement import say_agreement, say_contracts, say_proofs
     from maviper.compilation.run import compile_and_prove
     from maviper.files import outputs, runs
     from maviper.files.profiles import load
@@ -73,4 +77,6 @@ def compile_verb(
     say_agreement(code, console)
     if code.proofs:
         say_proofs(code.proofs, console)
+    if code.proven:
+        say_contracts(code.proven, console)
     return ExitCode.DONE if code.complete else ExitCode.INCONCLUSIVE

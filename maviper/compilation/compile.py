@@ -30,6 +30,7 @@ from maviper.worlds import World
 from maviper.worlds.matching import NO_WORLD, matching_world, not_ours
 
 if TYPE_CHECKING:
+    from maviper.compilation.frama_c import Proven
     from maviper.compilation.proofs import Proofs
 
 SOLVER_ROWS = 1_000  # an agent; a solver takes milliseconds each
@@ -46,7 +47,8 @@ class Compiled:
     elsewhere: str = ""  # why no episode was replayed, where the game is none of ours: nothing that failed
     notes: tuple[str, ...] = ()  # what each pass did before
     proofs: "Proofs | None" = None  # None: not asked
-    beside: Mapping[str, str | bytes] = field(default_factory=dict[str, str | bytes])  # test vectors and proofs
+    proven: "Proven | None" = None  # by Frama-C; None: not asked
+    beside: Mapping[str, str | bytes] = field(default_factory=dict[str, str | bytes])  # test vectors, proofs, contracts
 
     @cached_property
     def files(self) -> Mapping[str, str | bytes]:
@@ -57,7 +59,8 @@ class Compiled:
     @property
     def complete(self) -> bool:
         """Whether nothing had to be skipped, and every proof that was asked for was found."""
-        return not self.report.skipped and (self.proofs is None or self.proofs.complete)
+        asked = (each for each in (self.proofs, self.proven) if each is not None)
+        return not self.report.skipped and all(each.complete for each in asked)
 
 
 def compile_profile(

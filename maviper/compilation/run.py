@@ -1,6 +1,6 @@
 """Compilation with everything that can be asked for: passes before it, test vectors and proofs after it.
 
-Does: joins passes, `compile`, test vectors and proofs.
+Does: joins passes, `compile`, test vectors, proofs and contracts.
 Assumes: a profile; options that a user gave.
 Does not: emit or compare anything itself, print or write files.
 """
@@ -11,7 +11,10 @@ from typing import Unpack
 
 from codegen import ir
 from codegen.agreement import vectors
+from codegen.equivalence.contracts import contracts_of
+from codegen.errors import InputError
 from codegen.sum_rules import ensure_plain
+from maviper.compilation import frama_c
 from maviper.compilation.compile import Compiled, compile_profile
 from maviper.compilation.passes import run_passes
 from maviper.options import CompileOptions, requested
@@ -22,6 +25,8 @@ def compile_and_prove(profile: ir.PolicyProfile, targets: Iterable[str], **optio
     asked, targets = requested(CompileOptions, options), tuple(targets)
     for option, given in (
         ("--prove", asked.prove),
+        ("--contracts", asked.contracts),
+        ("--frama-c", asked.frama_c),
         ("--pass", asked.passes),
         ("--region", asked.region is not None),
         ("--test-vectors", asked.test_vectors),
@@ -32,15 +37,29 @@ def compile_and_prove(profile: ir.PolicyProfile, targets: Iterable[str], **optio
         from maviper.compilation import proofs  # here, so that compiling alone loads no solver
 
         proofs.ensure_askable(targets, asked.solver_units)
+    if asked.contracts or asked.frama_c:
+        _ensure_contracts(targets, asked.frama_c)
     notes: tuple[str, ...] = ()
     if asked.passes or asked.region is not None:
         better = run_passes(profile, asked.passes, None if asked.region is None else str(asked.region))
         profile, notes = better.profile, better.notes
     code = compile_profile(profile, targets, asked.prefix, asked.style)
     more = vectors.files(code.build, targets) if asked.test_vectors else {}
-    if not asked.prove:
-        return replace(code, notes=notes, beside=more)
-    from maviper.compilation import proofs
+    proved = proofs.prove(code.build, asked.solver_units) if asked.prove else None
+    more |= proofs.files_of(proved, code.build.model) if proved else {}
+    proven = None
+    if asked.contracts or asked.frama_c:
+        contracts = contracts_of(code.build.profile, code.build.model)
+        more |= contracts.files
+        if asked.frama_c:
+            proven = frama_c.prove_contracts(code.build, contracts)
+            more |= frama_c.record_of(proven, contracts, code.build)
+    return replace(code, notes=notes, proofs=proved, proven=proven, beside=more)
 
-    proved = proofs.prove(code.build, asked.solver_units)
-    return replace(code, notes=notes, proofs=proved, beside=more | proofs.files_of(proved, code.build.model))
+
+def _ensure_contracts(targets: tuple[str, ...], proved: bool) -> None:
+    """InputError where there is no C to have a contract, MissingToolError where what proves them is not there."""
+    if "c" not in targets:
+        raise InputError("contracts are of the C, and the target c is not asked for", "--contracts", "add --target c")
+    if proved:
+        frama_c.ensure_installed()
