@@ -84,7 +84,7 @@ def score(measure: Measure, values: Float64) -> Float64:
 
 def values(world: World, controllers: Sequence[Controller], seeds: Sequence[int]) -> dict[Measure, Float64]:
     """Every measure of the world in each of the episodes `seeds`, and each team's return (its agents' mean)."""
-    tables = [table(world, episodes) for episodes in rollout(world, controllers, seeds)]
+    tables = [table(world, episodes) for episodes in rollout(world, controllers, seeds, keep=False)]
     return {measure: np.concatenate([rows[measure] for rows in tables]) for measure in tables[0]}
 
 

@@ -122,11 +122,13 @@ class _Kept:
         return tuple((each[0] if len(each) == 1 else np.concatenate(each))[: self._done] for each in blocks)
 
 
-def rollout(world: World, controllers: Sequence[Controller], seeds: Sequence[int]) -> list[Episodes]:
-    """The episodes that start from `seeds`, in batches of as many games as the world plays at once."""
+def rollout(world: World, controllers: Sequence[Controller], seeds: Sequence[int], keep: bool = True) -> list[Episodes]:
+    """The episodes that start from `seeds`, in batches of as many games as the world plays at once; `keep` as in
+    `play`.
+    """
     at_once = world.games or max(1, len(seeds))
     parts = [seeds[low : low + at_once] for low in range(0, len(seeds), at_once)]
-    return [play(world, controllers, world.start_from_seeds(part)) for part in parts]
+    return [play(world, controllers, world.start_from_seeds(part), keep) for part in parts]
 
 
 def points(episodes: Episodes) -> tuple[tuple[Float32, ...], Any]:

@@ -30,19 +30,23 @@ DIGITS = 4
 
 def demand(world: ParticleWorld, experts: Mapping[int, Controller], own: int, seeds: range) -> dict[str, Any]:
     """Both measures of the expert `own` among `experts` (training seed -> expert), as plain data for its card."""
+    (alone,) = rollout(world, [experts[own]] * len(world.agents), seeds, keep=False)
     return {
         "episodes": len(seeds),
         "first_episode_seed": seeds[0],
-        "team-mate of another seed": cross_seed(world, experts, own, seeds),
-        "roles": roles(world, experts[own], seeds),
+        "team-mate of another seed": cross_seed(world, experts, own, seeds, alone),
+        "roles": roles(world, alone),
     }
 
 
-def cross_seed(world: ParticleWorld, experts: Mapping[int, Controller], own: int, seeds: range) -> dict[str, Any]:
-    """For each team of several: its primary measure as it is, and with one member of another seed, by seed: the mean
-    over the members that are replaced. All other teams stay the expert's own.
+def cross_seed(
+    world: ParticleWorld, experts: Mapping[int, Controller], own: int, seeds: range, alone: Episodes
+) -> dict[str, Any]:
+    """For each team of several: its primary measure as it is, in the episodes `alone`, and with one member of another
+    seed, by seed: the mean over the members that are replaced. All other teams stay the expert's own.
     """
     everybody = range(len(world.agents))
+    as_it_is = measures.estimates(measures.table(world, alone))
 
     def reached(lineup: Sequence[Controller], team: str) -> float:
         return measures.evaluate(world, lineup, seeds)[world.primary(team)].value
@@ -64,16 +68,15 @@ def cross_seed(world: ParticleWorld, experts: Mapping[int, Controller], own: int
             for seed, other in experts.items()
             if seed != own
         }
-        alone = reached([experts[own]] * len(everybody), team)
-        found[team] = {"measure": world.primary(team).name, "own": round(alone, DIGITS), "mixed": mixed}
+        own_value = as_it_is[world.primary(team)].value
+        found[team] = {"measure": world.primary(team).name, "own": round(own_value, DIGITS), "mixed": mixed}
     return found
 
 
-def roles(world: ParticleWorld, expert: Controller, seeds: range) -> dict[str, Any]:
+def roles(world: ParticleWorld, episodes: Episodes) -> dict[str, Any]:
     """For each team with targets to share out: the share of every assignment that occurs, the most frequent first, and
     how often a forest that sees the start state alone names the right one in episodes that it was not fitted to.
     """
-    (episodes,) = rollout(world, [expert] * len(world.agents), seeds)
     found: dict[str, Any] = {}
     for team in (team for team in (*COVERING, *HUNTING) if team in world.teams):
         names, taken = assignments(world, team, episodes)

@@ -1,5 +1,6 @@
 """Experts: the shipped ones are good and honest about themselves; files are refused with the fault; critics agree."""
 
+import functools
 import json
 import shutil
 import tomllib
@@ -28,10 +29,16 @@ FILES = {file: name for name, file in store.SHIPPED.items()}
 FRESH = range(9_000_000, 9_001_000)  # episodes that neither training nor a card used
 
 
-def primary(name):
+@functools.cache
+def measured(name, seeds=FRESH):
+    """What the whole team of an expert reaches; asked by several tests of one expert."""
     expert, world = store.load(name)
-    found = measures.evaluate(world, [expert] * len(world.agents), FRESH)
-    return {team: found[world.primary(team)] for team in world.teams}
+    return measures.evaluate(world, [expert] * len(world.agents), seeds)
+
+
+def primary(name):
+    _, world = store.load(name)
+    return {team: measured(name)[world.primary(team)] for team in world.teams}
 
 
 def test_shipped_deception_reaches_its_target():
@@ -99,9 +106,9 @@ def test_defenders_that_maddpg_taught_reach_their_target():
 
 def test_learned_navigation_reaches_its_target():
     """D at most .70: on the card's 4,000 episodes, and within chance on others."""
-    expert, world = store.load("cooperative-navigation")
+    expert, _ = store.load("cooperative-navigation")
     assert expert.card["measured"]["agents D"][0] <= 0.70
-    found = measures.evaluate(world, [expert] * len(world.agents), FRESH)
+    found = measured("cooperative-navigation")
     assert next(value for measure, value in found.items() if measure.label == "agents D").interval[0] <= 0.70
 
 
@@ -123,7 +130,7 @@ def test_cards_say_what_made_them_and_what_was_measured(name):
     assert card["command"].startswith(f"maviper train {world.name} --algorithm {algorithm}")
     assert {"python", "torch", "numpy", "mpe2", "maviper"} <= set(card["versions"])
     first, episodes = card["measured"]["first_episode_seed"], card["measured"]["episodes"]
-    found = measures.evaluate(world, [expert] * len(world.agents), range(first, first + episodes))
+    found = measured(name, range(first, first + episodes))
     for measure in world.measures:
         assert card["measured"][measure.label][0] == pytest.approx(found[measure].value, rel=1e-9)
         low, high = card["measured"][measure.label][1:]
