@@ -15,6 +15,7 @@ from codegen.errors import InputError
 from codegen.ir import Bool
 
 MAX_MATCHINGS = 720  # six agents and six landmarks: formulas that name every matching stay readable to the engines
+MAX_TRIED = 6  # three agents and three landmarks: fewer operations than sets of landmarks take
 
 
 def matchings(n_agents: int, n_landmarks: int) -> list[tuple[int, ...]]:
@@ -35,9 +36,15 @@ def matchings(n_agents: int, n_landmarks: int) -> list[tuple[int, ...]]:
 def has_matching(related: Bool) -> Bool:
     """Whether every agent can have a landmark of its own. `related`: [..., n_agents, n_landmarks]. Returns [...].
 
-    After each agent, the sets of landmarks (as bits) that the agents so far can hold.
+    After each agent, the sets of landmarks (as bits) that the agents so far can hold; few matchings are tried one by
+    one.
     """
     n_agents, n_landmarks = related.shape[-2:]
+    if math.perm(n_landmarks, n_agents) <= MAX_TRIED:
+        found = np.zeros(related.shape[:-2], dtype=bool)
+        for way in permutations(range(n_landmarks), n_agents):
+            found |= related[..., range(n_agents), way].all(axis=-1)
+        return found
     holdable = np.zeros((*related.shape[:-2], 1 << n_landmarks), dtype=bool)
     holdable[..., 0] = True
     for agent in range(n_agents):

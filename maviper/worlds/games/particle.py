@@ -207,7 +207,7 @@ class ParticleWorld(World):
     def goal_position(self, state: WorldState) -> Float64:
         """Where each game's goal is, [batch, 2]."""
         landmarks = planes(state.position)[len(self.spec.agents) :]
-        return np.take_along_axis(landmarks, state.goal[None, None], axis=0)[0].T
+        return landmarks.transpose(1, 0, 2)[:, state.goal, np.arange(len(state))].T
 
     @cached_property
     def _observer(self) -> Observer:
