@@ -180,10 +180,11 @@ class Replay(Paths):
         self.columns = [np.asarray(column, dtype=np.float64) for column in rows.T]
         self._sums, self._of_sums = sums, dict[int, Floats]()
         self.values: list[Any] = [None] * len(rows)
+        self._computed: dict[str, dict[int, Any]] = {}  # by feature, of each observation that came where it is asked
 
     def holds(self, test: Test) -> bool:
         """Splits the observations once, where some of them pass and others do not."""
-        holds = self._passing(test, self._column(test.feature.place)[self.known])
+        holds = self._passing(test)
         if holds.all() or not holds.any():
             return bool(len(holds)) and bool(holds[0])
         answer = self._fork((0, 0.0))
@@ -197,7 +198,7 @@ class Replay(Paths):
 
     def least(self, feature: Feature) -> Any:
         """The least among the observations that came here."""
-        return min(feature.value(each) for each in self._column(feature.place)[self.known].tolist())
+        return min(self._values(feature))
 
     def _column(self, place: int) -> Floats:
         """The numbers of an input or of a sum, one for each observation."""
@@ -207,7 +208,18 @@ class Replay(Paths):
             self._of_sums[place] = self._sums.column(place, self.columns)
         return self._of_sums[place]
 
-    def _passing(self, test: Test, given: Floats) -> Bool:
+    def _passing(self, test: Test) -> Bool:
         if test.feature.steps or not isinstance(test.number, float):
-            return np.array([test.at(each) for each in given.tolist()], dtype=np.bool_)
+            compare, number = SIGNS[test.sign], test.number
+            return np.array([compare(each, number) for each in self._values(test.feature)], dtype=np.bool_)
+        given = self._column(test.feature.place)[self.known]
         return np.asarray(SIGNS[test.sign](given, test.number), dtype=np.bool_)
+
+    def _values(self, feature: Feature) -> list[Any]:
+        """What is computed of the observations that came here; of each once, for many tests ask about it."""
+        computed, column = self._computed.setdefault(feature.key, {}), self._column(feature.place)
+        known: list[int] = self.known.tolist()
+        for row in known:
+            if row not in computed:
+                computed[row] = feature.value(column[row].item())
+        return [computed[row] for row in known]
