@@ -8,6 +8,8 @@ if not (AT / "numbers.json").exists():
     sys.exit(f"{AT} holds no numbers.json and no episodes/: unpack episodes.tar.xz there, or play them again (README.md has the command)")
 NUMBERS = json.loads((AT / "numbers.json").read_text())  # what each is made of
 FACTS = functools.cache(lambda cell: json.loads((AT / "facts" / f"{cell}.json").read_text()))
+DRAWS = functools.cache(lambda seeds, n: ((rng := np.random.default_rng([17, seeds, n])).integers(0, seeds, (2000, seeds)),
+    np.stack([np.bincount(rng.integers(0, n, n), minlength=n) for _ in range(2000)]) / n))  # seeds drawn, each episode's share
 MODES = {"value": lambda a, b, c: a, "ratio": lambda a, b, c: a / b, "inverse": lambda a, b, c: b / a}
 MODES |= {"reward": lambda a, b, c: 1 + (a - b) / c, "paper": lambda a, b, c: abs(abs(b) - abs(a)) / b}
 
@@ -29,13 +31,11 @@ def estimate(parts):  # value, standard error by the bootstrap, degrees of freed
     seen = [sorted(set.intersection(*(set(each[k]) for each in rows))) for k in range(len(rows[0]))]
     seeds, count = len(seen), min(map(len, seen))
     table = lambda rows: np.array([[row[k] for k in wanted[:count]] for row, wanted in zip(rows, seen)])
-    rng, even = np.random.default_rng([17, seeds, count]), np.full((1, count), 1 / count)
-    drawn = rng.integers(0, seeds, (2000, seeds))
+    (drawn, counts), even = DRAWS(seeds, count), np.full((1, count), 1 / count)
     shared = all(each[:count] == seen[0][:count] for each in seen)  # all seeds played the same episodes
-    counts = [np.bincount(rng.integers(0, count, count), minlength=count) for _ in range(2000 if shared else 0)]
     pairs = [(part, table(mine), table(by_seed(part["theirs"] or part["ours"]))) for mine, part in zip(rows, parts)]
     whole, every = (sum(p["weight"] * MODES[p["mode"]](w @ a.T, w @ b.T, w @ abs(b).T) for p, a, b in pairs)
-                    for w in (even, np.stack(counts) / count if shared else even))
+                    for w in (even, counts if shared else even))
     every, n = np.take_along_axis(np.broadcast_to(every, drawn.shape), drawn, 1).mean(1), seeds if seeds > 1 else count
     return whole.mean(), every.std(ddof=1) * (n / (n - 1)) ** .5 if n > 1 else np.nan, n - 1
 
