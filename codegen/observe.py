@@ -7,12 +7,15 @@ Does not: know games or dynamics.
 """
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from codegen.floats import FLOAT32
 from codegen.ir import FeatureSpec, Float64, Floats, Meaning, WorldSpec
+
+FEW = 256  # states of which all differences are taken at once; of more, one after the other stays in a cache
 
 
 class Observer:
@@ -28,6 +31,15 @@ class Observer:
                 raise ValueError(f"feature {feature.name} has no meaning, so it cannot be observed from coordinates")
             self.terms.append([(weight, index[name]) for weight, name in feature.meaning.terms])
             self.meanings.append(feature.meaning)
+        # features that are one coordinate less another, by what is made of them: (features, rows, rows)
+        self.differences: dict[str, tuple[list[int], list[int], list[int]]] = {}
+        for place, (terms, meaning) in enumerate(zip(self.terms, self.meanings, strict=True)):
+            match terms:
+                case [(1, a), (-1, b)]:
+                    found = self.differences.setdefault(meaning.function, ([], [], []))
+                    for column, value in zip(found, (place, a, b), strict=True):
+                        column.append(value)
+        self.done = frozenset(place for places, _, _ in self.differences.values() for place in places)
 
     def __call__(self, planes: Float64) -> Floats:
         """Observations [n_features, batch] in the agent's numbers, from `planes` [n_coordinates, batch] float64.
@@ -37,7 +49,12 @@ class Observer:
         seen = np.empty((len(self.terms), planes.shape[1]), dtype=self.numbers)
         rows = list(planes)
         total = np.empty(planes.shape[1])
-        for out, terms, meaning in zip(seen, self.terms, self.meanings, strict=True):
+        few = planes.shape[1] <= FEW
+        for function, (places, a, b) in self.differences.items() if few else ():
+            seen[places] = _made(function, planes[a] - planes[b])
+        for place, (out, terms, meaning) in enumerate(zip(seen, self.terms, self.meanings, strict=True)):
+            if few and place in self.done:
+                continue
             match terms:
                 case []:
                     out[...] = 0
@@ -48,14 +65,19 @@ class Observer:
                     np.multiply(terms[0][0], rows[terms[0][1]], out=total)
                     for weight, row in terms[1:]:
                         total += weight * rows[row]
-            match meaning.function:
-                case "positive":
-                    np.greater(total, 0, out=out, casting="unsafe")
-                case "zero":
-                    np.equal(total, 0, out=out, casting="unsafe")
-                case _:
-                    out[...] = _sign(total) if meaning.function else total
+            out[...] = _made(meaning.function, total)
         return seen
+
+
+def _made(function: str, total: Float64) -> npt.NDArray[Any]:
+    """What a function of a meaning makes of sums; "": the sums themselves."""
+    match function:
+        case "positive":
+            return total > 0
+        case "zero":
+            return total == 0
+        case _:
+            return _sign(total) if function else total
 
 
 def _sign(total: Float64) -> npt.NDArray[np.int8]:

@@ -7,7 +7,9 @@ from hypothesis import strategies as st
 
 from codegen.floats import FLOAT32
 from codegen.ir import FUNCTIONS, EntitySpec, FeatureSpec, Meaning, WorldSpec
-from codegen.observe import Observer, observe
+from codegen.observe import FEW, Observer, observe
+from maviper.worlds import find
+from tests.support.games import NAMES
 
 SPEC = WorldSpec(
     name="flat",
@@ -101,3 +103,14 @@ def test_one_observer_serves_many_batches():
 def test_what_has_no_meaning_cannot_be_observed():
     with pytest.raises(ValueError, match="feature f has no meaning"):
         observe([FeatureSpec("f", "none", 0.0, 1.0, None)], np.zeros((1, len(COORDINATES))), SPEC, FLOAT32)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_few_states_are_observed_as_many_are(name):
+    """All differences at once, or one feature after the other: the same bits, also where coordinates are no numbers."""
+    world, rng = find(name), np.random.default_rng(0)
+    observer = Observer([feature for features in world.features for feature in features], world.spec)
+    planes = rng.choice([0.0, -0.0, 0.1, np.nan, np.inf, *rng.normal(size=9)], (len(world.spec.coordinates()), 2 * FEW))
+    with np.errstate(invalid="ignore"):
+        together, parts = observer(planes), [observer(planes[:, low : low + 60]) for low in range(0, 2 * FEW, 60)]
+    assert np.concatenate(parts, axis=1).tobytes() == together.tobytes()
