@@ -3,6 +3,7 @@
 import contextlib
 import ctypes
 import gc
+import importlib
 import os
 import sys
 from pathlib import Path
@@ -96,14 +97,28 @@ def unoptimised(monkeypatch):
 
 
 @pytest.fixture
-def few_observations(monkeypatch, unoptimised):
+def few_observations(monkeypatch, unoptimised, few_completions):
     """For tests that compile but are about something else: agreement is looked for on a hundredth of the random
-    observations, beside all thresholds and special values. Tests of agreement itself ask all.
+    observations and in a tenth of the episodes, beside all thresholds and special values. Tests of agreement itself
+    ask all.
     """
-    del unoptimised
+    del unoptimised, few_completions
     from codegen.agreement import selfcheck
+    from maviper.episodes import on_policy
 
+    monkeypatch.setattr(on_policy, "ON_POLICY_EPISODES", 400)
     monkeypatch.setattr(selfcheck.check, "__defaults__", (1_000,))
+
+
+@pytest.fixture
+def few_completions(monkeypatch):
+    """For tests that compile many profiles: a threshold is asked about in a quarter of the random observations around
+    it, other numbers and world states are fewer too. `tests/faults.py` has every planted fault found by these.
+    """
+    from codegen.agreement import probes
+
+    for name, fewer in (("FILLINGS", 4), ("WILD", 100), ("TYPED", 40)):
+        monkeypatch.setattr(probes, name, fewer)
 
 
 @pytest.fixture
@@ -114,6 +129,45 @@ def few_episodes(monkeypatch):
     from maviper.evaluation import held_out
 
     monkeypatch.setattr(held_out, "EVALUATION_EPISODES", 50)
+
+
+SAMPLED = {  # of world states and episodes, by the modules that count them
+    "verify.states.shares": "SAMPLES",
+    "verify.solver.leaves": "SAMPLES",
+    "verify.states.failures": "SAMPLES",
+    "verify.counterexamples.search": "SAMPLES",
+    "verify.extent.found": "SAMPLES",
+    "verify.extent.largest": "DRAWN",
+    "verify.repair.search": "SAMPLES",
+    "verify.verdicts.episodes": "SAMPLES",
+    "maviper.verification.diff": "SAMPLES",
+}
+
+
+def sampled_less(patch):
+    """A tenth of the sampled states and episodes."""
+    for module, name in SAMPLED.items():
+        place = importlib.import_module(module)
+        patch.setattr(place, name, getattr(place, name) // 10)
+    patch.setattr("maviper.episodes.on_policy.ON_POLICY_EPISODES", 400)
+    shares = importlib.import_module("verify.states.shares")
+    patch.setattr(shares.measure, "__defaults__", (shares.SAMPLES,))
+
+
+@pytest.fixture
+def few_states(monkeypatch):
+    """For tests that verify but are about something else than shares: a tenth of the sampled states and episodes.
+    Tests of shares, and all that compare with committed reports, ask all.
+    """
+    sampled_less(monkeypatch)
+
+
+@pytest.fixture(scope="module")
+def few_states_throughout():
+    """As `few_states`, for all tests of a file and what they share."""
+    with pytest.MonkeyPatch.context() as patch:
+        sampled_less(patch)
+        yield
 
 
 @pytest.fixture(scope="session")

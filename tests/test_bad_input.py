@@ -27,6 +27,8 @@ from maviper.tour import handout
 from tests.support.strategies import WORLD
 from verify.claims.uncertified.starts import positions
 
+pytestmark = pytest.mark.usefixtures("few_states_throughout")
+
 ANSWERS = {ExitCode.DONE, ExitCode.VIOLATED, ExitCode.INPUT, ExitCode.INCONCLUSIVE}
 WORDS = ["", " ", "x", "agent_0", "goal_dx", "x*/", "a\nb", "__init__", "é", "a" * 100, "../../x", "%s%n", "{{7*7}}"]
 NAMES = st.sampled_from([*WORDS, "\x00"])
@@ -336,10 +338,11 @@ def test_ctrl_c_while_a_property_is_decided(document, place):
     (place / "p.toml").write_text(f'[[property]]\nformula = "{hard}"\n' * 60)
     command = [sys.executable, "-m", "maviper", "verify", "profile.json", "--properties", "p.toml"]
     process = subprocess.Popen(command, cwd=place, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
-    time.sleep(2.5)
+    first = process.stderr.readline()  # it listens
+    time.sleep(1)
     process.send_signal(signal.SIGINT)
     _, err = process.communicate(timeout=60)
-    assert process.returncode == ExitCode.INTERRUPTED
+    assert first and process.returncode == ExitCode.INTERRUPTED
     assert "error: interrupted" in err and "Traceback" not in err
 
 

@@ -74,7 +74,7 @@ def test_modules_that_headers_name_exist():
         stems[path.stem].append(path)
     wrong = []
     for path in MODULES:
-        header = ast.get_docstring(ast.parse(path.read_text())) or ""
+        header = ast.get_docstring(parsed(path)) or ""
         above = [folder for folder in path.parents if folder.is_relative_to(ROOT)] + [ROOT / name for name in PACKAGES]
         for name in re.findall(r"(?<![/\w])[a-z_][\w/]*\.py\b", header):
             if name not in WRITTEN and not any((folder / name).is_file() for folder in above):
@@ -198,7 +198,7 @@ def test_what_a_claim_is_stands_in_its_class():
     texts = {path.relative_to(ROOT).as_posix(): path.read_text() for path in MODULES}
     named = re.compile(r"claim\.name (==|!=|in|not in)")
     assert [path for path, text in texts.items() for _ in named.finditer(text)] == []
-    nodes = {path: list(ast.walk(ast.parse(text))) for path, text in texts.items()}
+    nodes = {path: list(ast.walk(parsed(ROOT / path))) for path in texts}
     classes = classes_of_answers([node for each in nodes.values() for node in each])
     assert {"AliveLeaves", "Reaches", "SystemClaim", "Certificate", "EpisodeEvidence"} <= classes
     told = [
@@ -328,13 +328,17 @@ def test_one_concept_has_one_word():
     assert [entry for entry in found if entry[:2] not in KEPT] == []
 
 
+IMPORTS_OF_TESTS = re.compile(r"^\s*from\s+(\S*\btest_|\S+\s+import\s+(\([^)]*|.*)\btest_)", re.MULTILINE)
+
+
 def test_no_test_file_imports_another_one():
     """What several tests use stands in tests/support, or in a module beside them that is no test file."""
     tests = sorted((ROOT / "tests").rglob("*.py"))
     files = {".".join(path.relative_to(ROOT).with_suffix("").parts) for path in tests if path.name.startswith("test_")}
+    suspects = [path for path in tests if IMPORTS_OF_TESTS.search(path.read_text(encoding="utf-8"))]
     found = [
         (str(path.relative_to(ROOT)), node.module)
-        for path in tests
+        for path in suspects
         for node in ast.walk(parsed(path))
         if isinstance(node, ast.ImportFrom)
         and files & {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}

@@ -15,6 +15,7 @@ from tests.support.small import small_profile
 from tests.support.teams import team, towards
 from verify.checker.envelope import body_hash
 
+pytestmark = pytest.mark.usefixtures("few_states_throughout")
 STRANGE = [
     "agent_0\u200b",
     "аgent_0",
@@ -185,6 +186,7 @@ def test_whatever_a_certificate_says_is_checked_or_shown_in_plain_letters(place,
 
 
 @pytest.mark.solver
+@pytest.mark.usefixtures("unoptimised")
 @pytest.mark.parametrize("name", [STRANGE[1], STRANGE[3]])
 @pytest.mark.parametrize("file", ["counterexample-1-distinct_targets.json", "counterexample-2-covers.json"])
 def test_whatever_a_counterexample_says_is_shown_in_plain_letters(place, tmp_path, capsys, file, name):

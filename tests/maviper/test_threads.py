@@ -19,7 +19,7 @@ THREADS = 4
 SOURCE = "def guard(obs):\n    if obs[0] <= 0.25:\n        return 'left'\n    return 'right'\n"
 CLAIM = '[[property]]\nname = "distinct_targets"\n'
 SMALL = {"max_depth": 2, "iterations": 1, "rollouts": 4, "selection_episodes": 4, "refinement_episodes": 0}
-pytestmark = pytest.mark.usefixtures("few_observations", "few_episodes")
+pytestmark = pytest.mark.usefixtures("few_observations", "few_episodes", "few_states_throughout")
 NEVER_TOGETHER = {"reproduce", "train"}  # each writes a run folder of its own; claims of folders: test_runs.py
 
 

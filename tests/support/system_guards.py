@@ -294,17 +294,32 @@ def passes(certificate, profile, system):
 def caught(guard):
     """Whether a guard speaks."""
     if guard == FORGED:
-        return any(passes(*forged) for forged in forgeries())
+        return spoken(guard, forgeries(), lambda forged: passes(*forged))
     if guard == POINTS:
         return points_lost()
     if guard == JUDGED:
         return any(judged(*question, course) != kept for question, course, kept in episodes())
     if guard == OPINED:
-        return any(opinion(question) is not said for (question, _), said in zip(asked(), opinions(), strict=True))
+        said = list(zip(asked(), opinions(), strict=True))
+        return spoken(guard, said, lambda each: opinion(each[0][0]) is not each[1])
     if guard == ANSWERED:
-        return any(answer(question, PLAYED) is not verdict for question, verdict in asked())
+        return spoken(guard, asked(), lambda each: answer(each[0], PLAYED) is not each[1])
     proved = Verdict.PROVED
     if guard == BROKEN:
         broken = [question for question, verdict in asked() if verdict is not proved and verdict is not Verdict.VACUOUS]
-        return any(answer(question, SEARCHED) is proved for question in broken)
-    return any(answer(question, SEARCHED) is not proved for question, verdict in asked() if verdict is proved)
+        return spoken(guard, broken, lambda question: answer(question, SEARCHED) is proved)
+    held = [question for question, verdict in asked() if verdict is proved]
+    return spoken(guard, held, lambda question: answer(question, SEARCHED) is not proved)
+
+
+SPOKE = {}  # guard -> places of its cases, those that saw a fault before first: like faults are seen by like cases
+
+
+def spoken(guard, cases, speaks):
+    """Whether a guard speaks of some case; all are asked before it says no."""
+    order = SPOKE.setdefault(guard, list(range(len(cases))))
+    for rank, place in enumerate(order):
+        if speaks(cases[place]):
+            order.insert(0, order.pop(rank))
+            return True
+    return False

@@ -10,7 +10,7 @@ from codegen import ir, policy_json
 from codegen.agreement import readback, selfcheck
 from codegen.agreement.build import Build
 from codegen.agreement.compiled import CompiledC, find_compiler
-from codegen.equivalence import obligations
+from codegen.equivalence import obligations, symbolic
 from codegen.equivalence.symbolic import Definitions, Header, Unreadable
 from codegen.errors import DisagreementError, ExitCode, InputError
 from codegen.lowering.lower import lower
@@ -155,7 +155,8 @@ def test_constants_are_rounded_once_as_compilers_do(constant, bits):
         ("goto end; end: return 1;", "a statement"),
     ],
 )
-def test_other_c_is_refused(body, said):
+def test_other_c_is_refused(body, said, monkeypatch):
+    monkeypatch.setattr(symbolic, "MAX_STEPS", 20_000)
     with pytest.raises(Unreadable, match=said):
         Header(ONE.replace("BODY", body)).decide("decide", ["f0", "f1", "f2"], {}, Definitions("c"))
 

@@ -64,6 +64,7 @@ def test_the_reference_decides_doubles_beside_thresholds():
 def test_c_agrees(name, how, style, request):
     if name != NAMES[0]:  # one game is enough for an optimiser
         request.getfixturevalue("unoptimised")
+        request.getfixturevalue("few_completions")
     profile = profile_of(name, how)
     files = emit(profile, ["c"], style=style)
     report = selfcheck.check_files(profile, files, random=FEW, style=style).ensure()
@@ -78,6 +79,7 @@ def test_c_agrees(name, how, style, request):
 def test_every_target_that_takes_them_agrees(name, how, request):
     if (name, how) != (NAMES[0], ALL):
         request.getfixturevalue("unoptimised")
+        request.getfixturevalue("few_completions")
     profile = profile_of(name, how)
     report = selfcheck.check_files(profile, emit(profile, TAKEN), random=FEW).ensure()
     found = {item.target for item in report.agreements}

@@ -185,6 +185,7 @@ def test_claims_about_episodes_in_a_report(capsys, profile_file, tmp_path):
 
 
 @pytest.mark.solver
+@pytest.mark.usefixtures("few_states")
 def test_verify_inconclusive_is_exit_3(capsys, profile_file, tmp_path):
     region = tmp_path / "empty.toml"
     region.write_text('[difference]\n"agent_0.x - agent_1.x" = [3, 4]\n')
@@ -194,6 +195,7 @@ def test_verify_inconclusive_is_exit_3(capsys, profile_file, tmp_path):
 
 
 @pytest.mark.solver
+@pytest.mark.usefixtures("few_states")
 def test_the_report_is_self_contained_and_repeats(capsys, profile_file, tmp_path):
     import re
 
@@ -262,7 +264,7 @@ def add_action(document, agents):
 
 
 @pytest.mark.compile
-@pytest.mark.usefixtures("few_observations")
+@pytest.mark.usefixtures("few_observations", "few_states")
 @pytest.mark.parametrize(
     "change",
     [
@@ -285,6 +287,7 @@ def test_a_profile_of_another_world_is_not_played_in_ours(capsys, profile_file, 
 
 
 @pytest.mark.solver
+@pytest.mark.usefixtures("few_states")
 def test_the_repeating_command_is_quoted(capsys, profile, tmp_path, monkeypatch):
     import shlex
 

@@ -183,7 +183,7 @@ def test_the_error_of_a_family_holds_for_all_its_words_together():
     """Five comparisons of equals and five that differ by the margin: "equal" and an order may both be said falsely."""
     known, rng = register.read(), np.random.default_rng(3)
     claim = next(each for each in known.claims if each.test == register.GREATER)
-    truth, freedom, rounds, wrong = np.repeat([0.0, known.margin], 5), 9, 1_000, 0
+    truth, freedom, rounds, wrong = np.repeat([0.0, known.margin], 5), 9, 400, 0
     for _ in range(rounds):
         errors = known.margin / 12 * np.sqrt(rng.chisquare(freedom, len(truth)) / freedom)
         values = truth + known.margin / 12 * rng.normal(size=len(truth))

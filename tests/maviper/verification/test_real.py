@@ -21,7 +21,7 @@ from verify.question import from_start
 from verify.semantics import REAL
 from verify.states.state import violates
 
-pytestmark = pytest.mark.solver
+pytestmark = [pytest.mark.solver, pytest.mark.usefixtures("few_states_throughout")]
 ROOT = Path(__file__).parents[3]
 T = Fraction(float(np.float32(0.3)))
 NAMED = "counterexample-1-distinct_targets.json"

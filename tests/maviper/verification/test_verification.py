@@ -22,6 +22,7 @@ from verify.question import Question
 from verify.reports import report
 from verify.subjects import Game
 
+pytestmark = pytest.mark.usefixtures("few_states_throughout")
 FOLDER = "tests/golden"
 
 

@@ -20,7 +20,7 @@ from verify.states.state import State, inside
 from verify.subjects import Game
 from verify.verdicts.episodes import verify_episodes
 
-pytestmark = pytest.mark.solver
+pytestmark = [pytest.mark.solver, pytest.mark.usefixtures("few_states_throughout")]
 
 
 def alike(profile, result, name, value):

@@ -37,8 +37,9 @@ CLAIM = DistinctTargets("defenders")
 
 
 @pytest.fixture(autouse=True)
-def few_samples(monkeypatch):
+def few_samples(few_states, monkeypatch):
     """Sampled violations of fewer states, for speed."""
+    del few_states
     monkeypatch.setattr("verify.counterexamples.search.SAMPLES", 4_000)
 
 
@@ -118,7 +119,7 @@ def test_a_gap_without_float64_numbers_is_no_gap():
 def test_intervals_are_what_the_referee_says():
     """At the ends, beside them and inside; and they are the same from wherever in them one asks."""
     narrow = free = 0
-    for rng, profile, claim, region, state in cases(25, 1):
+    for rng, profile, claim, region, state in cases(12, 1):
         found = why(profile, claim, region, state)
         for span in found.spans:
             values = [span.low, span.high, *rng.uniform(span.low, span.high, 8)]
@@ -138,7 +139,7 @@ def test_intervals_are_what_the_referee_says():
         moved = State({**state.position, end.name: end.high}, state.goal)
         there_too = next(one for one in why(profile, claim, region, moved).spans if one.name == end.name)
         assert (there_too.low, there_too.high) == (end.low, end.high)
-    assert narrow > 40 and free > 40
+    assert narrow > 20 and free > 20
 
 
 @pytest.mark.solver

@@ -29,7 +29,7 @@ from verify.subjects import Game
 from verify.verdicts.decisions import verify
 from verify.zones import engine
 
-pytestmark = pytest.mark.solver
+pytestmark = [pytest.mark.solver, pytest.mark.usefixtures("few_states_throughout")]
 ROOT = Path(__file__).parents[3]
 ASTRAY = replace(towards(1, 1), action=np.array([-1, LEFT, -1, -1, UP, UP, RIGHT]))  # goes up where it should go down
 
@@ -182,7 +182,7 @@ def test_guards_stay_within_the_depth_where_they_can(profile, claim):
 def test_where_a_leafs_guard_is_too_deep_a_split_above_it_is_replaced(profile, claim):
     """Trees of depth 4 with leaves that need three tests: never deeper than 6, and what is not below stays."""
     rng, region, splits = np.random.default_rng(3), start_region(profile.world), 0
-    for _ in range(4):
+    for _ in range(2):
         wrong = team(profile, random_tree(rng, 10, 4), random_tree(rng, 10, 4))
         free = repair(Question(Game(wrong), claim, region))
         found = repair(Question(Game(wrong), claim, region), max_depth=6)

@@ -41,7 +41,7 @@ from verify.subjects import Game
 from verify.verdicts import decisions
 from verify.verdicts.decisions import verify
 
-pytestmark = pytest.mark.solver
+pytestmark = [pytest.mark.solver, pytest.mark.usefixtures("few_states_throughout")]
 MEASURE = decisions.measure
 
 
@@ -153,7 +153,7 @@ def ensure_explained(profile, claim, region, found, wrong):
 @pytest.mark.parametrize("seed", range(10))
 def test_verdicts_and_states_are_those_of_plain_fractions(seed):
     rng = np.random.default_rng([seed, 77])
-    for _ in range(4):
+    for _ in range(2):
         profile, claim, region, pair = random_question(rng)
         ensure_right(profile, claim, region, pair, verify(Question(Game(profile), claim, region, REAL), {}))
 

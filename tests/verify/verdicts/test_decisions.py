@@ -352,7 +352,7 @@ ask(Query("", {}, rules), 2**32 - 1)
 """
     process = subprocess.Popen([sys.executable, "-c", pigeons], stderr=subprocess.PIPE, text=True)
     assert process.stderr.readline() == "ready\n"
-    time.sleep(1.5)
+    time.sleep(0.5)
     process.send_signal(signal.SIGINT)
     _, err = process.communicate(timeout=60)
     assert process.returncode != 0 and "KeyboardInterrupt" in err

@@ -28,7 +28,7 @@ from verify.subjects import Game
 from verify.verdicts.decisions import verify
 from verify.verdicts.margins import MAX_QUESTIONS, STEP, largest_margin
 
-pytestmark = pytest.mark.solver
+pytestmark = [pytest.mark.solver, pytest.mark.usefixtures("few_states_throughout")]
 
 T = Fraction(float(np.float32(0.3)))  # a threshold as it is written; the machine turns half a float32 step above it
 END = half_line(float(T), True).end

@@ -34,7 +34,7 @@ from verify.verdicts.episodes import verify_episodes
 from verify.zones import engine as zones
 from verify.zones.tables import BeyondZonesError
 
-pytestmark = pytest.mark.solver
+pytestmark = [pytest.mark.solver, pytest.mark.usefixtures("few_states_throughout")]
 WORLD = find("physical-deception,features=ahead")
 
 

@@ -81,19 +81,19 @@ def test_a_claim_is_kept_fresh_while_its_process_lives(tmp_path, monkeypatch):
         assert not Store(tmp_path).claim("a")
 
 
-def _claimed(folder, count, queue):
+def _claimed(folder, count, queue, through):
     with Store(folder) as store:
         for number in range(count):
             if store.claim(f"{number:04d}"):
                 queue.put(number)
         queue.put(None)
-        time.sleep(5)  # holds its claims until the others are through
+        through.wait(60)  # holds its claims until the others are through
 
 
 def test_many_processes_never_have_the_same_claim(tmp_path):
     context = multiprocessing.get_context("spawn")
-    queue = context.Queue()
-    workers = [context.Process(target=_claimed, args=(tmp_path, 50, queue)) for _ in range(4)]
+    queue, through = context.Queue(), context.Event()
+    workers = [context.Process(target=_claimed, args=(tmp_path, 50, queue, through)) for _ in range(4)]
     for worker in workers:
         worker.start()
     found, ended = [], 0
@@ -101,6 +101,7 @@ def test_many_processes_never_have_the_same_claim(tmp_path):
         number = queue.get(timeout=60)
         ended += number is None
         found += [] if number is None else [number]
+    through.set()
     for worker in workers:
         worker.join()
     assert sorted(found) == list(range(50))

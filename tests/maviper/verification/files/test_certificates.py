@@ -19,7 +19,7 @@ from verify.checker.envelope import body_hash
 from verify.checker.episodes import certificates as episode_certificates
 from verify.claims.episodes import EPISODE_CLAIMS
 
-pytestmark = pytest.mark.solver
+pytestmark = [pytest.mark.solver, pytest.mark.usefixtures("few_states_throughout")]
 ROOT = Path(__file__).parents[4]
 
 

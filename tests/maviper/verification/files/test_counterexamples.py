@@ -16,7 +16,7 @@ from maviper.cli.main import cli
 from tests.support.episode_cases import arriving
 from tests.support.teams import team, towards
 
-pytestmark = pytest.mark.solver
+pytestmark = [pytest.mark.solver, pytest.mark.usefixtures("few_states_throughout")]
 NAMED = "counterexample-1-distinct_targets.json"
 EPISODES = ("counterexample-3-reaches.json", "counterexample-4-covers.json")
 ROOT = Path(__file__).parents[4]
