@@ -44,6 +44,7 @@ from maviper.extraction.settings import Settings
 from maviper.worlds import find
 
 SMALL = {"iterations": 3, "rollouts": 6, "selection_episodes": 12, "max_depth": 3, "refinement": 0}
+TINY = {"iterations": 2, "rollouts": 3, "selection_episodes": 6}  # where two ways are compared that must be one
 
 
 @pytest.fixture(autouse=True)
@@ -110,7 +111,7 @@ def test_a_rung_is_the_same_from_either_side(preset, games):
     world, expert = games["deception"]
 
     def trees(**given):
-        found = extract(world, expert, settings_of(world, preset=preset, **given))
+        found = extract(world, expert, settings_of(world, preset=preset, **TINY, **given))
         return [(policy.grown.feature.tolist(), policy.grown.threshold.tolist()) for policy in found.agents]
 
     whole = bundle("maviper", Settings.of({"preset": preset}).selection)["selection_by"]
@@ -133,7 +134,7 @@ def test_ivipers_rollouts_have_the_others_at_their_experts(games, tmp_path):
     counts = {}
     for by in ROLLOUTS_BY:
         place = tmp_path / by
-        settings = settings_of(world, algorithm="maviper", preset="paper", rollouts_by=by)
+        settings = settings_of(world, algorithm="maviper", preset="paper", rollouts_by=by, **TINY)
         extract(world, expert, settings, journal=Journal(place))
         counts[by] = len(list(place.rglob("0001-rollouts*.safetensors")))
     assert counts == {EXPERTS: 1, AGENT: 3, TEAM: 2, ALL: 1}
@@ -199,7 +200,7 @@ def test_equal_weights_draw_nothing(games):
 @pytest.mark.parametrize("preset", ["paper", "default"])
 def test_an_interrupted_run_goes_on_with_the_same_bytes(given, preset, games, tmp_path):
     world, expert = games["deception"]
-    settings = settings_of(world, preset=preset, **given)
+    settings = settings_of(world, preset=preset, **TINY, **given)
     whole = policy_json.dumps(extract(world, expert, settings, journal=Journal(tmp_path)))
     for step in sorted(tmp_path.rglob("*.safetensors"))[1::2]:
         step.unlink()

@@ -165,7 +165,7 @@ def slow_joint_trees(observations, labels, counts, n_actions, max_depth, seeds):
     return trees, action
 
 
-@pytest.mark.parametrize("seed", range(30))
+@pytest.mark.parametrize("seed", range(16))
 def test_joint_growth_is_the_papers_loop(seed):
     """Caches and vectorised votes change nothing against the loop over points."""
     rng = np.random.default_rng(seed)

@@ -239,15 +239,15 @@ def test_a_round_costs_what_it_says_and_never_takes_what_does_not_pay(world, exp
 
 def test_refinement_raises_the_measure(world, expert, profile):
     """Of real trees, in a few rounds; on episodes that it has not seen."""
-    settings = Settings(max_depth=3, refinement=8 * refine.round_cost())
+    settings = Settings(max_depth=3, refinement=4 * refine.round_cost())
     start = [[policy.grown] for policy in profile.agents[1:]]
     said = []
     trees, facts = refine.refined(Extraction(world, expert, settings), [1, 2], start, Running(said.append))
-    assert 0 < facts["refinement_episodes"] <= settings.refinement and len(said) == 8
+    assert 0 < facts["refinement_episodes"] <= settings.refinement and len(said) == 4
     reached = []
     for team in ([trees[0] for trees in start], trees):
         policies = tree_policies([*agent_policies(world, [constant(0)], [0]), *agent_policies(world, team, [1, 2])])
-        found = measures.evaluate(world, [expert, policies, policies], range(1_000))
+        found = measures.evaluate(world, [expert, policies, policies], range(500))
         reached.append(found[world.primary("defenders")].value)
     assert reached[1] > reached[0] + 0.01
 
@@ -266,7 +266,7 @@ def quick(monkeypatch):
 @pytest.mark.parametrize("algorithm", ["maviper", "iviper", "imitation"])
 def test_any_step_may_be_the_last_before_an_interruption(quick, world, expert, algorithm, tmp_path):
     """Stopped after each step, then gone on with: the same bytes; the steps that were done are not done again."""
-    settings = Settings.of({**SMALL, "algorithm": algorithm, "refinement": 2 * refine.round_cost()})
+    settings = Settings.of({**SMALL, "algorithm": algorithm, "rollouts": 4, "refinement": refine.round_cost()})
     whole = policy_json.dumps(extract(world, expert, settings, journal=Journal(tmp_path / "whole")))
     assert policy_json.dumps(extract(world, expert, settings)) == whole
     steps = sorted(path.relative_to(tmp_path / "whole") for path in (tmp_path / "whole").rglob("*.safetensors"))
@@ -299,14 +299,14 @@ def test_any_step_may_be_the_last_before_an_interruption(quick, world, expert, a
 
 
 def test_jobs_change_nothing(world, expert):
-    settings = Settings.of({**SMALL, "refinement": refine.round_cost()})
+    settings = Settings.of({**SMALL, "iterations": 2, "rollouts": 4, "refinement": refine.round_cost()})
     alone, beside = (extract(world, expert, settings, Running(jobs=jobs)) for jobs in (1, 2))
     assert policy_json.dumps(alone) == policy_json.dumps(beside)
 
 
 def test_a_killed_run_goes_on_to_the_same_files(tmp_path):
     """kill -9 at some moment, then --resume."""
-    asked = ["extract", "physical-deception", "--iterations", "6", "--max-depth", "2"]
+    asked = ["extract", "physical-deception", "--iterations", "6", "--max-depth", "2", "--rollouts", "10"]
     asked += ["--refinement-episodes", str(refine.round_cost()), "--selection-episodes", "20"]
     assert main.run([*asked, "-o", str(tmp_path / "whole")]) == 0
     folder = tmp_path / "cut"

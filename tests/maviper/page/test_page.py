@@ -131,7 +131,7 @@ def test_a_page_that_rounds_at_a_boundary_is_found_out(right, wrong, tmp_path):
         assert right in html
         return html.replace(right, wrong)
 
-    told, expected = badges(*judged(0, 1, 60), lambda *given: RUNNERS["node"](*given, tmp_path), changed)
+    told, expected = badges(*judged(0, 3, 60), lambda *given: RUNNERS["node"](*given, tmp_path), changed)
     assert told != expected
 
 

@@ -1,5 +1,6 @@
 """The batched simulators against the reference environments, and what each game observes and measures."""
 
+import functools
 from dataclasses import replace
 from itertools import combinations
 
@@ -130,41 +131,59 @@ def test_whole_random_episodes_are_equal_to_mpe2_bit_for_bit(n_defenders):
         assert all(truncated.values())
 
 
+@functools.cache
+def their_episodes(name):
+    """Random actions, [steps, episodes, n_agents], and everything after each step of mpe2, by episode."""
+    world = find(name)
+    reference = Reference(world)
+    episodes = 12 if len(world.agents) > 4 else 40
+    actions = np.random.default_rng(1).integers(5, size=(world.spec.episode_steps, episodes, len(world.agents)))
+    courses = []
+    for seed in range(episodes):
+        reference.env.reset(seed=seed)
+        courses.append([reference.step(acted) for acted in actions[:, seed]])
+    return actions, courses
+
+
 @pytest.mark.parametrize("exact", PROMISED)
 @pytest.mark.parametrize("name", [*SPREADS, *TAGS])
 def test_whole_episodes_stay_with_mpe2_through_all_contacts(name, exact):
     """From `reset(seed)` and never corrected: the promise is for one step, and 25 of them keep it on these episodes."""
     world = find(name)
-    reference = Reference(world)
-    episodes = 12 if len(world.agents) > 4 else 40
-    actions = np.random.default_rng(1).integers(5, size=(world.spec.episode_steps, episodes, len(world.agents)))
-    course = [world.start_from_seeds(range(episodes))]
+    actions, courses = their_episodes(name)
+    course = [world.start_from_seeds(range(len(courses)))]
     for acted in actions:
         course.append(world.step(course[-1], acted, exact=exact))
     assert len(world.agents) == 1 or (overlaps(world, WorldState.joined(course)) < 0).any()
-    for seed in range(episodes):
-        reference.env.reset(seed=seed)
-        for step, acted in enumerate(actions[:, seed]):
-            assert_equal(world, course[step + 1], seed, reference.step(acted), PROMISED[exact])
+    for seed, theirs in enumerate(courses):
+        for step, found in enumerate(theirs):
+            assert_equal(world, course[step + 1], seed, found, PROMISED[exact])
+
+
+@functools.cache
+def their_steps(name):
+    """Crowded states, an action of each agent in each, and what mpe2 observes before and has after the step, by row."""
+    world = find(name)
+    reference = Reference(world)
+    state = crowded(world, 10 if len(world.agents) > 6 else 120, seed=2)
+    acted = np.random.default_rng(3).integers(5, size=(len(state), len(world.agents)))
+    rows = [(reference.place(state[row : row + 1]), reference.step(acted[row])) for row in range(len(state))]
+    return state, acted, rows
 
 
 @pytest.mark.parametrize("exact", PROMISED)
 @pytest.mark.parametrize("name", [*SPREADS, f"{SPREAD},agents=24", *TAGS])
 def test_a_step_is_mpe2s_in_crowds_at_speed_and_outside(name, exact):
     world = find(name)
-    reference = Reference(world)
-    state = crowded(world, 10 if len(world.agents) > 6 else 120, seed=2)
+    state, acted, rows = their_steps(name)
     if len(world.agents) > 1:
         assert ((overlaps(world, state) < 0).sum(axis=1) >= min(2, overlaps(world, state).shape[1])).any(), "no crowd"
     limits = [entity.max_speed for entity in world.spec.agents]
-    acted = np.random.default_rng(3).integers(5, size=(len(state), len(limits)))
     following = world.step(state, acted, exact=exact)
-    for row in range(len(state)):
-        for ours, wanted in zip(
-            world.observe(state[row : row + 1]), reference.place(state[row : row + 1]), strict=True
-        ):
+    for row, (seen, theirs) in enumerate(rows):
+        for ours, wanted in zip(world.observe(state[row : row + 1]), seen, strict=True):
             assert ours[0].tobytes() == wanted.tobytes()
-        assert_equal(world, following, row, reference.step(acted[row]), PROMISED[exact])
+        assert_equal(world, following, row, theirs, PROMISED[exact])
     speed = np.linalg.norm(following.velocity, axis=2)
     for agent, limit in enumerate(limits):
         if limit is not None:

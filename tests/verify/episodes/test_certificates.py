@@ -325,11 +325,11 @@ def mutated(rng, profile, certificate):
 
 
 def test_no_mutation_makes_a_false_claim_accepted(profile):
-    """400 mutations with hashes made to fit: what is accepted holds in a dense sample and for the zone engine."""
+    """200 mutations with hashes made to fit: what is accepted holds in a dense sample and for the zone engine."""
     rng = np.random.default_rng(7)
     cases = tight(profile)
     wrong = kept = 0
-    for _ in range(400):
+    for _ in range(200):
         changed, certificate = mutated(rng, *cases[rng.integers(len(cases))])
         claim, region = certificate.claim, certificate.region
         false = failures(changed, claim, region, 300) > 0
@@ -338,7 +338,7 @@ def test_no_mutation_makes_a_false_claim_accepted(profile):
             kept += 1
             assert not false
             assert decide(Question(Game(changed), claim, region)).verdict is not Verdict.VIOLATED
-    assert wrong > 100 and kept > 10
+    assert wrong > 50 and kept > 5
 
 
 def test_each_changed_byte_of_a_proof_is_refused_or_as_good(profile):

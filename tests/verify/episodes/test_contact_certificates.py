@@ -188,10 +188,10 @@ def mutated(rng, profile, certificate):
 
 
 def test_no_mutation_makes_a_false_claim_accepted(cases):
-    """300 mutations with hashes made to fit: what is accepted holds from all sampled starts."""
+    """150 mutations with hashes made to fit: what is accepted holds from all sampled starts."""
     rng = np.random.default_rng(11)
     wrong = kept = refused = 0
-    for _ in range(300):
+    for _ in range(150):
         profile, certificate = mutated(rng, *cases[rng.integers(len(cases))])
         stood = stands(certificate, profile)
         kept, refused = kept + stood, refused + (not stood)
@@ -202,7 +202,7 @@ def test_no_mutation_makes_a_false_claim_accepted(cases):
             continue
         wrong += false
         assert not (stood and false), (certificate.claim, certificate.region)
-    assert wrong > 40 and kept > 20 and refused > 150
+    assert wrong > 20 and kept > 10 and refused > 75
 
 
 def test_each_changed_byte_of_a_proof_is_refused_or_as_good(cases):

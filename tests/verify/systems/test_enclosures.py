@@ -110,9 +110,9 @@ def test_ranges_are_cut_into_as_many_parts_as_asked():
 
 @pytest.mark.timeout(300)  # seconds, where it took minutes
 def test_many_pieces_are_made_while_somebody_waits():
-    """1,024 enclosures, of which those over the same range share what is known; it says how far it is."""
-    text = CURVED.replace("x = 3\ny = 2", "x = 32\ny = 32")
+    """256 enclosures, of which those over the same range share what is known; it says how far it is."""
+    text = CURVED.replace("x = 3\ny = 2", "x = 16\ny = 16")
     told = []
     with listening(lambda *given: told.append(given)):
-        assert len(statement_of(text, "f").system.pieces) == 1_024
-    assert told[0] == (1, 1_024, "pieces made from rules") and told[-1][0] == 1_024
+        assert len(statement_of(text, "f").system.pieces) == 256
+    assert told[0] == (1, 256, "pieces made from rules") and told[-1][0] == 256

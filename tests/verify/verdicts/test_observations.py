@@ -57,7 +57,7 @@ def expected(holds):
 
 
 @pytest.mark.parametrize("numbers", ["float32", "float64"])
-@pytest.mark.parametrize("seed", range(30))
+@pytest.mark.parametrize("seed", range(16))
 def test_a_formula_about_one_agent(seed, numbers):
     rng = np.random.default_rng(seed)
     grown = typed(blind_tree(rng, 2, 4), numbers)
@@ -76,7 +76,7 @@ def test_a_formula_about_one_agent(seed, numbers):
     assert verdicts(asked(profile, claim)) == expected(holds)
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", range(12))
 @pytest.mark.parametrize("shared", [(), ("angle",), ("angle", "spin")])
 @pytest.mark.parametrize("numbers", [("float32", "float32"), ("float64", "float64"), ("float32", "float64")])
 def test_two_agents_agree_or_differ(seed, shared, numbers):
@@ -97,7 +97,7 @@ def test_two_agents_agree_or_differ(seed, shared, numbers):
         assert verdicts(asked(profile, claim("team", agents=("a", "b")), View(shared))) == expected(holds)
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", range(12))
 @pytest.mark.parametrize("direction", [INCREASING, DECREASING])
 @pytest.mark.parametrize("numbers", ["float32", "float64"])
 def test_a_feature_is_raised_alone(seed, direction, numbers):
@@ -115,7 +115,7 @@ def test_a_feature_is_raised_alone(seed, direction, numbers):
     assert verdicts(asked(profile, claim)) == expected(holds)
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", range(12))
 @pytest.mark.parametrize("mirrored", [(), ("angle",)])
 @pytest.mark.parametrize("numbers", ["float32", "float64"])
 def test_mirrored_features_have_mirrored_actions(seed, mirrored, numbers):
@@ -142,7 +142,7 @@ def odd_tree(seed):
     return tree((0, -end, 1, 2), 0, (0, inner, 3, 4), 1, 2)
 
 
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize("numbers", ["float32", "float64"])
 def test_claims_that_compare_decisions_are_steady_or_not(seed, numbers):
     """Both engines agree, certificates are accepted, and what holds in spite of errors holds without them."""
@@ -233,11 +233,11 @@ def test_mutated_proofs_are_refused():
     bad = blind({"cart": tree((2, 0.05, 1, 4), (3, 0.5, 2, 3), 0, 2, (3, -0.5, 5, 6), 2, 1)})
     proof, rng = made.proofs[None], np.random.default_rng(0)
     refused = 0
-    for _ in range(300):
+    for _ in range(150):
         changed = bytearray(proof)
         changed[rng.integers(len(proof))] = int(rng.integers(256))
         forged = replace(made, proofs={None: bytes(changed)}, profile=content_hash(bad))
         with pytest.raises(RejectedError):  # of a false claim no proof holds
             accepted(forged, bad)
         refused += 1
-    assert refused == 300
+    assert refused == 150

@@ -151,7 +151,7 @@ PLACES = st.fixed_dictionaries(dict.fromkeys([name for name in COORDINATES if no
 CHOSEN = st.fixed_dictionaries(dict.fromkeys(AGENTS, st.sampled_from(ACTIONS)))
 
 
-@settings(max_examples=400)
+@settings(max_examples=150)
 @given(claims(), st.lists(st.tuples(PLACES, CHOSEN, st.sampled_from(MARKS)), min_size=1, max_size=6))
 def test_formulas_mean_what_they_say(vocabulary, claim, states):
     text, true = claim
@@ -252,7 +252,7 @@ PIECES = st.sampled_from(
 )
 
 
-@settings(max_examples=500)
+@settings(max_examples=200)
 @given(st.one_of(st.text(max_size=60), st.lists(PIECES, max_size=25).map(" ".join), st.lists(PIECES).map("".join)))
 def test_any_text_is_a_formula_or_an_error_in_words(vocabulary, text):
     try:
