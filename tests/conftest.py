@@ -104,9 +104,8 @@ def few_observations(monkeypatch, unoptimised, few_completions):
     """
     del unoptimised, few_completions
     from codegen.agreement import selfcheck
-    from maviper.episodes import on_policy
 
-    monkeypatch.setattr(on_policy, "ON_POLICY_EPISODES", 400)
+    sample_less(monkeypatch, "ON_POLICY_EPISODES")
     monkeypatch.setattr(selfcheck.check, "__defaults__", (1_000,))
 
 
@@ -126,30 +125,39 @@ def few_episodes(monkeypatch):
     """For tests that extract but are about something else than the figures in a profile: fifty held-out episodes,
     not a thousand.
     """
-    from maviper.evaluation import held_out
-
-    monkeypatch.setattr(held_out, "EVALUATION_EPISODES", 50)
+    sample_less(monkeypatch, "EVALUATION_EPISODES", factor=20)
 
 
-SAMPLED = {  # of world states and episodes, by the modules that count them
-    "verify.states.shares": "SAMPLES",
-    "verify.solver.leaves": "SAMPLES",
-    "verify.states.failures": "SAMPLES",
-    "verify.counterexamples.search": "SAMPLES",
-    "verify.extent.found": "SAMPLES",
-    "verify.extent.largest": "DRAWN",
-    "verify.repair.search": "SAMPLES",
-    "verify.verdicts.episodes": "SAMPLES",
-    "maviper.verification.diff": "SAMPLES",
+# Numbers of what is sampled, by name, with the modules that hold one; a test of the house finds those left out.
+SAMPLED = {
+    "SAMPLES": (
+        "verify.states.shares",
+        "verify.solver.leaves",
+        "verify.states.failures",
+        "verify.counterexamples.search",
+        "verify.extent.found",
+        "verify.repair.search",
+        "verify.verdicts.episodes",
+        "maviper.verification.diff",
+        "maviper.evaluation.comparison",
+        "maviper.extraction.refitting",
+    ),
+    "DRAWN": ("verify.extent.largest",),
+    "ON_POLICY_EPISODES": ("maviper.episodes.on_policy", "maviper.verification.diff"),
+    "EVALUATION_EPISODES": ("maviper.evaluation.held_out", "maviper.cli.tour"),
 }
 
 
-def sampled_less(patch):
+def sample_less(patch, *names, factor=10):
+    """Divides the named numbers. All modules are loaded before: one that is loaded later would keep what it finds."""
+    places = [(importlib.import_module(module), name) for name in names for module in SAMPLED[name]]
+    for module, name in places:
+        patch.setattr(module, name, getattr(module, name) // factor)
+
+
+def sample_few_states(patch):
     """A tenth of the sampled states and episodes."""
-    for module, name in SAMPLED.items():
-        place = importlib.import_module(module)
-        patch.setattr(place, name, getattr(place, name) // 10)
-    patch.setattr("maviper.episodes.on_policy.ON_POLICY_EPISODES", 400)
+    sample_less(patch, "SAMPLES", "DRAWN", "ON_POLICY_EPISODES")
     shares = importlib.import_module("verify.states.shares")
     patch.setattr(shares.measure, "__defaults__", (shares.SAMPLES,))
 
@@ -159,14 +167,14 @@ def few_states(monkeypatch):
     """For tests that verify but are about something else than shares: a tenth of the sampled states and episodes.
     Tests of shares, and all that compare with committed reports, ask all.
     """
-    sampled_less(monkeypatch)
+    sample_few_states(monkeypatch)
 
 
 @pytest.fixture(scope="module")
 def few_states_throughout():
     """As `few_states`, for all tests of a file and what they share."""
     with pytest.MonkeyPatch.context() as patch:
-        sampled_less(patch)
+        sample_few_states(patch)
         yield
 
 

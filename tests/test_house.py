@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.conftest import SAMPLED
 from tests.support.heavy import ASIDE, HEAVY
 from tests.support.sources import parsed
 
@@ -326,6 +327,19 @@ def test_one_concept_has_one_word():
         if path.suffix in {".py", ".c", ".md", ".j2"} and word in path.read_text()
     ]
     assert [entry for entry in found if entry[:2] not in KEPT] == []
+
+
+def test_numbers_that_tests_make_smaller_are_known_wherever_they_are_held():
+    """A module that a test loads while such a number is smaller would keep the smaller one for all later tests."""
+    for name, known in SAMPLED.items():
+        origins = [module for module in known if f"\n{name}" in text_of(module)]
+        taking = re.compile(rf"^from ({'|'.join(map(re.escape, origins))}) import .*\b{name}\b", re.MULTILINE)
+        found = [path for path in MODULES if taking.search(path.read_text())]
+        assert {".".join(path.relative_to(ROOT).with_suffix("").parts) for path in found} <= set(known), name
+
+
+def text_of(module):
+    return (ROOT / module.replace(".", "/")).with_suffix(".py").read_text()
 
 
 IMPORTS_OF_TESTS = re.compile(r"^\s*from\s+(\S*\btest_|\S+\s+import\s+(\([^)]*|.*)\btest_)", re.MULTILINE)
