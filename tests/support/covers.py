@@ -6,6 +6,7 @@ import numpy as np
 
 from codegen.floats import FLOAT64
 from tests.verify.reach import random_systems
+from verify.checker.covers.form_sweep import FormSweep
 from verify.checker.covers.sweep import Cells, CoverSweep
 from verify.checker.reading import RejectedError
 
@@ -39,11 +40,14 @@ def question(random):
     return system, profile, claim
 
 
-def shown(question, cells):
-    """Whether the checker takes a cover for a proof."""
+def shown(question, cells, forms=False):
+    """Whether the checker takes a cover for a proof, of boxes in cells or of forms."""
     system, profile, claim = question
     try:
-        CoverSweep(profile, system, claim).run(cells)
+        if forms:
+            FormSweep(profile, system, claim).run(cells.cuts)
+        else:
+            CoverSweep(profile, system, claim).run(cells)
     except RejectedError:
         return False
     return True

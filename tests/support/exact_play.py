@@ -26,8 +26,8 @@ def measured(feature, state):
     kind = feature.measure.value
     if kind == "sign":
         return F((found > 0) - (found < 0))
-    if kind == "positive":
-        return F(found > 0)
+    if kind in ("positive", "equals"):
+        return F(found > 0 if kind == "positive" else found == 0)
     return min(max(found, feature.bounds[0]), feature.bounds[1]) if kind == "clip" else found
 
 
@@ -41,12 +41,14 @@ def action(system, policy, state):
     return policy.actions[int(tree.action[node])].name
 
 
-def inside(claim, state):
-    def holds(half):
-        found = value(half.form, state)
-        return found < 0 if half.strict else found <= 0
+def meets(polytope, state):
+    """Whether a state lies in all half spaces."""
+    found = [(value(half.form, state), half.strict) for half in polytope]
+    return all(number < 0 if strict else number <= 0 for number, strict in found)
 
-    return any(all(map(holds, region)) for region in claim.regions)
+
+def inside(claim, state):
+    return any(meets(region, state) for region in claim.regions)
 
 
 def breaks(claim, states):
@@ -94,7 +96,7 @@ def episode(random, system, profile, state, steps):
         here = [
             piece
             for piece in system.pieces
-            if all(low <= state[name] <= high for name, (low, high) in piece.where.items())
+            if all(low <= state[name] <= high for name, (low, high) in piece.where.items()) and meets(piece.when, state)
         ]
         if not here:
             return states, True

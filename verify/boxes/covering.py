@@ -1,13 +1,14 @@
 """How to cut the start and in which cells to join boxes, so that a claim about episodes is shown.
 
-Does: tries whole boxes, cuts the start where the claim stays open, then joins boxes in ever smaller cells.
+Does: tries whole boxes, cuts the start where the claim stays open, tries affine forms, which do not widen where boxes
+  do, then joins boxes in ever smaller cells.
 Assumes: a checked profile, system and claim.
 Does not: prove: the checker makes the boxes again and says whether they do.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from math import floor, log2
@@ -18,25 +19,31 @@ from codegen.floats import nearest_double
 from codegen.ir import Float64, PolicyProfile
 from verify.boxes.model import Model
 from verify.boxes.rows import Rows
-from verify.boxes.sweep import Sweep
+from verify.boxes.sweep import Sweep, Swept
 from verify.progress import tell
 from verify.systems.claims import SystemClaim
 from verify.systems.system import System
 
 SEED, POINTS = 0, 128  # of starts that show how far episodes range
-FIRST, SECOND = 20_000, 400_000  # boxes for cuts of the start alone, before and after cells
+FIRST, FORMS, SECOND = 20_000, 60_000, 400_000  # boxes for cuts of the start alone; the last after cells
+FORM = 10  # boxes take as long as a form
 CELLS = tuple(range(2, 10))  # into how many parts, as powers of two, what episodes range over is cut
 IN_CELLS = 250_000  # boxes for cells of one width
 NARROW = 1e-200  # what a variable has to range over
 MAX_DEPTH = 24  # of cuts of the start
 
 
+# Which parts of the start a sweep leaves open; of `low` and `high` [parts, variables], with at most so many sets.
+Sweeping = Callable[[Float64, Float64, int], Swept]
+
+
 @dataclass(frozen=True)
 class Covering:
-    """What a cover is made from, as verify/checker/covers/sweep.py reads it; `widths` by variable."""
+    """What a cover is made from, as verify/checker/covers reads it: boxes in cells, `widths` by variable, or forms."""
 
     cuts: tuple[int, ...]
     widths: Mapping[str, Fraction]
+    forms: bool = False
 
 
 @dataclass
@@ -67,11 +74,15 @@ class StartPart:
 
 
 class Search:
-    """The search for one cover. `spent`: boxes so far; `open`: parts of the start that were left open at last."""
+    """The search for one cover. `spent`: boxes so far; `open`: parts of the start that were left open at last.
+    `by_forms`: the sweep by affine forms, which whoever asks for covers has.
+    """
 
-    def __init__(self, profile: PolicyProfile, system: System, claim: SystemClaim, most: int) -> None:
+    def __init__(
+        self, profile: PolicyProfile, system: System, claim: SystemClaim, most: int, by_forms: Sweeping | None = None
+    ) -> None:
         self._model = Model(profile, system)
-        self._sweep = Sweep(self._model, system, claim)
+        self._sweep, self._by_forms = Sweep(self._model, system, claim), by_forms
         self._most, self.spent = most, 0
         self.open: list[tuple[Float64, Float64]] = []
         self._start = self._started(system)
@@ -81,18 +92,24 @@ class Search:
 
     def coverings(self) -> Iterator[Covering]:
         """Covers that show the claim by this arithmetic, the cheap ones first; the checker may still refuse one."""
-        found = self._by_cuts(FIRST)
-        if found is not None:
-            yield found
+        yield from self._by_cuts(FIRST, self._boxes)
+        yield from self._by_cuts(FORMS, self._forms)
         for widths in self._cells():
             if self._left:
                 swept = self._sweep.run(*self._one(), widths, min(IN_CELLS, self._left))
                 self._spend(swept.boxes)
                 if not swept.open.any():
                     yield Covering((0,), {self._model.names[at]: Fraction(width) for at, width in widths.items()})
-        found = self._by_cuts(SECOND)
-        if found is not None:
-            yield found
+        yield from self._by_cuts(SECOND, self._forms)
+        yield from self._by_cuts(SECOND, self._boxes)
+
+    def _boxes(self, low: Float64, high: Float64, most: int) -> Swept:
+        return self._sweep.run(low, high, {}, most)
+
+    def _forms(self, low: Float64, high: Float64, most: int) -> Swept:
+        assert self._by_forms is not None
+        swept = self._by_forms(low, high, most // FORM)
+        return Swept(swept.open, swept.boxes * FORM)
 
     def _cells(self) -> Iterator[dict[int, float]]:
         """Widths of cells, the wide ones first: of the variables that start at one number, which often stay on few, and
@@ -117,24 +134,27 @@ class Search:
     def _one(self) -> tuple[Float64, Float64]:
         return self._start.low[None, :].copy(), self._start.high[None, :].copy()
 
-    def _by_cuts(self, allowed: int) -> Covering | None:
-        """Cuts of the start after which all of its parts are shown; None where too many are left open."""
+    def _by_cuts(self, allowed: int, sweep: Sweeping) -> Iterator[Covering]:
+        """Cuts of the start after which all of its parts are shown; none where too many are left open."""
+        forms = sweep == self._forms
+        if forms and self._by_forms is None:
+            return
         root = StartPart(self._start.low, self._start.high)
         pending: list[StartPart] = [root]
         before = self.spent
         while pending and self._left and self.spent - before < allowed:
             low, high = np.array([part.low for part in pending]), np.array([part.high for part in pending])
-            swept = self._sweep.run(low, high, {}, min(self._left, allowed - (self.spent - before)))
+            swept = sweep(low, high, min(self._left, allowed - (self.spent - before)))
             self._spend(swept.boxes)
             left = [pending[at] for at in np.flatnonzero(swept.open)]
             self.open = [(part.low, part.high) for part in left]
             if not left:
-                return Covering(tuple(root.cuts()), {})
+                yield Covering(tuple(root.cuts()), {}, forms)
+                return
             columns = [self._widest(part) for part in left]
             if any(column is None or part.depth >= MAX_DEPTH for part, column in zip(left, columns, strict=True)):
-                return None
+                return
             pending = [half for part, at in zip(left, columns, strict=True) if at is not None for half in part.cut(at)]
-        return None
 
     def _widest(self, part: StartPart) -> int | None:
         """The variable along which a part is widest, beside the whole start."""

@@ -12,7 +12,7 @@ from codegen.floats import rational_literal
 from codegen.form.layout import layout
 from verify.certificates.proofs import proof_lines
 from verify.checker.covers.certificates import FORM as COVER_FORM
-from verify.checker.covers.certificates import AnyCertificate, CoverCertificate
+from verify.checker.covers.certificates import FORMS, AnyCertificate, CoverCertificate
 from verify.checker.envelope import body_hash
 from verify.checker.flows.certificates import FORM as FLOW_FORM
 from verify.checker.flows.certificates import FlowCertificate
@@ -52,7 +52,8 @@ def _walked(certificate: SystemCertificate) -> tuple[str, dict[str, Any]]:
 
 def _covered(certificate: CoverCertificate) -> tuple[str, dict[str, Any]]:
     widths = {name: rational_literal(width) for name, width in certificate.widths.items()}
-    return COVER_FORM, {"cells": widths, "cuts": proof_lines(certificate.cuts)}
+    sets = {"sets": FORMS} if certificate.forms else {}
+    return COVER_FORM, {"cells": widths, "cuts": proof_lines(certificate.cuts), **sets}
 
 
 def _flowing(certificate: FlowCertificate) -> tuple[str, dict[str, Any]]:

@@ -33,6 +33,7 @@ from verify.checker.systems.walk import FollowedPart
 from verify.claims.formula import agents
 from verify.progress import tell
 from verify.question import Budgets, Question
+from verify.reach.formwise import formwise
 from verify.reach.parts import divided, whole
 from verify.reach.replay import Course, replayed
 from verify.reach.results import OpenState, ReachOutcome, SystemCounterexample
@@ -171,7 +172,8 @@ class _Decision:
         """PROVED where boxes that the checker accepts cover all episodes; VIOLATED by a start of a part left open."""
         if self.claim.about_decisions or not self.budget.max_boxes:
             return None
-        search = Search(self.profile, self.system, self.claim, self.budget.max_boxes)
+        by_forms = formwise(self.profile, self.system, self.claim)
+        search = Search(self.profile, self.system, self.claim, self.budget.max_boxes, by_forms)
         hashes = content_hash(self.profile), documents.content_hash(self.system)
         state: Mapping[str, Fraction] | Verdict | None = None
         try:
@@ -179,7 +181,8 @@ class _Decision:
                 state = state or inhabitant(self.system, self.claim)
                 if isinstance(state, Verdict):
                     return ReachOutcome(state, NO_STATE[state], helps=(ROOM,))
-                cover = CoverCertificate(*hashes, self.claim, state, found.widths, encode_numbers(found.cuts))
+                cuts = encode_numbers(found.cuts)
+                cover = CoverCertificate(*hashes, self.claim, state, found.widths, cuts, found.forms)
                 with suppress(RejectedError):  # razor-thin: the checker rounds outward
                     return ReachOutcome(
                         Verdict.PROVED, certificate=cover, branches=accepted_cover(cover, self.profile, self.system)

@@ -23,7 +23,7 @@ from verify.language.units import unit_of
 from verify.reach.results import SystemCounterexample
 from verify.reports import flows, trusted
 from verify.reports.courses import DECISIONS, drawn, is_still, runs
-from verify.reports.telling import Telling
+from verify.reports.telling import Telling, sets, shown
 from verify.reports.trajectories import moment
 from verify.result import Result, Verdict
 from verify.systems import documents
@@ -288,10 +288,8 @@ def lines(told: Mapping[str, Any]) -> list[str]:
         found += [told["replay"]] if "replay" in told else []
     if told["verdict"] == Verdict.PROVED.value:
         proof = told["certificate"]
-        tried = counted(told["symbolic_states"], "symbolic state")
-        for name, unit in (("boxes", "box"), ("sets", "set")):
-            tried = counted(proof[name], unit) if name in proof else tried
-        found.append(f"{tried}, {counted(proof['bytes'], 'byte')} of proof")
+        visited = counted(told["symbolic_states"], "symbolic state")
+        found.append(f"{sets(told) or visited}, {counted(proof['bytes'], 'byte')} of proof")
     found += [_weak(told)] if _weak(told) else []
     return found
 
@@ -373,7 +371,7 @@ def as_json(told: Mapping[str, Any]) -> str:
 def _ready(told: Mapping[str, Any]) -> dict[str, Any]:
     """The facts with what templates only place."""
     variables = told["variables"]
-    more = [{"within": within(result), "weak": _weak(result)} for result in told["results"]]
+    more = [{"within": within(result), "weak": _weak(result), "shown": shown(result)} for result in told["results"]]
     dt = told["dt"]
     results = [drawn(result, variables, dt) | words for result, words in zip(told["results"], more, strict=True)]
     return {**told, "rows": _rows(told), "results": results}

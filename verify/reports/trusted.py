@@ -59,7 +59,21 @@ SYSTEMS = {
 }
 COVERS = {
     **SYSTEMS,
-    "verify/checker/covers": ("boxes", "certificates", "cuts", "images", "rounding", "sweep", "trees"),
+    "verify/checker/covers": (
+        "boxes",
+        "certificates",
+        "cuts",
+        "form_cuts",
+        "form_moves",
+        "form_sweep",
+        "forms",
+        "images",
+        "parts",
+        "rounding",
+        "stated",
+        "sweep",
+        "trees",
+    ),
     "verify/systems": (*SYSTEMS["verify/systems"], "regions"),
 }
 FLOWS = {
@@ -113,8 +127,8 @@ SYSTEMS_WITH_CERTIFICATE = (
     f"for a proof about a stated system: {listed(SYSTEMS)}; and that the statement is true of what it is about"
 )
 SYSTEMS_WITH_COVER = (
-    f"for a proof about a stated system by boxes: {listed(COVERS)}; that the processor rounds float64 to nearest, of "
-    "which the checker asks samples; and that the statement is true of what it is about"
+    f"for a proof about a stated system by boxes or affine forms: {listed(COVERS)}; that the processor rounds float64 "
+    "to nearest, of which the checker asks samples; and that the statement is true of what it is about"
 )
 SYSTEMS_WITH_SETS = (
     f"for a proof about continuous time: {listed(FLOWS)}; that the processor rounds float64 to nearest, of which the "
@@ -157,6 +171,6 @@ def systems(enclosed: bool, counted: Collection[str], flowing: bool = False) -> 
     """
     if flowing:
         return [SYSTEMS_WITH_SETS, SYSTEM_READ, FLOW_REPLAYED]
-    by_boxes = [SYSTEMS_WITH_COVER] if "boxes" in counted else []
-    walked = [SYSTEMS_WITH_CERTIFICATE] if "branches" in counted or not by_boxes else []
-    return [*walked, *by_boxes, SYSTEM_READ, *([SYSTEM_ENCLOSED] if enclosed else []), SYSTEM_REPLAYED]
+    covers = [SYSTEMS_WITH_COVER] if set(counted) - {"branches"} else []
+    walked = [SYSTEMS_WITH_CERTIFICATE] if "branches" in counted or not covers else []
+    return [*walked, *covers, SYSTEM_READ, *([SYSTEM_ENCLOSED] if enclosed else []), SYSTEM_REPLAYED]

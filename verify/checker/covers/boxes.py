@@ -8,6 +8,7 @@ Does not: know systems, trees or claims.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -17,6 +18,7 @@ from verify.checker.reading import RejectedError
 
 MAX_CELL = 2.0**40  # of a cell's number along a variable
 MAX_BOXES = 4_000_000  # of one list
+FEW, ALIKE = 64, 2.0**-36  # boxes that are not joined; how close bounds are, beside the largest, that are alike
 
 
 class BoxList(NamedTuple):
@@ -96,6 +98,36 @@ def _joined(boxes: BoxList, cells: Int64) -> BoxList:
     order = np.lexsort(keys.T)
     sorted_keys = keys[order]
     begins = np.flatnonzero(np.concatenate([[True], (sorted_keys[1:] != sorted_keys[:-1]).any(axis=1)]))
-    low = np.minimum.reduceat(boxes.low[order], begins, axis=0)
-    high = np.maximum.reduceat(boxes.high[order], begins, axis=0)
-    return BoxList(low, high, boxes.part[order][begins], boxes.joint[order][begins])
+    return _around(boxes.taken(order), begins)
+
+
+def alike_joined(boxes: BoxList) -> BoxList:
+    """Boxes that hold all states of a list, where those that are all but equal became one.
+
+    Rounding outward makes slivers at borders of tests, and these make almost the same boxes again and again. What is
+    joined is found by a hash of rounded bounds: boxes that share one by chance are joined too, which loses no state.
+    """
+    if boxes.size < FEW:
+        return boxes
+    bounds = np.concatenate([boxes.low, boxes.high], axis=1)
+    unit = np.abs(bounds).max(axis=0) * ALIKE + 2.0**-1000
+    whole = np.floor(bounds / unit + 0.3).astype(np.int64)
+    *factors, of_part = _multipliers(whole.shape[1] + 1)
+    hashed = whole @ np.array(factors) + boxes.part * of_part
+    order = np.argsort(hashed, kind="stable")
+    new = np.concatenate([[True], np.diff(hashed[order]) != 0])
+    if new.all():
+        return boxes
+    return _around(boxes.taken(order), np.flatnonzero(new))
+
+
+@lru_cache(maxsize=16)
+def _multipliers(count: int) -> Int64:
+    """Some large odd numbers."""
+    return np.random.default_rng(0).integers(1, 2**62, size=count) | 1
+
+
+def _around(boxes: BoxList, begins: Int64) -> BoxList:
+    """The box around the boxes of each run."""
+    low, high = np.minimum.reduceat(boxes.low, begins, axis=0), np.maximum.reduceat(boxes.high, begins, axis=0)
+    return BoxList(low, high, boxes.part[begins], boxes.joint[begins])

@@ -10,13 +10,14 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import Any, ClassVar
+from typing import Any, Literal
 
 import msgspec
 
 from codegen.errors import InputError
 from codegen.floats import rational_literal
 from codegen.ir import PolicyProfile
+from verify.checker.covers.form_sweep import FormSweep
 from verify.checker.covers.rounding import floor
 from verify.checker.covers.sweep import Cells, CoverSweep
 from verify.checker.envelope import REMAKE, ensure_whole, numbers, read_proof, undamaged
@@ -28,13 +29,14 @@ from verify.systems.claims import SystemClaim
 from verify.systems.system import System, ensure_in_steps
 
 FORM = "maviper-system-certificate-2"
+BOXES, FORMS = "boxes", "forms"  # the sets of a cover
 MAX_WIDTH = Fraction(2) ** 200  # of a cell, and 1 over the least
 
 
 @dataclass(frozen=True)
 class CoverCertificate:
-    """A claim about a profile in a stated system, with what its boxes are made from: how the start is cut, as bytes,
-    and the widths of cells by variable.
+    """A claim about a profile in a stated system, with what its cover is made from: how the start is cut, as bytes; the
+    widths of cells by variable; or that its sets are affine forms, which are not joined.
     """
 
     profile: str  # content hash
@@ -43,9 +45,17 @@ class CoverCertificate:
     inhabitant: Mapping[str, Fraction]  # a start, which shows that there is one
     widths: Mapping[str, Fraction]
     cuts: bytes
+    forms: bool = False
 
-    counted: ClassVar[str] = "boxes"
-    unit: ClassVar[str] = "box"
+    @property
+    def counted(self) -> str:
+        """What is counted when it is checked."""
+        return FORMS if self.forms else BOXES
+
+    @property
+    def unit(self) -> str:
+        """One of what is counted."""
+        return "form" if self.forms else "box"
 
     @property
     def size(self) -> int:
@@ -55,7 +65,8 @@ class CoverCertificate:
     @property
     def made_of(self) -> dict[str, Any]:
         """What a report says of it beside its size."""
-        return {"cells": {name: rational_literal(width) for name, width in self.widths.items()}}
+        cells = {name: rational_literal(width) for name, width in self.widths.items()}
+        return {} if self.forms else {"cells": cells}
 
     def reading(self, reader: Callable[[bytes], bytes]) -> CoverCertificate:
         """The same with its cuts given to a reader."""
@@ -67,9 +78,9 @@ class CoverCertificate:
 
 
 def accepted(certificate: CoverCertificate, profile: PolicyProfile, system: System) -> int:
-    """Checks a certificate; the number of its boxes over all steps.
+    """Checks a certificate; the number of its sets over all steps.
 
-    InputError when it is about another profile or system, or names what they do not have; RejectedError when its boxes
+    InputError when it is about another profile or system, or names what they do not have; RejectedError when its sets
     do not show the claim.
     """
     ensure_in_steps(system, "this form of certificate")
@@ -81,7 +92,11 @@ def accepted(certificate: CoverCertificate, profile: PolicyProfile, system: Syst
         raise RejectedError("a cell has a width out of range")
     widths = {columns[name]: floor(width) for name, width in certificate.widths.items()}
     cuts = list(numbers(certificate.cuts))
-    return CoverSweep(profile, system, certificate.claim).run(Cells(cuts, widths))
+    if not certificate.forms:
+        return CoverSweep(profile, system, certificate.claim).run(Cells(cuts, widths))
+    if widths:
+        raise RejectedError("forms are not joined in cells")
+    return FormSweep(profile, system, certificate.claim).run(cuts)
 
 
 AnyCertificate = SystemCertificate | CoverCertificate
@@ -90,7 +105,7 @@ AnyCertificate = SystemCertificate | CoverCertificate
 # --- the text
 
 
-class CoverCertificateJson(msgspec.Struct, forbid_unknown_fields=True):
+class CoverCertificateJson(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
     """The members of the file; numbers are exact texts."""
 
     certificate: str
@@ -101,6 +116,7 @@ class CoverCertificateJson(msgspec.Struct, forbid_unknown_fields=True):
     cells: dict[str, str]
     cuts: list[str]
     content_hash: str
+    sets: Literal["boxes", "forms"] = "boxes"
 
 
 class _FormJson(msgspec.Struct):
@@ -122,4 +138,4 @@ def from_json(text: str | bytes, where: str = "certificate") -> AnyCertificate:
         if claim.about_decisions:
             raise InputError("a cover of a claim about decisions", where, REMAKE)
         cuts = read_proof(raw.cuts, "$.cuts")
-        return CoverCertificate(raw.profile, raw.system, claim, inhabitant, widths, cuts)
+        return CoverCertificate(raw.profile, raw.system, claim, inhabitant, widths, cuts, raw.sets == FORMS)

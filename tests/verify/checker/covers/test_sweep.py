@@ -7,15 +7,14 @@ from fractions import Fraction as F
 import numpy as np
 import pytest
 
+from tests.support.cover_cases import CASES, PLAIN, after, claimed, line
 from tests.support.covers import question, recipe, shown
 from tests.support.exact_play import refuted
 from tests.support.system_cases import box, form, policy, team
-from verify.checker.covers import boxes, cuts, images, rounding, sweep, trees
+from verify.checker.covers import boxes, cuts, images, parts, rounding, stated, sweep, trees
 from verify.checker.covers.sweep import Cells
-from verify.systems.claims import Pattern, SystemClaim
-from verify.systems.system import Feature, Measure, Piece, System, Variable
+from verify.systems.system import Feature, Piece, System, Variable
 
-PLAIN = Cells((0,), {})
 CELLS = (PLAIN, Cells((0,), {0: 0.5}), Cells((1, 0, 1, 0, 0), {0: 2.0}))
 
 
@@ -45,60 +44,6 @@ def test_what_is_shown_is_true_of_thousands():
 
 
 # --- questions whose answers hang on a single number
-
-
-def line(start, threshold, measure=Measure.VALUE, bounds=None, numbers="float32", **piece):
-    """A number that an agent pushes up by 1 where a feature of it is at most a threshold."""
-    feature = Feature(piece.pop("of", form(x=1)), measure, bounds)
-    stated = {"where": {}, "move": {"x": form(x=1)}, "effect": {("a", "go"): {"x": form(1)}}, "error": {}} | piece
-    variable = Variable("x", "1", (F(-9), F(9)))
-    system = System("line", (variable,), {"a": {"f": feature}}, box(x=start), (Piece(**stated),), 3)
-    one = policy("a", ["f"], ["go", "rest"], ((0, threshold), 0, 1))
-    if numbers == "float64":
-        one = replace(one, tree=replace(one.tree, threshold=np.array(one.tree.threshold, np.float64), numbers=numbers))
-    return system, team(one)
-
-
-def claimed(kind, steps, by=0, **bounds):
-    return SystemClaim(Pattern(kind), (box(**bounds),), steps, by)
-
-
-def tie(threshold):
-    """Up to where float32 numbers round to at most a threshold."""
-    near = np.float32(threshold)
-    return (F(float(near)) + F(float(np.nextafter(near, np.float32(np.inf))))) / 2
-
-
-HALF, TENTH = F(1, 2), {"x": form(F(1, 10), x=1)}
-END = tie(0.5)  # 0.5 is even, so the tie belongs to it
-NEAR = {"x": (F(-1), HALF)}
-CASES = [  # (name, system and profile, claim, whether it holds)
-    ("reaches its end", line((0, 1), -5.0), claimed("stays_in", 0, x=(0, 1)), True),
-    ("goes beyond its end", line((0, 1), -5.0), claimed("stays_in", 0, x=(0, F(2**53 - 1, 2**53))), False),
-    ("goes right alone", line((1, 2), 0.5), claimed("stays_in", 2, x=(1, 2)), True),
-    ("goes left at the tie", line((END, END), 0.5), claimed("avoids", 1, x=(1, 2)), False),
-    ("goes right beyond it", line((END + F(1, 2**50),) * 2, 0.5), claimed("avoids", 1, x=(1, 2)), True),
-    ("goes both ways", line((0, 1), 0.5), claimed("reaches_and_stays", 1, 1, x=(HALF, 1 + END)), True),
-    ("goes left once", line((0, 0), 0.5), claimed("reaches", 1, x=(1, 1)), True),
-    ("is late", line((0, 0), 0.5), claimed("reaches", 1, x=(2, 2)), False),
-    ("is there by then", line((0, 0), 0.5), claimed("reaches_and_stays", 3, 1, x=(1, 1)), True),
-    ("is not there at first", line((0, 0), 0.5), claimed("reaches_and_stays", 3, 0, x=(1, 1)), False),
-    ("moves by a tenth", line((0, 0), -5.0, move=TENTH), claimed("stays_in", 3, x=(0, F(31, 100))), True),
-    ("by no less", line((0, 0), -5.0, move=TENTH), claimed("stays_in", 3, x=(0, F(29, 100))), False),
-    ("doubles", line((-1, 1), -5.0, move={"x": form(x=2)}), claimed("stays_in", 1, x=(-2, 2)), True),
-    ("more than that", line((-1, 1), -5.0, move={"x": form(x=2)}), claimed("stays_in", 1, x=(-2, F(3, 2))), False),
-    ("turns", line((1, 2), -5.0, move={"x": form(x=-1)}), claimed("stays_in", 1, x=(-2, 2)), True),
-    ("turns beyond", line((1, 2), -5.0, move={"x": form(x=-1)}), claimed("stays_in", 1, x=(-1, 2)), False),
-    ("errs down", line((0, 0), -5.0, error={"x": (F(-1), F(0))}), claimed("stays_in", 1, x=(F(-1, 2), 1)), False),
-    ("errs up", line((0, 0), -5.0, error={"x": (F(0), F(1))}), claimed("stays_in", 1, x=(-1, F(1, 2))), False),
-    ("sign", line((0, 0), -0.5, Measure.SIGN), claimed("stays_in", 1, x=(0, 0)), True),
-    ("negative sign", line((F(-1, 9),) * 2, -0.5, Measure.SIGN), claimed("stays_in", 1, x=(-1, 0)), False),
-    ("clipped", line((3, 3), 2.0, Measure.CLIP, (F(0), F(1))), claimed("stays_in", 1, x=(3, 3)), False),
-    ("turned test", line((1, 1), -0.5, of=form(x=-1)), claimed("stays_in", 1, x=(1, 1)), False),
-    ("turned test, other side", line((0, 0), -0.5, of=form(x=-1)), claimed("stays_in", 1, x=(0, 0)), True),
-    ("leaves what is stated", line((0, 0), 0.5, where=NEAR), claimed("stays_in", 2, x=(-1, 3)), False),
-    ("stays where it is stated", line((0, 0), -5.0, where=NEAR), claimed("stays_in", 2, x=(-1, 3)), True),
-]  # fmt: skip
 
 
 @pytest.mark.parametrize(("asked", "claim", "holds"), [each[1:] for each in CASES], ids=[each[0] for each in CASES])
@@ -145,18 +90,27 @@ def test_numbers_beyond_floats_are_refused():
     assert not shown((*far, claimed("avoids", 3, x=(-2, -1))), PLAIN)
 
 
+def test_boxes_that_are_alike_become_one():
+    random = np.random.default_rng(5)
+    low = np.repeat(random.uniform(-3, 3, size=(50, 4)), 6, axis=0)
+    near = low + random.choice([0, 1e-15, -1e-15], size=low.shape)
+    listed = boxes.BoxList(near, near + 1, np.repeat(np.arange(2), 150), np.zeros(300, dtype=np.int64))
+    joined = boxes.alike_joined(listed)
+    assert 50 <= joined.size < 150
+    assert (joined.high - joined.low < 1 + 1e-14).all()
+    for number in range(300):
+        holds = (joined.low <= listed.low[number]) & (joined.high >= listed.high[number])
+        assert holds.all(axis=1).any()
+
+
 # --- planted faults: each makes a question's answer wrong
-
-
-def after(change):
-    return lambda f: lambda *given: change(f(*given))
 
 
 FAULTS = [
     (sweep.CoverSweep, "_asked", lambda f: lambda self, listed, step: listed),
     (sweep.CoverSweep, "_ensure_none", lambda f: lambda *given: None),
-    (sweep.CoverSweep, "_ensure_stated", lambda f: lambda *given: None),
-    (sweep.CoverSweep, "_started", after(lambda found: found.taken(np.arange(found.size) < 0))),
+    (stated.StatedStates, "beyond", lambda f: lambda self, low, high: np.zeros(len(low), dtype=np.bool_)),
+    (parts.Parts, "_started", after(lambda found: found.taken(np.arange(found.size) < 0))),
     (sweep, "decided", lambda f: lambda grown, listed: f(grown, listed).taken(slice(0, 1))),
     (sweep, "together", lambda f: lambda lists: lists[0]),
     (trees.TreeCuts, "_by_one", after(lambda found: found._replace(node=found.node[::-1].copy()))),
