@@ -13,7 +13,13 @@ class Writer:
         self.short = short  # whether returned constants are float32
 
     def number(self):
-        return repr(float(self.rng.choice([0.1, 0.25, -0.5, 1.5, 2.0, 0.3, 7.0, 1e-3, float(self.rng.normal())])))
+        return self.suffix(
+            repr(float(self.rng.choice([0.1, 0.25, -0.5, 1.5, 2.0, 0.3, 7.0, 1e-3, float(self.rng.normal())])))
+        )
+
+    def suffix(self, text):
+        """A number as the language writes one of its type."""
+        return f"{text}f" if self.c and self.short else text
 
     def term(self, place):
         read = f"x[{place}]"
@@ -22,7 +28,7 @@ class Writer:
             return f"{self.number()} * {read}"
         if form == 1:
             return f"{read} * {self.number()}"
-        return f"{read} / 2.0" if form == 2 else read
+        return f"{read} / {self.suffix('2.0')}" if form == 2 else read
 
     def total(self, least=1):
         count = int(self.rng.integers(least, 4))
@@ -34,7 +40,7 @@ class Writer:
             text += f" {self.rng.choice(['+', '-'])} {self.term(place)}"
         constant = self.rng.random()
         if constant < 0.3:
-            text += f" {self.rng.choice(['+', '-'])} {abs(float(self.number()))!r}"
+            text += f" {self.rng.choice(['+', '-'])} {self.positive()}"
         elif constant < 0.4:
             text = f"{self.number()} + {text}" if not text.startswith("-") else text
         return text
@@ -48,7 +54,9 @@ class Writer:
             a, b = self.rng.permutation(N)[:2].tolist()
             return f"x[{a}] {sign} x[{b}]"
         if form < 0.4:
-            return f"{'fabs' if self.c else 'abs'}({self.total(2)}) {sign} {abs(float(self.number()))!r}"
+            return (
+                f"{('fabsf' if self.short else 'fabs') if self.c else 'abs'}({self.total(2)}) {sign} {self.positive()}"
+            )
         if form < 0.5:
             return f"{self.number()} {sign} {self.total(2)}"
         return f"{self.total(2)} {sign} {self.number()}"
@@ -57,7 +65,10 @@ class Writer:
         return [self.constant() if self.rng.random() < 0.3 else self.total() for _ in range(self.outputs)]
 
     def constant(self):
-        return repr(float(self.rng.integers(-8, 9)) / 4) if self.short else self.number()
+        return self.suffix(repr(float(self.rng.integers(-8, 9)) / 4)) if self.short else self.number()
+
+    def positive(self):
+        return self.number().lstrip("-")
 
     def python(self, level=1):
         pad = "    " * level
@@ -72,3 +83,25 @@ class Writer:
 
     def python_file(self):
         return "\n".join(["import numpy as np", "", "", "def act(x):", *self.python()]) + "\n"
+
+    def c_function(self, name):
+        """A function of C that writes its numbers, or returns its label."""
+        kind = "float" if self.short else "double"
+        head = f"int {name}(const {kind} *x)" if self.kind == "labels" else f"void {name}(const {kind} *x, {kind} *y)"
+        return "\n".join([head, "{", *self._c_lines(), "}", ""])
+
+    def _c_lines(self, level=1):
+        pad = "    " * level
+        if level > self.levels or (level > 1 and self.rng.random() < 0.15):
+            if self.kind == "labels":
+                return [f"{pad}return {int(self.rng.integers(3))};"]
+            return [f"{pad}y[{place}] = {said};" for place, said in enumerate(self.values())]
+        lines = [f"{pad}if ({self.test()}) {{", *self._c_lines(level + 1)]
+        return [*lines, f"{pad}}} else {{", *self._c_lines(level + 1), f"{pad}}}"]
+
+
+def c_file(seeds, kind, *, short):
+    """A file of C with a function for each seed. Products and sums are not joined, which it says."""
+    writers = {seed: Writer(seed, kind, 1 + seed % 3, c=True, short=short) for seed in seeds}
+    lines = [writer.c_function(f"act_{seed}") for seed, writer in writers.items()]
+    return "\n".join(["#include <math.h>", "#pragma STDC FP_CONTRACT OFF", "", *lines])

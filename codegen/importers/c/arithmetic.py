@@ -10,7 +10,7 @@ refused.
 
 import math
 import operator
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from typing import Any
 
@@ -19,9 +19,12 @@ import numpy as np
 from codegen.errors import InputError
 from codegen.importers.c.contraction import NEGATE, Rounding, joined
 from codegen.importers.c.kinds import BOOL, DOUBLE, ENUM, FLOAT, INT, LONG, UINT, ULONG, UNSIGNED, Kind, rounded
+from codegen.importers.c.sums import CONTRACTED, TEST_ADVICE, Summing
 from codegen.importers.c.values import Condition, Number, Symbol, Value
+from codegen.importers.symbolic.affine import Given
 from codegen.importers.symbolic.feature import FALLING, FOLDING, RISING, TURNED, Feature, Step, Test, turns_of
 from codegen.importers.symbolic.paths import Paths
+from codegen.ir import CONSTANT
 
 COMPARE = {
     "<": operator.lt,
@@ -35,11 +38,9 @@ COMPUTE = {"+": operator.add, "-": operator.sub, "*": operator.mul}
 BITS: Mapping[str, Callable[[int, int], int]] = {
     "&": lambda a, b: a & b, "|": lambda a, b: a | b, "^": lambda a, b: a ^ b,
 }  # fmt: skip
-TEST_ADVICE = "compare one feature with a number; give a sum or a difference as a feature of its own"
 RANGE_ADVICE = "give the parameter a type that it fits, such as int16_t, or test its range first"
 FLOAT_ADVICE = "return where it is too large or too small: if (!(x > -1000 && x < 1000)) return 0;"
 MAX_VALUES = 256  # of a whole number that is asked for its value
-CONTRACTED = "compare the feature itself with a number, or say #pragma STDC FP_CONTRACT OFF"
 
 
 class Arithmetic:
@@ -49,6 +50,7 @@ class Arithmetic:
         self.refused, self.numbers, self.contracts = refused, numbers, contracts
         self.paths: Paths | None = None
         self.used = set[int]()  # inputs that a test has looked at
+        self.summing = Summing(refused, numbers, contracts=contracts)
         self.defined: dict[
             str, tuple[Feature, int, int]
         ] = {}  # features that must fit, for the program to mean something
@@ -70,13 +72,13 @@ class Arithmetic:
     def _holds(self, feature: Feature, sign: str, number: Any) -> bool:
         if self.paths is None:
             raise self.refused("a feature is read outside a function", TEST_ADVICE)
-        self.used.add(feature.place)
+        self.used |= self.summing.inputs(feature)
         if number != number:
             return sign == "!="
         # a double, since NumPy would make a float of Python's number
         test = Test(feature, sign, number if isinstance(number, int) else np.float64(number))
-        once = joined(feature) if self.contracts else None
-        if once and turns_of(test, self.numbers) != turns_of(Test(once, sign, test.number), self.numbers):
+        once, numbers = joined(feature) if self.contracts else None, self.summing.numbers_of(feature)
+        if once and turns_of(test, numbers) != turns_of(Test(once, sign, test.number), numbers):
             what = (
                 "a product and a sum may be rounded once or twice, as the compiler likes, and a decision depends on it"
             )
@@ -225,7 +227,7 @@ class Arithmetic:
         if isinstance(one, Number) and isinstance(other, Number):
             return Number(int(COMPARE[sign](one.value, other.value)), INT)
         if isinstance(one, Symbol) and isinstance(other, Symbol):
-            raise self.refused("two features are compared", TEST_ADVICE)
+            one, other = self.summing.compared(one, other), Number(0, INT)
         if isinstance(one, Number):
             one, other, sign = other, one, TURNED[sign]
         assert isinstance(one, Symbol) and isinstance(other, Number)
@@ -246,6 +248,8 @@ class Arithmetic:
             with np.errstate(all="ignore"):
                 return Number(make(a / b if sign == "/" else COMPUTE[sign](a, b)), kind)
         if isinstance(one, Symbol) and isinstance(other, Symbol):
+            if sign in "+-" and one.feature.key != other.feature.key:
+                return self.summing.joined(sign, one, other, kind)
             return self._squared(sign, one, other, kind)
         given, number = (one, other) if isinstance(one, Symbol) else (other, one)
         assert isinstance(given, Symbol) and isinstance(number, Number)
@@ -255,16 +259,30 @@ class Arithmetic:
             raise self.refused(f"{what} is not read", TEST_ADVICE)
         exact = Fraction(float(c))
         if sign == "/":
-            step: Step = Step(f"/{c!r}{kind}", lambda v: make(make(v) / c), RISING if c > 0 else FALLING)
+            step: Step = Step(f"/{c!r}{kind}", lambda v: make(make(v) / c), RISING if c > 0 else FALLING, form=("/", c))
         elif sign == "*":
             sense = RISING if c > 0 else FALLING
-            step = Rounding(f"*{c!r}{kind}", lambda v: make(make(v) * c), sense, lambda v: v * exact, kind)
+            step = Rounding(
+                f"*{c!r}{kind}", lambda v: make(make(v) * c), sense, lambda v: v * exact, kind, form=("*", c)
+            )
         elif sign == "-" and not first:
-            step = Rounding(f"{c!r}-{kind}", lambda v: make(c - make(v)), FALLING, lambda v: exact - v, kind, True)
+            step = Rounding(
+                f"{c!r}-{kind}", lambda v: make(c - make(v)), FALLING, lambda v: exact - v, kind, True, form=("c-", c)
+            )
         else:
             c, exact = (-c, -exact) if sign == "-" else (c, exact)
-            step = Rounding(f"+{c!r}{kind}", lambda v: make(make(v) + c), RISING, lambda v: v + exact, kind, True)
+            step = Rounding(
+                f"+{c!r}{kind}", lambda v: make(make(v) + c), RISING, lambda v: v + exact, kind, True, form=("+", c)
+            )
         return self._then(given, step)
+
+    def given(self, values: Sequence[Value]) -> Given | None:
+        """What is returned where it depends on features, as a form for each number; None: these are labels."""
+        found = self.summing.given([self.settled(each) for each in values])
+        self.used |= (
+            {place for each in found.vector for _, place in each.terms if place != CONSTANT} if found else set()
+        )
+        return found
 
     def _squared(self, sign: str, one: Symbol, other: Symbol, kind: Kind) -> Symbol:
         if sign != "*" or one.feature.key != other.feature.key:

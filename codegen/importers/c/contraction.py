@@ -16,7 +16,7 @@ import numpy as np
 from codegen.importers.c.kinds import DOUBLE, Kind, rounded
 from codegen.importers.symbolic.feature import FALLING, Feature, Step
 
-NEGATE = Step("negated", operator.neg, FALLING)
+NEGATE = Step("negated", operator.neg, FALLING, form=("*", -1))
 
 
 @dataclass(frozen=True)

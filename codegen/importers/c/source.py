@@ -215,7 +215,7 @@ class _Machine(Statements):
         if found is None:
             raise self.refused("nothing is returned or written on some path", "return an action on every path")
         value = self.answer(self.load(found.target) if isinstance(found, Reference) else found)
-        return chr(value) if self.plain_char and 32 < value < 127 else value
+        return chr(value) if self.plain_char and isinstance(value, int) and 32 < value < 127 else value
 
 
 def _origin(name: str, parsed: Any, text: Expanded, where: str, said: Said) -> Origin:
@@ -247,9 +247,10 @@ def _followed(machine: _Machine, text: Expanded, said: Said) -> Origin:
             called=machine.named,
             notes=(*notes, *machine.notes),
             scores=said.scores,
+            finite=machine.arithmetic.summing.finite,
         )
 
-    found = origin_of(machine.path, machine.where, described, machine.numbers)
+    found = origin_of(machine.path, machine.where, described, machine.numbers, machine.arithmetic.summing.sums)
     found = replace(found, nan=found.nan and all(kind.floating for kind in machine.observed.kinds()))
     limits = list(machine.arithmetic.defined.values())
     if not limits:

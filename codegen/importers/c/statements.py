@@ -248,11 +248,15 @@ class Statements(Expressions):
             return self.together([self.load(each) for each in cells(target)])
         if isinstance(target, Reference) and isinstance(target.target, Array):
             raise self.refused("a pointer is returned", "return a number or a text")
-        return self._plain(target)
+        return self.together([target])
 
     def together(self, values: Sequence[Value]) -> Any:
         """A value of Python for one value, a tuple for several."""
-        """A value of Python for one value, a tuple for several."""
+        """A value of Python for one value, a tuple for several; what they give, where that depends on features."""
+        numbers = not any(isinstance(each, Text) for each in values)
+        given = self.arithmetic.given(values) if numbers else None
+        if given is not None:
+            return given
         found = [self._plain(each) for each in values]
         return found[0] if len(found) == 1 else tuple(found)
 

@@ -16,9 +16,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from codegen.floats import FLOAT32
 from codegen.importers.reading import SUMS
 from codegen.importers.symbolic.feature import Feature
 from codegen.ir import CONSTANT, Floats
+from codegen.sums import DOUBLE_SUMS, FLOAT32_STEPS, FLOAT64_SUMS
 
 Terms = tuple[tuple[float, int], ...]
 
@@ -52,10 +54,18 @@ class Affine(NamedTuple):
 class Sums:
     """The sums of a program, by their places."""
 
-    numbers: str  # that it compares and computes with
+    numbers: str  # that it computes with; "": it has not said yet
+    weights: str = ""  # what features and weights are; "": the same
     places: dict[str, int] = field(default_factory=dict[str, int])
     known: list[Affine] = field(default_factory=list[Affine])
     line: int = 0  # of the source, where the first one is
+
+    @property
+    def arithmetic(self) -> str:
+        """Its name in a profile."""
+        if self.numbers == FLOAT32:
+            return FLOAT32_STEPS
+        return DOUBLE_SUMS if self.weights == FLOAT32 else FLOAT64_SUMS
 
     def constant(self, number: Any) -> Affine | None:
         """A number of the program; None where its arithmetic would be another one."""

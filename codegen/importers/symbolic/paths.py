@@ -108,17 +108,19 @@ class Paths(ABC):
 class Growth(Paths):
     """The tree of a program: `rows`, a node each, in preorder; a leaf's action is the place of its value."""
 
-    def __init__(self, where: str, numbers: str) -> None:
+    def __init__(self, where: str, numbers: str, sums: Sums | None = None) -> None:
         super().__init__(where, dict[int, tuple[int, int]]())  # feature -> first and last place that may be
+        self._sums = sums
         self.numbers, self.rows, self.values = numbers, list[list[float]](), dict[Any, int]()
         self._turns: dict[str, Turns] = {}
 
     def holds(self, test: Test) -> bool:
         """Splits as often as the test turns within what is known."""
-        key, last, feature = test.key, LAST[self.numbers], test.feature.place
+        numbers = self._numbers(test.feature)
+        key, last, feature = test.key, LAST[numbers], test.feature.place
         turns = self._turns.get(key)
         if turns is None:
-            turns = self._turns[key] = turns_of(test, self.numbers)
+            turns = self._turns[key] = turns_of(test, numbers)
         while True:
             low, high = self._within(feature, last)
             inner = [turn for turn in turns.turns if low <= turn.place < high]
@@ -132,9 +134,14 @@ class Growth(Paths):
 
     def least(self, feature: Feature) -> Any:
         """The least at the ends of the stretches on which the feature only rises or falls."""
-        first, last = self._within(feature.place, LAST[self.numbers])
-        ends = [end for low, high, _ in pieces(feature, self.numbers) for end in (max(low, first), min(high, last))]
-        return min(feature.value(number(end, self.numbers)) for end in ends if first <= end <= last)
+        numbers = self._numbers(feature)
+        first, last = self._within(feature.place, LAST[numbers])
+        ends = [end for low, high, _ in pieces(feature, numbers) for end in (max(low, first), min(high, last))]
+        return min(feature.value(number(end, numbers)) for end in ends if first <= end <= last)
+
+    def _numbers(self, feature: Feature) -> str:
+        """What an input is, or a sum."""
+        return self._sums.numbers if self._sums and feature.place >= SUMS else self.numbers
 
     def _within(self, feature: int, last: int) -> tuple[int, int]:
         return self.known.get(feature, (-last, last))

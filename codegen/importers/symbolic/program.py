@@ -49,7 +49,7 @@ def origin_of(
 
     InputError for everything that the front end refuses, and for values of several kinds.
     """
-    growth = Growth(where, numbers)
+    growth = Growth(where, numbers, sums)
     with np.errstate(all="ignore"):
         growth.follow(run)
     said, grown = describe(), growth.tree()
@@ -62,7 +62,7 @@ def origin_of(
         replay = Replay(where, rows[:, columns], sums)
         with np.errstate(all="ignore"):
             replay.follow(run)
-        return given.answers(replay.values, replay.columns, numbers)
+        return given.answers(replay.values, replay.columns, sums.numbers if sums else numbers)
 
     found = Origin(
         kind=said.kind,
@@ -88,7 +88,7 @@ def origin_of(
         notes=said.notes,
     )
     tests = tuple(each.terms for each in sums.known) if sums else ()
-    return with_sums(found, tests, given.vectors, said.places)
+    return with_sums(found, tests, given.vectors, said.places, sums.arithmetic if sums else "")
 
 
 class _Values:

@@ -141,8 +141,11 @@ def test_random_trees_of_m2cgen_decide_as_its_compiled_c(seed, tmp_path):
 
 
 REFUSED = [
-    ("int f(const float *x)\n{\n    if (x[0] > x[1]) return 1; return 0; }", 3, "two features are compared"),
-    ("int f(const float *x)\n{ if (x[0] + x[1] > 1) return 1; return 0; }", 2, "sum of several features"),
+    ("int f(const int *x)\n{\n    if (x[0] > x[1]) return 1; return 0; }", 3, "two features are compared"),
+    ("int f(const float *x)\n{ if (x[0] + x[1] + x[0] > 1) return 1; return 0; }", 2, "two sums are joined"),
+    ("int f(const float *x)\n{ if (0.1f * x[0] + x[1] > 1) return 1; return 0; }", 2, "rounded once or twice"),
+    ("int f(const float *x)\n{ if (0.1 * x[0] + x[1] > 1) return 1; return 0; }", 2, "which is no float"),
+    ("int f(const float *x)\n{ if (x[0] * x[1] > 1) return 1; return 0; }", 2, "a product of features"),
     ("int f(const float *x)\n{ if (x[0] * x[1] > 1) return 1; return 0; }", 2, "product of features"),
     ("int f(const float *x)\n{ if (1 / x[0] > 1) return 1; return 0; }", 2, "divided by a feature"),
     ("int f(const float *x)\n{ if (sqrt(x[0]) > 1) return 1; return 0; }", 2, "function sqrt of a feature"),

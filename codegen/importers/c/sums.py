@@ -1,0 +1,104 @@
+"""Sums of several features in C, and numbers that are returned.
+
+Does: joins features to sums in the type that C adds them in; refuses products that a compiler may join with a sum.
+Assumes: each type is evaluated as itself (FLT_EVAL_METHOD 0); a compiler without fast-math.
+Does not: reorder anything (symbolic/affine.py).
+"""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from codegen.errors import InputError
+from codegen.floats import FLOAT32, FLOAT64
+from codegen.importers.c.kinds import FLOAT, Kind
+from codegen.importers.c.values import Number, Symbol
+from codegen.importers.reading import SUMS
+from codegen.importers.symbolic.affine import Affine, Given, Sums
+from codegen.importers.symbolic.feature import Feature
+from codegen.ir import CONSTANT
+from codegen.sums import DOUBLE_SUMS
+
+TEST_ADVICE = "compare one feature, or a sum of features, with a number"
+IN_ORDER = "write w0 * x[0] + w1 * x[1] + ... + c, each feature once, without parentheses, and scale no sum"
+CONTRACTED = "compare the feature itself with a number, or say #pragma STDC FP_CONTRACT OFF"
+
+
+class Summing:
+    """The sums of one function. `numbers`: of the observation; `contracts`: whether a compiler may join roundings."""
+
+    def __init__(self, refused: Callable[[str, str], InputError], numbers: str, *, contracts: bool) -> None:
+        self._refused, self._numbers, self._contracts = refused, numbers, contracts
+        self.sums = Sums("")
+        self.finite = False  # whether two features are compared
+
+    def joined(self, sign: str, one: Symbol, other: Symbol, kind: Kind) -> Symbol:
+        """A sum or difference. InputError where its roundings have no order, or compilers differ."""
+        found = self._added(sign, one, other, kind)
+        self._ensure_one_rounding(self.sums.known[found.place - SUMS])
+        return Symbol(found, kind)
+
+    def compared(self, one: Symbol, other: Symbol) -> Symbol:
+        """A difference, whose sign is that of the comparison, unless both are the same infinity."""
+        if one.feature.key == other.feature.key or not one.kind.floating:
+            raise self._refused("two features are compared", TEST_ADVICE)
+        self.finite = True
+        return Symbol(self._added("-", one, other, one.kind), one.kind)
+
+    def given(self, values: Sequence[Number | Symbol]) -> Given | None:
+        """What is returned where it depends on features, as a form for each number; None: these are labels."""
+        symbols = [each for each in values if isinstance(each, Symbol)]
+        if not symbols or not all(each.kind.floating for each in symbols):
+            return None
+        for each in symbols:
+            self._compute_in(each.kind)
+        return Given([self._form(each) for each in values])
+
+    def inputs(self, feature: Feature) -> set[int]:
+        """The inputs that a feature is computed of."""
+        if feature.place < SUMS:
+            return {feature.place}
+        return {place for _, place in self.sums.known[feature.place - SUMS].terms if place != CONSTANT}
+
+    def numbers_of(self, feature: Feature) -> str:
+        """What an input is, or a sum."""
+        return self._numbers if feature.place < SUMS else self.sums.numbers
+
+    def _form(self, value: Number | Symbol) -> Affine:
+        form = self.sums.of(value.feature) if isinstance(value, Symbol) else self.sums.given(value.value)
+        if form is None:
+            raise self._refused("what is returned is no sum of weighted features", IN_ORDER)
+        self._ensure_weights(form)
+        self._ensure_one_rounding(form)
+        return form
+
+    def _added(self, sign: str, one: Symbol, other: Symbol, kind: Kind) -> Feature:
+        self._compute_in(kind)
+        found = self.sums.added(one.feature, other.feature, minus=sign == "-")
+        if found is None:
+            raise self._refused("two sums are joined whose roundings have no order", IN_ORDER)
+        self._ensure_weights(self.sums.known[found.place - SUMS])
+        return found
+
+    def _compute_in(self, kind: Kind) -> None:
+        """Sums are of this type from now on. InputError where others are of another one."""
+        numbers = FLOAT32 if kind == FLOAT else FLOAT64
+        if self.sums.numbers not in ("", numbers) or (self._numbers, numbers) == (FLOAT64, FLOAT32):
+            raise self._refused("sums of float and of double stand side by side", "use one type for all of them")
+        self.sums.numbers, self.sums.weights = numbers, self._numbers
+
+    def _ensure_weights(self, form: Affine) -> None:
+        """InputError for products of a float and a double that is none, which no profile has."""
+        for weight, place in form.terms if self.sums.arithmetic == DOUBLE_SUMS else ():
+            if place != CONSTANT and float(np.float32(weight)) != weight:
+                what = f"a float is multiplied with {weight!r}, which is no float"
+                raise self._refused(what, "write it as a float, such as 0.1f, or let the observation be double")
+
+    def _ensure_one_rounding(self, form: Affine) -> None:
+        """InputError for products that a compiler may join with the sum behind them; those of floats in double are
+        exact, so that nothing is to be joined.
+        """
+        if not self._contracts or len(form.terms) < 2 or self.sums.arithmetic == DOUBLE_SUMS:
+            return
+        if any(abs(weight) != 1 and place != CONSTANT for weight, place in form.terms):
+            raise self._refused("a product and a sum may be rounded once or twice, as the compiler likes", CONTRACTED)

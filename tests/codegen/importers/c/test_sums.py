@@ -1,0 +1,126 @@
+"""C with sums of features and numbers that it writes: the profile gives the bits of the compiled file."""
+
+import ctypes
+import subprocess
+
+import numpy as np
+import pytest
+
+from codegen import ir
+from codegen.agreement import sum_probes
+from codegen.agreement.compiled import find_compiler
+from codegen.errors import InputError
+from codegen.importers.c.source import from_c
+from codegen.importers.origin import Names, profile_of
+from codegen.sums import among
+from tests.support import sum_sources
+
+FEW, MANY, AT_ONCE = 8, 1_000, 50  # functions a kind
+CASES = [(short, kind) for short in (True, False) for kind in ("numbers", "labels")]
+
+
+def policies_of(text):
+    """The policy of each function that is taken, by its name."""
+    found = {}
+    head, *functions = text.split("\n\n")
+    for body in functions:
+        name = body.split("(")[0].split()[-1]
+        try:
+            (found[name],) = profile_of(from_c(f"{head}\n\n{body}\n".encode(), "tree.c"), Names()).agents
+        except InputError as error:
+            assert error.next_step and error.where
+    return found
+
+
+def rows_of(policy):
+    spans = tuple(ir.FeatureSpec(each.name, "none", -3.0, 3.0, None) for each in policy.features)
+    about = ir.AgentPolicy(policy.agent, policy.team, spans, policy.actions, policy.tree, outputs=policy.outputs)
+    rng = np.random.default_rng(0)
+    rows = np.concatenate(list(sum_probes.parts(about, rng)))
+    rows = rows[np.isfinite(rows).all(axis=1)]
+    rows = rows[~np.isnan(among(rows, policy.tree.sums, policy.tree.arithmetic)).any(axis=1)]  # NaN goes right here
+    return rows[rng.permutation(len(rows))[:500]]
+
+
+def library(text, folder):
+    compiler = find_compiler()
+    if compiler is None:
+        pytest.skip("no C compiler")
+    (folder / "tree.c").write_text(text)
+    flags = ["-std=c99", "-O2", "-ffp-contract=off", "-fPIC", "-shared", "-w"]
+    subprocess.run([*compiler, *flags, "tree.c", "-o", "tree.so", "-lm"], cwd=folder, check=True)
+    return ctypes.CDLL(str(folder / "tree.so"))
+
+
+def compared(seeds, short, kind, folder):
+    """How many functions were taken and gave the compiled file's bits."""
+    text = sum_sources.c_file(seeds, kind, short=short)
+    found, compiled = policies_of(text), library(text, folder)
+    for name, policy in found.items():
+        rows = rows_of(policy)
+        wide = np.zeros((len(rows), sum_sources.N), np.float32 if short else np.float64)
+        wide[:, : rows.shape[1]] = rows
+        function = compiled[name]
+        if kind == "labels":
+            said = [function(row.ctypes.data_as(ctypes.c_void_p)) for row in wide]
+            labels = [place if each.label is None else each.label for place, each in enumerate(policy.actions)]
+            assert [labels[action] for action in ir.act(policy, rows)] == said, text
+            continue
+        if not policy.outputs:
+            continue  # constants alone are labels
+        given = np.zeros((len(rows), len(policy.outputs)), wide.dtype)
+        for row, into in zip(wide, given, strict=True):
+            function(*(each.ctypes.data_as(ctypes.c_void_p) for each in (row, into)))
+        ours = ir.outputs(policy, rows)
+        both_nan = np.isnan(ours) & np.isnan(given)
+        assert ours.dtype == given.dtype, text
+        assert ((ours.view(f"u{ours.itemsize}") == given.view(f"u{given.itemsize}")) | both_nan).all(), (name, text)
+    return len(found)
+
+
+@pytest.mark.compile
+@pytest.mark.parametrize(("short", "kind"), CASES)
+def test_random_functions_give_the_compiled_bits(short, kind, tmp_path):
+    assert compared(range(FEW), short, kind, tmp_path) >= FEW // 2
+
+
+@pytest.mark.slow
+@pytest.mark.compile
+@pytest.mark.parametrize(("short", "kind"), CASES)
+def test_a_thousand_functions_give_the_compiled_bits(short, kind, tmp_path):
+    taken = 0
+    for first in range(0, MANY // 4, AT_ONCE):
+        folder = tmp_path / str(first)
+        folder.mkdir()
+        taken += compared(range(first, first + AT_ONCE), short, kind, folder)
+    assert taken >= MANY // 8
+
+
+def taken(text):
+    return profile_of(from_c(text.encode(), "tree.c"), Names()).agents[0]
+
+
+def test_the_three_arithmetics_are_read_off_the_types():
+    test = "int act(const {0} *x) {{ return {1} <= 0.1 ? 1 : 0; }}\n"
+    cases = {
+        ("float", "x[0] - x[1]"): "float32 steps",
+        ("float", "(double)x[0] - x[1]"): "double sums",
+        ("float", "0.5 * x[0] - 3.0 * x[1]"): "double sums",
+        ("double", "x[0] - x[1]"): "float64",
+    }
+    for (kind, expression), arithmetic in cases.items():
+        assert taken(test.format(kind, expression)).tree.arithmetic == arithmetic
+
+
+def test_products_of_floats_in_double_are_exact_so_that_nothing_can_be_joined():
+    assert taken("int act(const float *x) { return 0.1f * (double)x[0] + x[1] > 1.0; }\n").tree.sums
+    with pytest.raises(InputError, match="rounded once or twice"):
+        taken("int act(const double *x) { return 0.1 * x[0] + x[1] > 1.0; }\n")
+    assert taken("int act(const double *x) { return 0.1 * x[0] > x[1]; }\n").tree.sums
+
+
+def test_sums_of_two_types_are_refused():
+    text = "int act(const float *x) { if (x[0] - x[1] > 1) return 1; return (double)x[0] + x[1] > 1.0; }\n"
+    with pytest.raises(InputError, match="float and of double") as caught:
+        taken(text)
+    assert caught.value.next_step
