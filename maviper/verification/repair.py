@@ -31,7 +31,7 @@ from maviper.verification.ask import command, number, with_option_names
 from maviper.verification.diff import met_states
 from maviper.verification.join import certificate_files, digests, report_files, verify_claims
 from maviper.worlds import ParticleWorld
-from maviper.worlds.matching import ensure_places, matching_places
+from maviper.worlds.matching import UNREPAIRED, ensure_places, matching_places
 from verify.claims.catalogue import find_property
 from verify.claims.decisions import DecisionClaim
 from verify.claims.region import Region
@@ -83,7 +83,7 @@ def repair_profile(
     cannot be asked for.
     """
     ensure_plain(before, VERIFIER)
-    ensure_places(before.world, chain.from_iterable(policy.features for policy in before.agents))
+    ensure_places(before.world, chain.from_iterable(policy.features for policy in before.agents), UNREPAIRED)
     region = find_region(region_name, before)
     given = {name: getattr(asked, name) for name in PARAMETERS if getattr(asked, name) is not None}
     with with_option_names():

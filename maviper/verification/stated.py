@@ -23,7 +23,7 @@ from maviper.files import runs
 from maviper.verification.ask import Asked, VerifyOptions
 from maviper.verification.files.systems import WORLD_FILE, ensure_plays
 from maviper.verification.reference import measured, replay_words
-from maviper.worlds.stated.systems import read
+from maviper.worlds.stated.systems import file_of, read
 from maviper.worlds.stated.written import episodes
 from verify.checker.reading import RejectedError
 from verify.checker.systems.enclosures import ensure_enclosed
@@ -63,6 +63,7 @@ class StatedWorld:
     def of(profile: PolicyProfile, options: VerifyOptions) -> StatedWorld:
         """The world file of the options. InputError for files that cannot be used, and a profile of another world."""
         assert options.world is not None
+        options = replace(options, world=file_of(options.world))
         given = {WORLD_FILE: options.world} | ({} if options.file is None else {PROPERTY_FILE: options.file})
         beside = {name: runs.read(path, MAX_WORLD_BYTES).decode(errors="replace") for name, path in given.items()}
         statement = read(options.world)

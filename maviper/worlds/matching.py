@@ -19,6 +19,10 @@ NO_WORLD = "no world of this version has the profile's spec, agents, features an
 REPLAYED = "episode replay: only built-in games can be replayed"
 OWN_NAMES = "names"  # in a provenance: of features and actions, where the world has no more than numbers
 FEATURES_FILE = "features_file"  # in a provenance: the hash of a file that named the features
+UNREPAIRED = (
+    "repairs are for claims about landmarks; to change what this team does over observations, change the file that it "
+    "came from, or learn from counterexamples: `maviper extract --counterexamples`"
+)
 OBSERVED = "claim what agents do over observations: see `maviper guide claims`"
 
 

@@ -30,6 +30,7 @@ FORM = "maviper-zones-1"
 FIRST = 1_000  # zones that are written of those that are not all: the others would say no more
 SHOWN = 3  # combinations of leaves that are put into words
 LONGEST = 1 << 13  # bits of a volume beyond which shares of cells are written rounded: reducing each takes too long
+SMALLEST = Fraction(1, 2**149)  # float32 above 0; what is smaller is written as 0
 OVERLAPPING = "each cell is where some errors lead to its leaves, so cells overlap and their shares count states again"
 Ranked: TypeAlias = tuple[Failing, Branch, int | None]  # a zone with its goal's data and its volume, if known
 Bounds = Mapping[tuple[str, str], tuple[Fraction, bool]]  # (a, b) -> most of a - b, whether it stays below
@@ -132,7 +133,8 @@ def _words(name: str, low: tuple[Fraction, bool] | None, high: tuple[Fraction, b
 def _rounded(end: tuple[Fraction, bool] | None, upper: bool = False) -> str:
     if end is None:
         return ""
-    number, sign = f"{float(end[0]):.4g}", "<" if end[1] else "<="
+    value = 0.0 if abs(end[0]) < SMALLEST else float(end[0])  # `x < 0` turns halfway to the last float32
+    number, sign = f"{value:.4g}", "<" if end[1] else "<="
     return f" {sign} {number}" if upper else f"{number} {sign} "
 
 

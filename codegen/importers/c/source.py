@@ -74,7 +74,7 @@ def _unknown_types(text: Expanded) -> list[str]:
 
 
 def _deciding(parsed: Any, where: str, wanted: str) -> list[str]:
-    """The functions that no other one calls and that are given something to decide about."""
+    """The functions that no other one calls, that no table holds, and that are given something to decide about."""
     functions = {each.decl.name: each for each in parsed.ext if isinstance(each, c_ast.FuncDef)}
     if wanted in functions:
         return [wanted]
@@ -83,6 +83,7 @@ def _deciding(parsed: Any, where: str, wanted: str) -> list[str]:
         advice = "write one function per agent, of an observation, that returns its action"
         raise InputError("the file has no function that decides", where, advice)
     called = {inner for name in deciding for inner in _names(functions[name].body) - {name}}
+    called |= {name for each in parsed.ext if isinstance(each, c_ast.Decl) and each.init for name in _names(each.init)}
     roots = [name for name in deciding if name not in called] or deciding
     return [name for name in roots if not _names_only(functions[name])] or roots
 
@@ -176,6 +177,7 @@ class _Machine(Statements):
                     raise self.refused(f"there are two functions {shown(each.decl.name)}", "keep one of them")
                 self.functions[each.decl.name] = each
                 self.changing |= assigned(each) | (_shared(parsed) & _handed(each.body))
+        self.changing -= {each.name for each in parsed.ext if isinstance(each, c_ast.Decl) and is_const(each)}
         for each in parsed.ext:
             self.at(each)
             if isinstance(each, c_ast.FuncDef):

@@ -120,7 +120,8 @@ class Statements(Expressions):
         self.at(node)
         if "extern" in node.storage or "volatile" in getattr(node.type, "quals", ()):
             raise self.refused(f"the variable {shown(node.name)} is set elsewhere", STATE_ADVICE)
-        if "static" in node.storage and len(self.scopes) > 1 and node.name in self.changing_here:
+        changing = node.name in self.changing_here and not is_const(node)  # whose address may be taken
+        if "static" in node.storage and len(self.scopes) > 1 and changing:
             what = f"the static variable {shown(node.name)} keeps what earlier decisions set"
             raise self.refused(what, STATE_ADVICE)
         held = "static" in node.storage or len(self.scopes) == 1

@@ -60,19 +60,20 @@ class _Reader(Preprocessor):
         raise self.refused(f"not C that is understood: {shown(msg)[:100]}", line)
 
     def on_directive_handle(self, directive: Any, toks: Any, ifpassthru: bool, precedingtoks: Any) -> Any:
-        self.directive = directive.lineno
-        if directive.value == "error":
-            raise self.refused(f"#error: {shown(''.join(tok.value for tok in toks))[:80]}", directive.lineno)
-        if directive.value in ("pragma", "line"):
-            words = "".join(tok.value for tok in toks).split()
-            self.contracts &= words != ["STDC", "FP_CONTRACT", "OFF"]
+        self.directive = directive.lineno  # also of lines that no compiler meets: nothing is decided here
+        if directive.value == "pragma" and not toks:
             raise OutputDirective(Action.IgnoreAndRemove)
-        if directive.value in ("define", "undef") and toks and toks[0].value in self.kept:
-            self.kept.pop(toks[0].value)  # a name that means several things is expanded where it stands
         return True
 
     def on_directive_unknown(self, directive: Any, toks: Any, ifpassthru: bool, precedingtoks: Any) -> Any:
-        raise self.refused(f"a line is not understood: #{shown(directive.value)}", directive.lineno)
+        """A line that a compiler meets: not one in a branch of #if that is not taken."""
+        text = "".join(tok.value for tok in toks)
+        if directive.value == "error":
+            raise self.refused(f"#error: {shown(text)[:80]}", directive.lineno)
+        if directive.value not in ("pragma", "line", "warning"):
+            raise self.refused(f"a line is not understood: #{shown(directive.value)}", directive.lineno)
+        self.contracts &= text.split() != ["STDC", "FP_CONTRACT", "OFF"]
+        return True
 
     def on_include_not_found(self, is_malformed: bool, is_system_include: bool, curdir: str, includepath: str) -> Any:
         raise self.refused(f"a header is not understood: {shown(includepath)}", self.directive)
@@ -113,6 +114,7 @@ class _Reader(Preprocessor):
 
     def define(self, tokens: Any) -> Any:
         """Keeps a macro that is a whole number as a name."""
+        self._forget(tokens)
         known = set(self.macros)
         found = super().define(tokens)
         for name in set(self.macros) - known:
@@ -121,6 +123,16 @@ class _Reader(Preprocessor):
             if macro.arglist is None and PLAIN.fullmatch(text.strip()) and abs(_value(text)) < 2**31:
                 self.kept[name] = _value(text)
         return found
+
+    def undef(self, tokens: Any) -> Any:
+        """Forgets a macro."""
+        self._forget(tokens)
+        return super().undef(tokens)
+
+    def _forget(self, tokens: Any) -> None:
+        """A name that means several things is expanded where it stands."""
+        if not isinstance(tokens, str) and tokens:
+            self.kept.pop(tokens[0].value, None)
 
     def evalexpr(self, tokens: Any) -> Any:
         kept, self.kept = self.kept, {}

@@ -21,6 +21,7 @@ from pettingzoo import ParallelEnv
 from codegen.errors import InputError
 from codegen.ir import FeatureSpec
 from maviper.files import kinds, runs
+from maviper.worlds.outside.sources import SYSTEM, named_by_user
 from maviper.worlds.stated.flowing import FlowRule
 from verify.systems.files import MAX_BYTES, statement_of
 from verify.systems.language.expressions import function
@@ -45,6 +46,21 @@ def read(path: str | Path) -> Statement:
         return statement_of(data.decode(), Path(path).name)
     except UnicodeDecodeError:
         raise InputError("not a readable file", f"{name}: not UTF-8 text", "is this the right file?") from None
+
+
+def file_of(world: str | Path) -> Path:
+    """The world file that a user named, also as `system:FILE`. InputError for a world that is played, not stated."""
+    name = str(world)
+    if name.startswith(f"{SYSTEM}:"):
+        return Path(name.removeprefix(f"{SYSTEM}:"))
+    if not Path(name).exists() and named_by_user(name):
+        what = "this world is played by its own code, which states no rules that a proof could use"
+        advice = (
+            "leave --world out: claims about observations hold in every world (`maviper properties new PROFILE`); "
+            "or state the rules in a world file (`maviper guide systems`)"
+        )
+        raise InputError(what, f"--world {name}", advice)
+    return Path(name)
 
 
 def stated(path: str) -> Callable[[], StatedEnv]:

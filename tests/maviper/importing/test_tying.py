@@ -100,3 +100,24 @@ def test_a_game_that_is_not_ours_is_no_failed_check(bring, tmp_path, capsys):
     code, _, err = run(capsys, "compile", str(tmp_path / "car.json"), "--target", "python", "-o", str(tmp_path / "out"))
     assert code == ExitCode.DONE
     assert f"SKIPPED     episode replay: only built-in games can be replayed, and {CAR} is not one" in err
+
+
+def test_what_needs_rules_or_landmarks_says_so(bring, tmp_path, capsys):
+    """A game that is played by code can be asked about observations only; a world file also as `system:FILE`."""
+    (tmp_path / "car.json").write_text(dumps(bring(NUMBERS)))
+    file = str(tmp_path / "car.json")
+    code, _, err = run(capsys, "verify", file, "--world", CAR)
+    assert code == ExitCode.INPUT and "states no rules that a proof could use" in err and "leave --world out" in err
+    code, _, err = run(capsys, "verify", file, "--world", f"system:{tmp_path / 'nowhere.toml'}")
+    assert code == ExitCode.INPUT and f"{tmp_path / 'nowhere.toml'}: No such file" in err and "system:" not in err
+    code, _, err = run(capsys, "repair", file, "-o", str(tmp_path / "mended"))
+    assert code == ExitCode.INPUT and "change the file that it came from" in err
+
+
+def test_zones_that_end_at_zero_say_zero(bring, tmp_path, capsys):
+    """Not half of the smallest float32, where the last number below 0 ends."""
+    for name, threshold in (("zero", "0"), ("low", "-0.01")):
+        text = NUMBERS.replace("< 0", f"< {threshold}")
+        (tmp_path / f"{name}.json").write_text(dumps(bring(text)))
+    code, _, err = run(capsys, "diff", str(tmp_path / "zero.json"), str(tmp_path / "low.json"))
+    assert code == ExitCode.VIOLATED and "velocity < 0\n" in err and "e-4" not in err, err

@@ -306,3 +306,38 @@ def test_functions_that_write_nothing_are_not_agents():
     void all(obs *os, int n) { for (int i = 0; i < n; i++) { if (hot(&os[i])) puts("hot"); } }
     static void put(int *to, int v) { *to = v; } void act(const obs *o, int *out) { put(out, o->t > 3); }"""
     assert list(from_c(text, "tree.c")) == ["hot", "act"]
+
+
+SKIPPED = ["#ifdef NOPE", "#if defined(NOPE) && NOPE > 2", "#if 0", "#if 1\n#else", "#ifndef __STDC__"]
+
+
+@pytest.mark.parametrize("test", SKIPPED)
+def test_lines_in_branches_that_are_not_taken_do_nothing(test):
+    body = "int f(float x) { return x > 1.0f ? GO : HALT; }"
+    names = "#define GO 1\n#define HALT 0\n"
+    for line in ("#error no", "#define GO 7", "#undef GO", "#include <nowhere.h>", "#assert x", "#pragma"):
+        found = from_c(f"{names}{test}\n{line}\n#endif\n{body}".encode(), "tree.c")
+        assert [each.name for each in profile_of(found, Names()).agents[0].actions] == ["HALT", "GO"], line
+    with pytest.raises(InputError, match="once or twice"):  # as if the line were not there
+        from_c(f"{test}\n#pragma STDC FP_CONTRACT OFF\n#endif\n{CONTRACTED.format('')}".encode(), "tree.c")
+    with pytest.raises(InputError, match="#error: no"):
+        from_c(f"{test}\n#endif\n#error no\n{body}".encode(), "tree.c")
+
+
+def test_functions_in_tables_are_no_agents():
+    text = b"""static int run(int f) { return f & 4 ? 2 : 1; } static int stop(int f) { return f & 1 ? 3 : 4; }
+    static int (*const HANDLERS[2])(int) = { run, stop };
+    int control(const float x[2]) { return HANDLERS[x[0] > 70.0f ? 1 : 0]((x[0] > 75.0f) | (x[1] > 3.0f ? 4 : 0)); }"""
+    assert list(from_c(text, "tree.c")) == ["control"]
+
+
+@pytest.mark.parametrize("place", ["", "static "])
+def test_the_address_of_a_constant_changes_nothing(place):
+    table = f"{place}const struct band {{ double lo; int act; }} bands[2] = {{ {{ 0, 1 }}, {{ 4, 2 }} }};"
+    body = "const struct band *b = x > 4 ? &bands[1] : &bands[0]; return x > b->lo ? b->act : 0;"
+    for text in (f"{table} int f(double x) {{ {body} }}", f"int f(double x) {{ {table} {body} }}"):
+        (origin,) = from_c(text.encode(), "tree.c").values()
+        assert [origin.labels[each] for each in origin.act(np.array([[-1.0], [1.0], [5.0]]))] == [0, 1, 2]
+    held = table.replace("const ", "static ", 1) if not place else table.replace("const ", "", 1)
+    with pytest.raises(InputError, match=r"variable bands (is kept|keeps what)"):
+        from_c(f"int f(double x) {{ {held} struct band *b = bands + 1; b->act += 1; return 1; }}".encode(), "tree.c")
