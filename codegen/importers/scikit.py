@@ -40,6 +40,10 @@ UNUSED = frozenset(
 )
 READS = frozenset(("__getattr__", "__getattribute__", "__class__", "tree_", "classes_", "n_outputs_", "estimators_"))
 TASKS = ("Classifier", "Regressor")
+FORESTS = [f"sklearn.ensemble._forest.{kind}{task}" for kind in ("ExtraTrees", "RandomForest") for task in TASKS]
+_HISTOGRAM = "_hist_gradient_boosting.gradient_boosting.HistGradientBoosting"
+HISTOGRAMS = [f"sklearn.ensemble.{_HISTOGRAM}{task}" for task in TASKS]
+BOOSTERS = [*(f"sklearn.ensemble._gb.GradientBoosting{task}" for task in TASKS), *HISTOGRAMS]
 MAX_VALUES = 64  # of a regressor
 KIND, REPLAYED_BY = "scikit-learn", "its own predict"
 
@@ -68,7 +72,7 @@ def origin_of(model: Any) -> Origin:
         before = [each for each in before if each[1] is not None and each[1] != "passthrough"]
     estimator = _searched(found)
     single = _single(estimator)
-    tree = getattr(single, "tree_", None)
+    tree = _histogram_tree(estimator, single) if _of(estimator, *HISTOGRAMS) else getattr(single, "tree_", None)
     if tree is None or not (hasattr(estimator, "classes_") or hasattr(estimator, "predict")):
         advice = "fit it first; give a tree, a forest or booster of one, or a pipeline or search that ends in one"
         raise InputError("not a fitted decision tree", type(estimator).__name__, advice)
@@ -87,15 +91,45 @@ def origin_of(model: Any) -> Origin:
 
 def _single(estimator: Any) -> Any:
     """The only tree of a forest or booster; any other estimator itself."""
-    forests = [f"_forest.{kind}{task}" for kind in ("ExtraTrees", "RandomForest") for task in TASKS]
-    boosters = [f"_gb.GradientBoosting{task}" for task in TASKS]
-    if not any(_of(estimator, f"sklearn.ensemble.{kind}") for kind in (*forests, *boosters)):
+    if not _of(estimator, *FORESTS, *BOOSTERS):
         return estimator
-    trees = np.array(getattr(estimator, "estimators_", ()), dtype=object).ravel()
+    found = getattr(estimator, "_predictors" if _of(estimator, *HISTOGRAMS) else "estimators_", ())
+    trees = np.array(found, dtype=object).ravel()
     if len(trees) != 1:
         what = f"the ensemble has {len(trees)} fitted trees, one is needed"
-        raise InputError(what, type(estimator).__name__, "fit n_estimators=1, and boost two classes at most")
+        one = "max_iter=1" if _of(estimator, *HISTOGRAMS) else "n_estimators=1"
+        raise InputError(what, type(estimator).__name__, f"fit {one}, and boost two classes at most")
     return trees[0]
+
+
+class _HistogramTree(NamedTuple):
+    """A tree of histogram gradient boosting with the attributes that others have. It compares doubles."""
+
+    feature: Any
+    threshold: Any
+    children_left: Any
+    children_right: Any
+    n_node_samples: Any
+    missing_go_to_left: Any
+    n_features: int
+    n_outputs: int = 1
+
+    @property
+    def node_count(self) -> int:
+        """How many nodes there are."""
+        return len(self.feature)
+
+
+def _histogram_tree(estimator: Any, single: Any) -> _HistogramTree:
+    """The nodes of the one tree. InputError where it has categories."""
+    nodes, leaf = single.nodes, single.nodes["is_leaf"].astype(bool)
+    if nodes["is_categorical"][~leaf].any() or getattr(estimator, "_preprocessor", None) is not None:
+        advice = "fit it on numbers, with categorical_features=None"
+        raise InputError("the tree has categories", type(estimator).__name__, advice)
+    sides = [np.where(leaf, NO_CHILD, nodes[side].astype(np.int64)) for side in ("left", "right")]
+    features, thresholds = nodes["feature_idx"].astype(np.int64), nodes["num_threshold"].astype(np.float64)
+    missing = nodes["missing_go_to_left"]
+    return _HistogramTree(features, thresholds, *sides, nodes["count"], missing, int(estimator.n_features_in_))
 
 
 class _Leaves(NamedTuple):
@@ -107,7 +141,7 @@ class _Leaves(NamedTuple):
 
 def _leaves(estimator: Any, tree: Any) -> _Leaves:
     """The classes of a classifier's leaves, or what the estimator predicts in each leaf."""
-    if hasattr(estimator, "classes_") and not _of(estimator, "sklearn.ensemble._gb.GradientBoostingClassifier"):
+    if hasattr(estimator, "classes_") and not _of(estimator, *BOOSTERS):
         return _Leaves(list(estimator.classes_), tree.value[:, 0].argmax(axis=1))
     found = _predicted(estimator, tree)
     said = found.values[:, 0].tolist()
@@ -170,8 +204,8 @@ def _boxes(grown: GrownTree, width: int) -> list[tuple[int, Float32, Float32]]:
     return [each for each in found if (each[1] <= each[2]).all()]
 
 
-def _of(model: Any, kind: str) -> bool:
-    return f"{type(model).__module__}.{type(model).__qualname__}" == kind
+def _of(model: Any, *kinds: str) -> bool:
+    return f"{type(model).__module__}.{type(model).__qualname__}" in kinds
 
 
 def _searched(model: Any) -> Any:

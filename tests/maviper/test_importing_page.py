@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from sklearn.compose import make_column_transformer
 from sklearn.decomposition import PCA
-from sklearn.ensemble import RandomForestClassifier
+from sklearn.ensemble import HistGradientBoostingRegressor, RandomForestClassifier
 from sklearn.feature_selection import SelectKBest
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import Binarizer, MinMaxScaler, StandardScaler
@@ -136,6 +136,8 @@ CASES = [  # from, what, what happens, what it is: a file's name and content, or
      lambda: DecisionTreeRegressor(max_depth=3).fit(X, Y)),
     (SCIKIT, "a regressor of several outputs, or of more than 64 values", EXACT,
      lambda: DecisionTreeRegressor().fit(X, X[:, 0] + X[:, 1])),
+    (SCIKIT, "a `HistGradientBoosting` with `max_iter=1`, two classes at most", EXACT,
+     lambda: HistGradientBoostingRegressor(max_iter=1, max_depth=3).fit(X, Y)),
     ("pickle", "anything: it runs code when it is opened", REFUSED, lambda: ("tree.pkl", b"\x80\x04N.")),
 ]  # fmt: skip
 

@@ -2,7 +2,13 @@
 
 import numpy as np
 import pytest
-from sklearn.ensemble import GradientBoostingClassifier, GradientBoostingRegressor, RandomForestRegressor
+from sklearn.ensemble import (
+    GradientBoostingClassifier,
+    GradientBoostingRegressor,
+    HistGradientBoostingClassifier,
+    HistGradientBoostingRegressor,
+    RandomForestRegressor,
+)
 from sklearn.linear_model import LinearRegression
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
@@ -27,12 +33,16 @@ ONE = {"n_estimators": 1, "max_depth": 3, "random_state": 0}
         RandomForestRegressor(**ONE),
         GradientBoostingRegressor(**ONE),
         GradientBoostingClassifier(**ONE),
+        HistGradientBoostingRegressor(max_iter=1, max_depth=3),
+        HistGradientBoostingRegressor(max_iter=1, max_leaf_nodes=5, loss="poisson"),
+        HistGradientBoostingClassifier(max_iter=1, max_bins=16),
         make_pipeline(StandardScaler(), DecisionTreeRegressor(max_depth=3)),
+        make_pipeline(StandardScaler(), HistGradientBoostingRegressor(max_iter=1, max_depth=3)),
     ],
     ids=str,
 )
 def test_what_is_predicted_is_the_action(model):
-    model.fit(X, Y > 0 if isinstance(model, GradientBoostingClassifier) else Y)
+    model.fit(X, Y > 0 if hasattr(model, "predict_proba") else Y)
     (policy,) = from_sklearn(model).agents
     rows = probes.boundary(policy.tree, policy.features, np.random.default_rng(1)).astype(np.float32)
     rows = np.concatenate([rows[np.isfinite(rows).all(axis=1)], X])
@@ -96,3 +106,17 @@ def test_random_regressors_give_what_they_predict(count):
         model, rows = random_regressor(seed)
         policy = from_sklearn(model, output_names=None).agents[0]
         assert ir.outputs(policy, rows).tolist() == model.predict(rows).tolist()
+
+
+def test_histogram_boosting_is_refused_with_what_would_pass():
+    one, missing = {"max_iter": 1}, np.where(X > 1, np.nan, X)
+    told = [
+        (HistGradientBoostingRegressor(max_iter=2), X, Y, "2 fitted trees", "fit max_iter=1"),
+        (HistGradientBoostingClassifier(**one), X, Y, "3 fitted trees", "boost two classes at most"),
+        (HistGradientBoostingRegressor(**one), missing, Y, "missing values", "without missing"),
+        (HistGradientBoostingRegressor(categorical_features=[2], **one), X > 0, X[:, 2], "categories", "on numbers"),
+    ]
+    for model, rows, wanted, said, advice in told:
+        with pytest.raises(InputError, match=said) as caught:
+            from_sklearn(model.fit(rows, wanted))
+        assert advice in caught.value.next_step
