@@ -5,10 +5,11 @@
 
 The register stands in NAME.toml: claims, cells in the order in which they are made, and their words. `published` is the
 default; `steps` undoes what the released code does besides its text, one by one, and has a figure; `splits` compares
-splits by every threshold with histograms; `factorial` combines what MAVIPER and IVIPER differ in. --plan prints a
-register with its cells, CPU time and power. Without an option the missing cells are made, one after the other, then the
-tables are printed; --tables only prints. Every cell is a file in the folder, so an interrupted run goes on where it
-was. --record writes the finished cells, the tables and figures into a folder.
+splits by every threshold with histograms; `factorial` combines what MAVIPER and IVIPER differ in; `learner` has our own
+algorithm beside the paper's. --plan prints a register with its cells, CPU time and power. Without an option the missing
+cells are made, one after the other, then the tables are printed; --tables only prints. Every cell is a file in the
+folder, so an interrupted run goes on where it was. --record writes the finished cells, the tables and figures into a
+folder.
 """
 
 import argparse
@@ -223,7 +224,7 @@ To go on, unpack `{ARCHIVE}` into FOLDER and run the command: it makes only what
 def main():
     """Makes what is missing, and prints the tables."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--register", default="published", help="published, steps, splits or factorial")
+    parser.add_argument("--register", default="published", help="published, steps, splits, factorial or learner")
     parser.add_argument("--plan", action="store_true", help="print cells, CPU time and power")
     parser.add_argument("--tables", action="store_true", help="make nothing")
     parser.add_argument("--cells", type=Path, help="where cells lie")

@@ -111,6 +111,27 @@ def test_the_factorial_has_both_algorithms_at_its_ends_and_equal_episodes():
     assert len({tuple(getattr(each, part) for part in PARTS) for each in found.values()}) == 16
 
 
+def test_the_learner_has_the_episodes_of_what_it_is_compared_with():
+    register, _ = published.read_register("learner")
+    known = {cell for group in register["groups"] for cell in cells_of(register, group)}
+    for _, claim, expert, depth in comparisons_of(register):
+        assert {
+            Cell(claim["game"], expert, **claim[side], depth=depth, seed=300) for side in ("first", "second")
+        } < known
+    for group in register["groups"]:
+        world, measures = expert_of(group["game"], "maddpg")[1], set()
+        assert set(group["seconds"]) == set(group["algorithms"]) == set(register["algorithms"])
+        for cell in cells_of(register, {**group, "algorithms": list(register["algorithms"])})[:6]:
+            settings, agents = settings_of(register, world, cell), range(len(world.agents))
+            rollouts = len(grouped(world, settings.rollouts_by, agents)) * settings.rollouts
+            judged = len(agents) if settings.selection_by == "agent" else len(world.teams)
+            assert settings.iterations * rollouts == 2_400 and not settings.refinement
+            assert 9_800 <= settings.iterations * judged * settings.selection_episodes <= 9_900
+            assert settings.patience == MAX_NUMBER and settings.splits == "histogram"
+            measures.add(settings.measure_in(world))
+        assert len(measures) == 1
+
+
 def test_effects_of_factors_are_means_over_the_others(tmp_path):
     """A ratio that is a sum of two effects and of one of both together gives exactly these."""
     register, digest = published.read_register("factorial")
