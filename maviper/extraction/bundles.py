@@ -6,6 +6,7 @@ Does not: hold what a user asked for (settings.py), or act on it.
 """
 
 from collections.abc import Sequence
+from typing import Any
 
 from maviper.worlds import World
 
@@ -66,6 +67,9 @@ RUNGS: dict[str, dict[str, str]] = {
     "vote-N-1": {"algorithm": MAVIPER},
     "vote-N": {"algorithm": MAVIPER, "least_right": "N"},
 }
+# Fitted Q that sees other actions than its expert's while it collects, so that its trees are no constant.
+EXPLORING = "fitted-q-exploring"
+VARIANTS: dict[str, dict[str, Any]] = {**RUNGS, EXPLORING: {"algorithm": FITTED_Q, "explore": 0.3}}
 # From joint selection to best responses, where rounds are chosen by races.
 OUR_RUNGS: dict[str, dict[str, str]] = {
     "joint-selection": RUNGS["joint-selection"],

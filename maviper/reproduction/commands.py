@@ -7,13 +7,22 @@ Does not: know where a user's own expert lies; EXPERT stands for it.
 
 from collections.abc import Iterable
 
-from maviper.reproduction.cells.plan import MADDPG, MAPPO, NO_CARD
+from maviper.reproduction.cells.plan import MADDPG, MAIN_DEPTH, MAPPO, NO_CARD
+from maviper.reproduction.register import EXPLOITABILITY, Claim
 
 
 def command(experts: Iterable[str], options: str = "") -> str:
     """The command with some options, for experts of those labels."""
     words = ["maviper reproduce -o FOLDER", options, _experts(list(experts))]
     return " ".join(word for word in words if word)
+
+
+def playing(claim: Claim, expert: str) -> str:
+    """The command that plays the cells of a claim, with the expert of that label."""
+    depths = [str(depth) for depth in claim.wanted("depth")]
+    everywhere = claim.statistic == EXPLOITABILITY and set(claim.wanted("depth")) - {MAIN_DEPTH}
+    tier = "--full " if everywhere else ""  # others answer teams of the main depth alone
+    return command([expert], f"{tier}--games {','.join(claim.wanted('game'))} --depths {','.join(depths)}")
 
 
 def _experts(labels: list[str]) -> str:

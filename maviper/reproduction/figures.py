@@ -45,6 +45,7 @@ NAMES = {
     "iviper": "IVIPER",
     "imitation": "Imitation DT",
     "fitted-q": "Fitted Q",
+    "fitted-q-exploring": "Fitted Q, exploring",
     "expert": "expert",
     "maviper-no-prediction": "no prediction",
     "maviper-iviper-resampling": "IVIPER resampling",

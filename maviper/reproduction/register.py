@@ -1,7 +1,8 @@
 """The register of claims: what the paper says, in our words, and by which number and test each claim is decided.
 
-Does: reads `claims.toml`, which is part of the package, checks it, and gives its hash.
-Assumes: the file is written before any cell is played; every cell keeps the hash.
+Does: reads `claims.toml`, which is part of the package, checks it, and gives its hash; behind its claims come those of
+  `more_claims.toml`, in families of their own.
+Assumes: the first file is written before any cell is played; every cell keeps its hash.
 Does not: decide a claim (verdicts.py), or read results.
 """
 
@@ -12,16 +13,17 @@ from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, TypeVar
 
 import msgspec
 
 from codegen.errors import InputError, UnknownNameError, shown
-from maviper.extraction.bundles import ALGORITHMS, RGMDT, RUNGS
+from maviper.extraction.bundles import ALGORITHMS, RGMDT, VARIANTS
 from maviper.files import runs
 from maviper.reproduction.cells.table import COLUMNS
 
-FILE = Path(__file__).with_name("claims.toml")
+FILE, MORE = (Path(__file__).with_name(name) for name in ("claims.toml", "more_claims.toml"))
+FURTHER = "further "  # how the families of the second file begin
 MAX_BYTES = 2**20
 FORMAT = "maviper-claims-1"
 GREATER, EQUAL, ABOVE, BELOW, SOME_ABOVE, NUMBER = "greater", "equal", "above", "below", "some above", "number"
@@ -32,6 +34,7 @@ ROBUSTNESS, EACH, SHARE_EACH = "robustness", "robustness by opponent", "share by
 APART, TO_THE_GOAL, EXPLOITABILITY = "attention apart", "attention to the goal", "exploitability"
 STATISTICS = (INDIVIDUAL, JOINT, LESS_JOINT, ROBUSTNESS, EACH, SHARE_EACH, APART, TO_THE_GOAL, EXPLOITABILITY)
 PLAYED = (INDIVIDUAL, JOINT, LESS_JOINT, ROBUSTNESS, EACH, SHARE_EACH)  # which a measure is needed for
+AGAINST, EXPERT = (ROBUSTNESS, EACH, SHARE_EACH), "expert"
 FIGURE = re.compile(r"\bfigure (\d+)")
 CHOICES = ("game", "preset", "depth", "leaves", "splits", "seed", "lineup", "measure", "expert")  # of cells
 
@@ -87,9 +90,17 @@ class _File(msgspec.Struct, forbid_unknown_fields=True):
     tables: dict[str, dict[str, Any]]
 
 
+class _More(msgspec.Struct, forbid_unknown_fields=True):
+    format: str
+    claim: list[Claim]
+
+
+Content = TypeVar("Content", _File, _More)
+
+
 @dataclass(frozen=True)
 class Register:
-    """The claims with what decides them; `sha256` of the file."""
+    """The claims with what decides them; `sha256` of the file, `more` of the one that was written later, if any."""
 
     claims: tuple[Claim, ...]
     experts: Mapping[str, PaperExpert]  # measure -> the paper's expert
@@ -101,6 +112,7 @@ class Register:
     weak_expert: float
     final_effect: float
     sha256: str
+    more: str = ""
 
     @property
     def families(self) -> list[str]:
@@ -110,19 +122,30 @@ class Register:
 
 @lru_cache(maxsize=4)
 def read(path: Path = FILE) -> Register:
-    """The register in a file. InputError with all faults where it is not one."""
+    """The register in a file, that of the package with the claims that were written later. InputError with all faults
+    where it is not one.
+    """
+    content, digest = _decoded(path, _File)
+    rest = {name: getattr(content, name) for name in _File.__struct_fields__ if name not in ("format", "claim")}
+    rest |= {"experts": MappingProxyType(content.experts), "tables": MappingProxyType(content.tables)}
+    claims, more = tuple(map(_numbered_as_in_the_paper, content.claim)), ""
+    if path == FILE:
+        later, more = _decoded(MORE, _More)
+        claims += tuple(later.claim)
+    _check(claims, path)
+    return Register(claims, sha256=digest, more=more, **rest)
+
+
+def _decoded(path: Path, form: type[Content]) -> tuple[Content, str]:
+    """A file of claims, and its hash."""
     data = runs.read(path, MAX_BYTES)
     try:
-        content = msgspec.toml.decode(data, type=_File)
+        content = msgspec.toml.decode(data, type=form)
     except (msgspec.ValidationError, msgspec.DecodeError, UnicodeDecodeError) as error:
         raise InputError("the register of claims is damaged", f"{path}: {shown(error)}", "see claims.toml") from None
     if content.format != FORMAT:
         raise InputError(f"the register's format is not {FORMAT}", f"{path}: {shown(content.format)}")
-    _check(content.claim, path)
-    rest = {name: getattr(content, name) for name in _File.__struct_fields__ if name not in ("format", "claim")}
-    rest |= {"experts": MappingProxyType(content.experts), "tables": MappingProxyType(content.tables)}
-    claims = tuple(map(_numbered_as_in_the_paper, content.claim))
-    return Register(claims, sha256=hashlib.sha256(data).hexdigest(), **rest)
+    return content, hashlib.sha256(data).hexdigest()
 
 
 def _numbered_as_in_the_paper(claim: Claim) -> Claim:
@@ -154,13 +177,18 @@ def faults_of(claim: Claim) -> list[str]:
     known: list[tuple[str, Iterable[str], Iterable[str]]] = [
         ("statistic", [claim.statistic], STATISTICS),
         ("test", [claim.test], TESTS),
-        ("algorithm", [*claim.first, *claim.second], (*ALGORITHMS, *RUNGS, RGMDT)),
+        ("algorithm", [*claim.first, *claim.second], (*ALGORITHMS, *VARIANTS, RGMDT, *_others(claim))),
         ("column", claim.cells, COLUMNS),
     ]
     found = [_unknown(what, name, names) for what, given, names in known for name in given if name not in list(names)]
     columns = [column for column in claim.cells if column in COLUMNS and column not in CHOICES]
     found += [f"the column {column} does not choose cells" for column in columns]
     return found + [text for wrong, text in _RULES if wrong(claim)]
+
+
+def _others(claim: Claim) -> list[str]:
+    """Who else may be compared: teams play against one another, and the expert's is one of them."""
+    return [EXPERT] if claim.statistic in AGAINST else []
 
 
 def _unknown(what: str, name: str, names: Iterable[str]) -> str:

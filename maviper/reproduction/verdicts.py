@@ -16,7 +16,7 @@ from msgspec import structs
 from maviper.reproduction import register
 from maviper.reproduction.cells.cell import CROSSPLAY, EXTRACTION
 from maviper.reproduction.cells.cell import EXPLOITABILITY as EXPLOITING
-from maviper.reproduction.commands import command
+from maviper.reproduction.commands import playing
 from maviper.reproduction.recipes import OPPONENTS, Book, Finder, Number, Part, Place, game_of, less, times
 from maviper.reproduction.register import Claim, Register
 from maviper.reproduction.statistics import holm, size, untestable
@@ -124,7 +124,8 @@ def _by_return(claim: Claim) -> Claim | None:
     if claim.wanted("measure") != [TOUCHED] or claim.test not in register.COMPARING:
         return None
     cells = {**claim.cells, "measure": REWARDED}
-    return structs.replace(claim, cells=cells, family=REWARDED, main=False, published=None)
+    family = f"{register.FURTHER}{REWARDED}" if claim.family.startswith(register.FURTHER) else REWARDED
+    return structs.replace(claim, cells=cells, family=family, main=False, published=None)
 
 
 def _judged(book: Book, known: Register, expert: str) -> list[Verdict]:
@@ -319,7 +320,7 @@ def _reason(verdict: Verdict, word: str, known: Register) -> str:
 def _missing(verdict: Verdict) -> str:
     """How cells that are missing are made; `--algorithms` may have left opponents out."""
     against = f" against all of {', '.join(OPPONENTS)}" if KIND_OF.get(verdict.claim.statistic) == CROSSPLAY else ""
-    return f"not run{against}: {option(verdict)}"
+    return f"not run{against}: {playing(verdict.claim, verdict.expert)}"
 
 
 def _final(verdict: Verdict, known: Register) -> str:
@@ -332,13 +333,6 @@ def _final(verdict: Verdict, known: Register) -> str:
 
 
 _FINAL = {True: "final", False: "not final, more seeds are needed"}
-
-
-def option(verdict: Verdict) -> str:
-    """The command that plays the cells of a claim, with the same expert."""
-    claim = verdict.claim
-    games, depths = claim.wanted("game"), [str(depth) for depth in claim.wanted("depth")]
-    return command([verdict.expert], f"--games {','.join(games)} --depths {','.join(depths)}")
 
 
 def _weak(book: Book, known: Register, verdict: Verdict) -> Iterator[str]:
@@ -369,7 +363,12 @@ def expert_number(book: Book, place: Place) -> Number:
 def document(verdicts: Sequence[Verdict], known: Register) -> dict[str, Any]:
     """All verdicts as plain data, as in claims.json."""
     rules = {name: getattr(known, name) for name in ("alpha", "margin", "power", "least_seeds")}
-    return {"register": known.sha256, **rules, "claims": [_plain(verdict) for verdict in verdicts]}
+    return {
+        "register": known.sha256,
+        "more_claims": known.more,
+        **rules,
+        "claims": [_plain(verdict) for verdict in verdicts],
+    }
 
 
 def _plain(verdict: Verdict) -> dict[str, Any]:

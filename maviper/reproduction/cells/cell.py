@@ -16,7 +16,7 @@ from maviper.episodes import measures
 from maviper.experts import store
 from maviper.experts.expert import Expert
 from maviper.experts.finding import find_expert
-from maviper.extraction.bundles import BUNDLES, RGMDT, RUNGS
+from maviper.extraction.bundles import BUNDLES, RGMDT, VARIANTS
 from maviper.extraction.settings import EXACT, Settings
 from maviper.files.profiles import version
 from maviper.worlds import World, find
@@ -83,7 +83,7 @@ def _read(source: Source) -> tuple[Expert, World]:
 
 def settings_of(cell: Cell, world: World) -> Settings:
     """The settings of an extraction cell, resolved."""
-    rung = RUNGS[cell.algorithm] if cell.algorithm not in BUNDLES else {"algorithm": cell.algorithm}
+    rung = VARIANTS[cell.algorithm] if cell.algorithm not in BUNDLES else {"algorithm": cell.algorithm}
     agent = {"agent": world.agents[0]} if cell.algorithm == "viper" else {}  # of the first; the others follow
     given = {"preset": cell.preset, "max_depth": cell.depth, "seed": cell.seed, "splits": cell.splits or None}
     budget = {"max_leaves": cell.leaves} if cell.algorithm == RGMDT else {}  # for others a depth does it

@@ -16,6 +16,8 @@ from itertools import product
 import numpy as np
 
 from maviper.extraction.bundles import (
+    EXPLORING,
+    FITTED_Q,
     IMITATION,
     IVIPER,
     IVIPER_RESAMPLING,
@@ -47,6 +49,7 @@ LIKE: Mapping[str, tuple[str, float]] = {  # algorithm -> another one, and how m
     IVIPER_RESAMPLING: (MAVIPER, 0.5),
     VIPER: (IVIPER, 1.0),
     RGMDT: (IMITATION, 2.0),
+    EXPLORING: (FITTED_Q, 1.0),
 }
 
 

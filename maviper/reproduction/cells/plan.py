@@ -15,6 +15,7 @@ from maviper.experts import store
 from maviper.experts.finding import find_expert
 from maviper.extraction.bundles import (
     ALGORITHMS,
+    EXPLORING,
     FITTED_Q,
     IMITATION,
     IVIPER,
@@ -72,7 +73,7 @@ class Asked:
         return self
 
 
-KNOWN = (*ALGORITHMS, *LADDER, RGMDT)
+KNOWN = (*ALGORITHMS, *LADDER, EXPLORING, RGMDT)
 
 
 @dataclass(frozen=True)
@@ -226,6 +227,8 @@ def _extractions(asked: Asked, one: Known) -> list[Cell]:
         grid |= {(PAPER, name, MAIN_DEPTH, 0, HISTOGRAM) for name in LADDER if full and game != PREY}
         grid |= {(RELEASED, name, MAIN_DEPTH, 0, EXACT) for name in (MAVIPER, IVIPER, IMITATION) if full}
     if full and not asked.algorithms:
+        grid |= {(PAPER, EXPLORING, depth, 0, HISTOGRAM) for depth in depths}
+    if full and not asked.algorithms:
         # a tree of depth d has at most 2**d leaves
         grid |= {(PAPER, name, n.bit_length() - 1, 0, HISTOGRAM) for name, n in product(COMPARED, LEAF_BUDGETS)}
         grid |= {(PAPER, RGMDT, DEEPEST, leaves, HISTOGRAM) for leaves in LEAF_BUDGETS}
@@ -245,7 +248,7 @@ def _main(asked: Asked, game: str, depths: Sequence[int]) -> list[tuple[str, str
     else:
         chosen = list(product(COMPARED, depths))
         chosen += [(name, MAIN_DEPTH) for name in ABLATIONS if game == DECEPTION and MAIN_DEPTH in depths]
-    lacking = {(RELEASED, name) for name in (FITTED_Q, RGMDT, *LADDER)}
+    lacking = {(RELEASED, name) for name in (FITTED_Q, EXPLORING, RGMDT, *LADDER)}
     pairs = [(preset, name, depth) for preset in asked.presets for name, depth in chosen]
     return [each for each in pairs if each[:2] not in lacking]
 
@@ -261,12 +264,14 @@ def _budgets(made: Sequence[Task]) -> list[Task]:
     ]
 
 
-def _crossplays(made: Sequence[Task]) -> list[Task]:
-    """The paper's algorithms and the expert against one another, wherever two of them or more were extracted alike."""
+def _crossplays(made: Sequence[Task], depths: Sequence[int] = (MAIN_DEPTH,)) -> list[Task]:
+    """The paper's algorithms and the expert against one another, wherever two of them or more were extracted alike, at
+    some depths.
+    """
     alike: dict[Cell, dict[str, Task]] = {}
     for each in made:
         cell = each.cell
-        wanted = cell.algorithm in COMPARED and cell.depth == MAIN_DEPTH and not cell.leaves
+        wanted = cell.algorithm in COMPARED and cell.depth in depths and not cell.leaves
         if wanted and cell.splits == HISTOGRAM and cell.game.partition(",")[0] in MIXED:
             alike.setdefault(replace(cell, kind=CROSSPLAY, algorithm=""), {})[cell.algorithm] = each
     several = [(cell, of) for cell, of in alike.items() if len(of) > 1]
@@ -277,8 +282,11 @@ def _crossplays(made: Sequence[Task]) -> list[Task]:
 
 
 def _answers(asked: Asked, made: Sequence[Task], left_out: list[tuple[str, str]]) -> list[Task]:
-    """Deception's profiles of depth 4, each answered by everybody of its seed, and by whom the tier trains."""
-    alike = [each for each in _crossplays(made) if each.cell.game == DECEPTION and each.cell.preset == PAPER]
+    """Deception's profiles of depth 4, in the full tier of all depths, each answered by everybody of its seed, and by
+    whom the tier trains.
+    """
+    depths = DEPTHS if asked.tier == FULL else (MAIN_DEPTH,)
+    alike = [each for each in _crossplays(made, depths) if each.cell.game == DECEPTION and each.cell.preset == PAPER]
     if not alike:
         return []
     effort = {QUICK: responding.UNTRAINED, FULL: responding.MORE}.get(asked.tier, responding.USUAL)
