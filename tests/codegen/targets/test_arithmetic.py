@@ -72,8 +72,8 @@ def _worlds(team):
                 for base, less, more in itertools.product((math.ulp(turn), 0.0), signed, signed):
                     rows += [(turn + base, less, more), (turn, -base - less, more)]
     rng = np.random.default_rng(0)
-    wild = np.ldexp(rng.uniform(-2, 2, (30_000, 3)), rng.integers(-1074, 1024, (30_000, 3)))
-    close = wild[:, :1] * np.ldexp(rng.uniform(-2, 2, (30_000, 3)), rng.integers(-70, 1, (30_000, 3)))
+    wild = np.ldexp(rng.uniform(-2, 2, (10_000, 3)), rng.integers(-1074, 1024, (10_000, 3)))
+    close = wild[:, :1] * np.ldexp(rng.uniform(-2, 2, (10_000, 3)), rng.integers(-70, 1, (10_000, 3)))
     huge = np.finfo(float).max
     ends = [(huge, -(2.0**970) * (1 - 2.0**-k), -huge) for k in range(1, 54)]
     given = np.concatenate([np.array(rows + ends), wild, np.nan_to_num(close)])

@@ -19,6 +19,7 @@ from maviper.worlds import find
 from tests.support.chains import renamed
 from tests.support.games import NAMES, random_profile
 
+pytestmark = pytest.mark.usefixtures("few_completions", "unoptimised")
 FEW = 200
 STATE = {  # the manual's example: landmark_0 is the goal
     "agent_0.x": 0.5, "agent_0.y": 1.0, "agent_1.y": -0.88, "landmark_0.y": 1.0, "landmark_1.x": 1.0,

@@ -47,7 +47,7 @@ def _about(name, old, feature):
 @pytest.mark.parametrize(
     "words", [("match", "self", "std"), ("type", "str", "Self"), ("int", "class", "None")], ids=" ".join
 )
-@pytest.mark.usefixtures("unoptimised")
+@pytest.mark.usefixtures("unoptimised", "few_completions")
 def test_agents_may_be_called_like_words_of_a_language(profile, words):
     for place, name in enumerate(words):
         profile = called(profile, name, place)

@@ -30,6 +30,7 @@ from maviper.worlds import find
 from tests.support.growing import train_joint_trees
 
 SMALL = {"iterations": 3, "rollouts": 8, "selection_episodes": 20, "max_depth": 3, "refinement": 0}
+TINY = {"iterations": 2, "rollouts": 4, "selection_episodes": 8}  # where an extraction is compared with itself
 
 
 @pytest.fixture(autouse=True)
@@ -47,7 +48,7 @@ ALL = [(algorithm, preset) for algorithm, preset in product(ALGORITHMS, PRESETS)
 
 @pytest.mark.parametrize(("algorithm", "preset"), [each for each in ALL if each != (FITTED_Q, "released")])
 def test_every_algorithm_gives_a_profile_that_repeats(algorithm, preset, world, expert):
-    found = extract(world, expert, small(algorithm, preset=preset))
+    found = extract(world, expert, small(algorithm, preset=preset, **TINY))
     assert [policy.agent for policy in found.agents] == list(world.agents)
     assert found.provenance.algorithm == algorithm and found.provenance.preset == preset
     assert found.provenance.training["splits"] == PRESETS[preset]["splits"]
@@ -55,7 +56,7 @@ def test_every_algorithm_gives_a_profile_that_repeats(algorithm, preset, world, 
         assert all(ir.depth(policy.tree).max() <= 3 for policy in found.agents)
     text = policy_json.dumps(found)
     assert policy_json.dumps(policy_json.loads(text)) == text
-    assert policy_json.dumps(extract(world, expert, small(algorithm, preset=preset))) == text
+    assert policy_json.dumps(extract(world, expert, small(algorithm, preset=preset, **TINY))) == text
 
 
 @pytest.mark.parametrize("name", ["cooperative-navigation", "predator-prey"])
@@ -69,8 +70,8 @@ def test_every_game(name, algorithm):
 
 
 def test_jobs_change_nothing(world, expert):
-    alone = extract(world, expert, small(IVIPER))
-    beside = extract(world, expert, small(IVIPER), Running(jobs=2))
+    alone = extract(world, expert, small(IVIPER, **TINY))
+    beside = extract(world, expert, small(IVIPER, **TINY), Running(jobs=2))
     assert policy_json.dumps(alone) == policy_json.dumps(beside)
 
 
