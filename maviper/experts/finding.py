@@ -13,7 +13,7 @@ from maviper.experts.expert import Expert
 from maviper.experts.foreign import named
 from maviper.experts.given import import_expert
 from maviper.experts.measured import Measured
-from maviper.experts.scripted import SCRIPTS, scripted
+from maviper.experts.scripted import is_script, scripted
 from maviper.experts.wrapped import Narrowed, Unweighted, lawful_expert
 from maviper.worlds import WORLDS, ParticleWorld, World, built_in, find
 from maviper.worlds.outside.sources import named_by_user, parse_source
@@ -63,7 +63,7 @@ def _found(text: str, world: World | None) -> tuple[Expert, World]:
         expert = named.from_name(text, world)
         return expert, expert.world
     name, _, script = text.partition("@")
-    if script in SCRIPTS and name.partition(",")[0] in WORLDS:
+    if is_script(script) and name.partition(",")[0] in WORLDS:
         game = built_in(name)
         return Measured(game, scripted(game, script)), game
     plain, features = plain_name(text) if name.partition(",")[0] in WORLDS else (text, "")

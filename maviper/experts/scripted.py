@@ -6,6 +6,7 @@ Assumes: in games with places, the dynamics of `codegen/dynamics.py`, contacts l
 Does not: learn, or give a critic (measured.py makes one).
 """
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -15,7 +16,7 @@ import numpy as np
 
 from codegen.dynamics import accelerated, accelerations, displaced
 from codegen.errors import InputError
-from codegen.ir import Float32, Float64
+from codegen.ir import Bool, Float32, Float64
 from maviper.worlds import CooperativeNavigation, Coordination, PhysicalDeception, PredatorPrey, World
 from maviper.worlds.games.coordination import Decisions
 from maviper.worlds.games.particle import WorldState, distances, planes, squared_distances
@@ -26,6 +27,7 @@ PLANNED = 2  # actions that a look-ahead chooses; it coasts after them
 HORIZON = 6  # steps whose distances it adds up
 HELD = 4  # steps for which pursuit and flight imagine one action held
 GAMES_AT_ONCE = 8_192  # bounds the memory of look-aheads
+DIGITS = 9_973  # of a sum of coordinates, those behind the point are as if drawn
 CACHED_GAMES = 1_024  # of which the distances of one step ahead stay in a processor's cache
 
 
@@ -170,6 +172,28 @@ class FixedRoles(Scripted):
         return np.stack([self._landing(agent, target[agent] - position[agent], velocity[agent]) for agent in agents], 1)
 
 
+@dataclass(frozen=True)
+class MixedRoles(Scripted):
+    """Cooperative navigation: `Assignment` in a share of the episodes, and `FixedRoles` in the others. Which it is
+    follows from where the landmarks lie, as if drawn, and stays so for the whole episode.
+    """
+
+    share: float = 0.5
+
+    def _act(self, agents: Sequence[int], state: WorldState) -> Int:
+        by_state = self.by_state(state)
+        rows = np.flatnonzero(by_state)
+        chosen = FixedRoles(self.world)._act(agents, state)
+        if len(rows):
+            chosen[rows] = Assignment(self.world)._act(agents, state[rows])
+        return chosen
+
+    def by_state(self, state: WorldState) -> Bool:
+        """In which games roles follow from the state, [batch]."""
+        landmarks = planes(state.position)[len(self.agents) :]
+        return np.abs(landmarks.sum(axis=(0, 1)) * DIGITS) % 1 < self.share
+
+
 class Chase(Scripted):
     """Predator-prey. A pursuer imagines each action held for HELD steps and takes the one after which it is nearest to
     the prey that is nearest now, all others keeping their velocities. A fleer takes the one after which its nearest
@@ -218,6 +242,7 @@ class AsRead(Scripted):
 
 
 SCRIPTED, FIXED_ROLES = "scripted", "fixed-roles"
+MIXED = re.compile(r"mixed-roles-(0?\.\d{1,3}|[01])")  # with the share of episodes in which roles follow from the state
 _SCRIPTS: dict[str, tuple[tuple[type[World], type[Scripted]], ...]] = {
     SCRIPTED: (
         (PhysicalDeception, SplitUp),
@@ -227,11 +252,20 @@ _SCRIPTS: dict[str, tuple[tuple[type[World], type[Scripted]], ...]] = {
     ),
     FIXED_ROLES: ((PhysicalDeception, SplitUp), (CooperativeNavigation, FixedRoles)),
 }
-SCRIPTS = tuple(_SCRIPTS)
+
+
+def is_script(name: str) -> bool:
+    """Whether a name stands for a script of some game."""
+    return name in _SCRIPTS or MIXED.fullmatch(name) is not None
 
 
 def scripted(world: World, script: str = SCRIPTED) -> Scripted:
     """A script of a game; InputError when there is none."""
+    mixed = MIXED.fullmatch(script)
+    if mixed and isinstance(world, CooperativeNavigation):
+        return MixedRoles(world, share=float(mixed[1]))
+    if mixed:
+        raise InputError("roles are mixed in cooperative navigation alone", world.name, f"choose {FIXED_ROLES}")
     for game, made in _SCRIPTS[script]:
         if isinstance(world, game):
             return made(world)

@@ -207,3 +207,27 @@ def test_games_that_are_alike_beside_one_another_are_decided_alike():
     chosen = landing(0, seen[:2], seen[2:])
     alone = [int(landing(0, column[:2, None], column[2:, None])[0]) for column in seen.T]
     assert chosen.tolist() == alone and len(set(alone)) > 2
+
+
+def test_roles_are_mixed_by_episode_and_in_the_share_that_is_asked_for():
+    """Each episode has one kind of roles throughout, and acts as the script of that kind does."""
+    world = find(SPREAD)
+    start = world.start_from_seeds(range(4_000))
+    for share in ("0", "0.25", "1"):
+        mixed = scripted(world, f"mixed-roles-{share}")
+        assert mixed.by_state(start).mean() == pytest.approx(float(share), abs=0.03)
+    some = start[:300]
+    mixed = scripted(world, "mixed-roles-0.5")
+    which = mixed.by_state(some)
+    played = play(world, [mixed] * 3, some)
+    for state in played.states[::6]:
+        assert (mixed.by_state(state) == which).all()
+        actions = mixed.act(range(3), (), state)
+        for rows, script in ((which, "scripted"), (~which, "fixed-roles")):
+            assert (actions[rows] == scripted(world, script).act(range(3), (), state[np.flatnonzero(rows)])).all()
+    assert 100 < which.sum() < 200
+
+
+def test_roles_are_mixed_in_navigation_alone():
+    with pytest.raises(InputError, match="in cooperative navigation alone"):
+        scripted(find("physical-deception"), "mixed-roles-0.5")
