@@ -1,8 +1,9 @@
 """Single trees of XGBoost and LightGBM, from the files that they save.
 
-Does: reads XGBoost's JSON and LightGBM's text, with base score and link: two classes, or a number for each leaf.
+Does: reads XGBoost's JSON and LightGBM's text, with base score and link: two classes, or a number for each leaf, or
+  of LightGBM a linear function.
 Assumes: the formats of XGBoost 1.6 to 3 and LightGBM 3 to 4.
-Does not: take several trees, categories, linear leaves, or zeros that stand for missing values.
+Does not: take several trees, categories, or zeros that stand for missing values.
 
 XGBoost compares float32 numbers by `<`, LightGBM doubles by `<=`. Where NaN goes is part of their models; here it goes
 right, and the profile says where that differs.
@@ -20,6 +21,8 @@ from codegen.floats import FLOAT64
 from codegen.importers.documents import second_class
 from codegen.importers.nodes import Leaf, Split, json_of, origin_of
 from codegen.importers.origin import AGENT, DOUBLES, SINGLES, Origin
+from codegen.importers.symbolic.affine import Terms
+from codegen.ir import CONSTANT
 
 XGBOOST, LIGHTGBM = "XGBoost", "LightGBM"
 ONE = "train one tree: n_estimators=1, and two classes at most"
@@ -82,8 +85,8 @@ def from_lightgbm(content: bytes, where: str) -> dict[str, Origin]:
         if len(trees) != 1:
             raise InputError(f"the model has {len(trees)} trees, one is needed", where, ONE)
         model, tree = _fields(head), _fields(trees[0])
-        if int(tree["num_cat"]) or int(tree.get("is_linear", "0")):
-            raise InputError("the tree has categories or linear leaves", where, "train it on numbers")
+        if int(tree["num_cat"]):
+            raise InputError("the tree has categories", where, "train it on numbers")
         link, *how = model["objective"].split()
         if "sqrt" in how:
             raise InputError("the model squares what its leaves say (reg_sqrt)", where, "train it without reg_sqrt")
@@ -102,6 +105,23 @@ def _fields(text: str) -> Mapping[str, str]:
     return {name: value for name, _, value in (line.partition("=") for line in text.splitlines())}
 
 
+def _linear(lists: Mapping[str, list[str]], count: int) -> tuple[Terms, ...]:
+    """What linear leaves give: a constant, then products in the order of the file, as LightGBM adds them."""
+    sizes = [int(each) for each in lists["num_features"]]
+    places, weights = (iter(lists[name]) for name in ("leaf_features", "leaf_coeff"))
+    if len(sizes) != count or sum(sizes) != len(lists["leaf_features"]) or sum(sizes) != len(lists["leaf_coeff"]):
+        raise ValueError("the linear leaves have other numbers of features")
+    found: list[Terms] = []
+    for constant, size in zip(lists["leaf_const"], sizes, strict=True):
+        # LightGBM adds what a tree says to 0, and so gives no -0.0
+        terms = [(float(constant) + 0.0, CONSTANT)]
+        for _ in range(size):
+            place, weight = int(next(places)), float(next(weights))
+            terms += [(weight, place)] if weight else []
+        found.append(tuple(terms))
+    return tuple(found)
+
+
 class _LightGbm:
     """The arrays of a tree: splits from 0 on, leaves as -1, -2 and so on."""
 
@@ -113,11 +133,14 @@ class _LightGbm:
         self.sides = [[int(each) for each in lists.get(f"{side}_child", ())] for side in ("left", "right")]
         self.values = [float(each) for each in lists["leaf_value"]]
         self.link, self.where = link, where
+        self.forms = _linear(lists, len(self.values)) if int(tree.get("is_linear", "0")) else ()
+        if self.forms and link != "regression":
+            raise InputError(f"linear leaves of the objective {shown(link)} are not understood", where, ONE)
 
     def read(self, place: int) -> Split | Leaf:
         """A split or leaf."""
         if place < 0:
-            return Leaf(self.label(self.values[-place - 1]))
+            return Leaf(0, self.forms[-place - 1]) if self.forms else Leaf(self.label(self.values[-place - 1]))
         kind, number = self.types[place], self.thresholds[place]
         if kind & CATEGORICAL:
             raise InputError("a split is by categories", self.where, "train it on numbers")

@@ -16,7 +16,10 @@ from typing import Any, NamedTuple, TypeVar, cast
 import numpy as np
 
 from codegen.errors import InputError, shown
-from codegen.importers.origin import Origin
+from codegen.floats import FLOAT64
+from codegen.importers.reading import Origin
+from codegen.importers.summed import with_sums
+from codegen.importers.symbolic.affine import Terms, valued
 from codegen.importers.symbolic.labels import Value
 from codegen.importers.symbolic.line import at_most, below
 from codegen.ir import MAX_DEPTH, MAX_NODES, NO_ACTION, NO_CHILD, NO_FEATURE, ROOT, Floats, GrownTree, Int32
@@ -44,6 +47,7 @@ class Leaf(NamedTuple):
     """An end."""
 
     label: Value
+    terms: Terms = ()  # of the number that it gives, in place of a label
 
 
 def json_of(content: bytes, where: str) -> dict[str, Any]:
@@ -73,6 +77,9 @@ def origin_of(
     nodes, leaves = _ordered(root, read, where)
     values = list(dict.fromkeys(leaf.label for leaf in leaves))
     # all of one kind, which the annotation cannot say
+    given = list(dict.fromkeys(leaf.terms for leaf in leaves)) if all(leaf.terms for leaf in leaves) else []
+    if given:
+        return _giving(kind, root, read, nodes, given, (features, n_features))
     labels: list[Any] = values if isinstance(values[0], str) else sorted(values)  # pyright: ignore
     place = {label: index for index, label in enumerate(labels)}
     rows = [[NO_FEATURE, 0.0, *each, place[leaf.label]] if isinstance(leaf, Leaf) else each for each, leaf in nodes]
@@ -86,6 +93,32 @@ def origin_of(
         return np.array([place[label] for label in _followed(root, read, rows)], dtype=np.int32)
 
     return Origin(kind, grown, tuple(labels), act, REPLAYED_BY, tuple(features), n_features, kept)
+
+
+def _giving(
+    kind: str,
+    root: Node,
+    read: Callable[[Node], Split | Leaf],
+    nodes: Sequence[tuple[list[float], Split | Leaf]],
+    given: Sequence[Terms],
+    named: tuple[Sequence[str], int],
+) -> Origin:
+    """The origin of a tree whose leaves give sums, in float64."""
+    place = {terms: index for index, terms in enumerate(given)}
+    rows = [[NO_FEATURE, 0.0, *each, place[leaf.terms]] if isinstance(leaf, Leaf) else each for each, leaf in nodes]
+
+    def act(rows: Floats) -> Any:
+        columns, ends = list(rows.astype(np.float64).T), _ends(root, read, rows)
+        found = np.zeros((len(rows), 1))
+        for terms in {leaf.terms for leaf in ends}:
+            here = np.array([leaf.terms == terms for leaf in ends])
+            found[here, 0] = valued(terms, [column[here] for column in columns], FLOAT64)
+        return found
+
+    grown = GrownTree(*np.array(rows, dtype=np.float64).T)
+    width = named[1]
+    origin = Origin(kind, grown, (), act, REPLAYED_BY, tuple(named[0]), width, finite=True, numbers=FLOAT64)
+    return with_sums(origin, (), [[terms] for terms in given], range(width))
 
 
 def _keeps(split: Split) -> bool:
@@ -128,17 +161,22 @@ def _ordered(
 
 def _followed(root: Node, read: Callable[[Node], Split | Leaf], rows: Floats) -> list[Value]:
     """The label of each observation, by the file's own comparisons."""
+    return [leaf.label for leaf in _ends(root, read, rows)]
+
+
+def _ends(root: Node, read: Callable[[Node], Split | Leaf], rows: Floats) -> list[Leaf]:
+    """The leaf of each observation."""
     doubles = rows.astype(np.float64)
-    labels: list[Value] = [ROOT] * len(rows)
+    found: list[Leaf] = [Leaf(ROOT)] * len(rows)
     open_: list[tuple[Node, np.ndarray]] = [(root, np.arange(len(rows)))]
     while open_:
         node, reached = open_.pop()
         each = read(node)
         if isinstance(each, Leaf):
             for place in reached.tolist():
-                labels[place] = each.label
+                found[place] = each
         elif len(reached):
             x = doubles[reached, each.feature]
             holds = np.where(np.isnan(x), each.nan, SIGNS[each.sign](x, each.number))
             open_ += [(each.then, reached[holds]), (each.otherwise, reached[~holds])]
-    return labels
+    return found

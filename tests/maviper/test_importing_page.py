@@ -51,6 +51,13 @@ def lightgbm(**settings):
     return "tree.txt", model.fit(np.where(np.abs(X) < 0.3, 0.0, X), Y > 0).booster_.model_to_string()
 
 
+def linear():
+    library = pytest.importorskip("lightgbm", reason="lightgbm is not installed")
+    settings = {"objective": "regression", "linear_tree": True, "num_leaves": 4, "num_threads": 1, "verbose": -1}
+    model = library.train(settings, library.Dataset(X, X[:, 0] + np.abs(X[:, 1])), 2)
+    return "tree.txt", model.model_to_string(start_iteration=1, num_iteration=1)
+
+
 def treelite(n_trees):
     library = pytest.importorskip("treelite", reason="treelite is not installed")
     return "tree.json", library.sklearn.import_model(
@@ -119,7 +126,8 @@ CASES = [  # from, what, what happens, what it is: a file's name and content, or
     ("XGBoost", "one tree, two classes or a number for each leaf, as saved JSON", EXACT, lambda: xgboost(1)),
     ("XGBoost", "several trees, categories, other objectives", REFUSED, lambda: xgboost(2)),
     ("LightGBM", "one tree, two classes or a number for each leaf, as saved text", EXACT, lambda: lightgbm()),
-    ("LightGBM", "zeros as missing values, several trees, categories, linear leaves", REFUSED,
+    ("LightGBM", "one tree with linear leaves, of the objective `regression`", EXACT, lambda: linear()),
+    ("LightGBM", "zeros as missing values, several trees, categories", REFUSED,
      lambda: lightgbm(zero_as_missing=True)),
     ("treelite", "one classification tree, as `dump_as_json` writes it", EXACT, lambda: treelite(1)),
     ("treelite", "forests, categories, other links", REFUSED, lambda: treelite(2)),

@@ -5,8 +5,12 @@ import json
 import numpy as np
 import pytest
 
+from codegen import ir
+from codegen.agreement import sum_probes
+from codegen.agreement.entries import same
 from codegen.errors import InputError
 from codegen.importers.boosted import from_lightgbm, from_xgboost
+from codegen.importers.origin import Names, profile_of
 from tests.codegen.importers.origins import asked, data, decided
 
 pytestmark = pytest.mark.interop
@@ -124,3 +128,36 @@ def test_a_model_of_lightgbm_that_squares_its_leaves_is_refused():
     assert origin.labels == (2.0,)
     with pytest.raises(InputError, match="reg_sqrt"):
         from_lightgbm(text.format("regression sqrt").encode(), "tree.txt")
+
+
+def linear(lightgbm, seed):
+    """A tree of LightGBM with linear leaves, its text, and the booster of it alone (the first tree is constant)."""
+    rng = np.random.default_rng(seed)
+    x = rng.normal(size=(300, 4)) * 10.0 ** rng.integers(-2, 3)
+    y = 2 * x[:, 0] + np.where(x[:, 1] > 0, x[:, 2], -x[:, 3]) + 1e-3 * rng.normal(size=len(x))
+    settings = {"linear_tree": True, "num_leaves": int(rng.integers(2, 9)), "min_data_in_leaf": 20, "num_threads": 1}
+    model = lightgbm.train({"objective": "regression", "verbose": -1, **settings}, lightgbm.Dataset(x, y), 2)
+    text = model.model_to_string(start_iteration=1, num_iteration=1)
+    return text, lightgbm.Booster(model_str=text)
+
+
+@pytest.mark.parametrize("count", [12, pytest.param(1_000, marks=pytest.mark.slow)])
+def test_linear_leaves_of_lightgbm(lightgbm, count):
+    for seed in range(count):
+        text, booster = linear(lightgbm, seed)
+        (policy,) = profile_of(from_lightgbm(text.encode(), "tree.txt"), Names()).agents
+        rng = np.random.default_rng(seed)
+        rows = np.concatenate([sum_probes.ties(policy, rng), sum_probes.wide(4, rng, "float64")[::8]])
+        rows = np.concatenate([rows[np.isfinite(rows).all(axis=1)], rng.normal(size=(200, 4))])
+        ours, theirs = ir.outputs(policy, rows)[:, 0], booster.predict(rows, num_threads=1)
+        assert same(ours, theirs).all(), seed
+        assert policy.tree.arithmetic == "float64" and len(policy.outputs) == 1
+
+
+def test_damaged_linear_leaves_are_refused(lightgbm):
+    text, _ = linear(lightgbm, 0)
+    sizes = next(line for line in text.splitlines() if line.startswith("num_features="))
+    for damaged in (text.replace(sizes, sizes + " 1"), text.replace("objective=regression", "objective=poisson")):
+        with pytest.raises(InputError) as caught:
+            from_lightgbm(damaged.encode(), "tree.txt")
+        assert caught.value.next_step
