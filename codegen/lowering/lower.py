@@ -75,7 +75,7 @@ def lower(profile: ir.PolicyProfile, prefix: str | None = None, style: str = AUT
         seed=profile.provenance.seed,
         style=_automatic(profile) if style == AUTO else _takes(profile, style),
         agents=_sharing(profile, [_agent(policy, prefix, profile.world) for policy in profile.agents]),
-        region=None if profile.region is None else _region(profile.region),
+        region=None if profile.region is None else region_of(profile.region),
         places=_places(profile, names),
         dt=decimal_literal(profile.world.dt),
         damping=decimal_literal(profile.world.damping),
@@ -177,7 +177,8 @@ def _sharing(profile: ir.PolicyProfile, agents: Sequence[Agent]) -> tuple[Agent,
     return tuple(found)
 
 
-def _region(region: RegionSpec) -> Region:
+def region_of(region: RegionSpec) -> Region:
+    """A region as the code that checks it has it."""
     return Region(
         tuple((_upper(a), _upper(b), _double(low), _double(high)) for a, b, low, high in region.bounds()),
         tuple((_upper(a), _upper(b), _double(least)) for a, b, least in region.distances()),

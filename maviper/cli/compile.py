@@ -29,7 +29,7 @@ from maviper.options.profiles import TARGETS, WRITTEN
     metavar="NAMES",
     callback=names,
     section=WRITTEN,
-    help="Any of c, python, json, javascript, rust, smt, svg, onnx, jax, torch.",
+    help="Any of c, python, json, javascript, rust, smt, svg, onnx, jax, torch, monitor.",
 )
 @options_of(CompileOptions)
 @output("The folder for the code.")
@@ -48,6 +48,9 @@ def compile_verb(
     With --contracts, the trees are also written as contracts in ACSL. --frama-c has Frama-C prove that the C keeps
     them: right actions, reads within bounds, nothing written, no undefined behaviour. Both need style nested or
     ordered.
+
+    The target monitor adds code that says, at run time, whether a state is one for which the claim of --certificate is
+    proved.
 
     Passes make the trees smaller or faster. Each pass is proved to change no decision. For drop, this holds within the
     region.

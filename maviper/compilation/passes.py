@@ -14,12 +14,11 @@ from codegen.errors import InputError, UnknownNameError
 from codegen.lowering import passes
 from codegen.lowering.passes import DROP, MERGE, PASSES, REORDER
 from codegen.policy_json import content_hash
-from codegen.region import RegionSpec
 from codegen.wording import counted
+from maviper.compilation.monitors import spec_of
 from maviper.episodes.on_policy import on_policy
 from maviper.files.regions import find_region
 from maviper.worlds.matching import NO_WORLD, matching_world
-from verify.exact import plain
 
 BUDGET = 20_000_000  # solver resource units per leaf; what stays open is kept
 
@@ -93,12 +92,7 @@ def _dropped(profile: ir.PolicyProfile, region: str) -> ir.PolicyProfile:
     if any(len(dead[policy.agent]) == len(ir.leaves(policy.tree)) for policy in profile.agents):
         raise InputError("the region contains no state, so nothing would be left of the trees", "--region")
     trees = {policy.agent: passes.dropped(policy.tree, dead[policy.agent]) for policy in profile.agents}
-    spec = RegionSpec(
-        found.goals,
-        {name: (plain(low), plain(high)) for name, (low, high) in found.box.items()},
-        {f"{a} - {b}": (plain(low), plain(high)) for a, b, (low, high) in found.differences},
-        {f"{a} - {b}": plain(least) for a, b, least in found.apart},
-    )
+    spec = spec_of(found)
     for bound in spec.bounds():
         if not bound.second and bound.low > bound.high:
             where = f"--region: box.{bound.first}"

@@ -1,6 +1,6 @@
 """Compilation with everything that can be asked for: passes before it, test vectors and proofs after it.
 
-Does: joins passes, `compile`, test vectors, proofs and contracts.
+Does: joins passes, `compile`, test vectors, proofs, contracts and monitors.
 Assumes: a profile; options that a user gave.
 Does not: emit or compare anything itself, print or write files.
 """
@@ -14,7 +14,7 @@ from codegen.agreement import vectors
 from codegen.equivalence.contracts import contracts_of
 from codegen.errors import InputError
 from codegen.sum_rules import ensure_plain
-from maviper.compilation import frama_c
+from maviper.compilation import frama_c, monitors
 from maviper.compilation.compile import Compiled, compile_profile
 from maviper.compilation.passes import run_passes
 from maviper.options import CompileOptions, requested
@@ -23,8 +23,10 @@ from maviper.options import CompileOptions, requested
 def compile_and_prove(profile: ir.PolicyProfile, targets: Iterable[str], **options: Unpack[CompileOptions]) -> Compiled:
     """Code for a profile. DisagreementError when any decision differs; InputError for options that cannot be used."""
     asked, targets = requested(CompileOptions, options), tuple(targets)
+    watched, targets = monitors.parted(targets, asked.certificate)
     for option, given in (
         ("--prove", asked.prove),
+        ("--target monitor", watched),
         ("--contracts", asked.contracts),
         ("--frama-c", asked.frama_c),
         ("--pass", asked.passes),
@@ -43,10 +45,13 @@ def compile_and_prove(profile: ir.PolicyProfile, targets: Iterable[str], **optio
     if asked.passes or asked.region is not None:
         better = run_passes(profile, asked.passes, None if asked.region is None else str(asked.region))
         profile, notes = better.profile, better.notes
+    proved_region = monitors.proved_by(asked.certificate, profile) if asked.certificate else None
     code = compile_profile(profile, targets, asked.prefix, asked.style)
     more = vectors.files(code.build, targets) if asked.test_vectors else {}
     proved = proofs.prove(code.build, asked.solver_units) if asked.prove else None
     more |= proofs.files_of(proved, code.build.model) if proved else {}
+    if proved_region:
+        more = {**more, **monitors.files_of(code.build, proved_region, targets)}
     proven = None
     if asked.contracts or asked.frama_c:
         contracts = contracts_of(code.build.profile, code.build.model)

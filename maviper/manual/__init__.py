@@ -25,6 +25,7 @@ TOPICS = (
     "repair",
     "compiling",
     "embedding",
+    "flight",
     "environments",
     "own",
     "files",

@@ -97,6 +97,10 @@ class CompileOptions(TypedDict, total=False):
     solver_units: Annotated[
         int | None, Option(None, CHECKS, "Limit per proof, in Z3's resource units (default: 200000000).")
     ]
+    certificate: Annotated[
+        Path | None,
+        Option(None, WRITTEN, "For the target monitor: the certificate of a claim about decisions.", "FILE"),
+    ]
     contracts: Annotated[bool, Option(False, CHECKS, "Also write the C's contracts in ACSL, which Frama-C can prove.")]
     frama_c: Annotated[bool, Option(False, CHECKS, "Write the contracts, and prove them with Frama-C's WP and Z3.")]
 

@@ -1,0 +1,106 @@
+"""Monitors: from a certificate to code that says whether a state is one for which its claim is proved.
+
+Does: checks the certificate against the profile that is compiled; takes its region, rounds its bounds inward, emits.
+Assumes: a build of the profile; certificates that anyone wrote.
+Does not: trust a proof that the checker refuses; watch what a certificate has no region for.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import msgspec
+
+from codegen.agreement.build import Build
+from codegen.errors import InputError, RefusedError, shown
+from codegen.ir import PolicyProfile
+from codegen.lowering.watching import watch
+from codegen.region import RegionSpec
+from codegen.targets import monitor
+from maviper.files import kinds, runs
+from verify.checker.decisions import certificates as decisions
+from verify.checker.reading import RejectedError
+from verify.claims.region import Region
+from verify.exact import plain
+from verify.semantics import MACHINE
+
+MONITOR = "monitor"  # the target
+
+
+def parted(targets: Sequence[str], certificate: Path | None) -> tuple[bool, tuple[str, ...]]:
+    """Whether a monitor is asked for, and the other targets: C where there is none that a monitor can be written for.
+
+    InputError for a monitor without a certificate, and for a certificate without one.
+    """
+    asked = MONITOR in targets
+    if asked != (certificate is not None):
+        what = "a monitor is made from a certificate" if asked else "a certificate is only for the target monitor"
+        raise InputError(what, "--certificate", "give --target monitor and --certificate FILE together")
+    others = tuple(target for target in targets if target != MONITOR)
+    return asked, others if not asked or set(others) & set(monitor.LANGUAGES) else (*others, "c")
+
+
+@dataclass(frozen=True)
+class Proved:
+    """What an accepted certificate says: where its claim holds."""
+
+    region: RegionSpec
+    certificate: str  # content hash
+    claim: str  # in words
+
+
+def proved_by(certificate: Path, profile: PolicyProfile) -> Proved:
+    """What a certificate proves of a profile.
+
+    InputError for a certificate of another profile, of two profiles, or of a kind that has no region for each step;
+    RefusedError where its proof does not hold.
+    """
+    text = runs.read(certificate, decisions.MAX_BYTES)
+    _ensure_watchable(text, certificate)
+    try:
+        found = decisions.from_json(text, str(certificate))
+        if found.against:
+            raise InputError("the certificate compares two profiles, and a monitor watches one", str(certificate))
+        if found.view is not None:
+            what = "the certificate is about observations, and a monitor watches world states"
+            raise InputError(what, str(certificate), "verify the claim for a profile whose features have meanings")
+        if found.semantics != MACHINE:
+            what = "the certificate is about exact arithmetic, and the code decides in floats"
+            raise InputError(what, str(certificate), f"verify the claim with --semantics {MACHINE}")
+        decisions.accepted(found, profile)
+    except RejectedError as error:
+        advice = "do not rely on it; run `maviper verify` again"
+        raise RefusedError("the certificate is refused", f"{certificate}: {shown(error)}", advice) from None
+    claim = "a formula" if found.claim is None else f"{found.claim.name} of the {found.claim.team}"
+    return Proved(spec_of(found.region), _hash(text), claim)
+
+
+def files_of(build: Build, proved: Proved, targets: Sequence[str]) -> dict[str, str]:
+    """The monitors of a build by file name, one for each language among its targets. InputError as `watch`."""
+    watched = watch(build.profile, build.model, proved.region, proved.certificate, proved.claim)
+    return monitor.emit(watched, targets)
+
+
+def spec_of(region: Region) -> RegionSpec:
+    """A region as profiles and code have it, its numbers as exact text."""
+    return RegionSpec(
+        region.goals,
+        {name: (plain(low), plain(high)) for name, (low, high) in region.box.items()},
+        {f"{a} - {b}": (plain(low), plain(high)) for a, b, (low, high) in region.differences},
+        {f"{a} - {b}": plain(least) for a, b, least in region.apart},
+    )
+
+
+def _ensure_watchable(text: bytes, where: Path) -> None:
+    """InputError for a certificate that says of later steps only what follows from the start."""
+    kind = kinds.kind_of(text)
+    if kind in (kinds.EPISODE_CERTIFICATE, kinds.SYSTEM_CERTIFICATE):
+        what = f"{kind.called} has no region that holds at every step, so that no state can be compared with it"
+        advice = "a monitor needs the certificate of a claim about single decisions"
+        raise InputError(what, str(where), advice)
+    kinds.ensure(text, str(where), kinds.CERTIFICATE.called, kinds.CERTIFICATE)
+
+
+def _hash(text: bytes) -> str:
+    """The content hash that a certificate states, which reading it has compared."""
+    return str(msgspec.json.decode(text)["content_hash"])

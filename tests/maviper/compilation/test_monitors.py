@@ -1,0 +1,258 @@
+"""Monitors: they vouch for a state in the region of a proof, in all languages alike, and for nothing else."""
+
+import json
+import math
+import shutil
+import subprocess
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from codegen.agreement.compiled import STRICT, find_compiler
+from codegen.errors import InputError, RefusedError
+from codegen.lowering.lower import lower
+from codegen.lowering.watching import watch
+from codegen.region import RegionSpec
+from codegen.targets import emit, monitor
+from maviper import load, manual
+from maviper.compilation.monitors import parted, proved_by
+from maviper.compilation.run import compile_and_prove
+from tests.support import monitors
+from tests.support.generated import FOLDER
+from tests.support.monitors import INVALID, LEAVING, OK, OUTSIDE, Twin, files, inside
+from tests.support.small import small_profile
+
+GENERATED = FOLDER.parent
+VERDICTS = GENERATED / "verdicts"
+PROVED = VERDICTS / "physical_deception" / "certificate-1-distinct_targets.json"
+BOX = {f"{name}.{axis}": ("-1", "1") for name in ("adversary_0", "agent_0", "agent_1", "landmark_0", "landmark_1")
+       for axis in "xy"}  # fmt: skip
+SPEC = RegionSpec(
+    ("landmark_0", "landmark_1"),
+    BOX | {"agent_0.x": ("-1/3", "0.7")},
+    {"agent_0.y - agent_1.y": ("-0.9", "1/7")},
+    {"agent_0 - agent_1": "0.1"},
+)
+
+
+def asked(profile, spec, watched, count, seed):
+    """States around a region and its border, measurements that fail, steps that are late: w, fresh, dt, start."""
+    rng, names = np.random.default_rng(seed), list(profile.world.coordinates())
+    w = rng.uniform(-1.0, 1.0, (count, len(names)))
+    for name, (low, high) in spec.box.items():
+        ends = [float(Fraction(low)), float(Fraction(high))]
+        w[:, names.index(name)] = rng.uniform(ends[0], ends[1] + 0.01, count)
+        pool = [math.nextafter(end, side) for end in ends for side in (-math.inf, math.inf)] + ends
+        chosen = rng.random(count) < 0.05
+        w[chosen, names.index(name)] = rng.choice(pool, chosen.sum())
+    w[:, [i for i, name in enumerate(names) if ".v" in name]] *= 0.3
+    if "goal.x" in names:
+        goal = rng.choice(["landmark_0", "landmark_1"], count)
+        for axis in "xy":
+            places = [names.index(f"{each}.{axis}") for each in goal]
+            w[:, names.index(f"goal.{axis}")] = w[np.arange(count), places]
+    odd = rng.random(w.shape) < 0.002
+    w[odd] = rng.choice([np.nan, np.inf, -np.inf, 1e12], odd.sum())
+    fresh = (rng.random(w.shape) > 0.02).astype(np.int32)
+    dt = rng.choice([profile.world.dt, 0.0, 1.4 * profile.world.dt, np.nan, -0.1, 9.0], count, p=[0.95, *[0.01] * 5])
+    return w, fresh, dt, (rng.random(count) < 0.4).astype(np.int32)
+
+
+@pytest.mark.compile
+def test_all_languages_say_what_the_region_says(tmp_path):
+    profile = small_profile()
+    texts, watched = files(profile, SPEC)
+    rows = asked(profile, SPEC, watched, 3_000, 7)
+    twin, wanted = Twin(profile, SPEC, watched), []
+    for w, fresh, dt, start in zip(*rows, strict=True):
+        if start:
+            twin.start()
+        wanted.append(twin.step(w, fresh, dt))
+        if wanted[-1] in (OK, LEAVING):
+            assert inside(SPEC, profile.world.coordinates(), w)  # exactly: bounds are rounded inward
+    assert {OK, LEAVING, OUTSIDE, INVALID} == set(wanted) and wanted.count(OK) > 100
+    n, rest = len(watched.model.agents[0].actions), watched.fallbacks[0].action
+    acted = [i % n if word in (OK, LEAVING) else rest for i, word in enumerate(wanted)]
+    assert monitors.run_python(texts, watched, rows) == (wanted, acted)
+    if find_compiler() is not None:
+        assert monitors.run_c(texts, watched, tmp_path, rows) == (wanted, acted)
+    if shutil.which("node"):
+        assert monitors.run_javascript(texts, watched, tmp_path, rows) == (wanted, acted)
+    if shutil.which("rustc"):
+        assert monitors.run_rust(texts, watched, tmp_path, rows) == (wanted, acted)
+
+
+def made(profile, certificate):
+    """The module of a monitor."""
+    found = proved_by(certificate, profile)
+    watched = watch(profile, lower(profile), found.region, found.certificate, found.claim)
+    (text,) = monitor.emit(watched, ["python"]).values()
+    space = {}
+    exec(compile(text, "monitor", "exec"), space)
+    return space
+
+
+@pytest.fixture(scope="module")
+def proved():
+    """A committed profile, and the monitor of a proof about it."""
+    profile = load(PROVED.parent / "profile.json")
+    return profile, made(profile, PROVED)
+
+
+def ready(space, profile):
+    """A monitor that has said OK, and the state of which it did."""
+    found, w = space["Monitor"](), [0.0] * len(profile.world.coordinates())
+    found.renew_all()
+    assert found.step(w, 0.1) == OK
+    return found, w
+
+
+def fail_shape(found, w):
+    found.renew_all()
+    return found.step(w[:-1], 0.1)
+
+
+def fail_finite(found, w):
+    found.renew_all()
+    return found.step([math.nan, *w[1:]], 0.1)
+
+
+def fail_infinite(found, w):
+    found.renew_all()
+    return found.step([math.inf, *w[1:]], 0.1)
+
+
+def fail_number(found, w):
+    found.renew_all()
+    return found.step([None, *w[1:]], 0.1)
+
+
+def fail_age(found, w):
+    return found.step(w, 0.1) or found.step(w, 0.1)  # a step without news is allowed, two are not
+
+
+def fail_late(found, w):
+    found.renew_all()
+    return found.step(w, 0.2)
+
+
+def fail_range(found, w):
+    found.renew_all()
+    return found.step([1e10, *w[1:]], 0.1)
+
+
+def fail_output(found, w):
+    assert found.act("agent_0", 5) == 0
+    return found.word
+
+
+@pytest.mark.parametrize(
+    "fault",
+    [fail_shape, fail_finite, fail_infinite, fail_number, fail_age, fail_late, fail_range, fail_output],
+    ids=lambda each: each.__name__.removeprefix("fail_"),
+)
+def test_a_fault_leaves_the_mode_for_good(fault, proved):
+    """PX4's list for networks that fly: shape, validity, age, finiteness, output range; and then the fallback."""
+    profile, space = proved
+    found, w = ready(space, profile)
+    assert found.act("agent_0", 3) == 3
+    assert fault(found, w) == INVALID
+    found.renew_all()
+    assert found.step(w, 0.1) == INVALID and found.act("agent_0", 3) == space["FALLBACK"]["agent_0"]
+    found.start()
+    found.renew_all()
+    assert found.step(w, 0.1) == OK and found.act("agent_0", 3) == 3
+
+
+def test_a_state_outside_stays_outside_and_one_that_leaves_is_told_before(proved):
+    profile, space = proved
+    names = profile.world.coordinates()
+    found, w = ready(space, profile)
+    place, speed = names.index("agent_0.x"), names.index("agent_0.vx")
+    w[place], w[speed], said = 0.7, 1.0, []
+    for _ in range(5):
+        found.renew_all()
+        said.append(int(found.step(w, 0.1)))
+        w[place] += 0.1 * w[speed]
+    assert said == [OK, OK, OK, LEAVING, OUTSIDE]  # at 0.7, 0.8, 0.9, 1 and 1.1
+    w[place] = 0.0
+    found.renew_all()
+    assert found.step(w, 0.1) == OUTSIDE
+
+
+def test_hashes_and_claim_are_in_the_code(proved):
+    _, space = proved
+    stated = json.loads(PROVED.read_text())
+    assert space["CERTIFICATE"] == stated["content_hash"] and space["PROFILE"] == stated["profile"]
+
+
+@pytest.mark.parametrize(
+    ("folder", "certificate", "said"),
+    [
+        ("physical_deception", "cooperative_navigation/certificate-1-distinct_targets.json", "profile"),
+        ("physical_deception", "physical_deception/certificate-7-reaches.json", "no region that holds at every step"),
+        ("physical_deception", "../worlds/cart_pole/certificate-1-stays_in.json", "no region that holds at every step"),
+        ("physical_deception", "physical_deception/report.json", "certificate"),
+    ],
+)
+def test_other_certificates_are_refused(folder, certificate, said):
+    profile = load(VERDICTS / folder / "profile.json")
+    with pytest.raises(InputError, match=said):
+        proved_by(VERDICTS / certificate, profile)
+
+
+def test_a_proof_that_does_not_hold_is_refused(tmp_path):
+    """The proof of one goal left out: the checker does not take it, and so there is no monitor."""
+    from verify.checker.envelope import body_hash
+
+    body = json.loads(PROVED.read_text())
+    body.pop("content_hash")
+    body["proofs"].pop(next(iter(body["proofs"])))
+    (tmp_path / "edited.json").write_text(json.dumps(body | {"content_hash": body_hash(body)}))
+    with pytest.raises(RefusedError, match="refused"):
+        proved_by(tmp_path / "edited.json", load(PROVED.parent / "profile.json"))
+
+
+def test_target_and_certificate_come_together():
+    profile = load(PROVED.parent / "profile.json")
+    with pytest.raises(InputError, match="made from a certificate"):
+        compile_and_prove(profile, ["python", "monitor"])
+    with pytest.raises(InputError, match="only for the target monitor"):
+        compile_and_prove(profile, ["python"], certificate=PROVED)
+    assert parted(["monitor", "json"], PROVED) == (True, ("json", "c"))  # C, where no language has a monitor
+    assert parted(["monitor", "rust"], PROVED) == (True, ("rust",))
+
+
+@pytest.mark.compile
+def test_the_header_of_another_profile_does_not_compile(tmp_path):
+    profile = small_profile()
+    texts, watched = files(profile, SPEC, ["c"])
+    for name, text in texts.items():
+        (tmp_path / name).write_text(text)
+    (tmp_path / "use.c").write_text(f'#include "{watched.model.prefix}_monitor.h"\nint main(void) {{ return 0; }}\n')
+    command = [*find_compiler(), *STRICT, "-Wno-unused-function", "-c", "use.c"]
+    assert subprocess.run(command, cwd=tmp_path, check=False).returncode == 0
+    header = tmp_path / f"{watched.model.prefix}.h"
+    header.write_text(header.read_text().replace(watched.guard, "ANOTHER_H"))
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode != 0 and "of another profile" in done.stderr
+
+
+@pytest.mark.compile
+def test_the_program_of_the_manual_loses_its_sensor_and_falls_back(tmp_path):
+    page = manual.page("flight")
+    code, printed = page.partition("```c\n")[2].split("```\n", 1)
+    profile, found = load(PROVED.parent / "profile.json"), proved_by(PROVED, load(PROVED.parent / "profile.json"))
+    model = lower(profile)
+    watched = watch(profile, model, found.region, found.certificate, found.claim)
+    for name, text in {**emit(profile, ["c"]), **monitor.emit(watched, ["c"]), "flight.c": code}.items():
+        (tmp_path / name).write_text(text)
+    flags = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-Wno-unused-function"]
+    done = subprocess.run([*find_compiler(), *flags, "flight.c", "-o", "flight"], cwd=tmp_path, check=False)
+    assert done.returncode == 0
+    said = subprocess.run([str(tmp_path / "flight")], capture_output=True, text=True, check=True).stdout
+    lines = [line.removeprefix("    ") for line in printed.splitlines() if line.startswith("    ")]
+    assert said.splitlines() == lines
+    assert [line.split()[1] for line in lines] == ["OK"] * 9 + ["INVALID"] * 3
+    assert all(line.endswith(" 0 0") for line in lines[9:])  # both stay where they are
