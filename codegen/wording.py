@@ -5,11 +5,16 @@ Assumes: a reader; code and profiles hold thresholds exactly.
 Does not: write what a program reads.
 
 What is written as x < 0 compares with a number so small that it says nothing to a reader: -1.17549e-38, the last
-float32 that is not subnormal, or the last number of all.
+float32 that is not subnormal, or the last number of all. And what is written as x < 19.5 compares with the last float
+below, which in a few digits would read as `<= 19.5`.
 """
+
+import math
+import struct
 
 PLURALS = {"box": "boxes", "branch": "branches", "leaf": "leaves"}  # of nouns that take no s
 TINY = 2.0**-126  # the least float32 that is not subnormal
+ROUND = 4  # digits of numbers that people write
 
 
 def holds(threshold: float, digits: int = 6) -> str:
@@ -31,7 +36,8 @@ def within(name: str, low: float | None, high: float | None, digits: int = 6) ->
 
 def number(threshold: float, digits: int = 6) -> str:
     """The number that a test's words compare with."""
-    return f"{0.0 if is_zero(threshold) else threshold:.{digits}g}"
+    bound = _bound(threshold)
+    return f"{0.0 if is_zero(threshold) else threshold if bound is None else bound:.{digits}g}"
 
 
 def is_zero(threshold: float) -> bool:
@@ -45,4 +51,26 @@ def counted(count: int, noun: str) -> str:
 
 
 def _sign(threshold: float, plain: str, below: str) -> str:
-    return below if is_zero(threshold) and threshold < 0 else plain
+    return plain if _bound(threshold) is None else below
+
+
+def _bound(threshold: float) -> float | None:
+    """The b of a test `x < b` that became `x <= threshold`, where b is 0 or a number of few digits."""
+    if is_zero(threshold):
+        return 0.0 if threshold < 0 else None
+    bound = float(f"{threshold:.{ROUND}g}")
+    if not threshold < bound:
+        return None
+    return bound if bound in (math.nextafter(threshold, math.inf), _next_single(threshold)) else None
+
+
+def _next_single(threshold: float) -> float | None:
+    """The float32 number after one that is no zero; None where it is no float32. Without numpy, which loads slowly."""
+    try:
+        packed = struct.pack("<f", threshold)
+    except OverflowError:
+        return None
+    if struct.unpack("<f", packed)[0] != threshold:
+        return None
+    (bits,) = struct.unpack("<i", packed)
+    return float(struct.unpack("<f", struct.pack("<i", bits + (1 if threshold > 0 else -1)))[0])

@@ -178,10 +178,10 @@
   }
 
   const initials = (action) => words(action.name).map((word) => word[0]).join("").slice(0, 2);
-  const glyphs = new Map(); // action -> its sign, in two letters at most, unlike the other actions'
+  const glyphs = new Map(); // action -> its sign, of few letters, unlike the other actions'
   const colours = new Map(); // gray is what does nothing
   for (const { actions } of agents) {
-    const kinds = [sign, initials, (action) => action.name.slice(0, 2), (action) => String(actions.indexOf(action))];
+    const kinds = [sign, initials, (action) => action.name.slice(0, action.name.length > 3 ? 2 : 3), (action) => String(actions.indexOf(action))];
     const told = (kind) => actions.map(kind);
     const unlike = (signs) => signs.every(Boolean) && new Set(signs).size === signs.length;
     // pushes in a plane have their arrows, even where two of them are alike
@@ -193,6 +193,7 @@
     });
   }
   const glyph = (action) => glyphs.get(action);
+  const signed = (action) => (/\w/.test(glyph(action)) ? action.name : `${glyph(action)} ${action.name}`);
 
   let drawing = 0; // the latest ground that was asked for
 
@@ -298,6 +299,8 @@
   const teams = [...new Set(agents.map((agent) => agent.team))];
   const teamColour = (i) => ["#c2410c", "#1d4ed8", "#6d28d9", "#0f766e"][teams.indexOf(agents[i].team) % 4];
 
+  const crowded = agents.length + world.landmarks.length > 12; // then names hide each other, and numbers stand for them
+
   function drawEntity(scene, entity, i, taken, others) {
     const [x, y] = toView(now().position[i]);
     const agent = i < agents.length;
@@ -316,7 +319,7 @@
       heading(taken[i], size + 5, "heading");
     }
     const label = element("text", { x, y: y - size - 1.5 }, scene);
-    label.textContent = `${entity.name}${goal ? " \u2605" : ""}`;
+    label.textContent = `${crowded ? entity.name.match(/\d*$/)[0] || entity.name : entity.name}${goal ? " \u2605" : ""}`;
     label.setAttribute("text-anchor", x < -40 ? "start" : x > 40 ? "end" : "middle");
     element("title", {}, group).textContent = title;
   }
@@ -483,8 +486,18 @@
   const brief = (x) => String(Number(x.toPrecision(3)));
   // a test as people read it: the last number below 0 is "< 0"
   const tiny = 2 ** -126;
-  const test = (x) => Math.abs(x) > tiny ? `\u2264 ${brief(x)}` : x < 0 ? "< 0" : "\u2264 0";
-  const leftIf = (x) => Math.abs(x) > tiny ? `at most ${x}` : x < 0 ? "below 0" : "at most 0";
+  /** The number of few digits that comes right after a threshold, of which it is what a test `x < 19.5` became. */
+  function bound(x) {
+    const round = Number(x.toPrecision(4));
+    const [single, double] = [Float32Array.of(x), Float64Array.of(x)];
+    new Int32Array(single.buffer)[0] += x > 0 ? 1 : -1;
+    new BigInt64Array(double.buffer)[0] += x > 0 ? 1n : -1n;
+    const near = (Math.fround(x) === x && single[0] === round) || double[0] === round;
+    return Math.abs(x) > tiny ? (near ? round : null) : x < 0 ? 0 : null;
+  }
+  const atMost = (x) => Math.abs(x) > tiny ? x : 0;
+  const test = (x) => bound(x) === null ? `\u2264 ${brief(atMost(x))}` : `< ${brief(bound(x))}`;
+  const leftIf = (x) => bound(x) === null ? `at most ${atMost(x)}` : `below ${bound(x)}`;
 
   function drawTree(number, observed) {
     TEAMS.forEach((team, which) => drawOne(number, agents[number][team], get(`${team}-${number}`), observed, which));
@@ -533,7 +546,7 @@
     const margins = live.map((node) => [Math.abs(observed[tree.feature[node]] - tree.threshold[node]), node]);
     const [least, at] = margins.length ? margins.reduce((a, b) => (b[0] < a[0] ? b : a)) : [null, 0];
     const nearest = least === null ? "" : `; nearest test: ${features[tree.feature[at]].name}, ${brief(least)} away`;
-    return `${glyph(action)} ${action.name}, leaf ${leaf}${nearest}`;
+    return `${signed(action)}, leaf ${leaf}${nearest}`;
   }
 
   /** What stands beside a tree's action: the second profile's, or the expert's. */
@@ -542,7 +555,7 @@
     if (!second) return expertSays(number, observed, actions[tree.action[leaf]]);
     const action = actions[second.action[other]];
     if (second.action[other] === tree.action[leaf]) return "; the second profile too";
-    return `; the second profile: ${glyph(action)} ${action.name}, leaf ${other}`;
+    return `; the second profile: ${signed(action)}, leaf ${other}`;
   }
 
   function drawNode(svg, number, tree, node, { x, y, live, end }, observed) {
@@ -554,7 +567,7 @@
     const action = actions[tree.action[node]];
     const lines = folded ? ["\u25b8", `${leavesBelow.get(tree)[node]} leaves`]
       : split ? [...wrapped(features[tree.feature[node]].name, 18, 2), test(tree.threshold[node])]
-      : wrapped(glyph(action).length > 1 ? action.name : `${glyph(action)} ${action.name}`, 9, 3);
+      : wrapped(signed(action), 9, 3);
     const tall = 12 * lines.length + 8;
     const rect = element("rect", { x: x - wide / 2, y: y - tall / 2, width: wide, height: tall, rx: split ? 4 : 13 }, group);
     if (!split) rect.setAttribute("style", `fill:${colours.get(action)}`);
@@ -580,7 +593,7 @@
     const net = (data.experts || [])[number];
     if (!net) return "";
     const expert = agents[number].actions[Network.act(net, observed)];
-    return expert === action ? "; its expert too" : `; its expert: ${glyph(expert)} ${expert.name}`;
+    return expert === action ? "; its expert too" : `; its expert: ${signed(expert)}`;
   }
 
   // --- all together
@@ -620,7 +633,7 @@
       swatch.className = "swatch";
       swatch.style.background = colours.get(action);
       swatch.textContent = glyph(action);
-      item.append(swatch, ` ${action.name}`);
+      item.append(swatch, glyph(action) === action.name ? "" : ` ${action.name}`);
       return item;
     });
     get("legend").replaceChildren(...parts);
@@ -668,7 +681,9 @@
         writers.push(write);
         write();
         const unit = feature.unit && feature.unit !== "none" ? ` (${feature.unit})` : "";
-        label.append(Object.assign(document.createElement("span"), { textContent: feature.name + unit }), slider, field);
+        const called = document.createElement("span");
+        for (const part of (feature.name + unit).split(/(?<=_)/)) called.append(part, document.createElement("wbr"));
+        label.append(called, slider, field);
         (asked.has(f) ? box : unasked).append(label);
       });
       if (unasked.children.length) {
@@ -695,7 +710,7 @@
       const summary = document.createElement("summary");
       const name = Object.assign(document.createElement("strong"), { textContent: agent.name });
       const says = Object.assign(document.createElement("span"), { id: `says-${number}`, className: "soft" });
-      summary.append(name, ` ${agent.team} `, says);
+      summary.append(name, agent.team === agent.name ? " " : ` ${agent.team} `, says);
       box.append(summary);
       TEAMS.forEach((team, which) => {
         if (TEAMS.length > 1) {

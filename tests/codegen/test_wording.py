@@ -21,6 +21,13 @@ CASES = [
     (-5e-324, "< 0", ">= 0"),
     (float(np.nextafter(np.float32(0), np.float32(-1))), "< 0", ">= 0"),
     (TINY, "<= 0", "> 0"),
+    (float(np.nextafter(np.float32(19.5), np.float32(0))), "< 19.5", ">= 19.5"),
+    (float(np.nextafter(np.float32(-19.5), np.float32(-20))), "< -19.5", ">= -19.5"),
+    (float(np.nextafter(0.02, 0)), "< 0.02", ">= 0.02"),
+    (float(np.float32(0.02)), "<= 0.02", "> 0.02"),
+    (float(np.nextafter(0.123456, 0)), "<= 0.123456", "> 0.123456"),  # no number that people write
+    (19.5, "<= 19.5", "> 19.5"),
+    (1e300, "<= 1e+300", "> 1e+300"),
     (-2.4e-38, "<= -2.4e-38", "> -2.4e-38"),
 ]
 

@@ -200,7 +200,7 @@ def test_a_recorded_episode_is_gone_through_and_a_field_changes_it(tmp_path):
     [
         (("push_left", "push_right"), ["\u2190", "\u2192"]),
         (("no_pull", "pull"), ["np", "p"]),
-        (("on", "off"), ["on", "of"]),
+        (("on", "off"), ["on", "off"]),
         (("brake_1", "brake_2"), ["b1", "b2"]),
         (("run-a", "rest-a"), ["ru", "re"]),
     ],
