@@ -90,5 +90,5 @@ def doubles(policy: ir.AgentPolicy, rng: np.random.Generator) -> Float64:
     """Ties as doubles, each number a little away from it: they must count as the agent's numbers."""
     rows = ties(policy, rng).astype(np.float64)
     if policy.numbers == FLOAT32:
-        rows += rows * rng.uniform(-REST, REST, rows.shape)
+        rows *= 1 + rng.uniform(-REST, REST, rows.shape)  # what is infinite stays so
     return rows

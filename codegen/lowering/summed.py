@@ -8,9 +8,13 @@ Does not: look anything up in a profile, or hold text of any language.
 from dataclasses import dataclass
 from typing import Literal
 
-from codegen.floats import FLOAT32
+from codegen.floats import FLOAT32, NUMBERS, below_zero, decimal_literal
 from codegen.lowering.parts import Action, Double, Feature, Node
 from codegen.sums import DOUBLE_SUMS, FLOAT32_STEPS
+
+# of float (True), of double: the last number below 0, and 0
+BELOW_ZERO = {numbers == FLOAT32: decimal_literal(below_zero(numbers)) for numbers in NUMBERS}
+ZERO = {True: Double("0x0p+0f", "0.0"), False: Double("0x0p+0", "0.0")}
 
 
 @dataclass(frozen=True)
@@ -56,6 +60,19 @@ class SumNode:
     given: tuple[Given, ...]
     left: int
     right: int
+
+    @property
+    def sign(self) -> str:
+        """The comparison of the sum. What asks for a sum below 0 is written so: compared with the last number below 0,
+        a sum of 0 would go left where a thread takes subnormal numbers for zero.
+        """
+        last = self.threshold and BELOW_ZERO[self.threshold.hex.endswith("f")]
+        return "<" if self.threshold and self.threshold.decimal == last else "<="
+
+    @property
+    def limit(self) -> Double | None:
+        """What the sum is compared with."""
+        return ZERO[self.threshold.hex.endswith("f")] if self.threshold and self.sign == "<" else self.threshold
 
     @property
     def split(self) -> bool:

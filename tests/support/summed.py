@@ -185,10 +185,11 @@ def bits(values):
     return [struct.pack("<d", value) if value == value else b"NaN" for value in values]
 
 
-def difference(threshold):
-    """A profile of one agent that asks x0 - x1 < = threshold in float64, and takes the action 0 or 1."""
+def difference(threshold, numbers="float64"):
+    """A profile of one agent that asks x0 - x1 <= threshold, all in these numbers, and takes the action 0 or 1."""
+    arithmetic = FLOAT64_SUMS if numbers == "float64" else FLOAT32_STEPS
     arrays = ([5, -1, -1], [threshold, 0, 0], [1, -1, -1], [2, -1, -1], [-1, 0, 1])
     sums = (Sum(((1.0, 0), (-1.0, 1))),)
     made = policy(0, FLOAT64_SUMS)
-    tree = ir.Tree(*arrays, numbers="float64", arithmetic=FLOAT64_SUMS, sums=sums)
+    tree = ir.Tree(*arrays, numbers=numbers, arithmetic=arithmetic, sums=sums)
     return profile(ir.AgentPolicy("agent_0", "team", made.features, made.actions, tree))

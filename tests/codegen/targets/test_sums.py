@@ -16,7 +16,7 @@ from codegen.targets import emit
 from maviper.compilation.compile import compile_profile
 from tests.support import machines, summed, summed_c
 
-KINDS = summed.every(1)
+KINDS = summed.every(1, levels=3)
 SMALL = summed.every(2, levels=2)
 FEW = {kind: SMALL[kind] for kind in SMALL if kind.startswith("outputs") or kind == "agents of two kinds"}
 RANDOM = 300
@@ -38,7 +38,7 @@ def test_every_target_gives_the_bits_of_the_reference(kind):
 
 
 def test_compiling_says_what_was_compared():
-    made = compile_profile(FEW["outputs, double sums"], ["json"])
+    made = compile_profile(FEW["outputs, double sums"], ["c"])
     assert not [line for line in made.report.skipped if "as grown" in line]
 
 
@@ -144,6 +144,18 @@ def test_what_would_compute_otherwise_is_refused(flag, tmp_path):
     assert done.returncode != 0 and "#error" in done.stderr
 
 
+@pytest.mark.parametrize(("numbers", "last"), [("float32", -(2.0**-149)), ("float64", -5e-324)])
+def test_a_sum_below_zero_is_asked_for_as_that(numbers, last):
+    """A thread that takes subnormal numbers for zero must not send 0 to the left."""
+    profile = summed.difference(last, numbers)
+    files = emit(profile, ["c", "python"])
+    assert ") < 0x0p+0" in files["sums.h"] and "x[0] - x[1]" in files["sums.py"] and " < 0.0:" in files["sums.py"]
+    with build(profile, ["c", "python", "json"]) as made:
+        selfcheck.check(made, random=RANDOM).ensure()
+    beside = emit(summed.difference(-(2.0**-149), "float64"), ["c"])["sums.h"]
+    assert " < 0x0p+0" not in beside, "which is another number of float64"
+
+
 # --- faults
 
 
@@ -162,7 +174,7 @@ C_FAULTS = [
 @pytest.mark.compile
 @pytest.mark.parametrize(("kind", "right", "wrong"), C_FAULTS)
 def test_faults_in_the_c_are_found(kind, right, wrong):
-    profile = KINDS[kind]
+    profile = summed.every(1)[kind]
     header = emit(profile, ["c"])["sums.h"]
     assert right in header
     files = {"sums.h": header.replace(right, wrong)}
