@@ -30,7 +30,7 @@ from verify.subjects import ClosedLoop
 from verify.systems import documents
 from verify.systems.claims import SystemClaim
 
-SETS_A_BOX = 20  # boxes of the budget that one set of a flow is worth
+SETS_A_BOX = 4  # boxes of the budget that one set of a flow is worth
 FIRST_SAMPLES = 256
 MIDDLES = 64  # parts left open whose middles are replayed
 LEFT_OPEN = (

@@ -15,22 +15,24 @@ from typing import NamedTuple
 
 import numpy as np
 
-from codegen.ir import Float64, PolicyProfile
+from codegen.ir import NO_FEATURE, Float64, PolicyProfile
 from verify.checker.flows.sweep import FlowSweep, Plan, SeenStep, StartBox, halves
 from verify.checker.reading import RejectedError
 from verify.progress import tell
 from verify.systems.claims import SystemClaim
-from verify.systems.language.expressions import affine
+from verify.systems.language.expressions import affine, names
 from verify.systems.system import System
 
 CURVED = ((4, 1), (5, 2), (6, 4), (8, 8), (8, 20))  # order of the series and steps of a period
 STRAIGHT = ((12, 1), (12, 4), (12, 16), (12, 50))
-FIRST, IN_CELLS = 3_000, 30_000  # sets for cuts of the start alone before cells, and for cells of one width
-CELLS = tuple(range(2, 8))  # into how many parts, as powers of two, what episodes range over is cut
+FIRST = 4_000  # sets for cuts of the start at first, and for cells of one width; four times as many in each round
+MANY = 50  # sets of a part at each step, beyond which it is cut and not followed further
+ASIDE = 0.125  # how much the width of a variable counts on which no decision depends
+CELLS = tuple(range(2, 7))  # into how many parts, as powers of two, what episodes range over is cut
 MAX_DEPTH = 20  # of cuts of the start
 NARROW = 1e-200
 FEW = 8  # parts that are looked at for what would help
-AT_ONCE = 512  # parts that are swept together
+AT_ONCE = 128  # parts that are swept together
 
 
 class FoundPlan(NamedTuple):
@@ -64,6 +66,14 @@ class CutPart:
             pending += reversed(part.halves)
 
 
+class _Cutting:
+    """Cuts of the start so far: parts that are still to be shown, and those that cannot be cut further."""
+
+    def __init__(self, whole: StartBox) -> None:
+        self.whole, self.root = whole, CutPart(whole)
+        self.pending, self.lost = [self.root], list[CutPart]()
+
+
 class PlanSearch:
     """The search for one plan. `spent`: sets so far; `open`: parts of the start that were left open at last; `why`."""
 
@@ -71,7 +81,9 @@ class PlanSearch:
         assert system.flow is not None
         self.sweep = FlowSweep(profile, system, claim)
         self._names = [one.name for one in system.variables]
-        self._most = most
+        self._most, self._steps = most, max(claim.steps, 1)
+        deciding = _deciding(profile, system)
+        self._weights = np.array([1.0 if name in deciding else ASIDE for name in self._names])
         self.open: list[StartBox] = []
         self.why = ""
         self.how = CURVED[0]
@@ -97,16 +109,21 @@ class PlanSearch:
             yield from self._by(whole, how)
 
     def _by(self, whole: StartBox, how: tuple[int, int]) -> Iterator[FoundPlan]:
-        found = self._by_cuts(whole, how, FIRST)
-        if found is not None:
-            yield FoundPlan(found, {})
-        for widths in self._cells(whole, how):
-            if self._left and self._shown([whole], Plan((), *how, widths), IN_CELLS) == []:
-                named = {self._names[column]: Fraction(width) for column, width in widths.items()}
-                yield FoundPlan(Plan((0,), *how, widths), named)
-        found = self._by_cuts(whole, how, self._left // 2)
-        if found is not None:
-            yield FoundPlan(found, {})
+        """Plans with one order and number of steps: cuts and cells in turn, with ever more sets."""
+        cutting, cells, allowed = _Cutting(whole), list(self._cells(whole, how)), FIRST
+        while self._left > MANY * self._steps * how[1] and (cutting.pending or cells):
+            found = self._by_cuts(cutting, how, min(allowed, self._left))
+            if found is not None:
+                yield FoundPlan(found, {})
+                return
+            for widths in tuple(cells):
+                open_ = self._shown([whole], Plan((), *how, widths), min(allowed, self._left))
+                if open_ == []:
+                    named = {self._names[column]: Fraction(width) for column, width in widths.items()}
+                    yield FoundPlan(Plan((0,), *how, widths), named)
+                if open_ is not None:
+                    cells.remove(widths)
+            allowed *= 4
 
     @property
     def _left(self) -> int:
@@ -133,38 +150,31 @@ class PlanSearch:
             self.open = [whole]
         return open_ == []
 
-    def _by_cuts(self, whole: StartBox, how: tuple[int, int], allowed: int) -> Plan | None:
-        """Cuts of the start after which all of its parts are shown; None where too many are left open."""
-        root, before = CutPart(whole), self.spent
-        pending = [root]
-        while pending:
-            left: list[CutPart] = []
-            for first in range(0, len(pending), AT_ONCE):
-                some = pending[first : first + AT_ONCE]
-                allowed_now = allowed - (self.spent - before)
-                open_ = (
-                    self._shown([part.box for part in some], Plan((), *how), allowed_now) if allowed_now > 0 else None
-                )
-                if open_ is None:
-                    if len(some) > 1 or some[0].depth >= MAX_DEPTH or self.spent - before >= allowed:
-                        self.open = [part.box for part in some]
-                        return None
-                    open_ = [0]
-                left += [some[place] for place in open_]
-            if not left:
-                return Plan(tuple(root.cuts()), *how)
-            self.open = [part.box for part in left]
-            columns = [self._widest(part, whole) for part in left]
-            if any(column is None or part.depth >= MAX_DEPTH for part, column in zip(left, columns, strict=True)):
-                return None
-            pending = [half for part, at in zip(left, columns, strict=True) if at is not None for half in part.cut(at)]
-        return None
+    def _by_cuts(self, cutting: _Cutting, how: tuple[int, int], allowed: int) -> Plan | None:
+        """Cuts of the start after which all of its parts are shown; None where some are left open, in `pending`."""
+        end = self.spent + allowed
+        each = MANY * self._steps * how[1]  # sets that a part may take
+        while cutting.pending and end - self.spent >= each:
+            count = min(AT_ONCE, (end - self.spent) // each)
+            some, cutting.pending = cutting.pending[:count], cutting.pending[count:]
+            open_ = self._shown([part.box for part in some], Plan((), *how), each * len(some))
+            for part in some if open_ is None else [some[place] for place in open_]:
+                column = self._widest(part, cutting.whole)
+                if column is None or part.depth >= MAX_DEPTH:
+                    cutting.lost.append(part)
+                else:
+                    cutting.pending += part.cut(column)
+        self.open = [part.box for part in (*cutting.lost, *cutting.pending)]
+        if self.open:
+            cutting.pending = [] if cutting.lost else cutting.pending
+            return None
+        return Plan(tuple(cutting.root.cuts()), *how)
 
     def _widest(self, part: CutPart, whole: StartBox) -> int | None:
         """The variable along which a part is widest, beside the whole start."""
         width = whole.high - whole.low
         with np.errstate(all="ignore"):
-            ratios = np.where(width > 0, (part.box.high - part.box.low) / width, 0.0)
+            ratios = np.where(width > 0, self._weights * (part.box.high - part.box.low) / width, 0.0)
         return int(ratios.argmax()) if ratios.max() > 0 else None
 
     def _cells(self, whole: StartBox, how: tuple[int, int]) -> Iterator[dict[int, float]]:
@@ -216,3 +226,20 @@ class PlanSearch:
             if one.high[column] > one.low[column]:
                 found = [half for each in found for half in halves(each, column)]
         return found if len(found) <= 64 else found[:64]
+
+
+def _deciding(profile: PolicyProfile, system: System) -> set[str]:
+    """The variables on which decisions depend: those that are tested, and those that move them."""
+    assert system.flow is not None
+    found: set[str] = set()
+    for policy in profile.agents:
+        tested = {int(each) for each in policy.tree.feature if each != NO_FEATURE}
+        for place in tested:
+            feature = system.features[policy.agent][policy.features[place].name]
+            found |= {name for name, _ in feature.form.terms}
+    before = -1
+    while len(found) > before:
+        before = len(found)
+        for name in tuple(found):
+            found |= names(system.flow.rates[name]) & system.flow.rates.keys()
+    return found

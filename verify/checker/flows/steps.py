@@ -133,12 +133,14 @@ class FlowStep:
         found, shown = guess, np.zeros(len(box.low), dtype=np.bool_)
         for _ in range(ROUNDS):
             image = self._along(box, guess, held)
-            inside = np.asarray((within(image, guess) & finite(guess)).all(axis=1)) & ~shown
+            held_in = within(image, guess) & finite(guess)
+            inside = np.asarray(held_in.all(axis=1)) & ~shown
             found = Spans(*(np.where(inside[:, None], new, old) for new, old in zip(image, found, strict=True)))
             shown |= inside
             if shown.all():
                 break
-            guess = _wider(hull(image, guess), WIDER)
+            grown = _wider(hull(image, guess), WIDER)  # but not where it holds the image: the others would run after it
+            guess = Spans(*(np.where(held_in, old, new) for old, new in zip(guess, grown, strict=True)))
         return found, shown
 
     def _along(self, box: Spans, stay: Spans, held: Mapping[str, Spans]) -> Spans:

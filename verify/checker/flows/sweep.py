@@ -125,9 +125,9 @@ class FlowSweep:
         for number in range(plan.steps):
             if not inside.size:
                 break
-            self.swept += inside.size
-            if self.swept > self.most:
+            if self.swept + inside.size > self.most:
                 raise RejectedError(f"more than {self.most:,} sets")
+            self.swept += inside.size
             moved = step.moved(inside.box, inside.frames, self.inputs(inside.joint))
             self._leave(inside, ~moved.shown, "no enclosure of its states over a step was shown")
             kept = moved.shown & ~moved.empty

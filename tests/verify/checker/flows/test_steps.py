@@ -125,3 +125,13 @@ def test_what_is_not_known_is_refused():
         FlowReading(Flow(F(1), {"x": Call("gamma", X)}, {}), ["x"])
     with pytest.raises(RejectedError, match="does not know"):
         FlowReading(Flow(F(1), {"x": Call("clip", X, (F(0), F(1)))}, {}), ["x"])
+
+
+def test_what_turns_as_it_drives_is_enclosed():
+    """Two inputs move two variables evenly, and these move a third: its box must not run after theirs."""
+    x, y = Product(Name("v"), Call("cos", Name("h"))), Number(F(1))
+    flow = Flow(F(1, 5), {"x": x, "v": y, "h": y}, {("a", "b"): {}})
+    point = np.array([[-0.8, -1.8, 1.4]])
+    box = Spans(point, point)
+    step = FlowStep(FlowReading(flow, ["x", "v", "h"]), [(F(0), F(0))] * 3, Stepping(4, F(1, 5)))
+    assert step.moved(box, (framed(box),), {}).shown.all()
