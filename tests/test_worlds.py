@@ -30,7 +30,9 @@ def profile_of(name):
 
 def test_the_table_has_every_world():
     assert sorted(VERDICTS) == sorted(path.stem for path in PLACE.glob("*.toml"))
-    assert sorted(VERDICTS) == sorted(path.name for path in PLACE.iterdir() if path.is_dir() and path.name[0] != "_")
+    assert sorted(VERDICTS) == sorted(
+        path.name for path in PLACE.iterdir() if path.is_dir() and path.name[0] != "_" and path.name != "vcas"
+    )
 
 
 @pytest.mark.parametrize("name", VERDICTS)
