@@ -16,12 +16,10 @@ from maviper.cli import main
 from maviper.compilation import frama_c
 from maviper.compilation.run import compile_and_prove
 from tests.support.observations import blind
+from tests.support.outside import installed
 from tests.support.teams import tree
 
 STEPS = 500_000  # of Z3, in which the code below is proved; where something is wrong, ten times as many do not do
-installed = pytest.mark.skipif(
-    any(shutil.which(tool) is None for tool in frama_c.TOOLS), reason=f"no Frama-C here: {frama_c.INSTALL}"
-)
 
 
 def team():
