@@ -18,6 +18,8 @@ REGISTER, DIGEST = published.read_register()
 ROOT = Path(__file__).parents[3]
 TOLD = {"rounds-deception-maddpg", "data-deception-maddpg", "released-deception-maddpg", "equal-deception"}
 TOLD |= {"mended-deception-iviper", "rounds-deception-mappo"}
+SPLITS_TOLD = ("deception-maddpg", "adversary-maddpg")
+LEARNER_TOLD = ("deception-maviper", "deception-iviper", "deception-imitation", "deception-member-selection")
 RECORD = ROOT / "generated" / "reproduction" / "published"
 FIRST = Cell("physical-deception", "maddpg", "paper", "maviper-every-round", 4, 100)
 
@@ -236,7 +238,7 @@ def test_the_committed_record_is_what_its_cells_say(committed):
     assert published.means(found) == lzma.decompress((RECORD / published.TABLE).read_bytes()).decode()
 
 
-@pytest.mark.parametrize("name", ["steps", "splits"])
+@pytest.mark.parametrize("name", ["steps", "splits", "learner", "factorial"])
 def test_other_committed_records_are_what_their_cells_say(name, tmp_path):
     register, digest = published.read_register(name)
     place = RECORD.parent / name
@@ -247,9 +249,10 @@ def test_other_committed_records_are_what_their_cells_say(name, tmp_path):
     assert "\n".join(published.table_lines(register, found)) + "\n" == (place / published.TEXT).read_text()
     assert (place / published.README).read_text() == published.page(register, digest, found)
     assert published.means(found) == lzma.decompress((place / published.TABLE).read_bytes()).decode()
-    manual = " ".join((ROOT / "maviper" / "manual" / "reproduce.md").read_text().split())
+    pages = [ROOT / "maviper" / "manual" / f"{page}.md" for page in ("reproduce", "extraction")]
+    manual = " ".join(" ".join(page.read_text() for page in pages).split())
     for claim in register["claims"]:
-        if claim["id"] in ("deception-maddpg", "adversary-maddpg"):
+        if claim["id"] in (*SPLITS_TOLD, *LEARNER_TOLD):
             assert shown(found.paired(claim, "maddpg", 4)) in manual
     drawn = published.drawn(register, found) if "figure" in register else None
     assert drawn is None or drawn == (place / published.FIGURE).read_text()
