@@ -13,6 +13,8 @@ from codegen.form.layout import layout
 from verify.certificates.proofs import proof_lines
 from verify.checker.covers.certificates import FORM as COVER_FORM
 from verify.checker.covers.certificates import FORMS, AnyCertificate, CoverCertificate
+from verify.checker.covers.forever import FORM as FOREVER_FORM
+from verify.checker.covers.forever import InvariantCertificate
 from verify.checker.envelope import body_hash
 from verify.checker.flows.certificates import FORM as FLOW_FORM
 from verify.checker.flows.certificates import FlowCertificate
@@ -56,6 +58,18 @@ def _covered(certificate: CoverCertificate) -> tuple[str, dict[str, Any]]:
     return COVER_FORM, {"cells": widths, "cuts": proof_lines(certificate.cuts), **sets}
 
 
+def _lasting(certificate: InvariantCertificate) -> tuple[str, dict[str, Any]]:
+    parts = [
+        {
+            "widths": {name: rational_literal(width) for name, width in part.widths.items()},
+            "steps": part.steps,
+            "cells": proof_lines(part.cells),
+        }
+        for part in certificate.parts
+    ]
+    return FOREVER_FORM, {"parts": parts}
+
+
 def _flowing(certificate: FlowCertificate) -> tuple[str, dict[str, Any]]:
     widths = {name: rational_literal(width) for name, width in certificate.widths.items()}
     made = {"order": certificate.order, "steps": certificate.steps, "cells": widths}
@@ -64,7 +78,7 @@ def _flowing(certificate: FlowCertificate) -> tuple[str, dict[str, Any]]:
 
 
 _PROOFS: dict[type, Callable[[Any], tuple[str, dict[str, Any]]]] = {
-    SystemCertificate: _walked, CoverCertificate: _covered, FlowCertificate: _flowing,
+    SystemCertificate: _walked, CoverCertificate: _covered, InvariantCertificate: _lasting, FlowCertificate: _flowing,
 }  # fmt: skip
 
 

@@ -34,9 +34,10 @@ from verify.claims.formula import agents
 from verify.progress import tell
 from verify.question import Budgets, Question
 from verify.reach.formwise import formwise
+from verify.reach.invariants import lasting
 from verify.reach.parts import divided, whole
 from verify.reach.replay import Course, replayed
-from verify.reach.results import OpenState, ReachOutcome, SystemCounterexample
+from verify.reach.results import NO_STATE, ROOM, OpenState, ReachOutcome, SystemCounterexample
 from verify.reach.samples import courses
 from verify.reach.search import Open, ReachBudgetError, SystemProver
 from verify.reach.unfolding import Merging, Unfolding
@@ -52,11 +53,6 @@ LEFT_OPEN = (
     "some states may break the claim: no episode into them was found that replays, nor a proof that none gets there"
 )
 UNSTATED = "an episode may leave the states for which dynamics are stated"
-NO_STATE = {
-    Verdict.VACUOUS: "the claim is about no state: its region is empty",
-    Verdict.UNKNOWN: "it holds of all states, but no exact state was found to show that there is one",
-}
-ROOM = "a region whose bounds lie further apart"
 NEAR = "a region that is a little larger or smaller, as its bounds may be met exactly"
 WIDER = "wider ranges or boxes of pieces, so that dynamics are stated of more states"
 STAGES = (  # how symbolic states are merged, and the symbolic states and linear programs that are tried at first
@@ -145,6 +141,8 @@ class _Decision:
         return replace(outcome, states=self.spent.states, programs=self.spent.programs, boxes=self.spent.boxes)
 
     def _outcome(self) -> ReachOutcome:
+        if self.claim.says.ever:
+            return self._for_ever()
         outcome = self._played(min(self.budget.samples, FIRST_SAMPLES)) or self._covered()
         outcome = outcome or (self._played(self.budget.samples) if self.budget.samples > FIRST_SAMPLES else None)
         if outcome is not None:
@@ -155,6 +153,13 @@ class _Decision:
             spent = f"{self.spent.states:,} symbolic states and {self.spent.programs:,} linear programs"
             said = f"stopped after {spent} without a proof: {error.option} is {error.limit:,}"
             return self._unknown(said, error.branch, f"a larger {error.option} than {error.limit:,}")
+
+    def _for_ever(self) -> ReachOutcome:
+        outcome = self._played(min(self.budget.samples, FIRST_SAMPLES))
+        outcome = outcome or lasting(self.profile, self.system, self.claim, self.budget.max_boxes)
+        self.spent.boxes = outcome.boxes
+        again = outcome.verdict is Verdict.UNKNOWN and self.budget.samples > FIRST_SAMPLES
+        return (self._played(self.budget.samples) if again else None) or outcome
 
     def _played(self, count: int) -> ReachOutcome | None:
         """VIOLATED where one of so many random episodes breaks the claim."""

@@ -19,6 +19,11 @@ if TYPE_CHECKING:
     from verify.checker.flows.certificates import FlowCertificate
 
 Values = Mapping[str, Fraction]
+NO_STATE = {
+    Verdict.VACUOUS: "the claim is about no state: its region is empty",
+    Verdict.UNKNOWN: "it holds of all states, but no exact state was found to show that there is one",
+}
+ROOM = "a region whose bounds lie further apart"
 
 
 @dataclass(frozen=True)

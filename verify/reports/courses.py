@@ -27,6 +27,7 @@ TOGETHER = "A state lies in a region if all of its variables do at once."
 MAX_HEIGHT = 1e300  # of what is drawn: the room about it is a float64 number too
 BANDS = {
     Pattern.STAYS_IN: f"Bands: the region that the claim names. {TOGETHER}",
+    Pattern.ALWAYS: f"Bands: the region that the claim names. {TOGETHER}",
     Pattern.AVOIDS: f"Bands: the region to be avoided. {TOGETHER}",
     Pattern.REACHES: f"Bands: the region to be reached. {TOGETHER}",
     Pattern.REACHES_AND_STAYS: f"Bands: the region, at the steps of which the claim speaks. {TOGETHER}",

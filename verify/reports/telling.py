@@ -23,6 +23,7 @@ SETS = {  # by what the checker counts: one of them, and what they do
     "boxes": ("box", "cover all episodes"),
     "forms": ("form", "cover all episodes"),
     "sets": ("set", "hold all states at all times"),
+    "cells": ("cell", "hold what they become"),
 }
 
 

@@ -12,6 +12,7 @@ An episode is a start and `steps` steps, so it has steps + 1 states, numbered fr
     avoids              no state lies in any of the regions
     reaches             some state lies in one of the regions
     reaches_and_stays   every state from number `by` on lies in one of the regions
+    always              every state lies in one of the regions, however long the episode is
 """
 
 from __future__ import annotations
@@ -48,6 +49,7 @@ class Pattern(Enum):
     AVOIDS = "avoids"
     REACHES = "reaches"
     REACHES_AND_STAYS = "reaches_and_stays"
+    ALWAYS = "always"
 
 
 class _Says(NamedTuple):
@@ -58,6 +60,7 @@ class _Says(NamedTuple):
     avoided: bool = False  # whether the regions are to be avoided
     once: bool = False  # whether one state in the regions is enough
     still: bool = False  # whether it speaks of single decisions instead
+    ever: bool = False  # whether it speaks of all steps, however many; counterexamples are looked for in `steps`
 
 
 SAYS: Mapping[Pattern, _Says] = {
@@ -66,6 +69,7 @@ SAYS: Mapping[Pattern, _Says] = {
     Pattern.AVOIDS: _Says("every episode of {steps} steps avoids {regions}", avoided=True),
     Pattern.REACHES: _Says("every episode reaches {regions} within {steps} steps", "steps", once=True),
     Pattern.REACHES_AND_STAYS: _Says("every episode is in {regions} from step {by} to step {steps}", "by"),
+    Pattern.ALWAYS: _Says("every episode stays in {regions} for ever", ever=True),
 }
 
 

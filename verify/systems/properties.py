@@ -26,6 +26,7 @@ from verify.systems.values import table as table_of
 from verify.toml_places import Place, parse
 
 PATTERNS = {pattern.value: pattern for pattern in Pattern}
+PLAYED = 200  # steps in which counterexamples of `always` are looked for
 KEYS = ("name", "label", "region", "steps", "by", "formula", "at_samples")
 
 
@@ -105,7 +106,7 @@ def _claim(
     if not statement.moves:
         what = f"{name} is about episodes, and the file does not say how the state moves"
         raise InputError(what, where, "add [dynamics.next], or write a formula")
-    steps = count(table.get("steps", statement.system.steps), where / "steps", MAX_STEPS)
+    steps = _steps(table, pattern, statement, where)
     by = 0
     if pattern is Pattern.REACHES_AND_STAYS:
         if "by" not in table:
@@ -116,6 +117,17 @@ def _claim(
     return SystemClaim(
         pattern, regions, steps, by, at_samples=_times(table, statement, where), label=label, region=words
     )
+
+
+def _steps(table: Mapping[str, object], pattern: Pattern, statement: Statement, where: Place) -> int:
+    """The steps of a claim about episodes; of one for ever those in which counterexamples are looked for."""
+    usual = statement.system.steps
+    if pattern is Pattern.ALWAYS:
+        if statement.system.flow is not None:
+            what = "always is about steps, and the system moves in continuous time"
+            raise InputError(what, where, "ask for stays_in with a number of steps")
+        usual = max(usual, PLAYED)
+    return count(table.get("steps", usual), where / "steps", MAX_STEPS)
 
 
 def _times(table: Mapping[str, object], statement: Statement, where: Place) -> bool | None:

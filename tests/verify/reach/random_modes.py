@@ -89,7 +89,7 @@ def case(random):
     system = System("modes", variables, features, start, pieces(random, names, actions), 3)
     tree = testing(features["a"], nested(random, 3, 3, len(actions)))
     profile = team(policy("a", ["f0", "f1", "f2"], actions, tree))
-    kind = some(random, [kind for kind in Pattern if kind is not Pattern.DECIDES])
+    kind = some(random, [kind for kind in Pattern if kind not in (Pattern.DECIDES, Pattern.ALWAYS)])
     steps = int(random.integers(1, 4))
     region = polytope(random, names)
     if kind in (Pattern.STAYS_IN, Pattern.REACHES_AND_STAYS):

@@ -81,7 +81,7 @@ def case(random):
     variables = tuple(Variable(name, "1", (F(-3), F(3))) for name in names)
     system = System("random", variables, features, start(random, names), pieces(random, names, agents, actions), 3)
     profile = team(*(policy(agent, ["f0", "f1"], actions, nested(random, 2, 2, len(actions))) for agent in agents))
-    kind = some(random, [kind for kind in Pattern if kind is not Pattern.DECIDES])
+    kind = some(random, [kind for kind in Pattern if kind not in (Pattern.DECIDES, Pattern.ALWAYS)])
     steps = int(random.integers(0, 4))
     regions = tuple(polytope(random, names) for _ in range(int(random.integers(1, 3))))
     if kind in (Pattern.STAYS_IN, Pattern.REACHES_AND_STAYS) and random.random() < 0.5:

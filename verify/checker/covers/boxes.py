@@ -61,11 +61,11 @@ def in_cells(boxes: BoxList, widths: Mapping[int, float]) -> BoxList:
     """
     cells = np.zeros((boxes.size, 0), dtype=np.int64)
     for column, width in widths.items():
-        boxes, cells = _cut(boxes, cells, column, width)
+        boxes, cells = cut(boxes, cells, column, width)
     return _joined(boxes, cells)
 
 
-def _cut(boxes: BoxList, cells: Int64, column: int, width: float) -> tuple[BoxList, Int64]:
+def cut(boxes: BoxList, cells: Int64, column: int, width: float) -> tuple[BoxList, Int64]:
     """The boxes cut at the bounds of cells along one variable, with one more column of cells' numbers.
 
     Two neighbours share the float at which they are cut, so nothing lies between them.

@@ -17,6 +17,8 @@ import msgspec
 from codegen.errors import InputError
 from codegen.floats import rational_literal
 from codegen.ir import PolicyProfile
+from verify.checker.covers import forever
+from verify.checker.covers.forever import InvariantCertificate
 from verify.checker.covers.form_sweep import FormSweep
 from verify.checker.covers.rounding import floor
 from verify.checker.covers.sweep import Cells, CoverSweep
@@ -99,7 +101,7 @@ def accepted(certificate: CoverCertificate, profile: PolicyProfile, system: Syst
     return FormSweep(profile, system, certificate.claim).run(cuts)
 
 
-AnyCertificate = SystemCertificate | CoverCertificate
+AnyCertificate = SystemCertificate | CoverCertificate | InvariantCertificate
 
 
 # --- the text
@@ -126,10 +128,11 @@ class _FormJson(msgspec.Struct):
 
 
 def from_json(text: str | bytes, where: str = "certificate") -> AnyCertificate:
-    """The certificate in a text, of either form. InputError when it is damaged, of another version, or edited."""
+    """The certificate in a text, of any form. InputError when it is damaged, of another version, or edited."""
     with undamaged(where):
-        if msgspec.json.decode(text, type=_FormJson).certificate != FORM:
-            return walked.from_json(text, where)
+        form = msgspec.json.decode(text, type=_FormJson).certificate
+        if form != FORM:
+            return forever.from_json(text, where) if form == forever.FORM else walked.from_json(text, where)
         raw = msgspec.json.decode(text, type=CoverCertificateJson)
         ensure_whole(raw, FORM, where)
         inhabitant = {name: read_number(value) for name, value in raw.inhabitant.items()}

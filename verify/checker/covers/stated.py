@@ -25,7 +25,7 @@ class StatedStates:
 
     def __init__(self, system: System, claim: SystemClaim) -> None:
         self._columns = {one.name: column for column, one in enumerate(system.variables)}
-        self._bounds = self._found(system) if claim.steps else None
+        self._bounds = self._found(system) if claim.steps or claim.says.ever else None
 
     def _found(self, system: System) -> tuple[Float64, Float64] | None:
         """Bounds of a box all of whose states lie in a piece; None where some piece holds all states."""

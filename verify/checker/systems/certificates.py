@@ -120,8 +120,11 @@ def accepted(certificate: SystemCertificate, profile: PolicyProfile, system: Sys
     return closed
 
 
-def ensure_asked(certificate: Certified, named: set[str], profile: PolicyProfile, system: System) -> None:
-    """That a certificate asks something of this profile and system. `named`: variables that its proof names.
+def ensure_asked(
+    certificate: Certified, named: set[str], profile: PolicyProfile, system: System, ever: bool = False
+) -> None:
+    """That a certificate asks something of this profile and system. `named`: variables that its proof names; `ever`:
+    whether it can show what holds at all steps, and nothing else.
 
     InputError when it is about others, or names what they do not have; RejectedError where its claim is about nothing.
     """
@@ -129,11 +132,14 @@ def ensure_asked(certificate: Certified, named: set[str], profile: PolicyProfile
     ensure_about(certificate.system, documents.content_hash(system), "system")
     _ensure_known(certificate, named, profile, system)
     certificate.claim.ensure()
+    if certificate.claim.says.ever != ever:
+        raise RejectedError("the claim is about all steps, or this form of certificate is about nothing else")
     if not _is_state(certificate, system):
         raise RejectedError("its inhabitant is not a state that the claim is about, so the claim may be vacuous")
     if certificate.claim.at_samples is not None and system.flow is None:
         raise RejectedError("the claim is about continuous time, and the system moves in steps")
-    if certificate.claim.steps and not system.pieces and system.flow is None and not certificate.claim.about_decisions:
+    moving = certificate.claim.steps or certificate.claim.says.ever
+    if moving and not system.pieces and system.flow is None and not certificate.claim.about_decisions:
         raise RejectedError("the system states no dynamics, so nothing is known of its episodes")
     ensure_cases(system)
     if any(low > high for piece in system.pieces for low, high in piece.error.values()):

@@ -125,7 +125,7 @@ FAULTS = [
     (images._BoxMotion, "moved", lambda f: lambda self, listed, shift: f(self, listed, shift._replace(low=shift.high))),
     (rounding.Factor, "times_up", lambda f: lambda self, values: self.times_down(values) / 2),
     (boxes, "_joined", lambda f: lambda listed, cells: f(listed, cells).taken(slice(0, 1))),
-    (boxes, "_cut", lambda f: lambda *given: (lambda found: (found[0].taken(slice(0, 1)), found[1][:1]))(f(*given))),
+    (boxes, "cut", lambda f: lambda *given: (lambda found: (found[0].taken(slice(0, 1)), found[1][:1]))(f(*given))),
 ]  # fmt: skip
 
 

@@ -1,0 +1,240 @@
+"""Claims for ever: what invariants show holds in long episodes; forgeries and faults are caught."""
+
+import json
+from collections import Counter
+from dataclasses import replace
+from fractions import Fraction as F
+
+import numpy as np
+import pytest
+
+from codegen.errors import InputError
+from codegen.policy_json import content_hash
+from tests.support.covers import question
+from tests.support.exact_play import refuted, start
+from tests.support.system_cases import box, decided, double_integrator, form, policy, switching, team
+from tests.verify.reach import random_modes
+from verify.certificates.proofs import encode_numbers
+from verify.certificates.systems import to_json
+from verify.checker.covers import forever, invariants
+from verify.checker.covers.certificates import CoverCertificate, from_json
+from verify.checker.covers.forever import InvariantCertificate, InvariantPart, accepted
+from verify.checker.covers.invariants import InvariantSweep
+from verify.checker.envelope import body_hash
+from verify.checker.reading import RejectedError
+from verify.checker.systems.certificates import SystemCertificate
+from verify.question import Budgets
+from verify.reach.invariants import InvariantSearch
+from verify.result import Verdict
+from verify.systems import documents
+from verify.systems.claims import Pattern, SystemClaim
+from verify.systems.system import Feature, Piece, System, Variable
+
+
+def always(steps=60, **bounds):
+    return SystemClaim(Pattern.ALWAYS, (box(**bounds),), steps)
+
+
+def thermostat():
+    """A room loses a tenth of its warmth beyond 10 degrees a step, and a heater gives 2 degrees below 19."""
+    warm = Variable("warm", "1", (F(0), F(40)))
+    move, heat = {"warm": form(1, warm=F(9, 10))}, {("heater", "on"): {"warm": form(2)}}
+    error = {"warm": (F(-1, 10), F(1, 10))}
+    features = {"heater": {"t": Feature(form(warm=1))}}
+    system = System("room", (warm,), features, box(warm=(15, 25)), (Piece({}, move, heat, error),), 60)
+    return system, team(policy("heater", ["t"], ["on", "off"], ((0, 19.0), 0, 1)))
+
+
+def answered(asked, claim, **budgets):
+    system, profile = asked
+    (found,) = decided(profile, system, [claim], Budgets(**budgets))
+    return found
+
+
+@pytest.fixture(scope="module")
+def proved():
+    system, profile = double_integrator(axes=2), switching(2)
+    found = answered((system, profile), always(x=(F(-1), F(1)), y=(F(-1), F(1))))
+    assert found.verdict is Verdict.PROVED
+    return found.certificate, profile, system
+
+
+def test_new_worlds_for_ever(proved):
+    found, profile, system = proved
+    assert [list(part.widths) for part in found.parts] == [["x", "vx"], ["y", "vy"]]
+    assert accepted(found, profile, system) < 2_000
+    assert answered(thermostat(), always(warm=(F(14), F(25)))).verdict is Verdict.PROVED
+
+
+def test_false_invariants():
+    """A counterexample comes before a proof; what has neither says which cell leaves, and where it goes."""
+    found = answered(thermostat(), always(warm=(F(15), F(20))))
+    assert found.verdict is Verdict.VIOLATED and found.counterexample.step <= 60
+    integrator = double_integrator(axes=1), switching(1)
+    found = answered(integrator, always(x=(F(-1, 2), F(1, 4))))
+    assert found.verdict is Verdict.VIOLATED
+    late = answered(thermostat(), always(steps=1, warm=(F(18), F(25))), samples=0)
+    assert late.verdict is Verdict.UNKNOWN and "may go to warm in" in late.reason
+    assert late.open is not None and set(late.open.bounds) == {"warm"}
+
+
+def test_steps_out_of_the_list():
+    """A point that turns about 0 leaves wide cells, and is back in them some steps later."""
+    move = {"x": form(y=-1), "y": form(x=1)}
+    variables = tuple(Variable(name, "1", (F(-4), F(4))) for name in "xy")
+    system = System("turning", variables, {"a": {}}, box(x=(1, 2), y=(0, 0)), (Piece({}, move),), 9)
+    profile = team(policy("a", [], ["rest"], 0))
+    sweep = InvariantSweep(profile, system, always(x=(F(-5), F(5)), y=(F(-5), F(5))), {"x": 1.0, "y": 1.0})
+    cells = np.array([[x, y] for x in (1, 2) for y in (0,)])
+    for steps in (1, 2, 3):
+        with pytest.raises(RejectedError, match="out of the invariant"):
+            sweep.check(cells, steps)
+    assert sweep.check(cells, 4) > 0
+
+
+# --- forgeries
+
+
+def forged(random, system, claim):
+    """A random list of cells, of random variables."""
+    names = [one.name for one in system.variables if random.random() < 0.8] or [system.variables[0].name]
+    modes = {one.name for one in system.variables if one.modes}
+    widths = {name: F(1) if name in modes else random.choice([F(1, 4), F(1), F(4)]) for name in names}
+    spans = [int(random.integers(1, 12)) for _ in names]
+    heads = [number for span in spans for number in (int(random.integers(0, 20)), span)]
+    whole = int(np.prod(spans))
+    held = sorted(random.choice(whole, size=int(random.integers(1, whole + 1)), replace=False).tolist())
+    numbers = [*heads, held[0], *np.diff(held).tolist()]
+    return InvariantPart(widths, int(random.integers(1, 9)), encode_numbers(numbers))
+
+
+def attacked(seeds, each=4):
+    """How many forgeries of false claims there were, and how many claims were proved by searches."""
+    met = Counter()
+    for seed in seeds:
+        random = np.random.default_rng([13, seed])
+        system, profile, claim = question(random) if seed % 2 else random_modes.case(random)
+        claim = SystemClaim(Pattern.ALWAYS, claim.regions, 12)
+        state = next((found for found in (start(random, system) for _ in range(20)) if found), None)
+        if state is None:
+            continue
+        search = InvariantSearch(profile, system, claim, 4_000)
+        parts = search.parts()
+        hashes = content_hash(profile), documents.content_hash(system)
+        lists = [(forged(random, system, claim),) for _ in range(each)] + ([parts] if parts else [])
+        taken = []
+        for made in lists:
+            try:
+                taken.append(accepted(InvariantCertificate(*hashes, claim, state, made), profile, system) > 0)
+            except RejectedError:
+                taken.append(False)
+        broken = refuted(random, (system, profile, claim), 40 if any(taken) else 12)
+        assert not (any(taken) and broken), (seed, claim)
+        met["forgeries"] += each * broken
+        met["proved"] += any(taken)
+    return met
+
+
+def test_what_is_shown_is_true():
+    met = attacked(range(50))
+    assert met["forgeries"] >= 60 and met["proved"] >= 5, met
+
+
+@pytest.mark.slow
+def test_thousands_of_forgeries():
+    met = attacked(range(1_000, 1_800), 6)
+    assert met["forgeries"] >= 2_000 and met["proved"] >= 50, met
+
+
+def test_other_forms_show_nothing_for_ever(proved):
+    found, profile, system = proved
+    about = found.profile, found.system, found.claim, found.inhabitant
+    for other in (CoverCertificate(*about, {}, b"\0"), SystemCertificate(*about, ())):
+        with pytest.raises(RejectedError, match="all steps"):
+            other.accepted(profile, system)
+    steps = replace(found.claim, pattern=Pattern.STAYS_IN)
+    with pytest.raises(RejectedError, match="all steps"):
+        accepted(replace(found, claim=steps), profile, system)
+
+
+def test_what_is_refused(proved):
+    found, profile, system = proved
+    one, other = found.parts
+    for parts in (
+        (one,), (one, one), (), (one, other._replace(cells=b"")), (one, other._replace(steps=9)),
+        (one, other._replace(cells=other.cells[:-1])), (one, other._replace(widths={"y": F(1), "vy": F(2) ** 300})),
+        (one, other._replace(widths={"y": F(1)})), (one, other._replace(cells=encode_numbers([0, 1, 0, 1, 0, 2**63]))),
+        (one, other._replace(cells=encode_numbers([2**63, 1, 0, 1, 0]))), (one, other._replace(cells=b"\0\0\0\0\0")),
+    ):  # fmt: skip
+        with pytest.raises(RejectedError):
+            accepted(replace(found, parts=parts), profile, system)
+    with pytest.raises(RejectedError, match="depends on vy"):
+        InvariantSweep(profile, system, found.claim, {"y": 1.0})
+    with pytest.raises(InputError):
+        accepted(replace(found, parts=(one._replace(widths={"q": F(1)}),)), profile, system)
+
+
+def test_the_text(proved):
+    found, _, _ = proved
+    text = to_json(found)
+    assert from_json(text) == found and "maviper-system-certificate-4" in text and len(text) < 4_000
+    for change in (
+        lambda body: body.update(certificate="maviper-system-certificate-5"),
+        lambda body: body["claim"].update(kind="stays_in", name="stays_in"),
+        lambda body: body["parts"][0].update(cells=["?"]),
+        lambda body: body["parts"][0].pop("steps"),
+        lambda body: body.pop("parts"),
+    ):
+        body = json.loads(text)
+        change(body)
+        body.pop("content_hash")
+        with pytest.raises(InputError):
+            from_json(json.dumps(body | {"content_hash": body_hash(body)}))
+
+
+# --- planted faults
+
+FAULTS = [
+    (invariants.InvariantSweep, "broken", lambda f: lambda self, boxes: boxes.taken(slice(0, 0))),
+    (invariants.InvariantSweep, "moved", lambda f: lambda self, boxes: boxes),
+    (invariants.InvariantSweep, "started", lambda f: lambda self: f(self).taken(slice(0, 0))),
+    (invariants.InvariantSweep, "in_cells", lambda f: lambda self, boxes: _first(f(self, boxes))),
+    (invariants.Known, "holds", lambda f: lambda self, cells: np.ones(len(cells), dtype=np.bool_)),
+    (invariants, "_ensure_closed", lambda f: lambda system, followed: None),
+    (forever, "ensure_shown", lambda f: lambda claim, parts: None),
+    (invariants, "shown_by", lambda f: lambda claim, followed: frozenset(range(9))),
+    (forever, "ensure_asked", lambda f: lambda *given, **named: None),
+    (invariants.StatedStates, "beyond", lambda f: lambda self, low, high: np.zeros(len(low), dtype=np.bool_)),
+]
+
+
+def _first(found):
+    boxes, cells = found
+    return boxes.taken(slice(0, 1)), cells[:1]
+
+
+def wrong(proved):
+    try:
+        test_what_is_refused(proved)
+        test_false_invariants()
+        test_steps_out_of_the_list()
+        test_other_forms_show_nothing_for_ever(proved)
+        test_unstated()
+        attacked(range(20))
+    except (AssertionError, pytest.fail.Exception, ValueError, KeyError):
+        return True
+    return False
+
+
+def test_unstated():
+    """Where dynamics end, an invariant ends."""
+    system, profile = thermostat()
+    short = replace(system, pieces=(replace(system.pieces[0], where={"warm": (F(16), F(30))}),))
+    assert answered((short, profile), always(warm=(F(0), F(40))), samples=0).verdict is Verdict.UNKNOWN
+
+
+@pytest.mark.parametrize("number", range(len(FAULTS)))
+def test_planted_faults_are_caught(number, proved, monkeypatch):
+    owner, name, change = FAULTS[number]
+    monkeypatch.setattr(owner, name, change(getattr(owner, name)))
+    assert wrong(proved)
