@@ -17,6 +17,13 @@ PURE: Unit = ()
 PURE_WORDS = ("", "1", "none", "rad")
 MAX_POWER = 12
 ADVICE = "write it as in m, m/s, kg*m/s^2 or 1/s"
+DERIVED: dict[str, Unit] = {  # what these symbols stand for
+    "N": (("kg", 1), ("m", 1), ("s", -2)),
+    "J": (("kg", 1), ("m", 2), ("s", -2)),
+    "W": (("kg", 1), ("m", 2), ("s", -3)),
+    "Pa": (("kg", 1), ("m", -1), ("s", -2)),
+    "Hz": (("s", -1),),
+}
 _FACTOR = re.compile(r"\s*([*/]?)\s*(1|[A-Za-z%_]+[0-9]*)\s*(?:(?:\^|\*\*)\s*(-?[0-9]{1,2}))?")
 
 
@@ -34,7 +41,8 @@ def unit_of(text: str, where: object) -> Unit:
             raise InputError(f"cannot read the unit {text[:40]!r}", where, ADVICE)
         if found[2] not in PURE_WORDS:
             sign = -1 if found[1] == "/" else 1
-            powers[found[2]] = powers.get(found[2], 0) + sign * int(found[3] or 1)
+            for symbol, power in DERIVED.get(found[2], ((found[2], 1),)):
+                powers[symbol] = powers.get(symbol, 0) + sign * power * int(found[3] or 1)
         place = found.end()
     return _unit(powers, where)
 

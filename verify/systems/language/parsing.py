@@ -15,7 +15,7 @@ from codegen.errors import InputError
 from verify.language.arithmetic import Arithmetic, Typed
 from verify.language.lexer import Source, Token
 from verify.language.modes import BY_EQUALITY, Modes, is_compared, resolved
-from verify.language.parser import CallNode, Joined, Level, Limits, NameNode, Node, parse
+from verify.language.parser import BARS, CallNode, Joined, Level, Limits, NameNode, Node, parse
 from verify.language.units import PURE, Unit, written
 from verify.systems.language.conditions import polytopes
 from verify.systems.language.expressions import (
@@ -38,6 +38,7 @@ LIMITS = Limits(characters=2_000, depth=201)
 MAX_DEPTH, MAX_PARTS, MAX_DEGREE = 150, 20_000, 64
 LARGEST, MAX_BITS = 10**100, 1 << 15  # of a number that is computed from others, and of its denominator
 FUNCTIONS = {"sin": 1, "cos": 1, "clip": 3}  # name -> how many arguments
+EXTREMES = ("abs", "max", "min")  # written as clips, which every reading knows
 EQUALS = "equals"
 CHOICE = "choice"
 MAX_CHOICE = 64  # values of one choice
@@ -181,6 +182,8 @@ class _Expressions(Arithmetic[Expression]):
         function = call.token
         if function.text == CHOICE:
             return self._choice(call)
+        if function.text in (*EXTREMES, BARS):
+            return self._extreme(call)
         if function.text not in FUNCTIONS:
             raise self.source.unknown("function", function, FUNCTIONS)
         given = [self.typed(each) for each in call.arguments]
@@ -203,6 +206,29 @@ class _Expressions(Arithmetic[Expression]):
         unit = self.same(given[0], given[1], function)
         unit = self.same(Typed(given[0].value, unit), given[2], function)
         return Typed(self._small(Call("clip", given[0].value, (low, high)), function), unit)
+
+    def _extreme(self, call: CallNode) -> Typed[Expression]:
+        """abs, max and min: what a value is above 0 is its clip to the numbers from 0 to the largest."""
+        function, given = call.token, [self.typed(each) for each in call.arguments]
+        single = function.text in ("abs", BARS)
+        if len(given) != (1 if single else 2):
+            how = "write abs(SUM)" if single else f"write {function.text}(SUM, SUM)"
+            raise self.source.wrong(f"{function.text} has other arguments", function.place, how)
+        if single:
+            given.append(Typed(self.negative(given[0].value, function), given[0].unit))
+        one, other = given
+        return Typed(self._larger(one.value, other.value, function), self.same(one, other, function))
+
+    def _larger(self, one: Expression, other: Expression, function: Token) -> Expression:
+        """The larger of two values, or of `min` the smaller."""
+        least = function.text == "min"
+        less = Sum(one, self.negative(other, function)) if least else Sum(other, self.negative(one, function))
+        known = affine(less)
+        if known is not None and not known.terms:
+            above: Expression = Number(max(known.constant, Fraction(0)))
+        else:
+            above = Call("clip", less, (Fraction(0), Fraction(LARGEST)))
+        return self._small(Sum(one, self.negative(above, function) if least else above), function)
 
     def _choice(self, call: CallNode) -> Typed[Expression]:
         """A name that stands for any of some values. Each choice that is written is one of its own."""
