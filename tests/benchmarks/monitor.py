@@ -6,7 +6,8 @@ Of the committed proof that two defenders have distinct targets. Cost: a step of
 agents from the same world state, in C, in turn, over states of episodes. Words: episodes in which every velocity is
 pushed at random after each step; the claim is judged by numpy alone, from its definition. Noise: the monitor is given
 positions of agents that are off by a normal error of 1/1000 of the region's side, and a false alarm is a word other
-than OK where the true state has OK. Warning: LEAVING comes so many steps before OUTSIDE.
+than OK where the true state has OK. Warning: the share of departures that LEAVING comes one
+step before. Control: a team that breaks the claim, so that the judge is seen to say so.
 """
 
 import argparse
@@ -14,6 +15,7 @@ import ctypes
 import json
 import subprocess
 import tempfile
+from dataclasses import replace
 from itertools import permutations
 from pathlib import Path
 from typing import Any
@@ -192,8 +194,16 @@ def said(profile: ir.PolicyProfile, region: RegionSpec, w: Any, found: Any) -> d
         "vouched": float(vouched.mean()),
         "fails_while_vouched": int((failing & vouched).sum()),
         "fails_elsewhere": int((failing & ~vouched).sum()),
+        "control_fails": int((fails(_alike(profile), w) & vouched).sum()),
         "inside_but_refused": int((within & ~vouched).sum()),
     }
+
+
+def _alike(profile: ir.PolicyProfile) -> ir.PolicyProfile:
+    """A control that must fail: both defenders act by the first one's tree."""
+    first, _ = team = profile.team("defenders")
+    changed = tuple(replace(each, tree=first.tree) if each in team else each for each in profile.agents)
+    return replace(profile, agents=changed)
 
 
 def noisy(profile: ir.PolicyProfile, made: ctypes.CDLL, w: Any, found: Any) -> dict[str, float]:
