@@ -69,7 +69,7 @@ def test_a_claim_that_any_leaves_fulfil_has_a_control_that_is_proved():
 
 
 def test_engines_that_disagree_are_a_bug_of_ours(monkeypatch):
-    monkeypatch.setattr(systems, "decide", lambda question: ReachOutcome(Verdict.PROVED))
+    monkeypatch.setattr(systems.reach, "decide", lambda question: ReachOutcome(Verdict.PROVED))
     with pytest.raises(AssertionError, match=r"reach PROVED, Z3 .* VIOLATED"):
         verify_system(asked(bound=F(1, 10)))
 
