@@ -1,10 +1,12 @@
 """Why joint extraction pays (E5): experts whose roles follow from the state in a share of episodes, teams of 2 to 6.
 
     python -m tests.benchmarks.roles [--plan | --tables] [--cells FOLDER] [--agents N,...] [--seeds N,...] [--json]
+        [--record PLACE]
 
 The register stands in roles.toml: cells, predictors, hypotheses. Without an option the missing cells are made, whole
 seeds first, then the tables are printed. Every cell is a file in the folder, so an interrupted run goes on. The terms
-of a cell are those of `maviper evaluate --why`, for the trees that were extracted one by one.
+of a cell are those of `maviper evaluate --why`, for the trees that were extracted one by one. --record writes the
+finished cells, the tables and a page into a folder.
 """
 
 import argparse
@@ -31,6 +33,19 @@ from maviper.reproduction.statistics import holm, of_differences
 
 FILE = Path(__file__).with_name("roles.toml")
 FOLDER = "/tmp/maviper-roles"
+PAGE = """# Why joint extraction pays: roles by state in a share of the episodes
+
+    python -m tests.benchmarks.roles --cells FOLDER --record generated/reproduction/roles
+
+{state} {count} of {total} cells.
+Register: tests/benchmarks/roles.toml, sha256 {digest}.
+It was committed before the first cell was made.
+
+- `tables.txt`: losses, their terms and gains, then the hypotheses.
+- `cells.json`: every cell under the name of its file.
+
+To go on, write each cell of `cells.json` into FOLDER under its name and run the command: it makes only what is missing.
+"""
 MAX_CELL_BYTES = 2**20
 HOLDS, REFUTED, OPEN = "HOLDS", "REFUTED", "OPEN"
 NOTHING_ADDED = "H2b"  # which a slope above 0 refutes, and nothing shows
@@ -183,6 +198,15 @@ def words(register, told, whole):
         yield f"  {name}: {pair.value:+.3f} [{low:+.3f}, {high:+.3f}]  {word}"
 
 
+def recorded(register, digest, found, place):
+    """Writes the finished cells, the tables and a page."""
+    total = len(cells_of(register))
+    state = "The record is whole." if len(found) == total else "**This record is partial.** No hypothesis gets a word."
+    runs.write(place / "cells.json", runs.as_json({cell.name: document for cell, document in sorted(found.items())}))
+    runs.write(place / "tables.txt", "\n".join(table_lines(register, found)) + "\n")
+    runs.write(place / "README.md", PAGE.format(state=state, count=len(found), total=total, digest=digest))
+
+
 def main():
     """Makes what is missing, and prints the tables."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -191,6 +215,7 @@ def main():
     parser.add_argument("--cells", type=Path, default=Path(FOLDER), help="where cells lie")
     parser.add_argument("--agents", help="sizes of teams, separated by commas; all others are left for another time")
     parser.add_argument("--seeds", help="likewise")
+    parser.add_argument("--record", type=Path, help="where the record is written")
     parser.add_argument("--json", action="store_true", help="print the hypotheses' numbers as one object")
     given = parser.parse_args()
     register, digest = read_register()
@@ -211,6 +236,8 @@ def main():
         print(json.dumps({"figures": [{"name": name, "value": float(np.mean(of))} for name, of in told.items()]}))
         return
     print("\n".join(table_lines(register, found)))
+    if given.record:
+        recorded(register, digest, found, given.record)
 
 
 if __name__ == "__main__":

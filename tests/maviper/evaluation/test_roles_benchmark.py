@@ -57,3 +57,14 @@ def test_a_cell_of_another_register_ends_the_run(tmp_path):
     (tmp_path / cell.name).write_text(json.dumps({**document(cell, 0.1), "register": "0" * 64}))
     with pytest.raises(SystemExit, match="another register"):
         roles.found_in(REGISTER, DIGEST, tmp_path)
+
+
+def test_the_committed_record_is_what_its_cells_say(tmp_path):
+    record = roles.FILE.parents[2] / "generated" / "reproduction" / "roles"
+    for name, told in json.loads((record / "cells.json").read_text()).items():
+        (tmp_path / name).write_text(json.dumps(told))
+    found = roles.found_in(REGISTER, DIGEST, tmp_path)
+    assert found and len(found) == len(list(tmp_path.iterdir()))
+    roles.recorded(REGISTER, DIGEST, found, tmp_path / "again")
+    for path in record.iterdir():
+        assert path.read_bytes() == (tmp_path / "again" / path.name).read_bytes()
