@@ -1,0 +1,94 @@
+"""Whether the time left that commands show is right: what each stage said after a tenth of its work, over what it took.
+
+    python -m tests.benchmarks.ahead [--json] [CASE ...]
+
+Each command runs in a process of its own whose live lines go by its CPU time, so that a busy machine changes nothing.
+A stage counts if it takes at least a second. Said over real: the worst of all that was said from a tenth of the
+stage's steps on until half of a second was left.
+"""
+
+import argparse
+import json
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+WORLDS = Path(__file__).parents[2] / "generated" / "worlds"
+PROVED = Path(__file__).parents[2] / "generated" / "proved_defenders" / "profile.json"
+CASES = {
+    "extract deception": ["extract", "physical-deception", "--max-episodes", "4000", "-o", "{out}/a.json"],
+    "extract 6 agents": ["extract", "cooperative-navigation,agents=6", "--max-episodes", "200", "-o", "{out}/a.json"],
+    "evaluate": ["evaluate", str(PROVED), "--episodes", "20000"],
+    "compile 12 agents": ["compile", "{out}/twelve.json", "-o", "{out}/code"],
+    "verify a system": ["verify", str(WORLDS / "crossing.json"), "--world", str(WORLDS / "crossing.toml")],
+    "verify episodes": ["verify", str(PROVED), "--property", "reaches"],
+}
+LEAST, TENTH, LAST = 1.0, 0.1, 0.5
+CHILD = """
+import json, sys, time
+time.monotonic = time.process_time
+from maviper import console
+told, line, update = [], console.LiveLine, console.LiveLine.update
+def kept(self, done, text, left=None):
+    rate = (done - self.begun) / self.elapsed
+    said = left if left is not None else max(self.total - done, 0) / rate if rate > 0 else None
+    told.append([id(self), self.label, done, self.total, self.elapsed, said])
+    update(self, done, text, left)
+line.update = kept
+from maviper.cli import main
+main.run(sys.argv[2:])
+open(sys.argv[1], "w").write(json.dumps(told))
+"""
+
+
+def run(words: list[str], folder: str) -> dict[str, float]:
+    """A command's stages: the worst of said over real, above or below 1."""
+    place = Path(folder) / "told.json"
+    given = [word.format(out=folder) for word in words]
+    subprocess.run([sys.executable, "-c", CHILD, str(place), *given], check=True, capture_output=True)
+    stages: dict[tuple[int, str], list[tuple[float, float, float | None]]] = {}
+    for key, label, done, total, elapsed, said in json.loads(place.read_text()):
+        stages.setdefault((key, label), []).append((done / total, elapsed, said))
+    found: dict[str, float] = {}
+    for (_, label), lines in stages.items():
+        end = lines[-1][1]
+        ratios = [
+            said / (end - at)
+            for share, at, said in lines
+            if said is not None and end >= LEAST and share >= TENTH and end - at >= LAST
+        ]
+        if ratios:
+            found[label] = max(ratios, key=lambda ratio: max(ratio, 1 / max(ratio, 1e-9)))
+    return found
+
+
+def main() -> None:
+    """The table, or its figures."""
+    from codegen.policy_json import dumps
+    from tests.benchmarks.large import full
+
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("cases", nargs="*", metavar="CASE", help=f"some of: {'; '.join(CASES)}")
+    parser.add_argument("--json", action="store_true")
+    options = parser.parse_args()
+    figures: list[dict[str, object]] = []
+    for name in options.cases or CASES:
+        with tempfile.TemporaryDirectory() as folder:
+            if "twelve" in str(CASES[name]):
+                team = full("cooperative-navigation,agents=12", 6, "agents")
+                (Path(folder) / "twelve.json").write_text(dumps(team))
+            found = run(CASES[name], folder)
+        if not found and not options.json:
+            print(f"{name:20} shows no time left, or takes less than a second")
+        for stage, ratio in found.items():
+            if not options.json:
+                print(f"{name:20} {stage:14} said / real {ratio:.2f}", flush=True)
+            off = max(ratio, 1 / max(ratio, 1e-9))
+            figures.append({"name": f"{name}, {stage}", "value": off, "reach": 2, "stretch": 1.5, "better": "lower"})
+    if options.json:
+        print(json.dumps({"figures": figures}))
+
+
+if __name__ == "__main__":
+    main()
