@@ -7,7 +7,8 @@ environment, second engine and control included. The yardstick is plain numpy wr
 quadrotor whose tree of 90 leaves tests single variables. It is run in turn with our search and our checker, from the
 same start. Each counts its own boxes, as slivers on borders differ. The other cases: a cruise controller with
 drag (v squared, 100 steps, three claims), and MountainCar with a published tree (one cosine, 200 steps). Plain numpy
-for the latter, intervals over 1,000 thin starts with libm's cosine, is run in turn with ours.
+for the latter, intervals over 1,000 thin starts with libm's cosine, is run beside ours. Claims for ever about three
+committed worlds come last.
 """
 
 import argparse
@@ -28,11 +29,14 @@ import numpy as np
 from sklearn.tree import DecisionTreeClassifier
 
 from codegen.floats import round_down
+from maviper.files.profiles import find_profile
+from maviper.worlds.stated.systems import read
 from tests.support import system_cases as cases
 from verify.boxes.model import Model
 from verify.boxes.sweep import Sweep
 from verify.checker.covers.sweep import Cells, CoverSweep
 from verify.question import Budgets
+from verify.systems.claims import Pattern, SystemClaim
 from verify.systems.files import statement_of
 from verify.systems.properties import claims_of
 
@@ -44,6 +48,11 @@ TARGETS = {
     "check over search": (1.0, 1 / 3, "lower"),
     "cruise, three claims with checks, s": (5.0, 2.0, "lower"),
     "valley, 200 steps, s": (3.0, 1.5, "lower"),
+}
+FOR_EVER = {
+    "quadrotor": dict.fromkeys("xyz", (F(-3, 5), F(3, 5))),
+    "pendulum": {"angle": (F(-3, 20), F(3, 20))},
+    "crossing": dict.fromkeys(("north", "east"), (F(0), F(6))),
 }
 CRUISE = """
 name = "cruise"
@@ -221,6 +230,20 @@ def decided(text, profile):
     return ", ".join(each.verdict.value for each in found), seconds, sum(each.boxes for each in found)
 
 
+def for_ever():
+    """Seconds in which claims for ever about committed worlds are proved, their invariants made and checked."""
+    found = {}
+    for name, bounds in FOR_EVER.items():
+        system = read(WORLDS / f"{name}.toml").system
+        profile = find_profile(WORLDS / name / "profile.json", beside=WORLDS / name)
+        claim = SystemClaim(Pattern.ALWAYS, (cases.box(**bounds),), 200)
+        (answer,), found[f"{name} for ever, s"] = timed(
+            lambda profile=profile, system=system, claim=claim: cases.decided(profile, system, [claim], Budgets())
+        )
+        print(f"{name} for ever: {answer.verdict.value}, {answer.branches:,} cells", file=sys.stderr)
+    return found
+
+
 def commands():
     """Seconds of whole commands on the committed worlds."""
     found = {}
@@ -254,6 +277,7 @@ def main():
     shown, seconds = timed(climbed)
     assert shown, "plain numpy shows the valley"
     values["valley, plain numpy, s"] = seconds
+    values |= for_ever()
     if options.worlds:
         values["worlds, whole command, geometric mean, s"] = math.exp(np.mean(np.log(list(commands().values()))))
     if options.json:
