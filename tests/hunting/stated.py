@@ -1,0 +1,130 @@
+"""The judge of stated systems: plays episodes of plain data in exact numbers, and says whether one breaks a claim.
+
+Does: what a system, a team and a claim mean, written down once more; random episodes with starts and errors at bounds.
+Assumes: data as JSON has it: the document of a system, the trees of a profile, and a claim as a dictionary.
+Does not: import anything of ours.
+"""
+
+import random
+from fractions import Fraction
+
+import numpy as np
+
+
+def total(form, state):
+    """The value of a sum."""
+    return Fraction(form["constant"]) + sum(
+        (Fraction(w) * state[name] for name, w in form["terms"].items()), Fraction(0)
+    )
+
+
+def meets(half, state):
+    """Whether a state meets an inequality."""
+    return total(half["below"], state) < 0 if "below" in half else total(half["most"], state) <= 0
+
+
+def seen(feature, state):
+    """What a feature measures."""
+    value = total(feature["form"], state)
+    match feature["measure"]:
+        case "sign":
+            return Fraction(int(value > 0) - int(value < 0))
+        case "positive":
+            return Fraction(int(value > 0))
+        case "equals":
+            return Fraction(int(value == 0))
+        case "clip":
+            low, high = map(Fraction, feature["bounds"])
+            return min(max(value, low), high)
+    return value
+
+
+def single(exact):
+    """The float32 nearest to a number, as an exact number; ties to even."""
+    near = np.float32(float(exact))
+    beside = {np.nextafter(near, np.float32(-np.inf)), near, np.nextafter(near, np.float32(np.inf))}
+    odd = {each: int.from_bytes(np.float32(each).tobytes(), "little") & 1 for each in beside}
+    return min((abs(Fraction(float(each)) - exact), odd[each], Fraction(float(each))) for each in beside)[2]
+
+
+def action(agent, features, state):
+    """The name of what an agent does. A node: [feature, threshold, left, right], or [action]."""
+    node = agent["nodes"][0]
+    while len(node) > 1:
+        name, threshold, left, right = node
+        node = agent["nodes"][left if single(seen(features[name], state)) <= Fraction(threshold) else right]
+    return node[0]
+
+
+def holding(system, state):
+    """The numbers of the pieces that hold a state."""
+    found = []
+    for number, piece in enumerate(system["pieces"]):
+        inside = all(Fraction(low) <= state[name] <= Fraction(high) for name, (low, high) in piece["where"].items())
+        if inside and all(meets(half, state) for half in piece.get("when", [])):
+            found.append(number)
+    return found
+
+
+def moved(system, agents, state, number, errors):
+    """The next state by a piece."""
+    piece = system["pieces"][number]
+    after = {name: total(form, state) + errors.get(name, Fraction(0)) for name, form in piece["move"].items()}
+    joint = {agent["agent"]: action(agent, system["features"][agent["agent"]], state) for agent in agents}
+    for agent, chosen, forms in piece["effect"]:
+        if joint[agent] == chosen:
+            for name, form in forms.items():
+                after[name] += total(form, state)
+    return after
+
+
+def broken(claim, states):
+    """Whether the states of a whole episode break a claim."""
+    inside = [any(all(meets(half, state) for half in region) for region in claim["regions"]) for state in states]
+    match claim["name"]:
+        case "stays_in":
+            return not all(inside)
+        case "avoids":
+            return any(inside)
+        case "reaches":
+            return not any(inside)
+        case _:
+            return not all(inside[claim["by"] :])
+
+
+def played(system, agents, start, steps, choose, errors):
+    """The states of an episode; None where it leaves what is stated."""
+    states = [start]
+    for step in range(steps):
+        pieces = holding(system, states[-1])
+        number = choose(step, pieces) if pieces else None
+        if number is None or number not in pieces:
+            return None
+        stated = system["pieces"][number]["error"]
+        given = {name: errors(step, name, Fraction(low), Fraction(high)) for name, (low, high) in stated.items()}
+        states.append(moved(system, agents, states[-1], number, given))
+    return states
+
+
+def sampled(system, agents, bounds, steps, count, seed):
+    """Random episodes from starts within bounds that meet the start region."""
+    rng = random.Random(seed)
+    for _ in range(count):
+        edge = rng.random() < 0.5
+
+        def between(low, high, edge=edge):
+            share = Fraction(rng.randrange(2) * 8 if edge else rng.randrange(9), 8)
+            return low + (high - low) * share
+
+        start = {name: between(Fraction(low), Fraction(high)) for name, (low, high) in bounds.items()}
+        if all(meets(half, start) for half in system["start"]):
+            states = played(
+                system,
+                agents,
+                start,
+                steps,
+                lambda _, pieces: rng.choice(pieces),
+                lambda _s, _n, low, high: between(low, high),
+            )
+            if states is not None:
+                yield states
