@@ -9,7 +9,7 @@ import os
 from collections.abc import Callable
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import click
 
@@ -35,7 +35,7 @@ class FolderPath(click.Path):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """The path, checked."""
-        path = super().convert(value, param, ctx)
+        path = cast("Path", super().convert(value, param, ctx))
         if path.suffix.lower() in FILES - {*self._files} and not os.path.isdir(path):  # noqa: PTH112 - also too long
             flag = param.opts[0] if param else "-o"
             what = f"{flag} names a folder here, and {path.suffix} is what names of files end in"

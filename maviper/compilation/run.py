@@ -48,17 +48,20 @@ def compile_and_prove(profile: ir.PolicyProfile, targets: Iterable[str], **optio
     proved_region = monitors.proved_by(asked.certificate, profile) if asked.certificate else None
     code = compile_profile(profile, targets, asked.prefix, asked.style)
     more = vectors.files(code.build, targets) if asked.test_vectors else {}
-    proved = proofs.prove(code.build, asked.solver_units) if asked.prove else None
-    more |= proofs.files_of(proved, code.build.model) if proved else {}
     if proved_region:
         more = {**more, **monitors.files_of(code.build, proved_region, targets)}
-    proven = None
+    proved = proven = None
+    if asked.prove:
+        from maviper.compilation import proofs
+
+        proved = proofs.prove(code.build, asked.solver_units)
+        more = {**more, **proofs.files_of(proved, code.build.model)}
     if asked.contracts or asked.frama_c:
         contracts = contracts_of(code.build.profile, code.build.model)
-        more |= contracts.files
+        more = {**more, **contracts.files}
         if asked.frama_c:
             proven = frama_c.prove_contracts(code.build, contracts)
-            more |= frama_c.record_of(proven, contracts, code.build)
+            more = {**more, **frama_c.record_of(proven, contracts, code.build)}
     return replace(code, notes=notes, proofs=proved, proven=proven, beside=more)
 
 

@@ -6,7 +6,7 @@ Does not: open a file. TorchScript and pickled modules can run code when they ar
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -66,8 +66,8 @@ class TorchExpert:
 
     def _run(self, module: Callable[..., Any], *inputs: Any) -> Float64:
         """A module's answer as float64."""
-        torch = self._torch
-        parameters = module.parameters() if isinstance(module, torch.nn.Module) else iter(())
+        torch: Any = self._torch
+        parameters = cast("Any", module).parameters() if isinstance(module, torch.nn.Module) else iter(())
         device = next((parameter.device for parameter in parameters), torch.device("cpu"))
         given = [torch.from_numpy(np.ascontiguousarray(array, np.float32)).to(device) for array in inputs]
         try:

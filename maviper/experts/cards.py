@@ -10,8 +10,8 @@ import os
 import platform
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
-from importlib import metadata
-from typing import Any
+from importlib import import_module, metadata
+from typing import Any, cast
 
 from maviper.episodes.measures import Estimate
 from maviper.experts.judging import Judged
@@ -109,12 +109,11 @@ def learning_curve(world: World, lines: Sequence[Mapping[str, Any]]) -> str:
     """Each team's primary measure over the steps of a training, with its 95 % intervals, as SVG; the same bytes for the
     same lines.
     """
-    import matplotlib as mpl  # pyright: ignore[reportMissingImports]
-    from matplotlib.figure import Figure  # pyright: ignore[reportMissingImports]
+    mpl, drawing = (cast("Any", import_module(name)) for name in ("matplotlib", "matplotlib.figure"))
 
     measures = [world.primary(team) for team in world.teams]
     with mpl.rc_context({"svg.hashsalt": "maviper", "svg.fonttype": "none", "font.size": 9}):
-        figure = Figure(figsize=(6, 2.6 * len(measures)), layout="constrained")
+        figure = drawing.Figure(figsize=(6, 2.6 * len(measures)), layout="constrained")
         panels = figure.subplots(len(measures), 1, squeeze=False, sharex=True)[:, 0]
         for panel, measure in zip(panels, measures, strict=True):
             _curve(panel, measure, lines)

@@ -8,6 +8,7 @@ Does not: judge or choose an expert.
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from importlib import import_module
 from itertools import permutations, product
 from typing import Any
 
@@ -80,7 +81,7 @@ def roles(world: ParticleWorld, episodes: Episodes) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for team in (team for team in (*COVERING, *HUNTING) if team in world.teams):
         names, taken = assignments(world, team, episodes)
-        counts = Counter(taken.tolist())
+        counts: Counter[int] = Counter(map(int, taken))
         shares = {names[label]: round(count / len(taken), DIGITS) for label, count in counts.most_common()}
         found[team] = {"shares": shares, **_predicted(world, episodes.states[0], taken)}
     return found
@@ -118,14 +119,13 @@ def _predicted(world: ParticleWorld, start: Any, taken: Int) -> dict[str, float]
     """Accuracy in the second half of the episodes of a forest fitted to the first, beside the share there of the
     first half's most frequent assignment.
     """
-    from sklearn.ensemble import RandomForestClassifier
-
+    ensemble: Any = import_module("sklearn.ensemble")
     half = len(taken) // 2
     entities = range(len(world.agents) + len(world.spec.landmarks))
     gaps = _gaps(start, entities, entities).reshape(-1, len(taken)).T
     seen = np.concatenate([world.coordinates(start), gaps], axis=1)
-    forest = RandomForestClassifier(TREES, random_state=0).fit(seen[:half], taken[:half])
-    usual = Counter(taken[:half].tolist()).most_common(1)[0][0]
+    forest = ensemble.RandomForestClassifier(TREES, random_state=0).fit(seen[:half], taken[:half])
+    usual = Counter[int](map(int, taken[:half])).most_common(1)[0][0]
     return {
         "from the start state": round(float(forest.score(seen[half:], taken[half:])), DIGITS),
         "always the most frequent": round(float((taken[half:] == usual).mean()), DIGITS),

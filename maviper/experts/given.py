@@ -7,7 +7,7 @@ Does not: change what a correct expert does.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -49,7 +49,7 @@ class Given(Wrapped):
     @property
     def world(self) -> World:
         """The world that it plays."""
-        return self.expert.world  # pyright: ignore[reportAttributeAccessIssue]
+        return cast("Any", self.expert).world
 
     def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
         """As `Controller.act`."""
@@ -110,7 +110,8 @@ def import_expert(source: Source) -> Given:
     if not isinstance(expert.world, World):
         what = f"`world` of your expert is a {type(expert.world).__name__}, not a world"
         raise InputError(what, source.text, "write self.world = maviper.worlds.find(NAME)")
-    if not isinstance(expert.agents, Sequence) or tuple(expert.agents) != expert.world.agents:
+    agents: Any = expert.agents
+    if not isinstance(agents, Sequence) or tuple(cast("Sequence[Any]", agents)) != expert.world.agents:
         what = f"`agents` of your expert are not those of its world, {', '.join(expert.world.agents)}"
         raise InputError(what, source.text, "write self.agents = self.world.agents")
     return Given(expert, source)

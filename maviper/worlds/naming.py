@@ -17,7 +17,7 @@ from collections.abc import Mapping
 from copy import copy
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from codegen.check import identifier
 from codegen.errors import InputError, UnknownNameError, shown
@@ -93,7 +93,7 @@ def _feature(feature: FeatureSpec, name: str, value: Any, where: str) -> Feature
         raise InputError(f"the unit is not a text of 1 to {MAX_UNIT} characters that can be printed", place, ADVICE)
     low, high = feature.low, feature.high
     if "range" in stated:
-        ends: list[Any] = stated["range"] if isinstance(stated["range"], list) else []
+        ends: list[Any] = cast("list[Any]", stated["range"]) if isinstance(stated["range"], list) else []
         if len(ends) != 2 or not all(_is_number(end) for end in ends):
             raise InputError("the range is not [LOW, HIGH]", place, ADVICE)
         low, high = ends

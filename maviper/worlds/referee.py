@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 from gymnasium.spaces import Box, Discrete, Space
-from pettingzoo import ParallelEnv
+from pettingzoo import ParallelEnv  # pyright: ignore[reportMissingTypeStubs]
 
 from codegen.ir import Float32
 from maviper.worlds.payoffs import MATCHING, PAIRS
@@ -93,7 +93,9 @@ class CoordinationEnv(ParallelEnv[str, Float32, int]):
             return level
         return (level + 1 + min(int(drawn / error * (levels - 1)), levels - 2)) % levels
 
-    def step(self, actions: Mapping[str, int]) -> tuple[dict[str, Any], ...]:
+    def step(  # pyright: ignore[reportIncompatibleMethodOverride]
+        self, actions: Mapping[str, int]
+    ) -> tuple[dict[str, Any], ...]:
         """The payoff of the joint decision, the same for everybody."""
         worth = self._payoff([(actions[agent] - self._wanted) % self.chosen["conventions"] for agent in self.agents])
         ended, self.agents = self.agents, []

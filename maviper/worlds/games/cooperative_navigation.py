@@ -122,6 +122,6 @@ class CooperativeNavigation(ParticleWorld):
     def reference_env(self) -> Any:
         """mpe2's parallel environment."""
         self.ensure_reference()
-        from mpe2 import simple_spread_v3
+        from mpe2 import simple_spread_v3  # pyright: ignore[reportMissingTypeStubs]
 
         return simple_spread_v3.parallel_env(N=len(self.agents), max_cycles=EPISODE_STEPS)

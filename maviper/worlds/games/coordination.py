@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from inspect import signature
 from itertools import combinations
-from typing import Any, ClassVar
+from typing import Any, ClassVar, cast
 
 import numpy as np
 
@@ -136,7 +136,7 @@ class Coordination(World):
         found: Float64 = np.ones((len(self.cells), len(self.cells)))
         for signal, error in enumerate(self.errors[kind]):
             level = self.cells[:, signal]
-            found *= np.where(level[:, None] == level[None], 1 - error, error / (self.levels - 1))
+            found *= cast("Float64", np.where(level[:, None] == level[None], 1 - error, error / (self.levels - 1)))
         return found
 
     # --- playing

@@ -150,7 +150,7 @@ class PhysicalDeception(ParticleWorld):
     def reference_env(self) -> Any:
         """mpe2's parallel environment."""
         self.ensure_reference()
-        from mpe2 import simple_adversary_v3
+        from mpe2 import simple_adversary_v3  # pyright: ignore[reportMissingTypeStubs]
 
         return simple_adversary_v3.parallel_env(N=len(self.teams[DEFENDERS]), max_cycles=EPISODE_STEPS)
 

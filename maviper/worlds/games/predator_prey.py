@@ -192,7 +192,7 @@ class PredatorPrey(ParticleWorld):
     def reference_env(self) -> Any:
         """mpe2's parallel environment."""
         self.ensure_reference()
-        from mpe2 import simple_tag_v3
+        from mpe2 import simple_tag_v3  # pyright: ignore[reportMissingTypeStubs]
 
         return simple_tag_v3.parallel_env(
             num_good=len(self.teams[PREY]),

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any, cast
 
 import numpy as np
 
@@ -47,9 +48,9 @@ def deviation(statement: Statement, steps: int | None = None) -> Deviation:
     rng = np.random.default_rng(SEED)
     while so_far.steps + so_far.outside < steps:
         tell(so_far.steps + so_far.outside, steps, "steps of the reference compared")
-        reference.reset(int(rng.integers(2**31)))
+        reference.reset(int(cast("Any", rng.integers(2**31))))
         if reference.placeable and rng.random() < PLACED:
-            reference.place({name: rng.uniform(*bounds) for name, bounds in moving.ranges.items()})
+            reference.place({name: rng.uniform(low, high) for name, (low, high) in moving.ranges.items()})
         before = reference.state()
         while reference.playing and so_far.steps + so_far.outside < steps:
             actions = {agent: names[rng.integers(len(names))] for agent, names in reference.actions.items()}

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -92,7 +92,8 @@ class Reference:
             given = getattr(self._holder(), self._statement.state)
             given = given() if callable(given) else given
             if isinstance(given, Mapping):
-                return {name: float(given[name]) for name in self._names}
+                table = cast("Mapping[str, Any]", given)
+                return {name: float(table[name]) for name in self._names}
             numbers = np.asarray(given, dtype=np.float64).reshape(-1)
         except (Exception, SystemExit) as error:
             raise fault(error, parse_source(self._where), f"the reference's {self._statement.state}") from error

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from pettingzoo import ParallelEnv
+from pettingzoo import ParallelEnv  # pyright: ignore[reportMissingTypeStubs]
 
 from codegen.errors import InputError
 from codegen.ir import FeatureSpec
@@ -158,7 +158,7 @@ class StatedEnv(ParallelEnv[str, Any, Any]):
         self.possible_agents = [agent.name for agent in statement.agents]
         self.agents: list[str] = []
         self.max_cycles = statement.system.steps
-        self.state: Floats = {}
+        self.state: Floats = {}  # pyright: ignore[reportIncompatibleMethodOverride]
         self._moving = Moving(statement)
         self._rewards = {agent.name: function(agent.reward) for agent in statement.agents}
         self.teams: dict[str, tuple[str, ...]] = {}
@@ -189,9 +189,12 @@ class StatedEnv(ParallelEnv[str, Any, Any]):
             self._rng = np.random.default_rng(seed)
         self.state, self._steps = start(self.statement, self._rng), 0
         self.agents = list(self.possible_agents)
-        return self._seen(), {agent: {} for agent in self.agents}
+        infos: dict[str, dict[str, Any]] = {agent: {} for agent in self.agents}
+        return self._seen(), infos
 
-    def step(self, actions: Mapping[str, int]) -> tuple[dict[str, Any], ...]:
+    def step(  # pyright: ignore[reportIncompatibleMethodOverride]
+        self, actions: Mapping[str, int]
+    ) -> tuple[dict[str, Any], ...]:
         """One step: observations, rewards, terminations, truncations and infos."""
         acted = self.agents
         chosen = {agent: self.action_names[agent][actions[agent]] for agent in acted}
@@ -206,7 +209,7 @@ class StatedEnv(ParallelEnv[str, Any, Any]):
         rewards = {agent: paid(self.state) for agent, paid in self._rewards.items()}
         if left or cut:
             self.agents = []
-        infos = {agent: {} for agent in acted}
+        infos: dict[str, dict[str, Any]] = {agent: {} for agent in acted}
         return self._seen(), rewards, dict.fromkeys(acted, left), dict.fromkeys(acted, cut), infos
 
     def _seen(self) -> dict[str, Any]:
