@@ -39,6 +39,8 @@ class Observer:
                     found = self.differences.setdefault(meaning.function, ([], [], []))
                     for column, value in zip(found, (place, a, b), strict=True):
                         column.append(value)
+                case _:
+                    pass
         self.done = frozenset(place for places, _, _ in self.differences.values() for place in places)
 
     def __call__(self, planes: Float64) -> Floats:

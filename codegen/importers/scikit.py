@@ -126,10 +126,10 @@ def _histogram_tree(estimator: Any, single: Any) -> _HistogramTree:
     if nodes["is_categorical"][~leaf].any() or getattr(estimator, "_preprocessor", None) is not None:
         advice = "fit it on numbers, with categorical_features=None"
         raise InputError("the tree has categories", type(estimator).__name__, advice)
-    sides = [np.where(leaf, NO_CHILD, nodes[side].astype(np.int64)) for side in ("left", "right")]
+    left, right = (np.where(leaf, NO_CHILD, nodes[side].astype(np.int64)) for side in ("left", "right"))
     features, thresholds = nodes["feature_idx"].astype(np.int64), nodes["num_threshold"].astype(np.float64)
     missing = nodes["missing_go_to_left"]
-    return _HistogramTree(features, thresholds, *sides, nodes["count"], missing, int(estimator.n_features_in_))
+    return _HistogramTree(features, thresholds, left, right, nodes["count"], missing, int(estimator.n_features_in_))
 
 
 class _Leaves(NamedTuple):
@@ -157,12 +157,12 @@ class _Predicted(NamedTuple):
 
     nodes: Any  # [n_leaves]
     values: Any  # [n_leaves, n_outputs]
-    count: int  # of all nodes
+    n_nodes: int
 
     @property
     def leaves(self) -> _Leaves:
         """Each leaf as a label of its own."""
-        action = np.zeros(self.count, dtype=np.int64)
+        action = np.zeros(self.n_nodes, dtype=np.int64)
         action[self.nodes] = np.arange(len(self.nodes))
         return _Leaves([*range(len(self.nodes))], action)
 

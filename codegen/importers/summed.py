@@ -82,7 +82,7 @@ def tree_of(origin: Origin, n_features: int) -> ir.Tree:
     plain = deployed(origin.grown, FLOAT64)  # in preorder, thresholds as they are
     single = (plain.feature != NO_FEATURE) & (plain.feature < SUMS)
     own, of_sums = (at_most(plain.threshold, each) for each in (origin.numbers, computed(origin.arithmetic)))
-    threshold = np.where(single, own, of_sums)
+    threshold: Any = np.where(single, own, of_sums)
     sums, feature = _first_named(origin.sums, (plain.feature[plain.feature >= SUMS] - SUMS).tolist())
     leaf = plain.feature == NO_FEATURE
     vectors, action = _first_named(origin.vectors, plain.action[leaf].tolist() if origin.vectors else [])
@@ -90,10 +90,18 @@ def tree_of(origin: Origin, n_features: int) -> ir.Tree:
     tested[plain.feature >= SUMS] = np.array(feature, dtype=np.int32) + n_features
     if origin.vectors:
         chosen[leaf] = action
-    arrays = (tested, threshold, plain.left, plain.right, chosen)
-    named = {"sums": sums, "vectors": vectors, "arithmetic": origin.arithmetic}
-    gives = origin.gives if origin.vectors else FLOAT32
-    return ir.Tree(*arrays, numbers=origin.numbers, gives=gives, **named)
+    return ir.Tree(
+        tested,
+        threshold,
+        plain.left,
+        plain.right,
+        chosen,
+        numbers=origin.numbers,
+        gives=origin.gives if origin.vectors else FLOAT32,
+        sums=sums,
+        vectors=vectors,
+        arithmetic=origin.arithmetic,
+    )
 
 
 def _first_named(known: Sequence[Any], named: Sequence[int]) -> tuple[tuple[Any, ...], list[int]]:

@@ -11,7 +11,7 @@ import platform
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from importlib import import_module, metadata
-from typing import Any, cast
+from typing import Any
 
 from maviper.episodes.measures import Estimate
 from maviper.experts.judging import Judged
@@ -109,7 +109,8 @@ def learning_curve(world: World, lines: Sequence[Mapping[str, Any]]) -> str:
     """Each team's primary measure over the steps of a training, with its 95 % intervals, as SVG; the same bytes for the
     same lines.
     """
-    mpl, drawing = (cast("Any", import_module(name)) for name in ("matplotlib", "matplotlib.figure"))
+    mpl: Any = import_module("matplotlib")
+    drawing: Any = import_module("matplotlib.figure")
 
     measures = [world.primary(team) for team in world.teams]
     with mpl.rc_context({"svg.hashsalt": "maviper", "svg.fonttype": "none", "font.size": 9}):

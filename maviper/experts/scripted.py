@@ -183,9 +183,9 @@ class MixedRoles(Scripted):
     def _act(self, agents: Sequence[int], state: WorldState) -> Int:
         by_state = self.by_state(state)
         rows = np.flatnonzero(by_state)
-        chosen = FixedRoles(self.world)._act(agents, state)
+        chosen = FixedRoles(self.world).act(agents, (), state)
         if len(rows):
-            chosen[rows] = Assignment(self.world)._act(agents, state[rows])
+            chosen[rows] = Assignment(self.world).act(agents, (), state[rows])
         return chosen
 
     def by_state(self, state: WorldState) -> Bool:

@@ -9,7 +9,7 @@ import logging
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import CancelledError
 from importlib import import_module
-from typing import Any, cast
+from typing import Any
 
 from codegen.errors import InputError, MissingToolError
 
@@ -88,7 +88,8 @@ def _ended(function: Callable[..., Any], arguments: Iterable[Sequence[Any]], **h
 
 def _client(scheduler: str | None) -> Any:
     try:
-        config, distributed = (cast("Any", import_module(name)) for name in ("dask.config", "distributed"))
+        config: Any = import_module("dask.config")
+        distributed: Any = import_module("distributed")
     except ImportError:
         raise MissingToolError("Dask is not installed", "--backend dask", "pip install 'maviper[scale]'") from None
     address = scheduler or config.get("scheduler-address", None)

@@ -63,13 +63,14 @@ class StatedWorld:
     def of(profile: PolicyProfile, options: VerifyOptions) -> StatedWorld:
         """The world file of the options. InputError for files that cannot be used, and a profile of another world."""
         assert options.world is not None
-        options = replace(options, world=file_of(options.world))
-        given = {WORLD_FILE: options.world} | ({} if options.file is None else {PROPERTY_FILE: options.file})
+        file = file_of(options.world)
+        options = replace(options, world=file)
+        given = {WORLD_FILE: file} | ({} if options.file is None else {PROPERTY_FILE: options.file})
         beside = {name: runs.read(path, MAX_WORLD_BYTES).decode(errors="replace") for name, path in given.items()}
-        statement = read(options.world)
+        statement = read(file)
         ensure_plays(profile, statement)
         if options.file is None:
-            claims = claims_of(statement, profile, options.world.name)
+            claims = claims_of(statement, profile, file.name)
         else:
             claims = claims_in(beside[PROPERTY_FILE], statement, profile, options.file.name)
         return StatedWorld(profile, statement, claims, given, beside, options)

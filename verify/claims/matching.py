@@ -39,7 +39,7 @@ def has_matching(related: Bool) -> Bool:
     After each agent, the sets of landmarks (as bits) that the agents so far can hold; few matchings are tried one by
     one.
     """
-    n_agents, n_landmarks = related.shape[-2:]
+    n_agents, n_landmarks = map(int, related.shape[-2:])
     if math.perm(n_landmarks, n_agents) <= MAX_TRIED:
         found = np.zeros(related.shape[:-2], dtype=bool)
         for way in permutations(range(n_landmarks), n_agents):

@@ -12,7 +12,7 @@ its value and not that. Such a sum may be tested, and is no output.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
@@ -69,8 +69,8 @@ class Sums:
 
     def constant(self, number: Any) -> Affine | None:
         """A number of the program; None where its arithmetic would be another one."""
-        kind = np.dtype(self.numbers).type
-        if isinstance(number, np.generic) and type(number) is not kind:
+        kind: Any = np.dtype(self.numbers).type
+        if isinstance(number, np.generic) and type(cast("Any", number)) is not kind:
             return None
         try:
             with np.errstate(over="ignore"):
@@ -114,9 +114,11 @@ class Sums:
         """A product: of one input, or of a sum and a sign."""
         if factor in (1.0, -1.0):
             return found if factor == 1 else found.negated()
-        if factor is None or len(found.terms) > 1 or abs(found.terms[0][0]) != 1 or found.constant:
+        if factor is None or len(found.terms) != 1 or found.constant:
             return None
-        ((weight, place),) = found.terms
+        weight, place = found.terms[0]
+        if abs(weight) != 1:
+            return None
         if abs(factor) < float(np.finfo(self.numbers).tiny):
             return None  # zero, or subnormal
         return Affine(((factor * weight, place),))

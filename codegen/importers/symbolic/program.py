@@ -7,7 +7,7 @@ Does not: know the language.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -119,7 +119,7 @@ class _Values:
         """What a path gives; also of constant numbers, where others depend on features."""
         if isinstance(value, Given):
             return value
-        parts = value if isinstance(value, tuple) else (value,)
+        parts = cast("tuple[Any, ...]", value) if isinstance(value, tuple) else (value,)
         if self._sums is None or any(isinstance(each, str | bool) for each in parts):
             what = "numbers that depend on features and labels are returned side by side"
             raise InputError(what, where, "return numbers on every path")

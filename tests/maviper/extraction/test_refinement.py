@@ -393,9 +393,9 @@ def test_what_a_budget_spends_is_what_is_played(world, expert, monkeypatch):
     played = []
     play = arena.play
 
-    def counted(world, controllers, start):
+    def counted(world, controllers, start, *keep):
         played.append(len(start))
-        return play(world, controllers, start)
+        return play(world, controllers, start, *keep)
 
     from maviper.episodes import play as module
 
