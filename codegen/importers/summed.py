@@ -8,7 +8,7 @@ Does not: read any source.
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -82,7 +82,7 @@ def tree_of(origin: Origin, n_features: int) -> ir.Tree:
     plain = deployed(origin.grown, FLOAT64)  # in preorder, thresholds as they are
     single = (plain.feature != NO_FEATURE) & (plain.feature < SUMS)
     own, of_sums = (at_most(plain.threshold, each) for each in (origin.numbers, computed(origin.arithmetic)))
-    threshold: Any = np.where(single, own, of_sums)
+    threshold = cast("Any", np.where(single, own, of_sums))
     sums, feature = _first_named(origin.sums, (plain.feature[plain.feature >= SUMS] - SUMS).tolist())
     leaf = plain.feature == NO_FEATURE
     vectors, action = _first_named(origin.vectors, plain.action[leaf].tolist() if origin.vectors else [])

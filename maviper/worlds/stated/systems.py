@@ -158,7 +158,7 @@ class StatedEnv(ParallelEnv[str, Any, Any]):
         self.possible_agents = [agent.name for agent in statement.agents]
         self.agents: list[str] = []
         self.max_cycles = statement.system.steps
-        self.state: Floats = {}  # pyright: ignore[reportIncompatibleMethodOverride]
+        self.state: Floats = {}
         self._moving = Moving(statement)
         self._rewards = {agent.name: function(agent.reward) for agent in statement.agents}
         self.teams: dict[str, tuple[str, ...]] = {}
@@ -203,7 +203,7 @@ class StatedEnv(ParallelEnv[str, Any, Any]):
         for name, (low, high) in rule.error.items():
             after[name] += self._rng.uniform(low, high)
         left = not self._moving.rules(after)
-        self.state = self._moving.clipped(after)
+        self.state = self._moving.clipped(after)  # pyright: ignore[reportIncompatibleMethodOverride]
         self._steps += 1
         cut = not left and self._steps >= self.max_cycles
         rewards = {agent: paid(self.state) for agent, paid in self._rewards.items()}
