@@ -23,6 +23,19 @@ from codegen.lowering.model import Model
 
 NOT_PROVED = (AttributeError, LookupError, TypeError, ValueError)
 MEANT = re.compile(r'#(include <(float|stdint)\.h>|endif|error .*|define \w+_H|define \w+_PROFILE "[0-9a-f]{64}")')
+# a sum whose parts no compiler may fuse with what the caller makes of them; read as the sum that it is
+UNFUSED = re.compile(
+    r"""#if defined\(__FMA__\) && defined\(__GNUC__\) && defined\(__x86_64__\)
+ *__asm__\("" : "\+x"\(a\), "\+x"\(b\)\);
+ *double total = a \+ b;
+#elif defined\(__FP_FAST_FMA\) \|\| defined\(__FMA__\) \|\| defined\(__AVX2__\) \|\| defined\(__aarch64__\)
+ *const volatile double first = a;
+ *const volatile double second = b;
+ *double total = first \+ second;
+#else
+( *double total = a \+ b;)
+#endif"""
+)
 CONSTANT = re.compile(r"#define (\w+_(DT|DAMPING|FORCE)) -?[0-9.e+-]+")  # a number that the code does not use
 TYPES = "typedef int int32_t; typedef unsigned int uint32_t;\n"
 # what stands around the tables; {next} is the step to the child
@@ -89,15 +102,21 @@ def _signature(declared: Any) -> list[str]:
     return [_text(declared.args), " ".join(declared.type.type.names)]
 
 
+def _said(header: str) -> str:
+    """The header without comments, and with its sums as they are read."""
+    text = re.sub(r" *\n", "\n", re.sub(r"/\*.*?\*/", " ", header, flags=re.S))
+    return UNFUSED.sub(r"\1", text, count=1)
+
+
 def plain(header: str) -> str:
     """The header without comments and preprocessor lines."""
-    text = re.sub(r"/\*.*?\*/", " ", header, flags=re.S)
+    text = _said(header)
     return "\n".join(line for line in text.splitlines() if not line.lstrip().startswith("#"))
 
 
 def odd_lines(header: str) -> list[str]:
     """Preprocessor lines that could change what the rest means: others than those that a header needs."""
-    lines = [line.strip() for line in re.sub(r"/\*.*?\*/", " ", header, flags=re.S).splitlines() if line.strip()]
+    lines = [line.strip() for line in _said(header).splitlines() if line.strip()]
     odd = []
     for line, after in zip(lines, [*lines[1:], ""], strict=True):
         if not line.startswith("#"):

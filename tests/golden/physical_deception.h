@@ -111,7 +111,16 @@ static inline double physical_deception_wide_sum(double a, double b)
 
 static inline double physical_deception_sum(double a, double b)
 {
+#if defined(__FMA__) && defined(__GNUC__) && defined(__x86_64__)
+    __asm__("" : "+x"(a), "+x"(b)); /* no instruction; a product of the caller fused with the sum would not be rounded */
     double total = a + b;
+#elif defined(__FP_FAST_FMA) || defined(__FMA__) || defined(__AVX2__) || defined(__aarch64__)
+    const volatile double first = a; /* stored, for the same */
+    const volatile double second = b;
+    double total = first + second;
+#else
+    double total = a + b;
+#endif
     if (physical_deception_direct() == 0) {
         total = physical_deception_wide_sum(a, b);
     }
