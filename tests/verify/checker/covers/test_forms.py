@@ -40,10 +40,12 @@ def test_what_is_shown_is_true():
     assert met[True, False] >= 8 and met[False, True] >= 8, met
 
 
-@pytest.mark.slow
-def test_what_is_shown_is_true_of_thousands():
-    met = attacked(range(100_000, 103_000), 60)
-    assert met[True, False] > 400, met
+@pytest.mark.parametrize(
+    "questions", [pytest.param(300, marks=pytest.mark.slow), pytest.param(3_000, marks=pytest.mark.full)]
+)
+def test_what_is_shown_is_true_of_thousands(questions):
+    met = attacked(range(100_000, 100_000 + questions), 60)
+    assert met[True, False] > questions / 8, met
 
 
 @pytest.mark.parametrize(("asked", "claim", "holds"), [each[1:] for each in CASES], ids=[each[0] for each in CASES])
