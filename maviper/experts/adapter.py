@@ -54,9 +54,10 @@ class TorchExpert:
                 raise InputError(
                     f"{len(modules)} {kind} for {counted(len(self.agents), 'agent')}", world.name, "give one each"
                 )
+        library: Any = torch
         for module in [*self._actors, *(self._critics or [])]:
-            if isinstance(module, torch.nn.Module):
-                module.eval()
+            if isinstance(module, library.nn.Module):
+                cast("Any", module).eval()
         for agent, features in enumerate(world.features):
             found = self._outputs(agent, np.zeros((2, len(features)), np.float32)).shape
             wanted = (2, len(world.actions[agent]))
