@@ -16,7 +16,8 @@ from typing import NamedTuple
 import numpy as np
 
 from codegen.ir import NO_FEATURE, Float64, PolicyProfile
-from verify.checker.flows.sweep import FlowSweep, Plan, SeenStep, StartBox, halves
+from verify.checker.covers.parts import StartBox, halves
+from verify.checker.flows.sweep import FlowSweep, Plan, SeenStep
 from verify.checker.reading import RejectedError
 from verify.progress import tell
 from verify.systems.claims import SystemClaim

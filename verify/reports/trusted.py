@@ -80,7 +80,7 @@ COVERS = {
 }
 FLOWS = {
     **SYSTEMS,
-    "verify/checker/covers": ("boxes", "cuts", "rounding", "trees"),
+    "verify/checker/covers": ("boxes", "cuts", "parts", "rounding", "trees"),
     "verify/checker/flows": ("certificates", "functions", "series", "sets", "spans", "steps", "sweep"),
     "verify/systems/language": ("expressions",),
 }

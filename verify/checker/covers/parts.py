@@ -8,6 +8,7 @@ Does not: move boxes.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,55 +23,70 @@ MAX_PARTS = 1 << 20  # of the start
 AT_ONCE = 1 << 12  # parts that are swept together
 
 
-class Parts:
-    """The start of a system, to be cut."""
+class StartBox(NamedTuple):
+    """A part of the start as a box, [n_variables] each."""
 
-    def __init__(self, system: System) -> None:
-        self._system = system
+    low: Float64
+    high: Float64
+
+
+def halves(one: StartBox, column: int) -> list[StartBox]:
+    """A part cut at the middle of a variable, the lower half first."""
+    middle, lower, upper = 0.5 * one.low[column] + 0.5 * one.high[column], one.high.copy(), one.low.copy()
+    lower[column] = upper[column] = middle
+    return [StartBox(one.low, lower), StartBox(upper, one.high)]
+
+
+class Parts:
+    """The start of a system, to be cut into at most so many parts, of which so many are swept together."""
+
+    def __init__(self, system: System, most: int = MAX_PARTS, at_once: int = AT_ONCE) -> None:
+        self._system, self._most, self._at_once = system, most, at_once
         self._columns = {one.name: column for column, one in enumerate(system.variables)}
         self._starts = [Cut(linear(half), self._columns) for half in system.start]
 
     def parts(self, cuts: Sequence[int]) -> Iterator[BoxList]:
         """The start as boxes, some parts at a time."""
-        lows: list[Float64] = []
-        highs: list[Float64] = []
+        return map(self.started, self.cut(cuts))
+
+    def cut(self, cuts: Sequence[int]) -> Iterator[list[StartBox]]:
+        """The parts that cuts make of a box around all starts, some at a time."""
+        found: list[StartBox] = []
         count, numbers = 0, iter(cuts)
-        start = self._start()
-        pending = [(start.low[0], start.high[0])] if start.size else []
+        pending = [self.whole] if self.whole is not None else []
         while pending:
-            low, high = pending.pop()
+            one = pending.pop()
             number = next(numbers, None)
             if number is None or number > len(self._columns):
                 raise RejectedError("the cuts of the start end too early, or name a variable that there is not")
             if number:
-                middle = 0.5 * low[number - 1] + 0.5 * high[number - 1]
-                lower, upper = high.copy(), low.copy()
-                lower[number - 1] = upper[number - 1] = middle
-                pending += [(upper, high), (low, lower)]
+                pending += reversed(halves(one, number - 1))
                 continue
-            lows.append(low)
-            highs.append(high)
+            found.append(one)
             count += 1
-            if count > MAX_PARTS:
-                raise RejectedError(f"the start is cut into more than {MAX_PARTS:,} parts")
-            if len(lows) == AT_ONCE:
-                yield self._started(lows, highs)
-                lows, highs = [], []
+            if count > self._most:
+                raise RejectedError(f"the start is cut into more than {self._most:,} parts")
+            if len(found) == self._at_once:
+                yield found
+                found = []
         if next(numbers, None) is not None:
             raise RejectedError("the cuts of the start go on after their end")
-        if lows:
-            yield self._started(lows, highs)
+        if found:
+            yield found
 
-    def _start(self) -> BoxList:
-        """A box around all starts; none where bounds show that there are none."""
+    @property
+    def whole(self) -> StartBox | None:
+        """A box around all starts; None where bounds show that there are none."""
         ends = [one.range for one in self._system.variables]
         low, high = np.array([floor(low) for low, _ in ends]), np.array([ceiling(high) for _, high in ends])
-        return self._started([low], [high])
+        boxes = self.started([StartBox(low, high)])
+        return StartBox(boxes.low[0], boxes.high[0]) if boxes.size else None
 
-    def _started(self, lows: Sequence[Float64], highs: Sequence[Float64]) -> BoxList:
-        """Boxes around the starts in some boxes."""
-        none = np.zeros(len(lows), dtype=np.int64)
-        boxes = BoxList(np.array(lows), np.array(highs), np.arange(len(lows)), none)
+    def started(self, parts: Sequence[StartBox]) -> BoxList:
+        """Boxes around the starts in some parts."""
+        none = np.zeros(len(parts), dtype=np.int64)
+        lows, highs = np.array([one.low for one in parts]), np.array([one.high for one in parts])
+        boxes = BoxList(lows, highs, np.arange(len(parts)), none)
         for cut in self._starts:
             boxes = cut.within(boxes)
         return boxes

@@ -8,16 +8,17 @@ Does not: read documents, or choose how to cut and step.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
 
-from codegen.ir import Bool, Float64, Int64, PolicyProfile
+from codegen.ir import Bool, Int64, PolicyProfile
 from verify.checker.covers.boxes import BoxList
-from verify.checker.covers.cuts import Cut, RegionCut
+from verify.checker.covers.cuts import RegionCut, linear
+from verify.checker.covers.parts import Parts, StartBox
 from verify.checker.covers.rounding import ceiling, ensure_arithmetic, floor
 from verify.checker.covers.trees import TreeCuts, decided, digits
 from verify.checker.flows.series import FlowReading
@@ -25,9 +26,8 @@ from verify.checker.flows.sets import SetList, started
 from verify.checker.flows.spans import Spans
 from verify.checker.flows.steps import FlowStep, Stepping, framed
 from verify.checker.reading import RejectedError
-from verify.claims.formula import Linear
 from verify.systems.claims import SystemClaim
-from verify.systems.system import HalfSpace, System
+from verify.systems.system import System
 
 MAX_PARTS = 1 << 18  # of the start
 AT_ONCE = 1 << 11  # parts that are swept together
@@ -45,13 +45,6 @@ class Plan:
     order: int
     steps: int
     widths: Mapping[int, float] = field(default_factory=dict[int, float])
-
-
-class StartBox(NamedTuple):
-    """A part of the start as a box."""
-
-    low: Float64
-    high: Float64
 
 
 class SeenStep(NamedTuple):
@@ -78,8 +71,8 @@ class FlowSweep:
         names = [one.name for one in system.variables]
         self.columns = {name: column for column, name in enumerate(names)}
         self._trees = [TreeCuts(system, policy, self.columns) for policy in profile.agents]
-        self._regions = [RegionCut(list(map(_linear, region)), self.columns) for region in claim.regions]
-        self._starts = [Cut(_linear(half), self.columns) for half in system.start]
+        self._regions = [RegionCut(list(map(linear, region)), self.columns) for region in claim.regions]
+        self._start = Parts(system, MAX_PARTS, AT_ONCE)
         self._flow, self._reading = system.flow, FlowReading(system.flow, names)
         none = Fraction(0), Fraction(0)
         self._errors = [system.flow.error.get(name, none) for name in names]
@@ -91,7 +84,7 @@ class FlowSweep:
     def run(self, plan: Plan) -> int:
         """How many sets were asked about. RejectedError where one may break the claim, or could not be followed."""
         ensure_arithmetic()
-        for starts in self._parts(plan.cuts):
+        for starts in self._start.cut(plan.cuts):
             self.follow(starts, plan)
             if self.open:
                 raise RejectedError(next(iter(self.open.values())))
@@ -101,7 +94,7 @@ class FlowSweep:
         """Follows parts of the start; `open` has those that were not shown."""
         self.open = {}
         step = FlowStep(self._reading, self._errors, Stepping(plan.order, self._flow.period / plan.steps))
-        boxes = self._started([one.low for one in starts], [one.high for one in starts])
+        boxes = self._start.started(starts)
         with np.errstate(all="ignore"):  # what overflows is not finite, and is left open
             self._episodes(started(boxes, 0 if plan.widths else 1), step, plan)
 
@@ -242,63 +235,12 @@ class FlowSweep:
             raise RejectedError(f"a list has more than {MAX_SETS:,} sets")
         return sets
 
-    # --- the start
-
-    def _parts(self, cuts: Sequence[int]) -> Iterator[list[StartBox]]:
-        """The start as boxes, some parts at a time."""
-        found: list[StartBox] = []
-        count, numbers = 0, iter(cuts)
-        pending = [self.whole] if self.whole is not None else []
-        while pending:
-            one = pending.pop()
-            number = next(numbers, None)
-            if number is None or number > len(self.columns):
-                raise RejectedError("the cuts of the start end too early, or name a variable that there is not")
-            if number:
-                pending += reversed(halves(one, number - 1))
-                continue
-            found.append(one)
-            count += 1
-            if count > MAX_PARTS:
-                raise RejectedError(f"the start is cut into more than {MAX_PARTS:,} parts")
-            if len(found) == AT_ONCE:
-                yield found
-                found = []
-        if next(numbers, None) is not None:
-            raise RejectedError("the cuts of the start go on after their end")
-        if found:
-            yield found
-
     @property
     def whole(self) -> StartBox | None:
         """A box around all starts; None where bounds show that there are none."""
-        ends = [one.range for one in self._system.variables]
-        boxes = self._started(
-            [np.array([floor(low) for low, _ in ends])], [np.array([ceiling(high) for _, high in ends])]
-        )
-        return StartBox(boxes.low[0], boxes.high[0]) if boxes.size else None
-
-    def _started(self, lows: Sequence[Float64], highs: Sequence[Float64]) -> BoxList:
-        """Boxes around the starts in some boxes."""
-        none = np.zeros(len(lows), dtype=np.int64)
-        boxes = BoxList(np.array(lows), np.array(highs), np.arange(len(lows)), none)
-        for cut in self._starts:
-            boxes = cut.within(boxes)
-        return boxes
-
-
-def halves(one: StartBox, column: int) -> list[StartBox]:
-    """A part cut at the middle of a variable, the lower half first."""
-    middle, lower, upper = 0.5 * one.low[column] + 0.5 * one.high[column], one.high.copy(), one.low.copy()
-    lower[column] = upper[column] = middle
-    return [StartBox(one.low, lower), StartBox(upper, one.high)]
+        return self._start.whole
 
 
 def _as_list(box: Spans) -> BoxList:
     none = np.zeros(len(box.low), dtype=np.int64)
     return BoxList(box.low.copy(), box.high.copy(), none, none)
-
-
-def _linear(half: HalfSpace) -> Linear:
-    """A half space as an inequality."""
-    return Linear(tuple((factor, name) for name, factor in half.form.terms), -half.form.constant, half.strict)

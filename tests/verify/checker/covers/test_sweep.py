@@ -110,7 +110,7 @@ FAULTS = [
     (sweep.CoverSweep, "_asked", lambda f: lambda self, listed, step: listed),
     (sweep.CoverSweep, "_ensure_none", lambda f: lambda *given: None),
     (stated.StatedStates, "beyond", lambda f: lambda self, low, high: np.zeros(len(low), dtype=np.bool_)),
-    (parts.Parts, "_started", after(lambda found: found.taken(np.arange(found.size) < 0))),
+    (parts.Parts, "started", after(lambda found: found.taken(np.arange(found.size) < 0))),
     (sweep, "decided", lambda f: lambda grown, listed: f(grown, listed).taken(slice(0, 1))),
     (sweep, "together", lambda f: lambda lists: lists[0]),
     (trees.TreeCuts, "_by_one", after(lambda found: found._replace(node=found.node[::-1].copy()))),
