@@ -37,6 +37,7 @@ from verify.systems.values import (
     as_list,
     as_table,
     count,
+    error_of,
     flat,
     interval,
     measured,
@@ -332,12 +333,7 @@ class _Motion:
             unit = self._unit(name, where / "error")
             if name in self._names.modes:
                 raise InputError("a mode has no error", place, "write choice(.., ..) of modes in next")
-            low, high = interval(value, unit, self._names, place)
-            if not isinstance(value, list):
-                if high < 0:
-                    raise InputError(f"the error {high} is below 0", place, "write e for [-e, e], or [low, high]")
-                low = -high
-            found[name] = low, high
+            found[name] = error_of(value, unit, self._names, place)
         return {name: bounds for name, bounds in found.items() if bounds != (0, 0)}
 
     def _cuts(self, given: Mapping[str, object], where: Place) -> dict[str, int]:

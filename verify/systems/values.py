@@ -140,3 +140,13 @@ def interval(value: object, unit: Unit, names: Names, where: Place) -> Interval:
     if low > high:
         raise InputError(f"the lower bound {low} is above the upper one {high}", where, "swap them")
     return low, high
+
+
+def error_of(value: object, unit: Unit, names: Names, where: Place) -> Interval:
+    """What something may be off by: a number e for [-e, e], or an interval."""
+    low, high = interval(value, unit, names, where)
+    if is_list(value):
+        return low, high
+    if high < 0:
+        raise InputError(f"the error {high} is below 0", where, "write e for [-e, e], or [low, high]")
+    return -high, high

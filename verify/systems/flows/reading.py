@@ -14,7 +14,7 @@ from verify.systems.language.expressions import Call, Expression, affine, parts
 from verify.systems.language.parsing import Names, fitting
 from verify.systems.statement import Agent
 from verify.systems.system import Flow, Interval, Variable
-from verify.systems.values import ADVICE, flat, interval, measured, only, table, typed
+from verify.systems.values import ADVICE, error_of, flat, measured, only, table, typed
 from verify.toml_places import Place
 
 KEYS = ("flow", "period", "let", "error")
@@ -82,12 +82,7 @@ def _errors(given: Mapping[str, object], units: Mapping[str, Unit], names: Names
     found: dict[str, Interval] = {}
     for name, value in stated.items():
         place = where / "error" / name
-        low, high = interval(value, times(units[name], unit_of("s", place), -1), names, place)
-        if not isinstance(value, list):
-            if high < 0:
-                raise InputError(f"the error {high} is below 0", place, "write e for [-e, e], or [low, high]")
-            low = -high
-        found[name] = low, high
+        found[name] = error_of(value, times(units[name], unit_of("s", place), -1), names, place)
     return {name: bounds for name, bounds in found.items() if bounds != (0, 0)}
 
 
