@@ -21,6 +21,10 @@ SEMANTICS = (
     "any time."
 )
 VIOLATED = "fails in the episode shown, which was followed in enclosures that leave no doubt"
+ONE_READING = (
+    "The search tries its plans by the checker's own steps, so a proof has one reading of the flow. Episodes that "
+    "other code played beside it broke no claim that is proved."
+)
 PERIODS = "A claim about episodes covers only the periods that it names. Its steps are periods."
 
 

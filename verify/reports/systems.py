@@ -194,6 +194,7 @@ def _limits(system: System, reference: Mapping[str, Any], kinds: set[bool]) -> l
     if reference.get("steps"):
         found.append(SAMPLED.format(name=reference["name"], where=ANYWHERE[reference["anywhere"]]))
     found += [STEPS if system.flow is None else flows.PERIODS] if False in kinds else []
+    found += [] if system.flow is None else [flows.ONE_READING]
     found += [OUTSIDE] if False in kinds and system.pieces and all(piece.where for piece in system.pieces) else []
     return found + ([SINGLE] if True in kinds else [])
 
