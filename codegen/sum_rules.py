@@ -21,6 +21,7 @@ from codegen.sums import ARITHMETICS, DOUBLE_SUMS, OBSERVED, computed
 
 MAX_TERMS = 1_000  # of a sum
 VERIFIER = "the verifier"  # who refuses sums
+SUMMING = ("c", "python", "json", "javascript", "rust")  # the targets that take them
 Found = Iterator[tuple[str, str]]  # path below the agent's, and what is wrong
 
 
@@ -33,7 +34,7 @@ def ensure_plain(profile: PolicyProfile, who: str) -> PolicyProfile:
     if summing:
         agents = ", ".join(policy.agent for policy in summing)
         where = "numbers as outputs" if any(policy.outputs for policy in summing) else "tests of sums"
-        advice = "`maviper show` and `maviper compile --target c,python,json` take them"
+        advice = f"`maviper show` and `maviper compile --target {','.join(SUMMING)}` take them"
         raise InputError(f"{who} does not take sums yet", f"{agents}: {where}", advice)
     return profile
 

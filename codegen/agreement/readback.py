@@ -129,8 +129,8 @@ class Ran(NamedTuple):
     numbers in a batch; how many wrong inputs it was given, and which of them it did not refuse.
     """
 
-    single: Int32
-    batch: Int32
+    single: Any
+    batch: Any
     misused: int = 0
     accepted: Sequence[str] = ()
 
@@ -148,7 +148,7 @@ def javascript_act(text: str, model: Model, rows: Mapping[str, Float64], asked: 
         _run([node, "harness.mjs"], folder, "the generated JavaScript does not run")
         found: dict[str, Ran] = {}
         for agent in model.agents:
-            single, batch = np.split(_integers(folder / f"{agent.lower}.actions"), 2)
+            single, batch = np.split(_answers(agent, folder / f"{agent.lower}.actions"), 2)
             misused = cast(dict[str, Any], json.loads((folder / f"{agent.lower}.json").read_text()))
             found[agent.name] = Ran(single, batch, misused["asked"], misused["accepted"])
         return found, _told(folder, model)
@@ -171,7 +171,7 @@ def rust_act(
         for agent in model.agents:
             (folder / f"{agent.lower}.rows").write_bytes(_bytes(agent, rows[agent.name]))
         _run([str(folder / "run")], folder, "the generated Rust does not run")
-        acted = {agent.name: _integers(folder / f"{agent.lower}.actions") for agent in model.agents}
+        acted = {agent.name: _answers(agent, folder / f"{agent.lower}.actions") for agent in model.agents}
         halves = {name: np.split(both, 2) for name, both in acted.items()}
         return {name: Ran(single, batch) for name, (single, batch) in halves.items()}, _told(folder, model)
 
@@ -193,13 +193,14 @@ def _told(folder: Path, model: Model) -> Told:
     """What a harness left behind."""
     said = cast(dict[str, Any], json.loads((folder / "entries.json").read_text()))
     located = model.agents if model.located else ()
-    team = _integers(folder / "team").reshape(-1, len(model.agents)) if model.located else None
+    together = model.located and model.acting
+    team = _integers(folder / "team").reshape(-1, len(model.agents)) if together else None
     seen = {agent: (folder / f"{agent.lower}.seen").read_bytes() for agent in located}
     return Told(
         checks={agent.name: _integers(folder / f"{agent.lower}.checks") for agent in model.agents},
         constants=[_constant(each) for each in said["constants"]],
         observed={a.name: np.frombuffer(raw, "<f8").reshape(-1, len(a.features)) for a, raw in seen.items()},
-        acted={agent.name: _integers(folder / f"{agent.lower}.acted") for agent in located},
+        acted={agent.name: _answers(agent, folder / f"{agent.lower}.acted") for agent in located},
         team=team,
         within=_integers(folder / "within") if model.region else None,
         misused=said.get("asked", 0),
@@ -307,6 +308,13 @@ def _run(command: list[str], folder: Path, failed: str) -> None:
 def _constant(given: str | float | None) -> str | float:
     """As JSON tells it, which knows no NaN, and may write 5 for 5.0."""
     return given if isinstance(given, str) else np.nan if given is None else float(given)
+
+
+def _answers(agent: Agent, path: Path) -> Any:
+    """Actions [n], or numbers given [n, n_outputs]."""
+    if agent.summed and agent.summed.outputs:
+        return np.fromfile(path, "<f8").reshape(-1, len(agent.summed.outputs))
+    return _integers(path)
 
 
 def _integers(path: Path) -> Int32:

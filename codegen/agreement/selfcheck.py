@@ -339,13 +339,13 @@ def _check_javascript(
     build: Build, module: str, asked: Mapping[str, Floats], wanted: Mapping[str, Any]
 ) -> list[Agreement]:
     profile, model = build.profile, build.model
-    near = {p.agent: probes.doubles(p.tree, p.features, np.random.default_rng(SEED)) for p in profile.agents}
+    near = {policy.agent: _near(policy) for policy in profile.agents}
     rows = {name: np.concatenate([seen.astype(np.float64), near[name]]) for name, seen in asked.items()}
     entry = Asked(profile)
     ran, told = readback.javascript_act(module, model, rows, entry)
     found = entries.compared("javascript", entry, told)
     for policy in profile.agents:
-        expected = np.concatenate([wanted[policy.agent], ir.act(policy, near[policy.agent])])
+        expected = np.concatenate([wanted[policy.agent], reference(policy, near[policy.agent])])
         acted = ran[policy.agent]
         found.append(compare("javascript", policy, rows[policy.agent], expected, acted.single))
         found.append(compare("javascript rows", policy, rows[policy.agent], expected, acted.batch))

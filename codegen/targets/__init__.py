@@ -11,7 +11,7 @@ from codegen import ir
 from codegen.errors import InputError, UnknownNameError
 from codegen.lowering.lower import AUTO, lower
 from codegen.lowering.model import Model
-from codegen.sum_rules import ensure_plain
+from codegen.sum_rules import SUMMING, ensure_plain
 from codegen.targets import arrays, c, javascript, json, onnx, python, rust, smt, svg
 
 Emitter = Callable[[Model, ir.PolicyProfile], Mapping[str, str | bytes]]
@@ -29,7 +29,6 @@ TARGETS: dict[str, Emitter] = {
 }
 USUAL = ("c", "python", "json")
 SINGLE = ("smt", "jax", "torch")  # which take float32 agents only
-SUMMING = ("c", "python", "json")  # which take agents that test sums or give numbers
 
 
 def emit(

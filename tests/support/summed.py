@@ -2,6 +2,7 @@
 
 import math
 import struct
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
@@ -193,3 +194,11 @@ def difference(threshold, numbers="float64"):
     made = policy(0, FLOAT64_SUMS)
     tree = ir.Tree(*arrays, numbers=numbers, arithmetic=arithmetic, sums=sums)
     return profile(ir.AgentPolicy("agent_0", "team", made.features, made.actions, tree))
+
+
+def together(seed, levels=3):
+    """One profile with an agent of each kind, so that each compiler is asked once; a team that gives and acts."""
+    found = []
+    for kind in every(seed, levels).values():
+        found += [replace(each, agent=f"agent_{len(found) + place}") for place, each in enumerate(kind.agents)]
+    return profile(*found)

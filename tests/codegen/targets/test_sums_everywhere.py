@@ -1,0 +1,58 @@
+"""Trees with sums in every other language: the bits of the reference at ties, neighbours and numbers of every size."""
+
+from functools import cache
+
+import pytest
+
+from codegen.agreement import selfcheck
+from codegen.agreement.build import Build
+from codegen.lowering.lower import lower
+from codegen.targets import emit
+from tests.support import summed
+
+RANDOM = 300
+
+
+@cache
+def team():
+    return summed.together(1, levels=2)
+
+
+def replayed(profile, files):
+    """The report about these files; skips where a tool is missing."""
+    with Build(profile, lower(profile), files, optimised=False) as made:
+        report = selfcheck.check(made, random=RANDOM)
+    if report.skipped:
+        pytest.skip(report.skipped[0])
+    return report
+
+
+@pytest.mark.compile
+@pytest.mark.parametrize("target", ["javascript", "rust"])
+def test_the_bits_of_the_reference(target):
+    report = replayed(team(), emit(team(), [target])).ensure()
+    assert {target, f"{target} rows", f"{target} constants"} <= {each.target for each in report.agreements}
+    assert {each.agent for each in report.agreements} >= {policy.agent for policy in team().agents}
+
+
+FAULTS = [
+    ("javascript", "outputs, float32 steps", "Math.fround(", "("),
+    ("javascript", "double sums given as float32", "Math.fround(x[", "(x["),
+    ("javascript", "outputs, double sums", "value > high ? high", "value > high ? low"),
+    ("javascript", "outputs, float64", " - ", " + "),
+    pytest.param("rust", "outputs, double sums", "f64::from(x[", "f64::from(2.0 * x[", marks=pytest.mark.slow),
+    pytest.param("rust", "double sums given as float32", ") as f32", ") as f32 + 1.0", marks=pytest.mark.slow),
+    ("rust", "outputs, float32 steps", "            low\n", "            high\n"),
+]
+
+
+@pytest.mark.compile
+@pytest.mark.parametrize(("target", "kind", "right", "wrong"), FAULTS)
+def test_planted_faults_are_found(target, kind, right, wrong):
+    profile = summed.every(1)[kind]
+    ((name, text),) = emit(profile, [target]).items()
+    body = text.index("pub fn act(" if target == "rust" else "export function act_agent_0(")
+    body = text.index("fn bounded(") if right.startswith("   ") else 0 if "value" in right else body
+    assert right in text[body:]
+    files = {name: text[:body] + text[body:].replace(right, wrong)}
+    assert any(each.differences for each in replayed(profile, files).agreements)
