@@ -11,6 +11,7 @@ import runpy
 import shutil
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple, cast
@@ -233,13 +234,24 @@ def onnx_session(model: bytes) -> Any:
 
 def jax_act(text: str, agent: str, rows: Floats) -> Any:
     """Decisions of a batch under JAX."""
-    return np.asarray(_array_module(text, "jax")["ACT"][agent](rows))
+    module = _array_module(text, "jax")
+    with with_doubles(module):
+        return np.asarray(module["ACT"][agent](rows))
 
 
 def jax_compiled_act(text: str, agent: str, rows: Floats) -> Any:
     """Decisions row by row, mapped over a batch and compiled."""
-    act, jax = _array_module(text, "jax")["ACT"][agent], import_module("jax")
-    return np.asarray(jax.jit(jax.vmap(act))(rows))
+    module, jax = _array_module(text, "jax"), import_module("jax")
+    with with_doubles(module):
+        return np.asarray(jax.jit(jax.vmap(module["ACT"][agent]))(rows))
+
+
+def with_doubles(module: Mapping[str, Any]) -> AbstractContextManager[None]:
+    """JAX with float64, where a module's sums ask for it."""
+    if "_doubles" not in module:
+        return nullcontext()
+    jax: Any = import_module("jax")
+    return jax.enable_x64(True) if hasattr(jax, "enable_x64") else import_module("jax.experimental").enable_x64()
 
 
 def torch_act(text: str, agent: str, rows: Floats) -> Any:
