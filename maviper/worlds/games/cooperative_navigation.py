@@ -6,7 +6,6 @@ Does not: local observations.
 """
 
 from collections.abc import Sequence
-from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -97,11 +96,12 @@ class CooperativeNavigation(ParticleWorld):
         """With how many others each agent collides, [n_agents, batch]."""
         position = planes(state.position)
         found = np.zeros((len(self.agents), len(state)))
-        for a, b in combinations(range(len(self.agents)), 2):
-            touching = self.spec.agents[a].size + self.spec.agents[b].size
-            hit = distances(position[a], position[b]) < touching
-            found[a] += hit
-            found[b] += hit
+        sizes = np.array([agent.size for agent in self.spec.agents])
+        for a, size in enumerate(sizes[:-1]):
+            others = slice(a + 1, len(sizes))
+            hit = distances(position[a], position[others]) < (size + sizes[others])[:, None]
+            found[a] += hit.sum(axis=0)
+            found[others] += hit
         return found
 
     def values(self, states: Sequence[WorldState]) -> Float64:

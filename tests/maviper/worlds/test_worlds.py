@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.optimize import linear_sum_assignment
 
-from codegen.dynamics import NEGLIGIBLE_MARGINS, PUSHING_MARGINS
+from codegen.dynamics import NEGLIGIBLE_MARGINS, PUSHED_AT_ONCE, PUSHING_MARGINS
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import Meaning
 from maviper.episodes.play import play
@@ -654,6 +654,19 @@ def test_thousands_of_games_at_once(name):
         assert single.position.tobytes() == state.position[k : k + 1].tobytes()
         assert single.velocity.tobytes() == state.velocity[k : k + 1].tobytes()
         assert world.rewards(single).tobytes() == world.rewards(state)[k : k + 1].tobytes()
+
+
+@pytest.mark.parametrize("name", [f"{SPREAD},agents=6", TAG])
+def test_all_pairs_at_once_push_as_one_after_the_other(name):
+    """Few games are stepped with all pairs at once, many pair by pair: in crowds, where the order of sums shows."""
+    world = find(name)
+    state = crowded(world, 2 * PUSHED_AT_ONCE, seed=21)
+    acted = np.random.default_rng(22).integers(5, size=(len(state), len(world.agents)))
+    stepped = world.step(state, acted)
+    for rows in (slice(0, PUSHED_AT_ONCE), slice(PUSHED_AT_ONCE, None)):
+        part = world.step(state[rows], acted[rows])
+        assert part.velocity.tobytes() == stepped.velocity[rows].tobytes()
+        assert part.position.tobytes() == stepped.position[rows].tobytes()
 
 
 @pytest.mark.parametrize("name", ["physical-deception", SPREAD])
