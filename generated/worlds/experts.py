@@ -92,5 +92,10 @@ def crossing() -> Script:
     return _script("crossing", light=lambda of: (of["longer"] <= 0).astype(int))
 
 
+def tanks() -> Script:
+    """It opens the valve where the lower tank will be low."""
+    return _script("tanks", valve=lambda of: (of["lower"] + (of["upper"] - 0.5) / 2 < 0.6).astype(int))
+
+
 def _script(name: str, **rules: Rule) -> Script:
     return Script(find(f"system:{name}.toml"), rules)

@@ -6,7 +6,7 @@ from scipy.integrate import solve_ivp
 from codegen.ir import act
 from tests.support.system_cases import policy, team
 from verify.systems.files import statement_of
-from verify.systems.language.expressions import Call, Name, Number, Power, Product, Quotient, Sum
+from verify.systems.language.expressions import Call, Name, Number, Pi, Power, Product, Quotient, Sum
 from verify.systems.properties import claims_of
 
 PENDULUM = """
@@ -104,6 +104,8 @@ def rate(expression, known):
     match expression:
         case Number(value):
             return known["number"](value)
+        case Pi():
+            return +known["library"].pi
         case Name(name):
             return known[name]
         case Sum(left, right):

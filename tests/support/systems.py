@@ -1,5 +1,15 @@
 """World's files for tests."""
 
+from dataclasses import replace
+
+
+def with_piece(statement, number, **changes):
+    """A statement in which one piece says something else."""
+    pieces = list(statement.system.pieces)
+    pieces[number] = replace(pieces[number], **changes)
+    return replace(statement, system=replace(statement.system, pieces=tuple(pieces)))
+
+
 CART = """
 name = "cart"
 steps = 10

@@ -17,7 +17,7 @@ from codegen.floats import nearest_double
 from codegen.ir import AgentPolicy, Bool, Float64, PolicyProfile, act
 from verify.claims.uncertified.values import Batch
 from verify.systems.claims import SystemClaim
-from verify.systems.language.expressions import Call, Expression, Name, Number, Power, Product, Quotient, Sum
+from verify.systems.language.expressions import Call, Expression, Name, Number, Pi, Power, Product, Quotient, Sum
 from verify.systems.system import Feature, HalfSpace, Measure, System
 
 PARTS = 8  # of a period
@@ -175,6 +175,8 @@ def vectorised(expression: Expression) -> Evaluated:
         case Number(value):
             number = np.asarray(nearest_double(value))
             return lambda known: number
+        case Pi():
+            return lambda known: np.asarray(np.pi)
         case Name(name):
             return lambda known: known[name]
         case Sum(left, right):

@@ -5,9 +5,10 @@ Assumes: the box bounds every variable of the expression.
 Does not: trust itself alone: verify/checker/systems/enclosures.py shows each enclosure again in another way.
 
 A part is known as a form around the middle of the box, and an interval that holds all that the form leaves out. sin,
-cos, powers, reciprocals and clips of a part are enclosed by a line over its range. Between points at a distance w a
-function whose second derivative is at most m stays within m w^2 / 8 of the chord, so a few points bound the error.
-Products keep their linear part; the product of the deviations goes into the interval.
+cos, tan, exp, powers, reciprocals, roots and clips of a part are enclosed by a line over its range. Between points at a
+distance w a function whose second derivative is at most m stays within m w^2 / 8 of the chord, so a few points bound
+the error. A root is highest above a line of slope s where it is 1 / (4 s) above it. Products keep their linear part;
+the product of the deviations goes into the interval.
 """
 
 from __future__ import annotations
@@ -17,10 +18,12 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
 from itertools import pairwise
+from math import isqrt
 from typing import NamedTuple
 
 from codegen.errors import InputError
-from verify.systems.language.expressions import Call, Expression, Name, Number, Power, Product, Quotient, Sum
+from verify.exact import plain
+from verify.systems.language.expressions import Call, Expression, Name, Number, Pi, Power, Product, Quotient, Sum
 from verify.systems.system import Affine, Box, Interval
 from verify.unanswered import BeyondError
 
@@ -29,8 +32,10 @@ GRID = 10**10  # forms and errors of an enclosure are multiples of 1 / GRID
 FINE = 2**64  # ... and of 1 / FINE on the way
 SHORTEST = FINE**2  # terms of a series are multiples of 1 / SHORTEST
 SLACK = Fraction(1, 16)  # by which errors are widened, so that another proof of them need not be as tight
-LARGEST = 32  # of what sin and cos are taken
+LARGEST = 32  # of what sin, cos, tan and exp are taken
 ZERO: Interval = (Fraction(0), Fraction(0))
+PI: Interval = (Fraction(314159265358979323846264338327, 10**29), Fraction(314159265358979323846264338328, 10**29))
+Line = Callable[[Fraction, Fraction], tuple[Fraction, Interval]]  # of a function over a range
 
 
 class Enclosure(NamedTuple):
@@ -41,7 +46,7 @@ class Enclosure(NamedTuple):
 
 
 class UndefinedError(BeyondError):
-    """Over the box a denominator may be 0, or numbers are too large."""
+    """Over the box a part of an expression is not defined everywhere, or numbers are too large."""
 
 
 @dataclass(frozen=True)
@@ -56,19 +61,19 @@ class _Model:
 class Enclosing:
     """Enclosures over one box."""
 
-    def __init__(self, box: Box, where: object) -> None:
-        self.box, self._where = box, where
+    def __init__(self, box: Box) -> None:
+        self.box = box
         self._middle = {name: (low + high) / 2 for name, (low, high) in box.items()}
         self._radius = {name: (high - low) / 2 for name, (low, high) in box.items()}
         self._known: dict[Expression, _Model] = {}
 
-    def of(self, expression: Expression) -> Enclosure:
-        """The enclosure of an expression. InputError where it may be undefined."""
+    def of(self, expression: Expression, where: object) -> Enclosure:
+        """The enclosure of an expression that stands somewhere. InputError with the place if it may be undefined."""
         try:
             return _coarse(self._model(expression), self.box)
         except UndefinedError as undefined:
-            states = ", ".join(f"{name} in [{low}, {high}]" for name, (low, high) in self.box.items())
-            raise InputError(str(undefined), f"{self._where}: {states}", "narrow the ranges, or cut them") from None
+            states = ", ".join(f"{name} in [{plain(low)}, {plain(high)}]" for name, (low, high) in self.box.items())
+            raise InputError(str(undefined), f"{where}: {states}", "narrow the ranges, or cut them") from None
 
     def _model(self, expression: Expression) -> _Model:
         if expression not in self._known:
@@ -79,6 +84,8 @@ class Enclosing:
         match expression:
             case Number(value):
                 return _Model(value, {}, ZERO)
+            case Pi():
+                return self._fine((PI[0] + PI[1]) / 2, {}, ((PI[0] - PI[1]) / 2, (PI[1] - PI[0]) / 2))
             case Name(name):
                 return _Model(self._middle[name], {name: Fraction(1)}, ZERO)
             case Sum(left, right):
@@ -86,13 +93,17 @@ class Enclosing:
             case Product(left, right):
                 return self._product(self._model(left), self._model(right))
             case Quotient(left, right):
-                return self._product(self._model(left), self._curved(_reciprocal, self._model(right)))
+                below = self._model(right)
+                apart = self._range(below) if _apart(self._range(below)) else self._bounds(right)
+                return self._product(self._model(left), self._curved(_reciprocal, below, apart))
             case Power(base, exponent):
                 return self._curved(lambda a, b: _power(exponent, a, b), self._model(base))
             case Call(_, argument, (low, high)):
                 return self._curved(lambda a, b: _clip(low, high, a, b), self._model(argument))
+            case Call("sqrt", argument, _):
+                return self._curved(_root, self._model(argument), self._bounds(argument))
             case Call(function, argument, _):
-                return self._curved(lambda a, b: _wave(function, a, b), self._model(argument))
+                return self._curved(LINES[function], self._model(argument))
 
     def _deviation(self, model: _Model) -> Fraction:
         """How far the form comes from its value in the middle."""
@@ -101,6 +112,28 @@ class Enclosing:
     def _range(self, model: _Model) -> Interval:
         reach = self._deviation(model)
         return model.middle - reach + model.rest[0], model.middle + reach + model.rest[1]
+
+    def _bounds(self, expression: Expression) -> Interval:
+        """The range of a part, in which clips, roots, exponentials and even powers keep their sign."""
+        low, high = self._range(self._model(expression))
+        match expression:
+            case Sum(left, right):
+                least, most = _added(self._bounds(left), self._bounds(right))
+            case Product(left, right):
+                least, most = _times(self._bounds(left), self._bounds(right))
+            case Quotient(left, right) if _apart(ends := self._bounds(right)):
+                least, most = _times(self._bounds(left), (1 / ends[1], 1 / ends[0]))
+            case Power(_, exponent) if exponent % 2 == 0:
+                least, most = Fraction(0), high
+            case Call("sin" | "cos", _, _):
+                least, most = Fraction(-1), Fraction(1)
+            case Call("exp" | "sqrt", _, _):
+                least, most = Fraction(0), high
+            case Call(_, _, (least, most)):
+                pass
+            case _:
+                return low, high
+        return max(low, least), min(high, most)
 
     def _sum(self, one: _Model, other: _Model) -> _Model:
         names = one.slopes.keys() | other.slopes.keys()
@@ -124,10 +157,9 @@ class Enclosing:
         rest = _added(_added((-both, both), _times(one.rest, reach)), _times(self._range(one), other.rest))
         return self._fine(one.middle * other.middle, slopes, rest)
 
-    def _curved(self, line: Callable[[Fraction, Fraction], tuple[Fraction, Interval]], model: _Model) -> _Model:
+    def _curved(self, line: Line, model: _Model, bounds: Interval | None = None) -> _Model:
         """A function of a part, by a slope over the part's range and what is left when that is taken off."""
-        low, high = self._range(model)
-        slope, (least, most) = line(low, high)
+        slope, (least, most) = line(*(bounds or self._range(model)))
         scaled = self._scaled(model, slope)
         middle = (least + most) / 2
         rest = _added(scaled.rest, (least - middle, most - middle))
@@ -157,11 +189,16 @@ def _times(one: Interval, other: Interval) -> Interval:
     return min(ends), max(ends)
 
 
+def _apart(bounds: Interval) -> bool:
+    """Whether 0 lies outside."""
+    return bounds[0] > 0 or bounds[1] < 0
+
+
 # --- functions of one number: a slope, and the range of the function less the sloped line
 
 
 def _reciprocal(low: Fraction, high: Fraction) -> tuple[Fraction, Interval]:
-    if low <= 0 <= high:
+    if not _apart((low, high)):
         raise UndefinedError("a denominator may be 0")
     least = min(abs(low), abs(high))
     return _line(lambda u: (1 / u, 1 / u), 2 / least**3, low, high)
@@ -178,6 +215,67 @@ def _wave(function: str, low: Fraction, high: Fraction) -> tuple[Fraction, Inter
     if max(abs(low), abs(high)) > LARGEST:
         raise UndefinedError(f"{function} of more than {LARGEST}")
     return _line(lambda u: _wave_at(function, u), Fraction(1), low, high)
+
+
+def _tan(low: Fraction, high: Fraction) -> tuple[Fraction, Interval]:
+    """Of tan between two of its poles, where its second derivative is largest at an end."""
+    if max(abs(low), abs(high)) > LARGEST:
+        raise UndefinedError(f"tan of more than {LARGEST}")
+    turns = [{((2 * end / pi + 1) / 2).__floor__() for pi in PI} for end in (low, high)]
+    ends = [] if turns[0] != turns[1] or len(turns[0]) > 1 else [_tan_at(low), _tan_at(high)]
+    if not ends:
+        raise UndefinedError("tan may have a pole")
+    steepest = max(abs(end) for bounds in ends for end in bounds)
+    return _line(_tan_at, 2 * steepest * (1 + steepest**2), low, high)
+
+
+@lru_cache(maxsize=1 << 12)
+def _tan_at(u: Fraction) -> Interval:
+    sin, cos = _wave_at("sin", u), _wave_at("cos", u)
+    if not _apart(cos):
+        raise UndefinedError("tan may have a pole")
+    low, high = _times(sin, (1 / cos[1], 1 / cos[0]))
+    return Fraction((low * SHORTEST).__floor__(), SHORTEST), Fraction((high * SHORTEST).__ceil__(), SHORTEST)
+
+
+def _exp(low: Fraction, high: Fraction) -> tuple[Fraction, Interval]:
+    if max(abs(low), abs(high)) > LARGEST:
+        raise UndefinedError(f"exp of more than {LARGEST}")
+    return _line(_exp_at, _exp_at(high)[1], low, high)
+
+
+@lru_cache(maxsize=1 << 12)
+def _exp_at(u: Fraction) -> Interval:
+    """exp of a number of at most LARGEST, by Taylor's series, rounded as that of sin (see there).
+
+    Terms fall by half at least once k is above 2 |u|, so what is left out is at most the last term.
+    """
+    top, under = u.as_integer_ratio()
+    term = found = SHORTEST  # in multiples of 1 / SHORTEST
+    k = 0
+    while abs(term) * FINE * 4 > SHORTEST or k * under < 2 * abs(top):
+        k += 1
+        term = _divided(term * top, under * k)
+        found += term
+    near = Fraction(found, SHORTEST)
+    return max(near - Fraction(1, FINE), Fraction(0)), near + Fraction(1, FINE)
+
+
+def _root(low: Fraction, high: Fraction) -> tuple[Fraction, Interval]:
+    """Of a square root, which lies above its chord, and at most 1 / (4 slope) above a line through 0."""
+    if low < 0:
+        raise UndefinedError("sqrt of what may be below 0")
+    ends = [(end, _root_at(end)) for end in (low, high)]
+    slope = _near((ends[1][1][0] - ends[0][1][0]) / (high - low)) if low < high else Fraction(0)
+    if slope <= 0:
+        return Fraction(0), (ends[0][1][0], ends[1][1][1])
+    return slope, (min(root[0] - slope * end for end, root in ends), 1 / (4 * slope))
+
+
+def _root_at(u: Fraction) -> Interval:
+    """The square root in multiples of 1 / FINE, from below and from above."""
+    found = isqrt((u * SHORTEST).__floor__())
+    return Fraction(found, FINE), Fraction(found + 1, FINE)
 
 
 def _clip(least: Fraction, most: Fraction, low: Fraction, high: Fraction) -> tuple[Fraction, Interval]:
@@ -202,6 +300,14 @@ def _line(
     beyond = bend * step * step / 8
     left = [(value[0] - slope * u, value[1] - slope * u) for u, value in zip(points, values, strict=True)]
     return slope, (min(bounds[0] for bounds in left) - beyond, max(bounds[1] for bounds in left) + beyond)
+
+
+LINES: dict[str, Line] = {
+    "sin": lambda low, high: _wave("sin", low, high),
+    "cos": lambda low, high: _wave("cos", low, high),
+    "tan": _tan,
+    "exp": _exp,
+}
 
 
 def _near(number: Fraction) -> Fraction:

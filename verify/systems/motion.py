@@ -190,7 +190,7 @@ class _Motion:
             raise InputError("nothing says how the state moves", place, "write next, or A, B and c")
         error, cuts = self._errors(given, place), self._cuts(given, place)
         found = [
-            Rule(where, {**move, **self._counted}, effect, error, cuts, when, words)
+            Rule(where, {**move, **self._counted}, effect, error, cuts, when, words, place)
             for where, when in regions
             for move, effect, words in moves
         ]

@@ -27,7 +27,7 @@ def pieces(rules: Sequence[Rule], variables: Sequence[Variable], where: object) 
         raise InputError(f"more than {MAX_PIECES} pieces", where, "cut ranges into fewer parts")
     found: list[Piece] = []
     for rule in rules:
-        for piece in _pieces(rule, ranges, where):
+        for piece in _pieces(rule, ranges):
             found.append(piece)
             tell(len(found), most, "pieces made from rules")
     return tuple(found)
@@ -67,19 +67,19 @@ def _parts(bounds: Interval, n: int) -> list[Interval]:
     return list(pairwise(ends))
 
 
-def _pieces(rule: Rule, ranges: Mapping[str, Interval], where: object) -> Iterator[Piece]:
+def _pieces(rule: Rule, ranges: Mapping[str, Interval]) -> Iterator[Piece]:
     for box in cells(rule, ranges):
-        over = Enclosing(box, where)
+        over = Enclosing(box)
         move: dict[str, Affine] = {}
         effect: dict[tuple[str, str], dict[str, Affine]] = {}
         errors: dict[str, list[Interval]] = {name: [bounds] for name, bounds in rule.error.items()}
         for name, expression in rule.move.items():
-            move[name], error = enclosed(expression, over)
+            move[name], error = enclosed(expression, over, rule.place / "next" / name)
             errors.setdefault(name, []).append(error)
         by_agent: dict[tuple[str, str], Interval] = {}
         for (agent, action), added in rule.effect.items():
             for name, expression in added.items():
-                form, error = enclosed(expression, over)
+                form, error = enclosed(expression, over, rule.place / "next" / name)
                 effect.setdefault((agent, action), {})[name] = form
                 low, high = by_agent.get((agent, name), ZERO)
                 by_agent[agent, name] = min(low, error[0]), max(high, error[1])
@@ -88,10 +88,10 @@ def _pieces(rule: Rule, ranges: Mapping[str, Interval], where: object) -> Iterat
         yield Piece(box, move, effect, _summed(errors), rule.when, rule.choice)
 
 
-def enclosed(expression: Expression, over: Enclosing) -> Enclosure:
-    """The affine form that an expression is, or an enclosure of it."""
+def enclosed(expression: Expression, over: Enclosing, where: object) -> Enclosure:
+    """The affine form that an expression is, or an enclosure of it. InputError with `where` if it may be undefined."""
     form = affine(expression)
-    return over.of(expression) if form is None else Enclosure(form, ZERO)
+    return over.of(expression, where) if form is None else Enclosure(form, ZERO)
 
 
 def _summed(errors: Mapping[str, Sequence[Interval]]) -> dict[str, Interval]:

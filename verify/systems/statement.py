@@ -35,7 +35,7 @@ class Agent:
 class Rule:
     """How the state moves in a box, as it is written: the next value of a variable is its `move`, the effects of all
     agents' actions on it, and an error that the user states. `when`: further conditions of its states; `choice`: what
-    is taken of each choice, in the words of the file, as all others are rules of their own.
+    is taken of each choice, in the words of the file, as all others are rules of their own. `place`: where it stands.
     """
 
     where: Box
@@ -45,6 +45,7 @@ class Rule:
     cuts: Mapping[str, int] = field(default_factory=dict[str, int])  # parts of a range where something is not affine
     when: Polytope = ()
     choice: Mapping[str, str] = field(default_factory=dict[str, str])
+    place: Place = field(default=Place("", ""), compare=False)
 
 
 @dataclass(frozen=True)

@@ -45,7 +45,7 @@ def test_values_lie_in_the_enclosure(text, ends):
     """By sampling, corners among the samples: no proof, but it knows nothing of the method."""
     box = {"x": (min(ends[:2]), max(ends[:2])), "y": (min(ends[2:]), max(ends[2:]))}
     expression = expression_of(text, NAMES, "").value
-    form, (low, high) = Enclosing(box, "").of(expression)
+    form, (low, high) = Enclosing(box).of(expression, "")
     for x in np.linspace(*map(float, box["x"]), 7):
         for y in np.linspace(*map(float, box["y"]), 5):
             state = {"x": float(x), "y": float(y)}
@@ -58,7 +58,7 @@ def test_errors_fall_with_the_square_of_the_width(text):
     """Unless a corner of a clip lies in the box, for which it falls with the width."""
     expression = expression_of(text, NAMES, "").value
     wide, narrow = (
-        Enclosing({"x": (F(3, 10) - w, F(3, 10) + w), "y": (F(1, 5) - w, F(1, 5) + w)}, "").of(expression).error[1]
+        Enclosing({"x": (F(3, 10) - w, F(3, 10) + w), "y": (F(1, 5) - w, F(1, 5) + w)}).of(expression, "").error[1]
         for w in (F(1, 10), F(1, 100))
     )
     assert narrow <= wide / 50 + F(1, 10**8) or "clip" in text
@@ -67,7 +67,7 @@ def test_errors_fall_with_the_square_of_the_width(text):
 def test_a_line_is_nearly_as_good_as_the_best_one():
     """Of cos over [-w, w] the best line is off by (1 - cos w) / 2."""
     for width in (F(1, 2), F(1, 20)):
-        error = Enclosing({"x": (-width, width)}, "").of(expression_of("cos(x)", NAMES, "").value).error[1]
+        error = Enclosing({"x": (-width, width)}).of(expression_of("cos(x)", NAMES, "").value, "").error[1]
         best = (1 - math.cos(width)) / 2
         assert best <= float(error) <= 1.1 * best + 1e-9
 
@@ -75,7 +75,7 @@ def test_a_line_is_nearly_as_good_as_the_best_one():
 def test_what_may_be_undefined_is_refused():
     for text in ("1/x", "1/(x - y)", "y/sin(x)", "sin(40*x)"):
         with pytest.raises(InputError, match=r"a denominator may be 0|sin of more than"):
-            Enclosing({"x": (F(-1), F(1)), "y": (F(0), F(1))}, "f").of(expression_of(text, NAMES, "").value)
+            Enclosing({"x": (F(-1), F(1)), "y": (F(0), F(1))}).of(expression_of(text, NAMES, "").value, "f")
 
 
 @pytest.mark.parametrize("text", [MOUNTAIN, CURVED])

@@ -37,6 +37,12 @@ COSINES = [(-1.0) ** n / factorial(2 * n) for n in range(10)]
 POWERS = [1.0 / factorial(n) for n in range(14)]
 
 
+def half_turns(count: int) -> Spans:
+    """pi, `count` times: it lies between the float64 next to it and the one after, as 2 QUARTER is below it."""
+    below = np.full(count, 2.0 * QUARTER)
+    return Spans(below, np.nextafter(below, np.inf))
+
+
 def waves(span: Spans) -> tuple[Spans, Spans]:
     """Bounds of sin and of cos; NaN beyond LARGEST."""
     ends = np.stack([span.low, span.high])

@@ -21,10 +21,10 @@ from typing import NamedTuple
 import numpy as np
 
 from verify.checker.covers.rounding import Factor
-from verify.checker.flows.functions import exponential, root, waves
+from verify.checker.flows.functions import exponential, half_turns, root, waves
 from verify.checker.flows.spans import Spans, exact, inverse, plus, scaled, square, times
 from verify.checker.reading import RejectedError
-from verify.systems.language.expressions import Call, Expression, Name, Number, Power, Product, Quotient, Sum
+from verify.systems.language.expressions import Call, Expression, Name, Number, Pi, Power, Product, Quotient, Sum
 from verify.systems.system import Flow
 
 
@@ -91,6 +91,10 @@ class _Operation:
     number: Fraction = Fraction(0)
 
 
+def _constant(operation: _Operation, count: int) -> Spans:
+    return half_turns(count) if operation.does == "pi" else exact(operation.number, count)
+
+
 class FlowReading:
     """The derivatives of a flow as one list of operations."""
 
@@ -116,8 +120,8 @@ class FlowReading:
             for place, operation in enumerate(self._operations):
                 if operation.does == "name" and operation.name in self.names:
                     values[place].append(found[self.names.index(operation.name)][k])
-                elif operation.does in ("name", "number"):
-                    known = held[operation.name] if operation.does == "name" else exact(operation.number, count)
+                elif operation.does in ("name", "number", "pi"):
+                    known = held[operation.name] if operation.does == "name" else _constant(operation, count)
                     values[place].append(Coefficient(known, None) if k == 0 else None)
                 else:
                     read = [values[each] for each in operation.reads]
@@ -132,6 +136,8 @@ class FlowReading:
         match expression:
             case Number(value):
                 return self._add(_Operation("number", number=value))
+            case Pi():
+                return self._add(_Operation("pi"))
             case Name(name):
                 return self._add(_Operation("name", name=name))
             case Sum(left, right):

@@ -5,24 +5,42 @@ Assumes: rules as a world file states them.
 Does not: share arithmetic with verify/systems/enclosures.py, or know how an enclosure was found.
 
 Numbers are whole multiples of 2^-BITS here, and every operation rounds outwards. The values of an expression lie around
-its value in the middle of the box, no farther off than its gradient times the way from there. sin and cos are short
-series of a small angle, which is doubled until it is the one asked for. A box that does not show a bound is halved.
+its value in the middle of the box, no farther off than its gradient times the way from there, and within the bounds
+that its parts give. Functions are bounded in functions.py. Where a slope has no bound, as that of a root at 0, parts
+alone count. A box that does not show a bound is halved.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
-from functools import lru_cache
 from itertools import product
 from typing import NamedTuple
 
 from verify.checker.reading import RejectedError
+from verify.checker.systems.functions import (
+    FUNCTIONS,
+    ONE,
+    Range,
+    UnboundedError,
+    ValueAndSlope,
+    exactly,
+    inverse,
+    minus,
+    outwards,
+    pi,
+    plus,
+    power,
+    scaled,
+    times,
+    up,
+)
 from verify.systems.language.expressions import (
     Call,
     Expression,
     Name,
     Number,
+    Pi,
     Power,
     Product,
     Quotient,
@@ -36,25 +54,16 @@ from verify.systems.regions import left_out
 from verify.systems.statement import Rule, Statement
 from verify.systems.system import Affine, Box, Interval, Piece
 
-BITS = 128
-ONE = 1 << BITS
 MAX_PARTS = 20_000  # of a box, for one bound
-MAX_HALVINGS = 40  # of an angle
-HALF = ONE >> 8  # of what the series of sin and cos are taken
-
-
-class Range(NamedTuple):
-    """All numbers from `low` to `high`, in multiples of 2^-BITS."""
-
-    low: int
-    high: int
+NONE: frozenset[str] = frozenset()
 
 
 class SlopedRange(NamedTuple):
-    """What an expression and its derivatives are over a box."""
+    """What an expression and its derivatives are over a box. `steep`: names by which no bound of the slope is known."""
 
     value: Range
     slopes: dict[str, Range]
+    steep: frozenset[str] = NONE
 
 
 class FormDifference(NamedTuple):
@@ -66,10 +75,6 @@ class FormDifference(NamedTuple):
 
 NOTHING = FormDifference((), Affine())
 OnPiece = Callable[[int, int], None]  # how many pieces are shown, of how many
-
-
-class _Unbounded(Exception):
-    """A denominator may be 0 over a box."""
 
 
 def ensure_enclosed(statement: Statement, on_piece: OnPiece = lambda done, most: None) -> int:
@@ -165,8 +170,8 @@ def _ensure_within(expression: Expression, form: Affine, box: Box, allowed: Inte
     found_in = sorted(names(expression) | {name for name, _ in form.terms})
     if not box.keys() >= set(found_in):
         raise RejectedError(f"{where}: nothing bounds what is not affine")
-    least, most = _up(allowed[0]), -_up(-allowed[1])
-    open_ = [{name: _outwards(box[name]) for name in found_in}]
+    least, most = up(allowed[0]), -up(-allowed[1])
+    open_ = [{name: outwards(box[name]) for name in found_in}]
     parts = 0
     while open_:
         parts += 1
@@ -175,7 +180,7 @@ def _ensure_within(expression: Expression, form: Affine, box: Box, allowed: Inte
         here = open_.pop()
         try:
             found, worst = _over(expression, form, here)
-        except _Unbounded:
+        except UnboundedError:
             found, worst = Range(least - 1, most + 1), _widest(here)
         if not least <= found.low or not found.high <= most:
             if not here or here[worst].high - here[worst].low < 4:
@@ -196,25 +201,28 @@ def _halves(box: Mapping[str, Range], name: str) -> list[dict[str, Range]]:
 def _over(expression: Expression, form: Affine, box: Mapping[str, Range]) -> tuple[Range, str]:
     """The range of the difference over a box, and the variable in which it changes most."""
     middle = {name: Range((low + high) // 2, (low + high) // 2) for name, (low, high) in box.items()}
-    slopes = _part(expression, box).slopes
+    whole = _part(expression, box)
+    slopes, natural = whole.slopes, minus(whole.value, _affine(form, box))
+    if whole.steep:
+        return natural, max(sorted(whole.steep), key=lambda name: box[name].high - box[name].low)
     at = _part(expression, middle).value
-    found = _minus(at, _affine(form, middle))
+    found = minus(at, _affine(form, middle))
     widest, most = next(iter(box), ""), -1
     factors = dict(form.terms)
     for name, (low, high) in box.items():
-        slope = _minus(slopes.get(name, Range(0, 0)), _exact(factors.get(name, Fraction(0))))
+        slope = minus(slopes.get(name, Range(0, 0)), exactly(factors.get(name, Fraction(0))))
         way = Range(low - middle[name].low, high - middle[name].low)
-        change = _times(slope, way)
-        found = _plus(found, change)
+        change = times(slope, way)
+        found = plus(found, change)
         if change.high - change.low > most:
             widest, most = name, change.high - change.low
-    return found, widest
+    return Range(max(found.low, natural.low), min(found.high, natural.high)), widest
 
 
 def _affine(form: Affine, at: Mapping[str, Range]) -> Range:
-    found = _exact(form.constant)
+    found = exactly(form.constant)
     for name, factor in form.terms:
-        found = _plus(found, _times(_exact(factor), at[name]))
+        found = plus(found, times(exactly(factor), at[name]))
     return found
 
 
@@ -222,44 +230,46 @@ def _part(expression: Expression, box: Mapping[str, Range]) -> SlopedRange:
     """Values and derivatives of an expression."""
     match expression:
         case Number(value):
-            return SlopedRange(_exact(value), {})
+            return SlopedRange(exactly(value), {})
+        case Pi():
+            return SlopedRange(pi(), {})
         case Name(name):
             return SlopedRange(box[name], {name: Range(ONE, ONE)})
         case Sum(left, right):
             one, other = _part(left, box), _part(right, box)
-            return SlopedRange(_plus(one.value, other.value), _both(one.slopes, other.slopes))
+            slopes = _both(one.slopes, other.slopes)
+            return SlopedRange(plus(one.value, other.value), slopes, one.steep | other.steep)
         case Product(left, right):
             return _product(_part(left, box), _part(right, box))
         case Quotient(left, right):
-            return _product(_part(left, box), _inverse(_part(right, box)))
+            return _product(_part(left, box), _chained(_part(right, box), inverse))
         case Power(base, exponent):
             part = _part(base, box)
-            return _chained(part, _power(part.value, exponent), _scaled(_power(part.value, exponent - 1), exponent))
+            slope = scaled(power(part.value, exponent - 1), exponent)
+            return _chained(part, lambda _: (power(part.value, exponent), slope))
         case Call(_, argument, (low, high)):
-            return _clipped(_part(argument, box), _exact(low), _exact(high))
+            return _clipped(_part(argument, box), exactly(low), exactly(high))
         case Call(function, argument, _):
-            part = _part(argument, box)
-            sin, cos = _waves(part.value)
-            return _chained(part, sin, cos) if function == "sin" else _chained(part, cos, Range(-sin.high, -sin.low))
+            return _chained(_part(argument, box), FUNCTIONS[function])
 
 
-def _chained(part: SlopedRange, value: Range, slope: Range) -> SlopedRange:
-    return SlopedRange(value, {name: _times(slope, inner) for name, inner in part.slopes.items()})
+def _chained(part: SlopedRange, function: Callable[[Range], ValueAndSlope]) -> SlopedRange:
+    """A function of a part, by its values and slopes; without a bound of these all names of the part are steep."""
+    value, slope = function(part.value)
+    if slope is None:
+        return SlopedRange(value, {}, part.steep | part.slopes.keys())
+    return SlopedRange(value, {name: times(slope, inner) for name, inner in part.slopes.items()}, part.steep)
 
 
 def _product(one: SlopedRange, other: SlopedRange) -> SlopedRange:
-    first = {name: _times(slope, other.value) for name, slope in one.slopes.items()}
-    second = {name: _times(slope, one.value) for name, slope in other.slopes.items()}
-    return SlopedRange(_times(one.value, other.value), _both(first, second))
+    first = {name: times(slope, other.value) for name, slope in one.slopes.items()}
+    second = {name: times(slope, one.value) for name, slope in other.slopes.items()}
+    return SlopedRange(times(one.value, other.value), _both(first, second), one.steep | other.steep)
 
 
-def _inverse(part: SlopedRange) -> SlopedRange:
-    low, high = part.value
-    if low <= 0 <= high:
-        raise _Unbounded
-    value = Range(ONE * ONE // high, -(-ONE * ONE // low))
-    square = _times(value, value)
-    return _chained(part, value, Range(-square.high, -square.low))
+def _both(one: dict[str, Range], other: dict[str, Range]) -> dict[str, Range]:
+    zero = Range(0, 0)
+    return {name: plus(one.get(name, zero), other.get(name, zero)) for name in {**one, **other}}
 
 
 def _clipped(part: SlopedRange, low: Range, high: Range) -> SlopedRange:
@@ -267,97 +277,8 @@ def _clipped(part: SlopedRange, low: Range, high: Range) -> SlopedRange:
     value = Range(min(max(least, low.low), high.low), min(max(most, low.high), high.high))
     if low.high <= least and most <= high.low:
         return part
-    inside = low.low <= most and least <= high.high
-    slopes = {name: Range(min(0, s.low), max(0, s.high)) for name, s in part.slopes.items()} if inside else {}
-    return SlopedRange(value, slopes)
-
-
-# --- arithmetic, rounded outwards
-
-
-def _up(value: Fraction) -> int:
-    return (value * ONE).__ceil__()
-
-
-def _exact(value: Fraction | int) -> Range:
-    return Range(-_up(Fraction(-value)), _up(Fraction(value)))
-
-
-def _outwards(bounds: Interval) -> Range:
-    return Range(-_up(-bounds[0]), _up(bounds[1]))
-
-
-def _plus(one: Range, other: Range) -> Range:
-    return Range(one.low + other.low, one.high + other.high)
-
-
-def _minus(one: Range, other: Range) -> Range:
-    return Range(one.low - other.high, one.high - other.low)
-
-
-def _both(one: dict[str, Range], other: dict[str, Range]) -> dict[str, Range]:
-    zero = Range(0, 0)
-    return {name: _plus(one.get(name, zero), other.get(name, zero)) for name in {**one, **other}}
-
-
-def _times(one: Range, other: Range) -> Range:
-    ends = (one.low * other.low, one.low * other.high, one.high * other.low, one.high * other.high)
-    return Range(min(ends) >> BITS, -(-max(ends) >> BITS))
-
-
-def _scaled(one: Range, factor: int) -> Range:
-    return Range(one.low * factor, one.high * factor)  # of a positive number
-
-
-def _power(base: Range, exponent: int) -> Range:
-    if exponent == 0:
-        return Range(ONE, ONE)
-    if exponent % 2 == 0:
-        most = max(abs(base.low), abs(base.high))
-        least = 0 if base.low <= 0 <= base.high else min(abs(base.low), abs(base.high))
-        base = Range(least, most)
-    low, high = Range(base.low, base.low), Range(base.high, base.high)
-    lowest, highest = low, high
-    for _ in range(exponent - 1):
-        lowest, highest = _times(lowest, low), _times(highest, high)
-    return Range(lowest.low, highest.high)
-
-
-def _waves(angle: Range) -> tuple[Range, Range]:
-    """sin and cos of all angles of a range: those of its middle, off by at most half its width."""
-    middle = (angle.low + angle.high) // 2
-    off = max(angle.high - middle, middle - angle.low)
-    sin, cos = _waves_at(middle)
-    return _near(sin, off), _near(cos, off)
-
-
-def _near(value: Range, off: int) -> Range:
-    return Range(max(value.low - off, -ONE), min(value.high + off, ONE))
-
-
-@lru_cache(maxsize=1 << 14)
-def _waves_at(angle: int) -> tuple[Range, Range]:
-    """sin and cos of a number."""
-    halvings = 0
-    while abs(angle) >> halvings > HALF:
-        halvings += 1
-    if halvings > MAX_HALVINGS:
-        raise RejectedError("sin or cos of a number beyond all use")
-    small = Range(angle >> halvings, -(-angle >> halvings))
-    square = _power(small, 2)
-    sin, cos = _series(small, square, 1), _series(Range(ONE, ONE), square, 0)
-    for _ in range(halvings):
-        both, squared = _times(sin, cos), _power(sin, 2)
-        sin, cos = _scaled(both, 2), Range(ONE - 2 * squared.high, ONE - 2 * squared.low)
-    return sin, cos
-
-
-def _series(first: Range, square: Range, k: int) -> Range:
-    """The series that begins with a term, whose next terms are the ones before times -square / (k (k - 1))."""
-    found = term = first
-    while max(abs(term.low), abs(term.high)) > 1:
-        k += 2
-        grown, divisor = _times(term, square), k * (k - 1)
-        term = Range(-grown.high // divisor, -(grown.low // divisor))
-        found = _plus(found, term)
-    return Range(found.low - 2, found.high + 2)
+    if most < low.low or high.high < least:
+        return SlopedRange(value, {})
+    return SlopedRange(
+        value, {name: Range(min(0, s.low), max(0, s.high)) for name, s in part.slopes.items()}, part.steep
+    )

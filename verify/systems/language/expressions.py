@@ -1,4 +1,4 @@
-"""What a world file writes about numbers, as trees: sums, products, quotients, powers, sin, cos and clip.
+"""What a world file writes about numbers, as trees: sums, products, quotients, powers and functions.
 
 Does: the data of expressions; which names stand in one; puts expressions in place of names; the affine form of one
   that is affine; its value in floats.
@@ -18,6 +18,7 @@ from typing import TypeAlias
 from verify.systems.system import Affine, Interval
 
 ONE, ZERO = Fraction(1), Fraction(0)
+ROUNDED = 1e-12  # what rounding may take from a number that is 0
 
 
 @dataclass(frozen=True)
@@ -25,6 +26,11 @@ class Number:
     """A constant, exact."""
 
     value: Fraction
+
+
+@dataclass(frozen=True)
+class Pi:
+    """The number pi, which no fraction is."""
 
 
 @dataclass(frozen=True)
@@ -68,14 +74,14 @@ class Power:
 
 @dataclass(frozen=True)
 class Call:
-    """`sin`, `cos` or `clip` of an expression; `bounds` are those of a clip."""
+    """A function of an expression: `sin`, `cos`, `tan`, `exp`, `sqrt` or `clip`, with the bounds of a clip."""
 
     function: str
     argument: Expression
     bounds: Interval | None = None
 
 
-Expression: TypeAlias = Number | Name | Sum | Product | Quotient | Power | Call
+Expression: TypeAlias = Number | Pi | Name | Sum | Product | Quotient | Power | Call
 
 
 def parts(expression: Expression) -> tuple[Expression, ...]:
@@ -105,9 +111,9 @@ def extent(expression: Expression) -> tuple[int, int]:
 
 
 def degree(expression: Expression) -> int:
-    """At most how often names are multiplied in it, with those within sin and cos."""
+    """At most how often names are multiplied in it, with those within functions."""
     match expression:
-        case Number():
+        case Number() | Pi():
             return 0
         case Name():
             return 1
@@ -145,7 +151,7 @@ def replaced(expression: Expression, values: Mapping[str, Expression]) -> Expres
     match expression:
         case Name(name):
             return values.get(name, expression)
-        case Number():
+        case Number() | Pi():
             return expression
         case Sum(left, right):
             return Sum(replaced(left, values), replaced(right, values))
@@ -178,7 +184,7 @@ def affine(expression: Expression) -> Affine | None:
         case Power(base, exponent):
             under = affine(base)
             return None if under is None or under.terms else Affine.of({}, under.constant**exponent)
-        case Call():
+        case Call() | Pi():
             return None
 
 
@@ -197,12 +203,14 @@ def of_affine(form: Affine) -> Expression:
 def function(expression: Expression) -> Callable[[Mapping[str, float]], float]:
     """Its value in a state, in float64, operation by operation as it is written.
 
-    The function raises ZeroDivisionError and OverflowError as Python has them.
+    The function raises ZeroDivisionError, OverflowError and ValueError as Python has them.
     """
     match expression:
         case Number(constant):
             number = float(constant)
             return lambda state: number
+        case Pi():
+            return lambda state: math.pi
         case Name(name):
             return itemgetter(name)
         case Power(base, exponent):
@@ -213,8 +221,8 @@ def function(expression: Expression) -> Callable[[Mapping[str, float]], float]:
             if bounds is not None:
                 low, high = map(float, bounds)
                 return lambda state: min(max(inner(state), low), high)
-            wave = math.sin if called == "sin" else math.cos
-            return lambda state: wave(inner(state))
+            called_by = IN_FLOATS[called]
+            return lambda state: called_by(inner(state))
         case Sum(left, right):
             one, other = function(left), function(right)
             return lambda state: one(state) + other(state)
@@ -224,6 +232,20 @@ def function(expression: Expression) -> Callable[[Mapping[str, float]], float]:
         case Quotient(left, right):
             one, other = function(left), function(right)
             return lambda state: one(state) / other(state)
+
+
+def _root(number: float) -> float:
+    """The square root, 0 of what rounding has put below 0."""
+    return math.sqrt(0.0 if -ROUNDED < number < 0 else number)
+
+
+IN_FLOATS: Mapping[str, Callable[[float], float]] = {
+    "sin": math.sin,
+    "cos": math.cos,
+    "tan": math.tan,
+    "exp": math.exp,
+    "sqrt": _root,
+}
 
 
 def value(expression: Expression, state: Mapping[str, float]) -> float:

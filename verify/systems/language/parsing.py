@@ -1,6 +1,6 @@
 """Expressions, conditions and features of a world file, read from texts with their units.
 
-Does: names, + - * / **, sin, cos, clip as expressions; comparisons as half spaces.
+Does: names, + - * / **, pi and functions as expressions; comparisons as half spaces.
 Assumes: the names that a text may use are given with their units. Units that do not fit are refused.
 Does not: parse (verify.language), or evaluate.
 """
@@ -16,13 +16,14 @@ from verify.language.arithmetic import Arithmetic, Typed
 from verify.language.lexer import Source, Token
 from verify.language.modes import BY_EQUALITY, Modes, is_compared, resolved
 from verify.language.parser import BARS, CallNode, Joined, Level, Limits, NameNode, Node, parse
-from verify.language.units import PURE, Unit, written
+from verify.language.units import DEGREE, PURE, Unit, times, written
 from verify.systems.language.conditions import polytopes
 from verify.systems.language.expressions import (
     Call,
     Expression,
     Name,
     Number,
+    Pi,
     Power,
     Product,
     Quotient,
@@ -37,13 +38,17 @@ from verify.toml_places import Place
 LIMITS = Limits(characters=2_000, depth=201)
 MAX_DEPTH, MAX_PARTS, MAX_DEGREE = 150, 20_000, 64
 LARGEST, MAX_BITS = 10**100, 1 << 15  # of a number that is computed from others, and of its denominator
-FUNCTIONS = {"sin": 1, "cos": 1, "clip": 3}  # name -> how many arguments
+WAVES = ("sin", "cos", "tan")  # of radians or of degrees
+FUNCTIONS = {**dict.fromkeys((*WAVES, "exp", "sqrt"), 1), "clip": 3}  # name -> how many arguments
 EXTREMES = ("abs", "max", "min")  # written as clips, which every reading knows
+PI = "pi"
+ABOVE, BELOW = (Fraction(0), Fraction(LARGEST)), (-Fraction(LARGEST), Fraction(0))  # clips to one side of 0
 EQUALS = "equals"
 CHOICE = "choice"
 MAX_CHOICE = 64  # values of one choice
 SPECIAL = "#\\'\""  # a comment would hide what follows it; texts and line ends are no part of expressions
 MINUS = Number(Fraction(-1))
+IN_RADIANS = Product(Number(Fraction(1, 180)), Pi())  # of a degree
 HOW = "write sums and products of names and numbers, such as x + 0.1[s]*v"
 SIGNS = "compare two sums by <=, <, >=, > or =="
 Read = TypeVar("Read")
@@ -174,6 +179,8 @@ class _Expressions(Arithmetic[Expression]):
             raise self.source.wrong(f"{name.text} is a mode, and no number", name.place, BY_EQUALITY)
         if name.text in self._names.meant:
             return self._names.meant[name.text]
+        if name.text == PI and PI not in self._names.known:
+            return Typed(Pi(), PURE)
         if name.text not in self._names.known:
             raise self.source.unknown("name", name, (*self._names.known, *self._names.meant))
         return Typed(Name(name.text), self._names.known[name.text])
@@ -185,17 +192,28 @@ class _Expressions(Arithmetic[Expression]):
         if function.text in (*EXTREMES, BARS):
             return self._extreme(call)
         if function.text not in FUNCTIONS:
-            raise self.source.unknown("function", function, FUNCTIONS)
+            raise self.source.unknown("function", function, (*FUNCTIONS, *EXTREMES))
         given = [self.typed(each) for each in call.arguments]
         if len(given) != FUNCTIONS[function.text]:
             how = "clip(SUM, LOW, HIGH)" if function.text == "clip" else f"{function.text}(SUM)"
             raise self.source.wrong(f"{function.text} has other arguments", function.place, f"write {how}")
         if function.text == "clip":
             return self._clipped(function, given)
-        if given[0].unit not in (None, PURE):
-            what = f"units do not fit: {function.text} of {written(given[0].unit or PURE)}"
-            raise self.source.wrong(what, function.place, "give it a pure number, or radians")
-        return Typed(self._small(Call(function.text, given[0].value), function), PURE)
+        return self._curved(function, given[0])
+
+    def _curved(self, function: Token, given: Typed[Expression]) -> Typed[Expression]:
+        """A function of one number, with its unit."""
+        inner, unit = given
+        if function.text == "sqrt":
+            return Typed(self._small(Call("sqrt", inner), function), unit and times(PURE, unit, Fraction(1, 2)))
+        if unit == DEGREE and function.text in WAVES:
+            inner, unit = Product(IN_RADIANS, inner), PURE
+        if unit not in (None, PURE):
+            advice = "give it radians, or degrees" if function.text in WAVES else "give it a pure number"
+            raise self.source.wrong(
+                f"units do not fit: {function.text} of {written(unit or PURE)}", function.place, advice
+            )
+        return Typed(self._small(Call(function.text, inner), function), PURE)
 
     def _clipped(self, function: Token, given: list[Typed[Expression]]) -> Typed[Expression]:
         ends = [affine(each.value) for each in given[1:]]
@@ -211,23 +229,37 @@ class _Expressions(Arithmetic[Expression]):
         """abs, max and min: what a value is above 0 is its clip to the numbers from 0 to the largest."""
         function, given = call.token, [self.typed(each) for each in call.arguments]
         single = function.text in ("abs", BARS)
-        if len(given) != (1 if single else 2):
+        if single != (len(given) == 1):
             how = "write abs(SUM)" if single else f"write {function.text}(SUM, SUM)"
             raise self.source.wrong(f"{function.text} has other arguments", function.place, how)
+        found = given[0]
         if single:
-            given.append(Typed(self.negative(given[0].value, function), given[0].unit))
-        one, other = given
-        return Typed(self._larger(one.value, other.value, function), self.same(one, other, function))
+            return Typed(self._distance(found.value, function), found.unit)
+        for other in given[1:]:
+            found = Typed(self._larger(found.value, other.value, function), self.same(found, other, function))
+        return found
+
+    def _distance(self, inner: Expression, function: Token) -> Expression:
+        """What a value is above 0, less what it is below."""
+        known = affine(inner)
+        if known is not None and not known.terms:
+            return Number(abs(known.constant))
+        above, below = (Call("clip", inner, bounds) for bounds in (ABOVE, BELOW))
+        return self._small(Sum(above, self.negative(below, function)), function)
 
     def _larger(self, one: Expression, other: Expression, function: Token) -> Expression:
         """The larger of two values, or of `min` the smaller."""
         least = function.text == "min"
+        for value, fixed in ((one, other), (other, one)):
+            form = affine(fixed)
+            if form is not None and not form.terms:
+                known, end = affine(value), form.constant
+                if known is not None and not known.terms:
+                    return Number((min if least else max)(known.constant, end))
+                bounds = (-Fraction(LARGEST), end) if least else (end, Fraction(LARGEST))
+                return self._small(Call("clip", value, bounds), function)
         less = Sum(one, self.negative(other, function)) if least else Sum(other, self.negative(one, function))
-        known = affine(less)
-        if known is not None and not known.terms:
-            above: Expression = Number(max(known.constant, Fraction(0)))
-        else:
-            above = Call("clip", less, (Fraction(0), Fraction(LARGEST)))
+        above = Call("clip", less, ABOVE)
         return self._small(Sum(one, self.negative(above, function) if least else above), function)
 
     def _choice(self, call: CallNode) -> Typed[Expression]:

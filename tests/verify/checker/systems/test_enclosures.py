@@ -8,10 +8,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.support.systems import CART, CURVED, MOUNTAIN
+from tests.support.systems import CART, CURVED, MOUNTAIN, with_piece
 from verify.checker.reading import RejectedError
-from verify.checker.systems.enclosures import ONE, _power, _waves_at, ensure_enclosed
-from verify.checker.systems.enclosures import Range as Bounds
+from verify.checker.systems.enclosures import ensure_enclosed
+from verify.checker.systems.functions import ONE, power, waves_at
+from verify.checker.systems.functions import Range as Bounds
 from verify.systems.files import statement_of
 from verify.systems.system import Affine
 
@@ -36,23 +37,17 @@ cuts = { x = 2 }
 """
 
 
-def with_piece(statement, number, **changes):
-    pieces = list(statement.system.pieces)
-    pieces[number] = replace(pieces[number], **changes)
-    return replace(statement, system=replace(statement.system, pieces=tuple(pieces)))
-
-
 @given(st.floats(-30, 30))
 def test_sin_and_cos(angle):
     """Against the platform's, within their rounding; the bounds are far narrower than a double."""
-    sin, cos = _waves_at(int(angle * ONE))
+    sin, cos = waves_at(int(angle * ONE))
     for bounds, known in ((sin, math.sin(angle)), (cos, math.cos(angle))):
         assert abs(bounds.low / ONE - known) < 1e-13 and 0 <= bounds.high - bounds.low < 2**60
 
 
 @given(st.integers(-8, 8), st.integers(0, 8), st.integers(1, 6))
 def test_powers(low, width, exponent):
-    found = _power(Bounds(low * ONE // 4, (low + width) * ONE // 4), exponent)
+    found = power(Bounds(low * ONE // 4, (low + width) * ONE // 4), exponent)
     values = [F(low + k, 4) ** exponent for k in range(width + 1)]
     assert found.low <= min(values) * ONE and max(values) * ONE <= found.high
     ends = [F(low, 4) ** exponent, F(low + width, 4) ** exponent]
