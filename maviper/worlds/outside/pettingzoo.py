@@ -45,6 +45,7 @@ from maviper.worlds.outside.sources import (
     table,
     told_legal,
 )
+from maviper.worlds.outside.together import Together, steps_alone
 from maviper.worlds.seeds import fold_seed
 from maviper.worlds.world import RETURN, Int, Measure, Outcome
 
@@ -86,7 +87,9 @@ class PettingZooWorld(OutsideWorld):
         self.games, apart = self._at_once(env) if games is None else (games, games > 1)
         with suppress(Exception):  # it has said what it had to
             env.close()
-        self._copies = Copies(self.source, partial(make_environment, function, self.source), self.games, apart)
+        make = partial(make_environment, function, self.source)
+        alone = apart is False and steps_alone(env)
+        self._copies = Together(self.source, make) if alone else Copies(self.source, make, self.games, apart)
         self.plays_here = apart is False and self.games > 1
         self._moment, self.branches = PAST, False
         weakref.finalize(self, self._copies.close)
@@ -141,7 +144,8 @@ class PettingZooWorld(OutsideWorld):
 
     def _entered(self, verb: str, arguments: Sequence[Any]) -> EnvStates:
         self._moment = PAST  # in case the copies fail
-        found = _states(self._copies.ask(verb, arguments))
+        found = self._copies.ask(verb, arguments)
+        found = found if isinstance(found, EnvStates) else _states(found)
         self._moment = next(MOMENTS)
         return replace(found, moment=self._moment)
 

@@ -100,7 +100,7 @@ class Copy:
         live = self._live()
         for index, (name, size) in enumerate(zip(self.names, self._sizes, strict=True)):
             if name in observations and (name in acted or name in live):
-                self._seen[index] = seen = _single(observations[name])
+                self._seen[index] = seen = single(observations[name])
                 if seen.shape != (size,):
                     found = f"{name} observes an array of shape {seen.shape}, its space says ({size},)"
                     raise InputError(found, self.source.text, "return what observation_space says")
@@ -125,38 +125,7 @@ class Copy:
         return given
 
 
-class CopyOfOne(Copy):
-    """As `Copy`, of an environment with one agent that tells the parts of a step without dictionaries (`step_alone`):
-    half of the time.
-    """
-
-    def _reset(self, seed: int) -> Outcome:
-        self._last = super()._reset(seed)
-        return self._last
-
-    def _step(self, actions: Sequence[int]) -> Outcome:
-        (action,) = actions
-        last, self.truncated = self._last, False
-        if last.done[0]:
-            if last.rewards[0]:
-                self._last = last._replace(rewards=[0.0])
-            return self._last
-        seen, reward, terminated, cut = self.env.step_alone(int(action))
-        observation = _single(seen)
-        if observation.shape != (self._sizes[0],):
-            found = f"{self.names[0]} observes an array of shape {observation.shape}, its space says {(*self._sizes,)}"
-            raise InputError(found, self.source.text, "return what observation_space says")
-        ended, self.truncated = bool(terminated or cut), bool(cut)
-        self._last = Outcome([observation], [float(reward)], [ended], [bool(terminated)], [not ended])
-        return self._last
-
-
-def copy_of(env: Any, source: Source) -> Copy:
-    """A copy of the environment, by the shorter way where it has one."""
-    return CopyOfOne(env, source) if callable(getattr(type(env), "step_alone", None)) else Copy(env, source)
-
-
-def _single(given: Any) -> Float32:
+def single(given: Any) -> Float32:
     """An observation as float32, a copy; a double beyond the format rounds to infinity."""
     if type(given) is np.ndarray and given.dtype == np.float32:  # numpy's warnings need not be held back
         return given.copy()
@@ -190,7 +159,7 @@ class Copies:
             self.apart = not self._quicker_here()
         if not self.apart:
             while len(self._here) < len(arguments):
-                self._here.append(copy_of(self.make(), self.source))
+                self._here.append(Copy(self.make(), self.source))
             with output_aside():  # once for all of them: to enter and leave takes as long as a small game's step
                 return [copy.answer(verb, argument) for copy, argument in zip(self._here, arguments, strict=False)]
         try:
@@ -320,7 +289,7 @@ def serve(pipe: Connection, text: str, folder: str) -> None:
     with suppress(EOFError, OSError):  # nobody asks any more
         while (request := pipe.recv()) is not None:
             try:
-                copy = copy or copy_of(make_environment(import_maker(source), source), source)
+                copy = copy or Copy(make_environment(import_maker(source), source), source)
                 beside = request[0] == BESIDE
                 found = (
                     _beside(copy, Copy(make_environment(import_maker(source), source), source))

@@ -13,7 +13,8 @@ from maviper.episodes.play import Policies, rollout
 from maviper.worlds import find
 from maviper.worlds.checking import check, usable
 from maviper.worlds.outside.pettingzoo import GAMES_HERE
-from maviper.worlds.outside.processes import Copy, CopyOfOne, copy_of
+from maviper.worlds.outside.processes import Copy
+from maviper.worlds.outside.together import Together
 from maviper.worlds.seeds import fold_seed
 
 
@@ -122,19 +123,34 @@ def test_commands_take_the_name(capsys):
 
 
 @pytest.mark.parametrize("name", ["CartPole-v1", "FrozenLake-v1,is_slippery=False", "CartPole-v1,max_episode_steps=7"])
-def test_the_shorter_way_to_step_gives_the_same_outcomes(name):
-    """By dictionaries as PettingZoo has them, and without: starts, steps, ends, cuts, and what follows an end."""
+def test_games_stepped_together_give_the_outcomes_of_copies(name):
+    """Starts, steps, ends, cuts, what follows an end, and a second start with fewer games."""
     world = find(f"gymnasium:{name}")
-    plain, short = Copy(world.reference_env(), world.source), copy_of(world.reference_env(), world.source)
-    assert type(short) is CopyOfOne
-    rng, ends = np.random.default_rng(0), set()
-    for seed in range(6):
-        assert plain.ask("reset", seed).bytes == short.ask("reset", seed).bytes
+    copies = [Copy(world.reference_env(), world.source) for _ in range(6)]
+    together, rng, ends = Together(world.source, world.reference_env), np.random.default_rng(0), set()
+    for seeds in ([0, 1, 2, 3, 4, 5], [6, 7, 8]):
+        one = together.ask("reset", seeds)
+        other = [copy.ask("reset", seed) for copy, seed in zip(copies, seeds, strict=False)]
         for _ in range(60):
-            action = [int(rng.integers(len(world.actions[0])))]
-            one, other = plain.ask("step", action), short.ask("step", action)
-            assert one.bytes == other.bytes and plain.truncated == short.truncated
-            assert [type(part[0]) for part in one] == [type(part[0]) for part in other]
-            ends.add((one.done[0], one.terminated[0]))
+            for place, outcome in enumerate(other):
+                assert one.observations[0][place].tobytes() == outcome.observations[0].tobytes()
+                rows = one.rewards, one.done, one.terminated, one.acting
+                assert [row[place].tolist() for row in rows] == list(outcome[1:])
+                ends.add((outcome.done[0], outcome.terminated[0]))
+            before = one.observations[0].copy()
+            actions = rng.integers(len(world.actions[0]), size=(len(seeds), 1)).tolist()
+            last, one = one, together.ask("step", actions)
+            other = [copy.ask("step", action) for copy, action in zip(copies, actions, strict=False)]
+            assert np.array_equal(last.observations[0], before)  # a state stays what it was
     assert len(ends) == 2  # it goes on, and it ends by itself or is cut
+    together.close()
+    world.close()
+
+
+def test_what_a_game_of_many_raises_is_told_of_the_environment():
+    world = find("gymnasium:CartPole-v1")
+    together = Together(world.source, world.reference_env)
+    together.ask("reset", [0, 1])
+    with pytest.raises(InputError, match="the environment's step raised AssertionError"):
+        together.ask("step", [[0], [7]])
     world.close()

@@ -1,0 +1,87 @@
+"""A batch of games with one agent each, stepped in this process: what they show and pay, written into arrays.
+
+Does: resets and steps the copies one after the other, those whose episode goes on.
+Assumes: `step_alone` and copies that leave each other alone (`processes.undisturbed`); one output_aside for a batch.
+Does not: step in other processes, or environments of several agents (processes.py).
+"""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from codegen.errors import InputError
+from codegen.ir import Float32
+from maviper.worlds.outside.playing import EnvStates
+from maviper.worlds.outside.processes import Copy, single
+from maviper.worlds.outside.silence import output_aside
+from maviper.worlds.outside.sources import Source, fault
+
+FLOAT32 = np.dtype(np.float32)
+
+
+def steps_alone(env: Any) -> bool:
+    """Whether it tells the parts of a step of its one agent without dictionaries."""
+    return callable(getattr(type(env), "step_alone", None))
+
+
+class Together:
+    """Copies that `make` makes when first asked. Outcomes are those of `processes.Copy`, one by one; here a step costs
+    little beside the environment's own.
+    """
+
+    def __init__(self, source: Source, make: Callable[[], Any]) -> None:
+        self.source, self.make = source, make
+        self._copies: list[Copy] = []
+        self._live: list[int] = []  # games that go on
+        self._last: EnvStates | None = None
+
+    def ask(self, verb: str, arguments: Sequence[Any]) -> EnvStates:
+        """`reset` with seeds, or `step` with each game's actions; InputError when an environment raises."""
+        while len(self._copies) < len(arguments):
+            self._copies.append(Copy(self.make(), self.source))
+        with output_aside():  # once for all of them: to enter and leave takes as long as a small game's step
+            self._last = self._started(arguments) if verb == "reset" else self._stepped(arguments)
+        return self._last
+
+    def _started(self, seeds: Sequence[int]) -> EnvStates:
+        outcomes = [copy.answer("reset", seed) for copy, seed in zip(self._copies, seeds, strict=False)]
+        self._live = list(range(len(seeds)))
+        seen = np.array([outcome.observations[0] for outcome in outcomes])
+        nobody = np.zeros((len(seeds), 1), bool)
+        return EnvStates((seen,), np.zeros((len(seeds), 1)), nobody, nobody, ~nobody)
+
+    def _stepped(self, actions: Sequence[Sequence[int]]) -> EnvStates:
+        last = self._last
+        assert last is not None, "games are reset before they are stepped"
+        seen, rewards = last.observations[0].copy(), np.zeros_like(last.rewards)
+        done, terminated = last.done.copy(), last.terminated.copy()
+        rows, paid, shape = list(seen), rewards[:, 0], seen.shape[1:]
+        try:
+            for place in self._live:
+                shown, reward, ended, cut = self._copies[place].env.step_alone(actions[place][0])
+                if type(shown) is not np.ndarray or shown.dtype is not FLOAT32 or shown.shape != shape:
+                    shown = self._vector(shown, place, shape)
+                rows[place][:] = shown
+                paid[place] = float(reward)
+                if ended or cut:
+                    done[place], terminated[place] = True, bool(ended)
+        except (Exception, SystemExit) as error:
+            raise fault(error, self.source, "the environment's step") from error
+        if done.any():
+            self._live = [place for place in self._live if not done[place]]
+        return EnvStates((seen,), rewards, done, terminated, ~done)
+
+    def _vector(self, shown: Any, place: int, shape: tuple[int, ...]) -> Float32:
+        """An observation as float32; InputError for one of another shape."""
+        found = single(shown)
+        if found.shape != shape:
+            what = f"{self._copies[place].names[0]} observes an array of shape {found.shape}, its space says {shape}"
+            raise InputError(what, self.source.text, "return what observation_space says")
+        return found
+
+    def close(self) -> None:
+        """Ends all copies; the next reset starts fresh ones."""
+        copies, self._copies, self._last = self._copies, [], None
+        for copy in copies:
+            copy.close()
