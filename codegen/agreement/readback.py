@@ -209,15 +209,15 @@ def _told(folder: Path, model: Model) -> Told:
     )
 
 
-def onnx_act(model: bytes, agent: str, rows: Floats) -> Int32:
-    """Decisions of a model in a batch. MissingToolError without onnxruntime."""
-    return onnx_session(model).run(["action"], {"x": rows})[0]
+def onnx_act(model: bytes, agent: str, rows: Floats) -> Any:
+    """Decisions of a model in a batch, or numbers given. MissingToolError without onnxruntime."""
+    return onnx_session(model).run(None, {"x": rows})[0]
 
 
-def onnx_act_singly(model: bytes, agent: str, rows: Floats) -> Int32:
+def onnx_act_singly(model: bytes, agent: str, rows: Floats) -> Any:
     """Decisions of a model row by row, which a runtime makes in another way than those of a batch."""
     session = onnx_session(model)
-    return np.array([session.run(["action"], {"x": row[None]})[0][0] for row in rows], dtype=np.int32)
+    return np.array([session.run(None, {"x": row[None]})[0][0] for row in rows])
 
 
 def onnx_session(model: bytes) -> Any:
@@ -296,6 +296,8 @@ READERS = [
     Reader("svg", ("{prefix}_{agent}.svg",), svg_act, every=7),
     Reader("onnx", ("{prefix}_{agent}.onnx",), onnx_act),
     Reader("onnx one by one", ("{prefix}_{agent}.onnx",), onnx_act_singly, every=5),
+    Reader("onnx-old", ("{prefix}_{agent}.old.onnx",), onnx_act),
+    Reader("onnx-old one by one", ("{prefix}_{agent}.old.onnx",), onnx_act_singly, every=5),
     Reader("jax", ("{prefix}_jax.py",), jax_act),
     Reader("jax, jit of vmap", ("{prefix}_jax.py",), jax_compiled_act),
     Reader("torch", ("{prefix}_torch.py",), torch_act),

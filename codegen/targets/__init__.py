@@ -12,7 +12,8 @@ from codegen.errors import InputError, UnknownNameError
 from codegen.lowering.lower import AUTO, lower
 from codegen.lowering.model import Model
 from codegen.sum_rules import SUMMING, ensure_plain
-from codegen.targets import arrays, c, javascript, json, onnx, python, rust, smt, svg
+from codegen.targets import arrays, c, javascript, json, python, rust, smt, svg
+from codegen.targets.onnx import model as onnx
 
 Emitter = Callable[[Model, ir.PolicyProfile], Mapping[str, str | bytes]]
 TARGETS: dict[str, Emitter] = {
@@ -23,7 +24,8 @@ TARGETS: dict[str, Emitter] = {
     "rust": rust.emit,
     "smt": smt.emit,
     "svg": svg.emit,
-    "onnx": onnx.emit,
+    onnx.NEW_TARGET: onnx.emit,
+    onnx.OLD_TARGET: onnx.emit_old,
     "jax": arrays.jax,
     "torch": arrays.torch,
 }

@@ -29,7 +29,7 @@ from maviper.options.profiles import TARGETS, WRITTEN
     metavar="NAMES",
     callback=names,
     section=WRITTEN,
-    help="Any of c, python, json, javascript, rust, smt, svg, onnx, jax, torch, monitor.",
+    help="Any of c, python, json, javascript, rust, smt, svg, onnx, onnx-old, jax, torch, monitor.",
 )
 @options_of(CompileOptions)
 @output("The folder for the code.")

@@ -20,6 +20,8 @@ from codegen.ir import NO_FEATURE, Bool, Float32, GrownTree
 
 UNDERSTOOD = {(ML, TREE), (ML, "ZipMap"), (MAIN, "Constant"), *OPERATORS}
 OBSERVATION, SCORES, UNKNOWN = "the observation", "the tree's scores", "no value of this graph"
+NEW_TREE = "TreeEnsemble"
+OLDER = "export it with ai.onnx.ml 3 (`maviper compile --target onnx-old`)"
 MAX_OPSET = 4  # of ai.onnx.ml; the operator ends there
 MAX_WORK = 1 << 22  # columns of all operators together
 Value: TypeAlias = str | Columns | np.ndarray  # a text: in words what it is
@@ -101,7 +103,8 @@ def _ensure_understood(loaded: Any) -> None:
         raise InputError("the model defines operators of its own", repr(loaded.functions[0].name), ADVICE)
     for node in loaded.graph.node:
         if _operator(node) not in UNDERSTOOD:
-            raise InputError(f"the model has a node that is not understood: {node.op_type!r}", shown(node), ADVICE)
+            advice = OLDER if node.op_type == NEW_TREE else ADVICE
+            raise InputError(f"the model has a node that is not understood: {node.op_type!r}", shown(node), advice)
     n_trees = sum(node.op_type == TREE for node in loaded.graph.node)
     if n_trees != 1:
         raise InputError(f"the model has {n_trees} nodes {TREE}, one is needed", "", ADVICE)

@@ -9,9 +9,10 @@ from hypothesis import given, settings
 
 from codegen import ir
 from codegen.agreement import probes, readback, selfcheck
-from codegen.errors import MissingToolError
+from codegen.errors import InputError, MissingToolError
 from codegen.importers.onnx import model as importer
 from codegen.targets import emit
+from tests.support import summed
 from tests.support.chains import chain
 from tests.support.games import NAMES, random_profile
 from tests.support.strategies import profiles
@@ -29,10 +30,13 @@ def with_tree(profile, one, n_actions=5):
     return replace(profile, agents=tuple(agents))
 
 
+BOTH = ("onnx", "onnx-old")  # TreeEnsemble, and the deprecated operators
+
+
 def agrees(profile):
-    report = selfcheck.check_files(profile, emit(profile, ["onnx"]), random=FEW).ensure()
+    report = selfcheck.check_files(profile, emit(profile, BOTH), random=FEW).ensure()
     assert not report.skipped
-    assert {item.target for item in report.agreements} == {"onnx", "onnx one by one"}
+    assert {item.target for item in report.agreements} == {*BOTH, *(f"{target} one by one" for target in BOTH)}
     assert {item.agent for item in report.agreements} == {policy.agent for policy in profile.agents}
 
 
@@ -69,26 +73,30 @@ def test_a_chain_of_a_thousand_splits(profile):
 def test_another_runtime_and_the_importer_decide_alike(profile):
     from onnx.reference import ReferenceEvaluator
 
-    files = emit(profile, ["onnx"])
+    files = emit(profile, BOTH)
     for policy in profile.agents:
-        model = files[f"physical_deception_{policy.agent}.onnx"]
+        old, new = (files[f"physical_deception_{policy.agent}{ending}.onnx"] for ending in (".old", ""))
         rng = np.random.default_rng(0)
         rows = probes.boundary(policy.tree, policy.features, rng)
         rows = np.concatenate([rows, probes.special(policy.features, rng)])
-        back = importer.from_onnx(model).agents[0]
+        back = importer.from_onnx(old).agents[0]
+        with pytest.raises(InputError, match="not understood: 'TreeEnsemble'"):
+            importer.from_onnx(new)
         assert len(back.features) == len(policy.features) and len(back.actions) == len(policy.actions)
         assert (ir.act(back, rows) == ir.act(policy, rows)).all()
         few = rows[:: max(1, len(rows) // 300)]
-        (said,) = ReferenceEvaluator(onnx.load_model_from_string(model)).run(["action"], {"x": few})
-        assert said.dtype == np.int64 and (said == ir.act(policy, few)).all()
+        for model in (old, new):
+            (said,) = ReferenceEvaluator(onnx.load_model_from_string(model)).run(["action"], {"x": few})
+            assert said.dtype == np.int64 and (said == ir.act(policy, few)).all()
 
 
-def test_the_model_says_what_it_is(profile):
-    files = emit(profile, ["onnx"])
-    assert files == emit(profile, ["onnx"])
-    made = onnx.load_model_from_string(files["physical_deception_agent_0.onnx"])
-    assert [(each.domain, each.version) for each in made.opset_import] == [("", 13), ("ai.onnx.ml", 1)]
-    assert made.ir_version == 7 and not made.doc_string and not made.graph.doc_string
+@pytest.mark.parametrize(("ending", "version", "form"), [("", 5, 10), (".old", 1, 7)])
+def test_the_model_says_what_it_is(ending, version, form, profile):
+    files = emit(profile, BOTH)
+    assert files == emit(profile, BOTH)
+    made = onnx.load_model_from_string(files[f"physical_deception_agent_0{ending}.onnx"])
+    assert [(each.domain, each.version) for each in made.opset_import] == [("", 13), ("ai.onnx.ml", version)]
+    assert made.ir_version == form and not made.doc_string and not made.graph.doc_string
     facts = {each.key: each.value for each in made.metadata_props}
     assert facts["features"].split(",") == [feature.name for feature in profile.policy("agent_0").features]
     assert facts["actions"].split(",") == [action.name for action in profile.policy("agent_0").actions]
@@ -134,9 +142,64 @@ FAULTS = {
 @pytest.mark.parametrize("name", FAULTS)
 def test_planted_faults_are_caught(name, profile):
     profile = with_tree(profile, tree((0, 0.1, 1, 2), 1, 2))
-    files = {file: planted(FAULTS[name])(content) for file, content in emit(profile, ["onnx"]).items()}
+    files = {file: planted(FAULTS[name])(content) for file, content in emit(profile, ["onnx-old"]).items()}
+    found = selfcheck.check_files(profile, files, random=FEW).agreements
+    assert len(found) == 6 and all(item.differences for item in found if item.target == "onnx-old")
+
+
+def tensor(at, name, value):
+    """Another first number of a tensor."""
+    values = onnx.numpy_helper.to_array(at[name].t).copy()
+    values[0] = value
+    at[name].t.CopyFrom(onnx.numpy_helper.from_array(values))
+
+
+NEW_FAULTS = {
+    "< for <=": lambda at: tensor(at, "nodes_modes", 1),
+    "a NaN goes left": lambda at: at["nodes_missing_value_tracks_true"].ints.__setitem__(0, 1),
+    "the next float": lambda at: tensor(at, "nodes_splits", np.nextafter(np.float32(0.1), np.float32(9))),
+    "swapped children": swapped_children,
+    "another feature": FAULTS["another feature"],
+    "another leaf": lambda at: tensor(at, "leaf_weights", 4),
+}
+
+
+@pytest.mark.parametrize("name", NEW_FAULTS)
+def test_planted_faults_in_tree_ensembles_are_caught(name, profile):
+    profile = with_tree(profile, tree((0, 0.1, 1, 2), 1, 2))
+    files = {file: planted(NEW_FAULTS[name])(content) for file, content in emit(profile, ["onnx"]).items()}
     found = selfcheck.check_files(profile, files, random=FEW).agreements
     assert len(found) == 6 and all(item.differences for item in found if item.target == "onnx")
+
+
+def test_sums_have_the_bits_of_the_reference():
+    agrees(summed.together(1, levels=2))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(2, 12))
+def test_other_sums(seed):
+    agrees(summed.together(seed))
+
+
+def test_a_bound_that_onnxruntime_would_lose_is_refused():
+    profile = summed.every(1)["outputs, double sums"]
+    (policy,) = profile.agents
+    outputs = (replace(policy.outputs[0], low=-0.0), *policy.outputs[1:])
+    with pytest.raises(InputError, match=r"a bound of agent_0 is -0\.0, for which onnxruntime's Where gives 0\.0"):
+        emit(summed.profile(replace(policy, outputs=outputs)), ["onnx"])
+
+
+@pytest.mark.parametrize("place", [0, -1], ids=["weights", "bounds"])
+def test_faults_in_sums_are_caught(place):
+    profile = summed.every(1, levels=2)["outputs, float32 steps"]
+    ((name, content),) = emit(profile, ["onnx"]).items()
+    made = onnx.load_model_from_string(content)
+    numbers = [each for each in made.graph.initializer if each.data_type == onnx.TensorProto.FLOAT and each.dims]
+    one = numbers[place]
+    one.CopyFrom(onnx.numpy_helper.from_array(onnx.numpy_helper.to_array(one) - 1, one.name))
+    found = selfcheck.check_files(profile, {name: made.SerializeToString()}, random=FEW).agreements
+    assert any(item.differences for item in found)
 
 
 def test_missing_packages_are_said(profile, monkeypatch):
