@@ -33,6 +33,18 @@ from tests.benchmarks.registered import ARCHIVE, Cell, Found, cells_of, comparis
 
 FOLDER = "/tmp/maviper-{}"
 TABLE, TEXT, README, FIGURE = "cells.csv.xz", "tables.txt", "README.md", "figure.svg"
+PRIMARY, EXPERT = "primary", "expert"
+LEVELS = {
+    "maviper-every-round": "MAVIPER, all rounds",
+    "maviper": "MAVIPER, stops early",
+    "iviper": "IVIPER",
+    "iviper-equal-episodes": "IVIPER, equal data",
+    "imitation": "imitation",
+}
+MEASURED = {
+    "defenders success r=0.316": "share of episodes in which the defenders succeed",
+    "agents D": "summed distance to the targets that is left",
+}
 TITLE = "MAVIPER with all of its rounds, and the released code"
 
 
@@ -146,6 +158,49 @@ def recorded(register, digest, found, folder, place):
     runs.write(place / README, page(register, digest, found))
     if "figure" in register:
         runs.write(place / FIGURE, drawn(register, found))
+    for name, text in levels(register, found).items():
+        runs.write(place / name, text)
+
+
+def levels(register, found):
+    """A figure for each game of the primary claims, by file name: what experts and their trees reach, absolute, mean
+    and 95 % interval over seeds.
+    """
+    drawings = {}
+    primary = [
+        claim for claim in register["claims"] if claim["family"] == PRIMARY and claim["first"]["preset"] == "paper"
+    ]
+    for (game, label), depth in dict.fromkeys(((c["game"], c["measure"]), c["depths"][0]) for c in primary):
+        rows = []
+        for group in register["groups"]:
+            if group["game"] == game and group["preset"] == "paper" and depth in group["depths"]:
+                for expert in group["experts"]:
+                    rows += level_rows(register, found, group, expert, depth, label)
+        if rows:
+            title = f"{game.replace('-', ' ').capitalize()}, trees of depth {depth}"
+            drawings[f"{game}.svg"] = figures.dots(title, MEASURED[label], rows)
+    return drawings
+
+
+def level_rows(register, found, group, expert, depth, label):
+    """The rows of one expert: itself, then what its trees reach by each algorithm that has all seeds."""
+    whole = {}
+    for algorithm in LEVELS:
+        cells = [Cell(group["game"], expert, group["preset"], algorithm, depth, seed) for seed in register["seeds"]]
+        documents = [found.document(cell) for cell in cells]
+        if all(documents):
+            whole[algorithm] = np.array([absolute_of(document, label) for document in documents])
+    columns = {name: values[:, 0] for name, values in whole.items()}
+    if whole:  # every algorithm has the expert in the same episodes
+        columns = {EXPERT: next(iter(whole.values()))[:, 1], **columns}
+    return [
+        (
+            LEVELS.get(name, f"expert by {expert.upper()}"),
+            name.partition("-")[0],
+            figures.Point(np.mean(values), *of_differences(list(values)).interval()),
+        )
+        for name, values in columns.items()
+    ]
 
 
 def drawn(register, found):
@@ -200,6 +255,9 @@ def page(register, digest, found):
     )
     name = register.get("name", "published")
     figure = f"\n- `{FIGURE}`: {register['figure']['title']}." if "figure" in register else ""
+    drawings = "".join(
+        f"\n- `{file}`: what experts and their trees reach, absolute." for file in levels(register, found)
+    )
     option = "" if name == "published" else f" --register {name}"
     return f"""# {register.get("title", TITLE)}
 
@@ -215,7 +273,7 @@ It was committed before the first cell was made.
 
 - `{TEXT}`: ratios to the expert, then every comparison with its interval and words.
 - `{TABLE}`: the mean of every line-up and measure, and the rounds that were played.
-- `{ARCHIVE}`: every cell with the value of every episode.{figure}
+- `{ARCHIVE}`: every cell with the value of every episode.{figure}{drawings}
 
 To go on, unpack `{ARCHIVE}` into FOLDER and run the command: it makes only what is missing.
 """

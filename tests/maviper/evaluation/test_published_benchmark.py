@@ -195,7 +195,10 @@ def test_the_record_says_that_it_is_partial_and_holds_the_cells(folder, tmp_path
     for place in places:
         published.recorded(REGISTER, DIGEST, found, folder, place)
     one, two = ({path.name: path.read_bytes() for path in place.iterdir()} for place in places)
-    assert one == two and set(one) == {"cells.tar.xz", "cells.csv.xz", "tables.txt", "README.md"}
+    whole = {"cells.tar.xz", "cells.csv.xz", "tables.txt", "README.md", "physical-deception.svg"}
+    assert one == two and set(one) == whole
+    drawing = one["physical-deception.svg"].decode()
+    assert "expert by MADDPG: 0.8" in drawing and "MAVIPER, all rounds: " in drawing and "imitation" not in drawing
     text = one["README.md"].decode()
     assert "**This record is partial.**" in text and DIGEST in text
 

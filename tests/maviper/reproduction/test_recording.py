@@ -180,16 +180,11 @@ def test_the_readmes_sentences_are_what_the_records_found():
         agree, differ, undecided = (words.count(word) for word in (AGREES, DIFFERS, NOT_DECIDED))
         assert counted[1] == f"{agree} agree, {differ} differ and {undecided} are open"
         assert len(words) - agree - differ - undecided == 3
-    for name, label, told in (
-        ("maddpg-deception", "defenders success r=0.316", "in {} of episodes, against {} (expert {})"),
-        ("mappo", "agents D", "sum to {}, against {} (expert {})"),
-    ):
+    manual = " ".join((ROOT / "maviper" / "manual" / "reproduce.md").read_text().split())
+    for name, label in (("maddpg-deception", "defenders success r=0.316"), ("mappo", "agents D")):
         (lead,) = compared(name, ["joint"], f"maviper less iviper, {label}, depth 4")
-        shown = f"{lead['value']:.3f} [{lead['low']:.3f}, {lead['high']:.3f}]".replace("0.", ".")
-        assert lead["word"] == "better" and f" a lead of {shown}" in said
-        values = [absolute(name, algorithm, label) for algorithm in ("maviper", "iviper", "")]
-        assert told.format(*(f"{value:.2f}".removeprefix("0") for value in values)) in said
-    assert len(list(seeds("maddpg-deception"))) == 52 and "with 52 seeds" in said
+        assert lead["word"] == "better" and f"by {interval(lead['value'], lead['low'], lead['high'])}" in manual
+    assert len(list(seeds("maddpg-deception"))) == 52 and "`maddpg-deception/` has 52 seeds" in manual
     for name, label in (("maddpg", "agents D"), ("mappo", "defenders success")):
         exchanged = compared(name, ["joint", "robustness"], f"maviper less iviper, {label}")
         assert len(exchanged) >= 3 and all(row["word"] != "better" for row in exchanged)
@@ -203,6 +198,39 @@ def test_the_readmes_sentences_are_what_the_records_found():
         for team in ("predators", "prey"):
             rows = compared(name, ["joint", "robustness"], f"maviper less iviper, {team}")
             assert rows and all(row["word"] != "better" for row in rows)
+
+
+def interval(value, low, high):
+    return f"{value:.3f} [{low:.3f}, {high:.3f}]".replace("0.", ".")
+
+
+def test_readme_and_manual_say_what_the_registered_claims_came_to():
+    """The six primary claims, and the absolute values beside them."""
+    said = " ".join((ROOT / "README.md").read_text().split())
+    manual = (ROOT / "maviper" / "manual" / "reproduce.md").read_text()
+    tables = (RECORDS / "published" / "tables.txt").read_text()
+    primary = tables[tables.index("family primary\n") :].split("\n\n")[0].splitlines()[1:]
+    assert len(primary) == 6
+    for line in primary:
+        name, _, told = line.strip().partition(", ")
+        expert, lead, word, how_large = re.fullmatch(
+            r"(\w+), depth 4: (\S+ \[\S+ \S+\])  ([A-Z ]+); ([A-Z ]+) against \S+", told
+        ).groups()
+        lead = interval(*map(float, re.findall(r"[-+]\d\.\d+", lead)))
+        row = rf"\| {name.split('-')[1]}, .*\| {expert.upper()} +\| {re.escape(lead)} +\| {word} +\| {how_large} +\|"
+        assert len(re.findall(row, manual)) >= 1, line
+        if name.startswith(("rounds", "released")) and (name, expert) != ("rounds-deception-mappo", "mappo"):
+            assert lead in said, line
+    for game, label, told in (
+        ("physical-deception maddpg", "defenders success r=0.316", "{} of episodes against IVIPER's {} (expert {})"),
+        ("cooperative-navigation mappo", "agents D", "sum to {} against {} (expert {})"),
+        ("physical-deception mappo", "defenders success r=0.316", "{} against {} in deception (expert {})"),
+        ("cooperative-navigation maddpg", "agents D", "{} against {} in navigation (expert {})"),
+    ):
+        row = rf"{game} paper {{}} depth 4: {label}, (\S+) of (\S+),"
+        ours, theirs = (re.search(row.format(name), tables) for name in ("maviper-every-round", "iviper"))
+        shown = (f"{float(number):.2f}".removeprefix("0") for number in (ours[1], theirs[1], ours[2]))
+        assert told.format(*shown) in said
 
 
 @pytest.mark.parametrize("path", sorted(RECORDS.glob("*/episodes.tar.xz")), ids=lambda path: path.parent.name)
