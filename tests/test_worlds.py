@@ -11,8 +11,8 @@ from codegen.errors import ExitCode
 from maviper.cli.main import run as command
 from maviper.files.profiles import load
 from maviper.verification.ask import VerifyOptions
-from maviper.verification.files.systems import ensure_plays
 from maviper.verification.run import verified_system
+from maviper.worlds.stated.certified import ensure_plays
 from maviper.worlds.stated.systems import read
 from tests.maviper.page.browsers import overhang
 from verify.checker.systems.enclosures import ensure_enclosed

@@ -1,21 +1,25 @@
-"""The lowered monitor: what is asked of a world state before a claim that is proved says something of it.
+"""The lowered monitor: what is asked of a state before a claim that is proved says something of it.
 
-Does: joins a lowered profile, the region of a certificate, and ranges, motion and fallbacks from the world's spec.
-Assumes: a checked profile whose world states have coordinates; a region whose proof was accepted.
+Does: joins a lowered profile, the region or cover of a certificate, ranges, motion and fallbacks.
+Assumes: a checked profile; for a region, world states with coordinates; a proof that was accepted.
 Does not: write text (codegen/targets/monitor.py), or read a certificate.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from codegen import ir
+from codegen.check import identifier
 from codegen.errors import InputError
 from codegen.floats import decimal_literal, short_hex
+from codegen.lowering.covering import Cover, Lookup, lookup
 from codegen.lowering.lower import region_of
 from codegen.lowering.model import Agent, Double, Model, Place, Region
 from codegen.region import RegionSpec
 
 ROUNDED = 1.0 + 2.0**-20  # by which a speed at its limit may be above it: simulators round where they cut it
 LATE = 1.5  # steps; inputs that are older, or checks that come later, are invalid
+EARLY = 0.5  # steps; checks that come sooner are invalid, where a proof is about whole steps
 WORDS = ("OK", "LEAVING", "OUTSIDE", "INVALID")
 
 
@@ -61,6 +65,34 @@ class Watch:
     moved: tuple[Moved, ...]
     fallbacks: tuple[Fallback, ...]
     max_age: str  # seconds
+    places: Mapping[str, Place]  # of all numbers of a state, by upper-case name
+    size: str  # how many there are, in C
+    dt: str  # seconds of a step
+    lookup: Lookup | None = None  # of a cover; None: of a region
+    ever: bool = True  # whether what is proved holds at every step
+    early: str = "0.0"  # seconds before which a step comes too soon
+
+    @property
+    def says(self) -> Mapping[str, str]:
+        """What the words OK, LEAVING, OUTSIDE and INVALID say of a state w."""
+        invalid = "a number is missing, too old, not finite or out of its range, or the step came late"
+        if self.lookup is None:
+            inside, leaving = (
+                "w is in the region of the proof, and so are the positions one step on",
+                "w is, but the positions one step on are not",
+            )
+        else:
+            inside = "w is in a set of which the claim is proved, " + (
+                "for ever" if self.ever else "until the last step"
+            )
+            leaving = "never" if self.ever else "w is, and this is the last step of the proof"
+            invalid += "" if self.early == "0.0" else " or early"
+        return {"OK": inside, "LEAVING": leaving, "OUTSIDE": "w is not: nothing is proved there", "INVALID": invalid}
+
+    @property
+    def last(self) -> int:
+        """The last step of a cover, from 0."""
+        return 0 if self.lookup is None else self.lookup.steps - 1
 
     @property
     def region(self) -> Region:
@@ -76,6 +108,8 @@ class Watch:
     @property
     def comparisons(self) -> int:
         """How many comparisons one step makes, whatever the state: no path is longer or shorter."""
+        if self.lookup is not None:
+            return 2 + 3 * len(self.watched) + self.lookup.comparisons
         within = 2 * len(self.region.bounds) + 4 * len(self.region.apart) + 4 * len(self.region.goals)
         return 2 + 3 * len(self.watched) + 2 * within
 
@@ -107,7 +141,43 @@ def watch(profile: ir.PolicyProfile, model: Model, spec: RegionSpec, certificate
     names = replace(model.names, in_region=f"{model.prefix}_monitor_within")
     own = replace(model, region=region, names=names)
     age = decimal_literal(LATE * profile.world.dt)
-    return Watch(own, model.names.guard, certificate, claim, watched, moved, tuple(fallbacks), age)
+    made = Watch(
+        own, model.names.guard, certificate, claim, watched, moved, tuple(fallbacks), age, model.places, "", ""
+    )
+    return replace(made, size=model.names.n_coordinates, dt=model.dt)
+
+
+def watch_cover(model: Model, cover: Cover, certificate: str, claim: str) -> Watch:
+    """The monitor of a lowered profile for what a certificate about a stated system proves.
+
+    InputError for sets of too many boxes, and for variables that code cannot tell apart.
+    """
+    places: dict[str, Place] = {}
+    for at, one in enumerate(cover.variables):
+        upper = identifier(one.name.replace(".", "_")).upper()
+        if upper in places:
+            what = f"the variables {places[upper].name} and {one.name} have one name in code"
+            raise InputError(what, "--target monitor", "rename one of them in the world file")
+        places[upper] = Place(at, one.name, upper, f"{model.prefix.upper()}_S_{upper}", ())
+    ranges = zip(places.values(), cover.variables, strict=True)
+    watched = tuple(Watched(place, _double(one.low), _double(one.high)) for place, one in ranges)
+    fallbacks = [Fallback(agent, cover.rests.get(agent.name, 0)) for agent in model.agents]
+    return Watch(
+        model=model,
+        guard=model.names.guard,
+        certificate=certificate,
+        claim=claim,
+        watched=watched,
+        moved=(),
+        fallbacks=tuple(fallbacks),
+        max_age=decimal_literal(LATE * cover.dt),
+        places=places,
+        size=f"{model.prefix.upper()}_N_VARIABLES",
+        dt=decimal_literal(cover.dt),
+        lookup=lookup(cover.steps, f"certificate {certificate[:12]}"),
+        ever=cover.ever,
+        early=decimal_literal(EARLY * cover.dt if cover.paced else 0.0),
+    )
 
 
 def _ranges(world: ir.WorldSpec) -> dict[str, tuple[float, float]]:

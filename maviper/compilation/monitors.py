@@ -14,7 +14,9 @@ import msgspec
 from codegen.agreement.build import Build
 from codegen.errors import InputError, RefusedError, shown
 from codegen.ir import PolicyProfile
-from codegen.lowering.watching import watch
+from codegen.lowering.covering import Cover
+from codegen.lowering.model import Model
+from codegen.lowering.watching import Watch, watch, watch_cover
 from codegen.region import RegionSpec
 from codegen.targets import monitor
 from maviper.files import kinds, runs
@@ -42,9 +44,9 @@ def parted(targets: Sequence[str], certificate: Path | None) -> tuple[bool, tupl
 
 @dataclass(frozen=True)
 class Proved:
-    """What an accepted certificate says: where its claim holds."""
+    """What an accepted certificate says: in which states its claim is proved."""
 
-    region: RegionSpec
+    region: RegionSpec | Cover
     certificate: str  # content hash
     claim: str  # in words
 
@@ -57,6 +59,11 @@ def proved_by(certificate: Path, profile: PolicyProfile) -> Proved:
     """
     text = runs.read(certificate, decisions.MAX_BYTES)
     _ensure_watchable(text, certificate)
+    if kinds.kind_of(text) is kinds.SYSTEM_CERTIFICATE:
+        from maviper.compilation.covers import covered_by  # here, since most profiles are of games
+
+        covered = covered_by(certificate, profile)
+        return Proved(covered.cover, _hash(text), covered.claim)
     try:
         found = decisions.from_json(text, str(certificate))
         if found.against:
@@ -77,8 +84,14 @@ def proved_by(certificate: Path, profile: PolicyProfile) -> Proved:
 
 def files_of(build: Build, proved: Proved, targets: Sequence[str]) -> dict[str, str]:
     """The monitors of a build by file name, one for each language among its targets. InputError as `watch`."""
-    watched = watch(build.profile, build.model, proved.region, proved.certificate, proved.claim)
-    return monitor.emit(watched, targets)
+    return monitor.emit(watched_by(build.profile, build.model, proved), targets)
+
+
+def watched_by(profile: PolicyProfile, model: Model, proved: Proved) -> Watch:
+    """The lowered monitor of what is proved. InputError as `watch` and `watch_cover`."""
+    if isinstance(proved.region, Cover):
+        return watch_cover(model, proved.region, proved.certificate, proved.claim)
+    return watch(profile, model, proved.region, proved.certificate, proved.claim)
 
 
 def spec_of(region: Region) -> RegionSpec:
@@ -94,11 +107,11 @@ def spec_of(region: Region) -> RegionSpec:
 def _ensure_watchable(text: bytes, where: Path) -> None:
     """InputError for a certificate that says of later steps only what follows from the start."""
     kind = kinds.kind_of(text)
-    if kind in (kinds.EPISODE_CERTIFICATE, kinds.SYSTEM_CERTIFICATE):
-        what = f"{kind.called} has no region that holds at every step, so that no state can be compared with it"
+    if kind is kinds.EPISODE_CERTIFICATE:
+        what = "a certificate about episodes has no region that holds at every step, to compare a state with"
         advice = "a monitor needs the certificate of a claim about single decisions"
         raise InputError(what, str(where), advice)
-    kinds.ensure(text, str(where), kinds.CERTIFICATE.called, kinds.CERTIFICATE)
+    kinds.ensure(text, str(where), kinds.CERTIFICATE.called, kinds.CERTIFICATE, kinds.SYSTEM_CERTIFICATE)
 
 
 def _hash(text: bytes) -> str:

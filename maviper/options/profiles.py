@@ -99,7 +99,7 @@ class CompileOptions(TypedDict, total=False):
     ]
     certificate: Annotated[
         Path | None,
-        Option(None, WRITTEN, "For the target monitor: the certificate of a claim about decisions.", "FILE"),
+        Option(None, WRITTEN, "For the target monitor: the certificate of the claim to watch.", "FILE"),
     ]
     contracts: Annotated[bool, Option(False, CHECKS, "Also write the C's contracts in ACSL, which Frama-C can prove.")]
     frama_c: Annotated[bool, Option(False, CHECKS, "Write the contracts, and prove them with Frama-C's WP and Z3.")]

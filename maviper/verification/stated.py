@@ -21,8 +21,8 @@ from codegen.errors import InputError
 from codegen.ir import PolicyProfile
 from maviper.files import runs
 from maviper.verification.ask import Asked, VerifyOptions
-from maviper.verification.files.systems import WORLD_FILE, ensure_plays
 from maviper.verification.reference import measured, replay_words
+from maviper.worlds.stated.certified import WORLD_FILE, ensure_plays
 from maviper.worlds.stated.systems import file_of, read
 from maviper.worlds.stated.written import episodes
 from verify.checker.reading import RejectedError

@@ -63,6 +63,64 @@ class Twin:
         return bool(self.spec.holds(np.array([w]), self.names)[0])
 
 
+class CoverTwin:
+    """What the monitor of a cover must say: the boxes of the proof one by one, a machine of its own beside them."""
+
+    def __init__(self, cover):
+        self.cover = cover
+        self.start()
+
+    def start(self):
+        self.age, self.word, self.stays, self.at = [np.inf] * len(self.cover.variables), INVALID, False, 0
+
+    def step(self, w, fresh, dt):
+        cover = self.cover
+        self.age = [0.0 if new else age + dt for age, new in zip(self.age, fresh, strict=True)]
+        if self.stays:
+            return self.word
+        timely = (0.5 * cover.dt if cover.paced else 0.0) <= dt <= 1.5 * cover.dt
+        ranges = zip(self.age, w, cover.variables, strict=True)
+        if not timely or any(not (age <= 1.5 * cover.dt and one.low <= x <= one.high) for age, x, one in ranges):
+            self.word = INVALID
+        elif not cover.holds(np.array([w]), self.at)[0]:
+            self.word = OUTSIDE
+        else:
+            self.word = OK if cover.ever or self.at + 1 < len(cover.steps) else LEAVING
+            self.at += 1
+        self.stays = self.word in (OUTSIDE, INVALID)
+        return self.word
+
+
+def asked_of_cover(cover, count, seed):
+    """States in boxes, at their ends and beside these, far away; sensors that fail, steps that are late or early: w,
+    fresh, dt, start. Most are of the step that a monitor is at which says OK.
+    """
+    rng, rows, twin = np.random.default_rng(seed), [], CoverTwin(cover)
+    size = len(cover.variables)
+    for _ in range(count):
+        start = int(twin.stays or rng.random() < 0.02)
+        if start:
+            twin.start()
+        w = np.array([rng.uniform(one.low, one.high) for one in cover.variables])
+        for boxes in cover.steps[0 if cover.ever else min(twin.at, len(cover.steps) - 1)]:
+            row = rng.integers(len(boxes.low))
+            bounded = np.flatnonzero(np.isfinite(boxes.low[row]))
+            low, high = boxes.low[row][bounded], boxes.high[row][bounded]
+            w[bounded] = np.clip(low + rng.random(len(low)) * (high - low), low, high)
+            if rng.random() < 0.15:
+                column = rng.choice(bounded)
+                end = (boxes.low, boxes.high)[rng.integers(2)][row, column]
+                w[column] = end if rng.random() < 0.5 else np.nextafter(end, rng.choice([-np.inf, np.inf]))
+        if rng.random() < 0.01:
+            w[rng.integers(size)] = rng.choice([np.nan, np.inf, -np.inf, 1e12])
+        fresh = (rng.random(size) > 0.005).astype(np.int32)
+        dt = rng.choice([cover.dt, 0.0, 1.4 * cover.dt, np.nan, 9.0 * cover.dt], p=[0.98, *[0.005] * 4])
+        rows.append((w, fresh, dt, start))
+        twin.step(w, fresh, dt)
+    w, fresh, dt, starts = map(np.array, zip(*rows, strict=True))
+    return w, fresh, dt, starts.astype(np.int32)
+
+
 def inside(spec, names, w):
     """Whether a state is in a region, in exact arithmetic."""
     at = {name: Fraction(value) for name, value in zip(names, map(float, w), strict=True)}
@@ -106,7 +164,7 @@ void run(const double *w, const int *fresh, const double *dt, const int *start, 
 def run_c(texts, watched, folder, asked):
     """Words and actions of the first agent, by the C."""
     p, agent = watched.model.prefix, watched.model.agents[0]
-    names = {"p": p, "a": agent.lower, "N": watched.model.names.n_coordinates, "A": agent.names.n_actions}
+    names = {"p": p, "a": agent.lower, "N": watched.size, "A": agent.names.n_actions}
     (folder / "run.c").write_text(PROGRAM.format(**names))
     for name, text in texts.items():
         if name.endswith(".h"):
@@ -181,13 +239,13 @@ fn main() {
     let mut m = monitor::Monitor::default();
     for (i, line) in text.lines().enumerate() {
         let n: Vec<f64> = line.split(' ').map(|each| f64::from_bits(each.parse().unwrap())).collect();
-        let mut w = [0.0; monitor::N_COORDINATES];
-        w.copy_from_slice(&n[2..2 + monitor::N_COORDINATES]);
+        let mut w = [0.0; monitor::SIZE];
+        w.copy_from_slice(&n[2..2 + monitor::SIZE]);
         if n[1] > 0.0 {
             m.start();
         }
-        for place in 0..monitor::N_COORDINATES {
-            if n[2 + monitor::N_COORDINATES + place] > 0.0 {
+        for place in 0..monitor::SIZE {
+            if n[2 + monitor::SIZE + place] > 0.0 {
                 m.renew(place);
             }
         }
@@ -201,7 +259,8 @@ def run_rust(texts, watched, folder, asked):
     """The same by the Rust."""
     agent = watched.model.agents[0]
     (folder / "monitor.rs").write_text(texts[f"{watched.model.prefix}_monitor.rs"])
-    main = RUST.replace("AGENT", agent.names.module).replace("N_ACTIONS", str(len(agent.actions)))
+    size = "N_VARIABLES" if watched.lookup else "N_COORDINATES"
+    main = RUST.replace("AGENT", agent.names.module).replace("SIZE", size).replace("N_ACTIONS", str(len(agent.actions)))
     (folder / "main.rs").write_text(main)
     done = subprocess.run(
         ["rustc", "--edition", "2021", "-A", "dead_code", "main.rs"],

@@ -98,7 +98,7 @@ def document(
         "provenance": {name: getattr(made, name) for name in ("algorithm", "preset", "seed", "expert", "tool")},
         "agents": [policy.agent for policy in profile.agents],
         "steps": system.steps,
-        "dt": _period(statement),
+        "dt": period(statement),
         "pieces": len(system.pieces),
         "variables": _variables(system),
         "start": region_facts(system.start),
@@ -113,7 +113,7 @@ def document(
     }
 
 
-def _period(statement: Statement) -> str | None:
+def period(statement: Statement) -> str | None:
     """The seconds of a step as an exact text, where the file states them as `dt` or as the period of a flow."""
     if statement.system.flow is not None:
         return plain(statement.system.flow.period)

@@ -13,24 +13,17 @@ from typing import Any
 
 import msgspec
 
-from codegen.errors import InputError, RefusedError, UnknownNameError, shown
+from codegen.errors import InputError, shown
 from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash
 from maviper.files import runs
 from maviper.files.profiles import find_profile
 from maviper.verification.files.reading import FollowedProof, tell_shown
+from maviper.worlds.stated.certified import WORLD_FILE, ensure_accepted, ensure_plays, read_certificate, sentence
 from maviper.worlds.stated.systems import read
 from verify.certificates.systems import claim_document
-from verify.checker.covers import certificates as cover_certificates
-from verify.checker.covers.certificates import AnyCertificate
 from verify.checker.decisions.certificates import MAX_BYTES
-from verify.checker.envelope import undamaged
-from verify.checker.flows import certificates as flow_certificates
-from verify.checker.flows.certificates import FORM as FLOW_FORM
-from verify.checker.flows.certificates import FlowCertificate
-from verify.checker.reading import RejectedError
 from verify.checker.systems import certificates as system_certificates
-from verify.checker.systems.enclosures import ensure_enclosed
 from verify.claims.formula_json import read_number
 from verify.flows.playing import FlowCourse
 from verify.flows.replay import replayed as flow_replayed
@@ -41,31 +34,9 @@ from verify.reports import systems as report
 from verify.subjects import ClosedLoop
 from verify.systems import documents
 from verify.systems.claims import SystemClaim
-from verify.systems.statement import Statement
-from verify.systems.words import spelled
 
-WORLD_FILE = "world.toml"  # beside certificates and counterexamples
 FORM = "maviper-system-counterexample-1"
 ADVICE = "make it again with `maviper verify --world -o`"
-
-
-def ensure_plays(profile: PolicyProfile, statement: Statement) -> None:
-    """InputError for agents, features or actions that the file does not state."""
-    actions = {agent.name: tuple(agent.actions) for agent in statement.agents}
-    for policy in profile.agents:
-        where = f"{statement.system.name}: {policy.agent}"
-        if policy.agent not in actions:
-            raise UnknownNameError("agent", policy.agent, actions, statement.system.name)
-        for kind, names, known in (
-            ("feature", [each.name for each in policy.features], statement.system.features[policy.agent]),
-            ("action", [each.name for each in policy.actions], actions[policy.agent]),
-        ):
-            for name in names:
-                if name not in known:
-                    raise UnknownNameError(kind, name, known, where)
-    missing = sorted(actions.keys() - {policy.agent for policy in profile.agents})
-    if missing:
-        raise InputError(f"the profile has no {', '.join(missing)}", statement.system.name, "name the file it plays in")
 
 
 def counterexample_document(question: Question[SystemClaim], found: SystemCounterexample) -> dict[str, Any]:
@@ -103,33 +74,11 @@ def checked(path: Path, profile: PolicyProfile | Path | None, world: Path | None
 
     The pieces of the system are shown again from the rules of the file, then the proof is followed.
     """
-    text = runs.read(path, MAX_BYTES)
-    statement = read(world or path.parent / WORLD_FILE)
-    try:
-        found, about = _certificate(text, str(path)), find_profile(profile, beside=path)
-        ensure_plays(about, statement)
-        ensure_enclosed(statement, tell_shown)
-        closed = found.reading(FollowedProof).accepted(about, statement.system)
-    except RejectedError as error:
-        advice = "do not rely on it; run `maviper verify` again"
-        raise RefusedError("the certificate is refused", f"{path}: {shown(error)}", advice) from None
-    actions = {policy.agent: [action.name for action in policy.actions] for policy in about.agents}
-    ranges = {variable.name: variable.range for variable in statement.system.variables}
-    said = f"{spelled(found.claim, actions, ranges)}, {report.sentence(statement.system)}"
+    found, statement = read_certificate(path, world)
+    about = find_profile(profile, beside=path)
+    closed = ensure_accepted(path, found.reading(FollowedProof), statement, about, told=tell_shown)
+    said = f"{sentence(found.claim, statement, about)}, {report.sentence(statement.system)}"
     return f"{called(found.claim)}: {said}", closed, found.size, found.unit
-
-
-def _certificate(text: bytes, where: str) -> AnyCertificate | FlowCertificate:
-    """A certificate of any form."""
-    with undamaged(where):
-        form = msgspec.json.decode(text, type=_FormJson).certificate
-    return flow_certificates.from_json(text, where) if form == FLOW_FORM else cover_certificates.from_json(text, where)
-
-
-class _FormJson(msgspec.Struct):
-    """The form of a document, whatever else is in it."""
-
-    certificate: str = ""
 
 
 def called(claim: SystemClaim) -> str:

@@ -7,7 +7,7 @@ Does not: know systems, trees or claims.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -44,6 +44,9 @@ class BoxList(NamedTuple):
         """RejectedError for a bound that is infinite or NaN."""
         if not (np.isfinite(self.low) & np.isfinite(self.high)).all():
             raise RejectedError("a box has bounds that are not finite")
+
+
+Watch = Callable[[int, BoxList], None]  # told of every list that a proof rests on: its step, or its part
 
 
 def together(lists: Sequence[BoxList]) -> BoxList:

@@ -18,6 +18,7 @@ from codegen.errors import InputError
 from codegen.floats import rational_literal
 from codegen.ir import PolicyProfile
 from verify.checker.covers import forever
+from verify.checker.covers.boxes import Watch
 from verify.checker.covers.forever import InvariantCertificate
 from verify.checker.covers.form_sweep import FormSweep
 from verify.checker.covers.rounding import floor
@@ -74,13 +75,13 @@ class CoverCertificate:
         """The same with its cuts given to a reader."""
         return replace(self, cuts=reader(self.cuts))
 
-    def accepted(self, profile: PolicyProfile, system: System) -> int:
+    def accepted(self, profile: PolicyProfile, system: System, watch: Watch | None = None) -> int:
         """As the function."""
-        return accepted(self, profile, system)
+        return accepted(self, profile, system, watch)
 
 
-def accepted(certificate: CoverCertificate, profile: PolicyProfile, system: System) -> int:
-    """Checks a certificate; the number of its sets over all steps.
+def accepted(certificate: CoverCertificate, profile: PolicyProfile, system: System, watch: Watch | None = None) -> int:
+    """Checks a certificate; the number of its sets over all steps. `watch` is told of every list of boxes, by its step.
 
     InputError when it is about another profile or system, or names what they do not have; RejectedError when its sets
     do not show the claim.
@@ -95,7 +96,7 @@ def accepted(certificate: CoverCertificate, profile: PolicyProfile, system: Syst
     widths = {columns[name]: floor(width) for name, width in certificate.widths.items()}
     cuts = list(numbers(certificate.cuts))
     if not certificate.forms:
-        return CoverSweep(profile, system, certificate.claim).run(Cells(cuts, widths))
+        return CoverSweep(profile, system, certificate.claim, watch).run(Cells(cuts, widths))
     if widths:
         raise RejectedError("forms are not joined in cells")
     return FormSweep(profile, system, certificate.claim).run(cuts)

@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import partial
 from typing import Any, ClassVar, NamedTuple
 
 import msgspec
@@ -21,6 +22,7 @@ import numpy as np
 
 from codegen.errors import InputError
 from codegen.ir import Int64, PolicyProfile
+from verify.checker.covers.boxes import Watch
 from verify.checker.covers.invariants import MAX_SPAN, MAX_STEPS, InvariantSweep, ensure_shown
 from verify.checker.covers.rounding import floor
 from verify.checker.envelope import REMAKE, ensure_whole, numbers, read_proof, undamaged
@@ -69,13 +71,15 @@ class InvariantCertificate:
         """The same with its cells given to a reader."""
         return replace(self, parts=tuple(part._replace(cells=reader(part.cells)) for part in self.parts))
 
-    def accepted(self, profile: PolicyProfile, system: System) -> int:
+    def accepted(self, profile: PolicyProfile, system: System, watch: Watch | None = None) -> int:
         """As the function."""
-        return accepted(self, profile, system)
+        return accepted(self, profile, system, watch)
 
 
-def accepted(certificate: InvariantCertificate, profile: PolicyProfile, system: System) -> int:
-    """Checks a certificate; the number of its cells.
+def accepted(
+    certificate: InvariantCertificate, profile: PolicyProfile, system: System, watch: Watch | None = None
+) -> int:
+    """Checks a certificate; the number of its cells. `watch` is told of all boxes that it speaks of, by part.
 
     InputError when it is about another profile or system, or names what they do not have; RejectedError when its cells
     do not show the claim.
@@ -84,7 +88,7 @@ def accepted(certificate: InvariantCertificate, profile: PolicyProfile, system: 
     ensure_in_steps(system, "an invariant")
     count, shown = 0, list[frozenset[int]]()
     modes = {one.name for one in system.variables if one.modes}
-    for part in certificate.parts:
+    for number, part in enumerate(certificate.parts):
         if not part.widths or not all(1 / MAX_WIDTH < width < MAX_WIDTH for width in part.widths.values()):
             raise RejectedError("a cell has a width out of range")
         if any(part.widths[name] != 1 for name in modes & set(part.widths)) or not 1 <= part.steps <= MAX_STEPS:
@@ -92,7 +96,7 @@ def accepted(certificate: InvariantCertificate, profile: PolicyProfile, system: 
         widths = {name: floor(width) for name, width in part.widths.items()}
         sweep = InvariantSweep(profile, system, certificate.claim, widths)
         cells = read_cells(numbers(part.cells), len(widths))
-        sweep.check(cells, part.steps)
+        sweep.check(cells, part.steps, None if watch is None else partial(watch, number))
         count, shown = count + len(cells), [*shown, sweep.shows]
     ensure_shown(certificate.claim, shown)
     return count

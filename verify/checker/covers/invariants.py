@@ -14,7 +14,7 @@ episodes meet the claim.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import chain
 
 import numpy as np
@@ -107,20 +107,27 @@ class InvariantSweep:
         low[:, self._others], high[:, self._others] = -np.inf, np.inf
         return boxes._replace(low=low, high=high)
 
-    def check(self, cells: Int64, steps: int) -> int:
-        """How many boxes were asked about. RejectedError where a list of cells is no invariant that shows the claim."""
+    def check(self, cells: Int64, steps: int, watch: Callable[[BoxList], None] | None = None) -> int:
+        """How many boxes were asked about. RejectedError where a list of cells is no invariant that shows the claim.
+
+        `watch` is told of the boxes of cells, and of those on the way back to cells: of every state of these that meets
+        the claim it is shown that the system keeps it.
+        """
+        seen = watch or _unseen
         with np.errstate(all="ignore"):  # what overflows is not finite, and is refused
             known, started = Known(cells), self.started()
             self._ensure_meets(started)
             if not known.holds(self.in_cells(started)[1]).all():
                 raise RejectedError("a start lies in no cell of the invariant")
             return sum(
-                self._followed(cells[begin : begin + AT_ONCE], known, steps) for begin in range(0, len(cells), AT_ONCE)
+                self._followed(cells[begin : begin + AT_ONCE], known, steps, seen)
+                for begin in range(0, len(cells), AT_ONCE)
             )
 
-    def _followed(self, cells: Int64, known: Known, steps: int) -> int:
+    def _followed(self, cells: Int64, known: Known, steps: int, seen: Callable[[BoxList], None]) -> int:
         boxes = self.boxes(cells)
         asked = boxes.size
+        seen(boxes)
         for _ in range(steps):
             boxes = self.moved(boxes)
             self._ensure_meets(boxes)
@@ -129,12 +136,17 @@ class InvariantSweep:
             boxes = boxes.taken(~known.holds(of))
             if not boxes.size:
                 return asked
+            seen(boxes)
         raise RejectedError("some states may stay out of the invariant")
 
     def _ensure_meets(self, boxes: BoxList) -> None:
         found = self.broken(boxes).size
         if found:
             raise RejectedError(f"{found:,} boxes of the invariant may hold states that break the claim")
+
+
+def _unseen(boxes: BoxList) -> None:
+    """Nobody watches."""
 
 
 class Known:

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from codegen.ir import PolicyProfile
-from verify.checker.covers.boxes import BoxList, alike_joined, in_cells, together
+from verify.checker.covers.boxes import BoxList, Watch, alike_joined, in_cells, together
 from verify.checker.covers.cuts import RegionCut, linear
 from verify.checker.covers.images import PieceImage
 from verify.checker.covers.parts import Parts
@@ -40,16 +40,16 @@ class Cells:
 
 
 class CoverSweep:
-    """The sweep for one claim."""
+    """The sweep for one claim. `watch` is told of every list, by its step."""
 
-    def __init__(self, profile: PolicyProfile, system: System, claim: SystemClaim) -> None:
+    def __init__(self, profile: PolicyProfile, system: System, claim: SystemClaim, watch: Watch | None = None) -> None:
         self._claim = claim
         columns = {one.name: column for column, one in enumerate(system.variables)}
         self._trees = [TreeCuts(system, policy, columns) for policy in profile.agents]
         self._pieces = [PieceImage(system, piece, profile.agents, self._trees) for piece in system.pieces]
         self._regions = [RegionCut(list(map(linear, region)), columns) for region in claim.regions]
         self._parts, self._stated = Parts(system), StatedStates(system, claim)
-        self.swept = 0
+        self.swept, self.watch = 0, watch
 
     def run(self, cells: Cells) -> int:
         """How many boxes were asked about. RejectedError where one may break the claim, or leave what is stated."""
@@ -67,6 +67,8 @@ class CoverSweep:
             if self.swept > MAX_SWEPT:
                 raise RejectedError(f"the cover has more than {MAX_SWEPT:,} boxes")
             boxes.ensure_finite()
+            if self.watch is not None:
+                self.watch(step, boxes)
             boxes = self._asked(boxes, step)
             if step == self._claim.steps or not boxes.size:
                 return

@@ -20,6 +20,7 @@ import msgspec
 from codegen.errors import InputError
 from codegen.floats import rational_literal
 from codegen.ir import PolicyProfile
+from verify.checker.covers.boxes import Watch
 from verify.checker.covers.rounding import floor
 from verify.checker.envelope import REMAKE, ensure_whole, numbers, read_proof, undamaged
 from verify.checker.flows.sweep import FlowSweep, Plan
@@ -65,13 +66,13 @@ class FlowCertificate:
         """The same with its cuts given to a reader."""
         return replace(self, cuts=reader(self.cuts))
 
-    def accepted(self, profile: PolicyProfile, system: System) -> int:
+    def accepted(self, profile: PolicyProfile, system: System, watch: Watch | None = None) -> int:
         """As the function."""
-        return accepted(self, profile, system)
+        return accepted(self, profile, system, watch)
 
 
-def accepted(certificate: FlowCertificate, profile: PolicyProfile, system: System) -> int:
-    """Checks a certificate; the number of its sets over all steps.
+def accepted(certificate: FlowCertificate, profile: PolicyProfile, system: System, watch: Watch | None = None) -> int:
+    """Checks a certificate; the number of its sets over all steps. `watch` is told of the boxes of sets, by sample.
 
     InputError when it is about another profile or system, or names what they do not have; RejectedError when its sets
     do not show the claim.
@@ -86,6 +87,7 @@ def accepted(certificate: FlowCertificate, profile: PolicyProfile, system: Syste
     if not all(1 / MAX_WIDTH < width < MAX_WIDTH for width in certificate.widths.values()):
         raise RejectedError("a cell has a width out of range")
     sweep = FlowSweep(profile, system, certificate.claim)
+    sweep.sampled = watch
     widths = {sweep.columns[name]: floor(width) for name, width in certificate.widths.items()}
     return sweep.run(Plan(list(numbers(certificate.cuts)), certificate.order, certificate.steps, widths))
 

@@ -17,6 +17,7 @@ import numpy as np
 
 from codegen.ir import Bool, Int64, PolicyProfile
 from verify.checker.covers.boxes import BoxList
+from verify.checker.covers.boxes import Watch as ListWatch
 from verify.checker.covers.cuts import RegionCut, linear
 from verify.checker.covers.parts import Parts, StartBox
 from verify.checker.covers.rounding import ceiling, ensure_arithmetic, floor
@@ -62,7 +63,7 @@ Watch = Callable[[SeenStep], None]
 
 class FlowSweep:
     """The sweep for one claim. `open`: the parts that were not shown, by their numbers, and why; `watch` is told of
-    every step, for drawings and tests.
+    every step, for drawings and tests, `sampled` of the boxes of sets at every sample.
     """
 
     def __init__(self, profile: PolicyProfile, system: System, claim: SystemClaim) -> None:
@@ -80,6 +81,7 @@ class FlowSweep:
         self.swept, self.most = 0, MAX_SWEPT
         self.open: dict[int, str] = {}
         self.watch: Watch | None = None
+        self.sampled: ListWatch | None = None
 
     def run(self, plan: Plan) -> int:
         """How many sets were asked about. RejectedError where one may break the claim, or could not be followed."""
@@ -103,6 +105,8 @@ class FlowSweep:
         for period in range(last + 1):
             if plan.widths:
                 sets = sets.joined(plan.widths)
+            if self.sampled is not None:
+                self.sampled(period, sets.numbered)
             sets = self._asked_at(sets, period)
             if period == last or not sets.size:
                 break

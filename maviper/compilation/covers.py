@@ -1,0 +1,155 @@
+"""From the certificate of a claim about a stated system to the sets of states that its proof speaks of.
+
+Does: has the checker accept the certificate, and keeps the boxes that it asks about on the way.
+Assumes: a world file beside the certificate; files that anyone wrote.
+Does not: trust a proof, or find sets of its own.
+
+Every state of such a box is one of which the proof holds: the claim, from this step on, as long as the system moves as
+its file states. So a state in a box is vouched for, however it got there.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from itertools import chain
+from pathlib import Path
+
+import numpy as np
+
+from codegen.errors import InputError
+from codegen.floats import nearest_double
+from codegen.ir import Float64, PolicyProfile
+from codegen.lowering.covering import Boxes, Cover, Variable
+from maviper.worlds.stated.certified import Certificate, ensure_accepted, read_certificate, sentence
+from verify.checker.covers.boxes import BoxList
+from verify.checker.covers.certificates import CoverCertificate
+from verify.checker.covers.cuts import end_of
+from verify.checker.covers.forever import InvariantCertificate
+from verify.checker.covers.invariants import names_of
+from verify.checker.covers.rounding import ceiling, floor
+from verify.checker.flows.certificates import FlowCertificate
+from verify.checker.systems.certificates import SystemCertificate
+from verify.reports.systems import period
+from verify.systems.claims import SystemClaim
+from verify.systems.statement import Statement
+from verify.systems.system import HalfSpace, Polytope
+
+BOXES = "a monitor compares one variable at a time with numbers"
+
+
+@dataclass(frozen=True)
+class Covered:
+    """What an accepted certificate about a stated system says: in which states its claim is proved."""
+
+    cover: Cover
+    claim: str  # in words
+
+
+def covered_by(certificate: Path, profile: PolicyProfile) -> Covered:
+    """What a certificate proves of a profile in the world file beside it.
+
+    InputError for a certificate of another profile or system, and for one whose sets cannot be watched, with the
+    reason; RefusedError where its proof does not hold.
+    """
+    found, statement = read_certificate(certificate)
+    _ensure_boxes(found, str(certificate))
+    lists: dict[int, list[BoxList]] = defaultdict(list)
+
+    def watch(at: int, boxes: BoxList) -> None:
+        lists[at].append(boxes)
+
+    ensure_accepted(certificate, found, statement, profile, watch)
+    claim = found.claim
+    ranges = _ranges(statement)
+    if isinstance(found, SystemCertificate):
+        steps = [[_within(statement, claim.regions or ((),), ranges)]]
+    elif isinstance(found, InvariantCertificate):
+        followed = [set(part.widths) for part in found.parts]
+        parts = [_together(lists[at]) for at in range(len(followed))]
+        steps = [[_meeting(statement, claim, part, of) for part, of in zip(parts, followed, strict=True)]]
+    else:
+        steps = [[_together(lists[step])] for step in range(claim.steps + 1)]
+    ever = claim.about_decisions or claim.says.ever
+    dt = nearest_double(Fraction(period(statement) or 1))
+    cover = Cover(ranges, tuple(map(tuple, steps)), ever, not claim.about_decisions, dt, _rests(statement))
+    return Covered(cover, sentence(replace(claim, label=""), statement, profile))
+
+
+def _ensure_boxes(found: Certificate, where: str) -> None:
+    """InputError for a certificate whose sets are no boxes, or say nothing of later states."""
+    claim, advice = found.claim, "a monitor needs a proof by boxes, by cells, or of a claim about decisions"
+    if isinstance(found, SystemCertificate) and not claim.about_decisions:
+        what = "the certificate follows symbolic states, and a state cannot be compared with these"
+        raise InputError(what, where, f"{advice}: verify with a larger --max-boxes")
+    if (isinstance(found, CoverCertificate) and found.forms) or (
+        isinstance(found, FlowCertificate) and not found.widths
+    ):
+        raise InputError("the sets of the certificate are turned boxes, and " + BOXES, where, advice)
+    if claim.says.once:
+        what = "the claim is fulfilled once the region is reached, and nothing is proved of what comes then"
+        raise InputError(what, where, "a monitor needs a claim about all states, such as reaches_and_stays")
+    if isinstance(found, SystemCertificate | InvariantCertificate):
+        for half in chain.from_iterable(claim.regions):
+            if len(half.form.terms) > 1:
+                what = f"a condition of the claim's region compares {' and '.join(sorted(names_of(half)))}"
+                raise InputError(f"{what}, and {BOXES}", where, "state the region as a box")
+
+
+def _rests(statement: Statement) -> dict[str, int]:
+    """By agent the first action that sets nothing, else the first."""
+    return {
+        agent.name: next((at for at, sets in enumerate(agent.actions.values()) if not sets), 0)
+        for agent in statement.agents
+    }
+
+
+def _together(lists: Sequence[BoxList]) -> Boxes:
+    return Boxes(np.concatenate([each.low for each in lists]), np.concatenate([each.high for each in lists]))
+
+
+def _ranges(statement: Statement) -> tuple[Variable, ...]:
+    """The ranges of the variables, rounded inward."""
+    ends = ((one.name, ceiling(one.range[0]) + 0.0, floor(one.range[1]) + 0.0) for one in statement.system.variables)
+    return tuple(Variable(*each) for each in ends)
+
+
+def _within(statement: Statement, regions: Sequence[Polytope], ranges: Sequence[Variable]) -> Boxes:
+    """The regions within the ranges, as boxes, rounded inward."""
+    low, high = np.array([one.low for one in ranges]), np.array([one.high for one in ranges])
+    whole = Boxes(np.tile(low, (len(regions), 1)), np.tile(high, (len(regions), 1)))
+    for row, region in enumerate(regions):
+        _narrow(statement, region, whole.low[row], whole.high[row])
+    return _kept(whole)
+
+
+def _meeting(statement: Statement, claim: SystemClaim, part: Boxes, followed: set[str]) -> Boxes:
+    """What of the boxes of an invariant meets the claim, as far as it speaks of followed variables; rounded inward."""
+    found: list[Boxes] = []
+    for region in claim.regions:
+        halves = tuple(half for half in region if names_of(half) <= followed)
+        if len(claim.regions) > 1 and len(halves) < len(region):
+            halves = ()  # of a union of regions a part shows all or nothing
+        low, high = part.low.copy(), part.high.copy()
+        _narrow(statement, halves, low.T, high.T)
+        found.append(_kept(Boxes(low, high)))
+    return Boxes(np.concatenate([each.low for each in found]), np.concatenate([each.high for each in found]))
+
+
+def _narrow(statement: Statement, region: Sequence[HalfSpace], low: Float64, high: Float64) -> None:
+    """Narrows bounds, [variables] or [variables, n], to half spaces that name one variable each."""
+    columns = {one.name: at for at, one in enumerate(statement.system.variables)}
+    for half in region:
+        ((name, factor),) = half.form.terms
+        at, bound = columns[name], -half.form.constant / factor
+        if factor > 0:
+            high[at] = np.minimum(high[at], end_of(bound, half.strict).last)
+        else:
+            low[at] = np.maximum(low[at], -end_of(-bound, half.strict).last)
+
+
+def _kept(boxes: Boxes) -> Boxes:
+    """Those that hold a state."""
+    return boxes.taken(np.asarray((boxes.low <= boxes.high).all(axis=1), dtype=np.bool_))

@@ -1,0 +1,116 @@
+"""Certificates about systems that files state, with the world file: read, and given to the checker.
+
+Does: reads a certificate of any form and the world file beside it; has the pieces of the system shown again and the
+  proof followed; says a claim in words.
+Assumes: files that anyone wrote.
+Does not: decide verdicts, or print.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
+from pathlib import Path
+
+import msgspec
+
+from codegen.errors import InputError, RefusedError, UnknownNameError, shown
+from codegen.ir import PolicyProfile
+from maviper.files import runs
+from maviper.worlds.stated.systems import read
+from verify.checker.covers import certificates as cover_certificates
+from verify.checker.covers.boxes import Watch
+from verify.checker.covers.certificates import AnyCertificate
+from verify.checker.decisions.certificates import MAX_BYTES
+from verify.checker.envelope import undamaged
+from verify.checker.flows import certificates as flow_certificates
+from verify.checker.flows.certificates import FORM as FLOW_FORM
+from verify.checker.flows.certificates import FlowCertificate
+from verify.checker.reading import RejectedError
+from verify.checker.systems.certificates import SystemCertificate
+from verify.checker.systems.enclosures import ensure_enclosed
+from verify.systems.claims import SystemClaim
+from verify.systems.statement import Statement
+from verify.systems.words import spelled
+
+WORLD_FILE = "world.toml"  # beside certificates and counterexamples
+Certificate = AnyCertificate | FlowCertificate
+
+
+def _untold(done: int, most: int) -> None:
+    """Nobody listens."""
+
+
+def ensure_plays(profile: PolicyProfile, statement: Statement) -> None:
+    """InputError for agents, features or actions that the file does not state."""
+    actions = {agent.name: tuple(agent.actions) for agent in statement.agents}
+    for policy in profile.agents:
+        where = f"{statement.system.name}: {policy.agent}"
+        if policy.agent not in actions:
+            raise UnknownNameError("agent", policy.agent, actions, statement.system.name)
+        for kind, names, known in (
+            ("feature", [each.name for each in policy.features], statement.system.features[policy.agent]),
+            ("action", [each.name for each in policy.actions], actions[policy.agent]),
+        ):
+            for name in names:
+                if name not in known:
+                    raise UnknownNameError(kind, name, known, where)
+    missing = sorted(actions.keys() - {policy.agent for policy in profile.agents})
+    if missing:
+        raise InputError(f"the profile has no {', '.join(missing)}", statement.system.name, "name the file it plays in")
+
+
+def sentence(claim: SystemClaim, statement: Statement, profile: PolicyProfile) -> str:
+    """A claim in words, with its numbers."""
+    actions = {policy.agent: [action.name for action in policy.actions] for policy in profile.agents}
+    return spelled(claim, actions, {variable.name: variable.range for variable in statement.system.variables})
+
+
+def read_certificate(path: Path, world: Path | None = None) -> tuple[Certificate, Statement]:
+    """A certificate of any form, and the world file that it is about. InputError for files that cannot be read,
+    RefusedError for a proof that cannot.
+    """
+    text, where = runs.read(path, MAX_BYTES), str(path)
+    statement = read(world or path.parent / WORLD_FILE)
+    with undamaged(where):
+        form = msgspec.json.decode(text, type=_FormJson).certificate
+    with _refusing(path):
+        made = flow_certificates if form == FLOW_FORM else cover_certificates
+        return made.from_json(text, where), statement
+
+
+def ensure_accepted(
+    path: Path,
+    found: Certificate,
+    statement: Statement,
+    profile: PolicyProfile,
+    watch: Watch | None = None,
+    told: Callable[[int, int], None] = _untold,
+) -> int:
+    """Checks a certificate that was read; its branches or boxes. `watch` is told of the boxes that its proof speaks of,
+    where it is a proof by boxes; `told` of how far the pieces are shown.
+
+    InputError for another profile or world, RefusedError where the proof does not hold.
+    """
+    ensure_plays(profile, statement)
+    with _refusing(path):
+        ensure_enclosed(statement, told)
+        if isinstance(found, SystemCertificate):
+            return found.accepted(profile, statement.system)
+        return found.accepted(profile, statement.system, watch)
+
+
+@contextmanager
+def _refusing(path: Path) -> Generator[None]:
+    """Has a rejection name the file."""
+    try:
+        yield
+    except RejectedError as error:
+        advice = "do not rely on it; run `maviper verify` again"
+        raise RefusedError("the certificate is refused", f"{path}: {shown(error)}", advice) from None
+
+
+class _FormJson(msgspec.Struct):
+    """The form of a document, whatever else is in it."""
+
+    certificate: str = ""

@@ -1,0 +1,204 @@
+"""Monitors of proofs about stated systems: they vouch for the states of the proof, in all languages alike."""
+
+import json
+import shutil
+
+import numpy as np
+import pytest
+
+from codegen.agreement.compiled import find_compiler
+from codegen.errors import InputError, RefusedError
+from codegen.lowering import covering
+from codegen.lowering.covering import Boxes, Cover, Variable, lookup, merged
+from codegen.lowering.lower import lower
+from codegen.lowering.watching import watch_cover
+from codegen.targets import emit, monitor
+from maviper import load, verify_system
+from maviper.compilation.monitors import proved_by, watched_by
+from maviper.worlds.stated.systems import read
+from tests.support import monitors
+from tests.support.generated import FOLDER
+from tests.support.monitors import INVALID, LEAVING, OK, OUTSIDE, CoverTwin, asked_of_cover
+from tests.support.stated_play import Played
+from verify.checker.covers import certificates
+from verify.checker.envelope import body_hash
+
+WORLDS = FOLDER.parent / "worlds"
+ARCH = FOLDER.parent / "arch"
+ALWAYS = """
+[[property]]
+name = "always"
+region = { box = { angle = [-0.15, 0.15] } }
+"""
+
+
+@pytest.fixture(scope="module")
+def for_ever(tmp_path_factory):
+    """A folder with the proof that the pole of a committed world stays up for ever."""
+    folder = tmp_path_factory.mktemp("always")
+    (folder / "properties.toml").write_text(ALWAYS)
+    for name in ("profile.json", "world.toml"):
+        shutil.copy(WORLDS / "pendulum" / name, folder)
+    found = verify_system(load(folder / "profile.json"), folder / "world.toml", folder / "properties.toml")
+    (text,) = found.certificates.values()
+    (folder / "certificate-1-always.json").write_text(text)
+    return folder
+
+
+def made(folder, certificate):
+    """Of a certificate the profile, what is proved, and the lowered monitor."""
+    profile = load(folder / "profile.json")
+    proved = proved_by(folder / certificate, profile)
+    return profile, proved, watched_by(profile, lower(profile), proved)
+
+
+def said(cover, rows):
+    """What the twin says."""
+    twin, words = CoverTwin(cover), []
+    for w, fresh, dt, start in zip(*rows, strict=True):
+        if start:
+            twin.start()
+        words.append(twin.step(w, fresh, dt))
+    return words
+
+
+@pytest.mark.compile
+@pytest.mark.parametrize("form", ["for ever", "cover", "flow", "decisions"])
+def test_all_languages_say_what_the_proof_says(form, for_ever, tmp_path):
+    folder, name = {
+        "for ever": (for_ever, "certificate-1-always.json"),
+        "cover": (WORLDS / "crossing", "certificate-1-stays_in.json"),
+        "flow": (ARCH / "pendulum", "certificate-1-reaches_and_stays.json"),
+        "decisions": (WORLDS / "pendulum", "certificate-2-decides.json"),
+    }[form]
+    profile, proved, watched = made(folder, name)
+    languages = monitors.LANGUAGES if form in ("for ever", "cover") else ("c", "python")
+    texts = {**emit(profile, languages), **monitor.emit(watched, languages)}
+    rows = asked_of_cover(proved.region, 1_500, 5)
+    wanted = said(proved.region, rows)
+    assert {OK, OUTSIDE, INVALID} <= set(wanted) and wanted.count(OK) > 500
+    assert (LEAVING in wanted) is not proved.region.ever
+    n, rest = len(watched.model.agents[0].actions), watched.fallbacks[0].action
+    acted = [i % n if word in (OK, LEAVING) else rest for i, word in enumerate(wanted)]
+    assert monitors.run_python(texts, watched, rows) == (wanted, acted)
+    if find_compiler() is not None:
+        assert monitors.run_c(texts, watched, tmp_path, rows) == (wanted, acted)
+    if "javascript" in languages and shutil.which("node"):
+        assert monitors.run_javascript(texts, watched, tmp_path, rows) == (wanted, acted)
+    if "rust" in languages and shutil.which("rustc"):
+        assert monitors.run_rust(texts, watched, tmp_path, rows) == (wanted, acted)
+
+
+@pytest.mark.parametrize(
+    ("folder", "name", "play"),
+    [
+        (WORLDS / "cart_pole", "certificate-2-stays_in.json", "cover"),
+        (WORLDS / "corridor", "certificate-1-avoids.json", "cover"),
+        (WORLDS / "quadrotor", "certificate-2-reaches_and_stays.json", "cover"),
+        (ARCH / "pendulum", "certificate-1-reaches_and_stays.json", "flow"),
+        (None, "certificate-1-always.json", "for ever"),
+    ],
+    ids=["cart_pole", "corridor", "quadrotor", "flow", "for ever"],
+)
+def test_it_vouches_for_all_that_moves_as_stated(folder, name, play, for_ever):
+    """Episodes from the start, and from any state that is vouched for: until the proof ends they stay vouched for."""
+    folder = folder or for_ever
+    profile, proved, _ = made(folder, name)
+    cover, rng = proved.region, np.random.default_rng(3)
+    played = Played(read(folder / "world.toml"), profile)
+    w = played.starts(rng, 60)
+    steps = 40 if cover.ever else len(cover.steps)
+    for step in range(steps):
+        assert cover.holds(w, step).all()
+        # a pole, a wheel or a car is put somewhere else, and is followed where that is still vouched for
+        moved = w + rng.normal(scale=0.02, size=w.shape)
+        w = np.where(cover.holds(moved, step)[:, None], moved, w)
+        w = played.moved(w, rng)
+    assert cover.ever or not cover.holds(w, steps).any()
+
+
+def test_a_forged_or_strange_certificate_is_refused(for_ever, tmp_path):
+    profile = load(for_ever / "profile.json")
+    for name in ("profile.json", "world.toml"):
+        shutil.copy(for_ever / name, tmp_path)
+    body = json.loads((for_ever / "certificate-1-always.json").read_text())
+    body.pop("content_hash")
+
+    def taken(**changed):
+        edited = body | changed
+        (tmp_path / "edited.json").write_text(json.dumps(edited | {"content_hash": body_hash(edited)}))
+        return proved_by(tmp_path / "edited.json", profile)
+
+    assert taken().region.ever
+    with pytest.raises(RefusedError, match="refused"):  # half of the cells are no invariant
+        taken(parts=[{**part, "widths": dict.fromkeys(part["widths"], "1/1024")} for part in body["parts"]])
+    with pytest.raises(InputError, match="profile"):
+        taken(profile="0" * 64)
+    with pytest.raises(InputError, match="system"):
+        taken(system="0" * 64)
+    shutil.copy(WORLDS / "quadrotor" / "world.toml", tmp_path)  # of another world
+    with pytest.raises(InputError):
+        taken()
+
+
+@pytest.mark.parametrize(
+    ("folder", "name", "reason"),
+    [
+        (WORLDS / "mountain_car", "certificate-1-stays_in.json", "turned boxes"),
+        (ARCH / "nav", "certificate-2-avoids.json", "turned boxes"),
+    ],
+)
+def test_sets_that_are_no_boxes_are_refused_with_the_reason(folder, name, reason):
+    with pytest.raises(InputError, match=reason):
+        made(folder, name)
+
+
+def test_nothing_is_rounded_where_boxes_are_joined():
+    """Random closed boxes with common ends: the rows hold the same float64 states, ends and neighbours included."""
+    rng = np.random.default_rng(11)
+    for _ in range(30):
+        ends = rng.choice([0.0, 0.1, 0.25, 1 / 3, 0.5, 1.0], (int(rng.integers(1, 40)), 2, 2))
+        low, high = ends.min(axis=1), ends.max(axis=1)
+        beside = np.nextafter(high, np.inf)  # a box that begins with the next float
+        boxes = Boxes(np.concatenate([low, beside]), np.concatenate([high, beside + 0.2]))
+        pool = np.unique(np.concatenate([boxes.low, boxes.high]))
+        pool = np.concatenate([pool, np.nextafter(pool, -np.inf), np.nextafter(pool, np.inf)])
+        states = rng.choice(pool, (400, 2))
+        wanted = boxes.holds(states)
+        assert (merged(boxes).holds(states) == wanted).all() and wanted.any()
+        found = lookup([[boxes]], "here")
+        assert [searched(found, state) for state in states] == wanted.tolist()
+
+
+def searched(found, state):
+    """What a reader of the rows says, for the first list."""
+    at, (columns, *_) = found.begins[0], found.columns
+    while at < found.begins[1]:
+        row = found.rows[at]
+        ends = [(float(low.decimal), float(high.decimal)) for low, high in row.ends]
+        inside = all(low <= state[column] <= high for column, (low, high) in zip(columns, ends, strict=True))
+        if inside and row.skip == at + 1:
+            return True
+        at = at + 1 if inside else row.skip
+    return False
+
+
+def test_too_many_boxes_and_names_that_meet_are_refused(monkeypatch):
+    low = np.arange(30.0)[:, None] * 2.0
+    for limit in ("MAX_BOXES", "MAX_GIVEN"):
+        with monkeypatch.context() as patched, pytest.raises(InputError, match="are 30 boxes"):
+            patched.setattr(covering, limit, 29)
+            lookup([[Boxes(low, low + 1.0)]], "certificate")
+    boxes = Boxes(np.zeros((1, 2)), np.ones((1, 2)))
+    cover = Cover((Variable("a.x", 0.0, 1.0), Variable("a_x", 0.0, 1.0)), ((boxes,),), True, True, 1.0)
+    with pytest.raises(InputError, match="one name in code"):
+        watch_cover(lower(load(WORLDS / "pendulum" / "profile.json")), cover, "0" * 64, "nothing")
+
+
+def test_a_list_is_kept_as_it_is_asked_about():
+    """The boxes of each step are those of the checker's sweep, which counts them."""
+    folder = WORLDS / "crossing"
+    profile, proved, _ = made(folder, "certificate-1-stays_in.json")
+    found = certificates.from_json((folder / "certificate-1-stays_in.json").read_bytes())
+    swept = found.accepted(profile, read(folder / "world.toml").system)
+    assert swept == sum(len(part.low) for parts in proved.region.steps for part in parts)
