@@ -9,6 +9,7 @@ Does not: decide anything.
 import math
 import sys
 import time
+from bisect import bisect_left
 from collections.abc import Callable, Generator
 from contextlib import ExitStack, contextmanager
 from functools import cached_property
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 LABEL_WIDTH = 12
 PLAIN_SECONDS = 10.0  # between plain lines of a stage
 FIRST_SECONDS = 2.0  # ... and before the first
+ENOUGH = 4  # steps whose pace tells that of later ones
 COLOURS = {  # of labels, on a terminal that has colours
     "PROVED": "green",
     "accepted": "green",
@@ -130,6 +132,7 @@ class LiveLine:
         self.task = progress.add_task("", total=total, completed=begun, left="") if progress else None
         self.started = self.printed = time.monotonic()
         self.said = False
+        self._whole: list[tuple[int, float]] = []  # steps that were done, and when
 
     @property
     def elapsed(self) -> float:
@@ -138,9 +141,27 @@ class LiveLine:
 
     def update(self, done: float, text: str, left: float | None = None) -> None:
         """Shows that `done` of the total are done. `left`: seconds, where steps are too unlike for the mean to tell."""
+        whole = math.floor(done)
+        if whole > (self._whole[-1][0] if self._whole else self.begun):
+            self._whole.append((whole, time.monotonic()))
+        self.show(done, text, self.ahead(done) if left is None else left)
+
+    def ahead(self, done: float) -> float | None:
+        """Seconds left, by the later half of the whole steps where these are enough, since steps may grow. Shares of a
+        step tell only while there is no whole one: they need not be shares of its time.
+        """
+        if not self._whole:
+            rate = (done - self.begun) / self.elapsed
+            return max(self.total - done, 0) / rate if rate > 0 else None
+        last, at = self._whole[-1]
+        half = bisect_left(self._whole, (self.begun + last) / 2, key=lambda mark: mark[0])
+        first, since = self._whole[half] if half + ENOUGH < len(self._whole) else (self.begun, self.started)
+        pace = (at - since) / (last - first)
+        return max((self.total - last) * pace - (time.monotonic() - at), (self.total - last - 1) * pace, 0)
+
+    def show(self, done: float, text: str, left: float | None) -> None:
+        """Draws the line, or prints it if the last one is old enough."""
         now, rate = time.monotonic(), (done - self.begun) / self.elapsed
-        if left is None and rate > 0:
-            left = max(self.total - done, 0) / rate
         ahead = "" if left is None else f"{duration(left)} left"
         if self.progress is not None and self.task is not None:
             # the rate first: on a narrow terminal the end of the line is cut

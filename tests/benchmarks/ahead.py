@@ -29,13 +29,11 @@ CHILD = """
 import json, sys, time
 time.monotonic = time.process_time
 from maviper import console
-told, line, update = [], console.LiveLine, console.LiveLine.update
-def kept(self, done, text, left=None):
-    rate = (done - self.begun) / self.elapsed
-    said = left if left is not None else max(self.total - done, 0) / rate if rate > 0 else None
-    told.append([id(self), self.label, done, self.total, self.elapsed, said])
-    update(self, done, text, left)
-line.update = kept
+told, line, show = [], console.LiveLine, console.LiveLine.show
+def kept(self, done, text, left):
+    told.append([id(self), self.label, done, self.total, self.elapsed, left])
+    show(self, done, text, left)
+line.show = kept
 from maviper.cli import main
 main.run(sys.argv[2:])
 open(sys.argv[1], "w").write(json.dumps(told))

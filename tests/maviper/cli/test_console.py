@@ -78,10 +78,11 @@ def test_time_left_counts_what_was_done_here_alone(monkeypatch, capsys):
 
 def test_the_first_line_comes_early_and_a_step_under_way_shows_its_share(monkeypatch, capsys):
     """A step of 60 s is told of each second: a line after 2 s, then one each 10 s, with the time that is left."""
-    clock = iter(range(10_000))
-    monkeypatch.setattr("maviper.console.time.monotonic", lambda: next(clock) // 2)  # two looks an update
+    now = [0.0]
+    monkeypatch.setattr("maviper.console.time.monotonic", lambda: now[0])
     live = LiveLine(Console(), "extracting", 2)
     for second in range(1, 30):
+        now[0] = second
         live.update(second / 60, "weighing")
     lines = capsys.readouterr().err.splitlines()
     assert len(lines) == 3 and lines[0].startswith("extracting  0.0/2  weighing")
@@ -93,3 +94,22 @@ def test_the_first_line_comes_early_and_a_step_under_way_shows_its_share(monkeyp
 )
 def test_durations_are_said_in_the_unit_that_fits(seconds, said):
     assert duration(seconds) == said
+
+
+def test_the_time_left_follows_steps_that_grow_and_not_shares_of_a_step(monkeypatch):
+    """Step k takes k seconds, 0.9 of it is told in its first tenth; after a tenth of all the time left is right within
+    a factor of two.
+    """
+    now, total = [0.0], 12
+    monkeypatch.setattr("maviper.console.time.monotonic", lambda: now[0])
+    live, end = LiveLine(Console(quiet=True), "extracting", total), total * (total + 1) / 2
+    for step in range(1, total + 1):
+        start = now[0]
+        for part, told in ((0.1, 0.9), (0.5, 0.9), (1.0, 1.0)):
+            now[0] = start + part * step
+            done = step - 1 + told if told < 1 else step
+            live.update(done, "")
+            ahead = live.ahead(done)
+            if now[0] >= end / 4 and done < total - 1:
+                assert ahead is not None and 0.5 < ahead / (end - now[0]) < 2, (done, ahead, end - now[0])
+    assert live.ahead(total) == 0
