@@ -66,7 +66,7 @@ def observations(file: dict[str, Any], policy: ir.AgentPolicy | None, count: int
         return rows
     own, tree = columns(file, policy), policy.tree
     extra = [rows]
-    for place in np.flatnonzero(tree.feature >= 0):
+    for place in np.flatnonzero((tree.feature >= 0) & (tree.feature < len(policy.features))):
         column = own[int(tree.feature[place])]
         at = _kept(kinds[column], _beside(np.array([float(tree.threshold[place])]), kinds[column], singles))
         at = at[(at >= low[column]) & (at <= high[column])]

@@ -269,6 +269,7 @@ MODULES: dict[str, Module] = {
                 **dict.fromkeys(("all", "logical_and"), _every(all)),
                 "round": numbers.stepped("numpy.rint"),
                 "clip": numbers.clip,
+                **{each.__name__: numbers.spaced(each) for each in (np.linspace, np.arange)},
                 "sign": numbers.sign,
                 "where": _where,
                 "digitize": numbers.binned(None),

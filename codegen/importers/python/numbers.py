@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from codegen.importers.python.arithmetic import compared
-from codegen.importers.python.machine import TEST_ADVICE, Machine, step_of
+from codegen.importers.python.machine import MAX_ITEMS, TEST_ADVICE, Machine, step_of
 from codegen.importers.python.sequences import Call, Given, Named, items_of
 from codegen.importers.python.values import (
     Array,
@@ -168,8 +168,7 @@ def _joined(m: Machine, function: Any, parts: Given) -> Given:
     if not isinstance(number, int | float | np.number):
         raise m.refused(None, "a feature is compared with what is no number", TEST_ADVICE)
     first = isinstance(parts[0], Feature)
-    apply = partial(_either, function, number, first)
-    return [_of(m, features[0]).then(Step(f"{function.__name__}{first:d}{type(number).__name__}{number!r}", apply))]
+    return [_of(m, features[0]).then(*_bounded(function, number, first))]
 
 
 def _either(function: Any, number: Any, first: bool, value: Any) -> Any:
@@ -183,6 +182,8 @@ def clip(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
         {"min": "a_min", "max": "a_max"}.get(k, k): v for k, v in named.items()
     }
     value, low, high = (values.get(name) for name in names)
+    if isinstance(value, Part):
+        return _clipped(m, value, low, high)
     if isinstance(value, Array | list):
         return m.kept(Array(clip(m, node, [each, low, high], {}) for each in value))
     value = m.plain(value)
@@ -190,6 +191,42 @@ def clip(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
         if bound is not None:
             value = extreme(function is np.minimum, False)(m, node, [value, bound], {})
     return value
+
+
+def _clipped(m: Machine, part: Part, low: Any, high: Any) -> Any:
+    """Every number of an observation, clipped, as an array."""
+    steps = () if part.array else step_of(m.arrays or "float64")
+    for bound, function in ((low, np.maximum), (high, np.minimum)):
+        number = m.needed(m.plain(bound))
+        if number is not None and not isinstance(number, int | float | np.number):
+            return m.unread("an observation is clipped by what is no number", "clip each number by itself")
+        if number is not None:
+            steps += _bounded(function, number, True)
+    return replace(part, steps=part.steps + steps, array=True)
+
+
+def _bounded(function: Any, number: Any, first: bool) -> tuple[Step]:
+    """The least or the largest of a feature and a constant. `first`: the feature is named first."""
+    name = f"{function.__name__}{first:d}{type(number).__name__}{number!r}"
+    return (Step(name, partial(_either, function, number, first)),)
+
+
+def spaced(function: Callable[..., Any]) -> Call:
+    """np.linspace and np.arange of constants."""
+
+    def called(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
+        given = [m.whole(each) for each in given]
+        numbers = [each for each in (*given, *named.values()) if isinstance(each, int | float)]
+        low, high = (given[0], given[1]) if len(given) > 1 else (0, given[0] if given else 0)
+        long = any(abs(each) > MAX_ITEMS for each in numbers) if function is np.linspace else False
+        if function is np.arange and len(numbers) == len(given):
+            step = given[2] if len(given) > 2 else 1
+            long = not step or abs((high - low) / step) > MAX_ITEMS
+        if len(numbers) < len(given) + len(named) or named.keys() - {"num"} or long:
+            return m.unread("a row of numbers is not understood, or too long", "write its numbers: [0.0, 0.5, 1.0]")
+        return constant(m, node, function, given, named)
+
+    return called
 
 
 def sign(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
