@@ -63,9 +63,15 @@ def table() -> dict[str, float]:
 
 
 def longest_first(items, seconds):
-    """The same tests, those of long files first, so that no worker ends alone with one; unknown files before all."""
-    unknown = float("inf")
-    return sorted(items, key=lambda item: -seconds.get(item.nodeid.split("::")[0], unknown))
+    """The same tests, those of long files first, so that no worker ends alone with one; unknown files before all. The
+    order is the same in whatever order files were read.
+    """
+
+    def place(item):
+        file = item.nodeid.split("::")[0]
+        return -seconds.get(file, float("inf")), file
+
+    return sorted(items, key=place)
 
 
 def passed_in(records: Iterable[Path]) -> set[str]:

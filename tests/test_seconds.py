@@ -62,9 +62,13 @@ def test_the_table_is_renewed_from_a_record(tmp_path, monkeypatch):
 
 
 def test_long_files_come_first_and_keep_their_order_and_unknown_ones_come_before_them():
-    items = [SimpleNamespace(nodeid=f"{name}::{test}") for name in ("a.py", "b.py", "new.py", "c.py") for test in "xy"]
+    files = ("a.py", "b.py", "new.py", "c.py")
+    items, backwards = (
+        [SimpleNamespace(nodeid=f"{name}::{test}") for name in names for test in "xy"] for names in (files, files[::-1])
+    )
     ordered = [item.nodeid for item in seconds.longest_first(items, {"a.py": 1, "b.py": 9})]
-    assert [name for name in ordered if name.endswith("x")] == ["new.py::x", "c.py::x", "b.py::x", "a.py::x"]
+    assert ordered == [item.nodeid for item in seconds.longest_first(backwards, {"a.py": 1, "b.py": 9})]
+    assert [name for name in ordered if name.endswith("x")] == ["c.py::x", "new.py::x", "b.py::x", "a.py::x"]
     assert [ordered.index(f"{name}::y") - ordered.index(f"{name}::x") for name in ("a.py", "b.py", "c.py")] == [1, 1, 1]
 
 
