@@ -7,6 +7,8 @@ Does not: know games or dynamics.
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -41,7 +43,8 @@ class Observer:
                         column.append(value)
                 case _:
                     pass
-        self.done = frozenset(place for places, _, _ in self.differences.values() for place in places)
+        done = {place for places, _, _ in self.differences.values() for place in places}
+        self.others = [place for place in range(len(self.terms)) if place not in done]
 
     def __call__(self, planes: Float64) -> Floats:
         """Observations [n_features, batch] in the agent's numbers, from `planes` [n_coordinates, batch] float64.
@@ -49,25 +52,23 @@ class Observer:
         Features and coordinates are rows: a row is contiguous, which is what makes this fast.
         """
         seen = np.empty((len(self.terms), planes.shape[1]), dtype=self.numbers)
-        rows = list(planes)
-        total = np.empty(planes.shape[1])
         few = planes.shape[1] <= FEW
         for function, (places, a, b) in self.differences.items() if few else ():
             seen[places] = _made(function, planes[a] - planes[b])
-        for place, (out, terms, meaning) in enumerate(zip(seen, self.terms, self.meanings, strict=True)):
-            if few and place in self.done:
-                continue
-            match terms:
+        total = np.empty(planes.shape[1])
+        for place in self.others if few else range(len(self.terms)):
+            match self.terms[place]:
                 case []:
-                    out[...] = 0
+                    seen[place] = 0
                     continue
                 case [(1, a), (-1, b)]:
-                    np.subtract(rows[a], rows[b], out=total)
+                    np.subtract(planes[a], planes[b], out=total)
                 case _:
-                    np.multiply(terms[0][0], rows[terms[0][1]], out=total)
-                    for weight, row in terms[1:]:
-                        total += weight * rows[row]
-            out[...] = _made(meaning.function, total)
+                    (weight, first), *terms = self.terms[place]
+                    np.multiply(weight, planes[first], out=total)
+                    for weight, row in terms:
+                        total += weight * planes[row]
+            seen[place] = _made(self.meanings[place].function, total)
         return seen
 
 
@@ -87,9 +88,28 @@ def _sign(total: Float64) -> npt.NDArray[np.int8]:
     return np.subtract((total > 0).view(np.int8), (total < 0).view(np.int8))
 
 
-def observe(features: Sequence[FeatureSpec], coordinates: Float64, spec: WorldSpec, numbers: str) -> Floats:
+def observe(features: tuple[FeatureSpec, ...], coordinates: Float64, spec: WorldSpec, numbers: str) -> Floats:
     """Observations of a batch of world states, [batch, n_features], in the `numbers` that the agent compares.
 
     `coordinates`: [batch, n_coordinates] float64. ValueError for a feature without a meaning.
     """
-    return Observer(features, spec, numbers)(coordinates.T).T
+    return _observer(_Same(features), _Same(spec), numbers)(coordinates.T).T
+
+
+@dataclass(frozen=True, eq=False)
+class _Same:
+    """Equal where it holds the same object: comparing all features takes as long as looking them up."""
+
+    value: Any
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Same) and self.value is other.value
+
+    def __hash__(self) -> int:
+        return id(self.value)
+
+
+@lru_cache(maxsize=64)
+def _observer(features: _Same, spec: _Same, numbers: str) -> Observer:
+    """The observer of features that are often asked for state by state; they stay alive as long as it does."""
+    return Observer(features.value, spec.value, numbers)

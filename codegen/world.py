@@ -7,6 +7,7 @@ Does not: move anything (dynamics.py), or judge numbers (check.py).
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from types import MappingProxyType
 from typing import Final
 
@@ -62,6 +63,10 @@ class WorldSpec:
 
     def coordinates(self) -> tuple[str, ...]:
         """Names of all coordinates: positions of agents, landmarks and the goal, agents' velocities, variables."""
+        return self._coordinates
+
+    @cached_property
+    def _coordinates(self) -> tuple[str, ...]:
         places = [entity.name for entity in self.agents + self.landmarks] + ([GOAL] if self.goals else [])
         position = [f"{name}.{axis}" for name in places for axis in "xy"]
         velocity = [f"{agent.name}.v{axis}" for agent in self.agents for axis in "xy"]

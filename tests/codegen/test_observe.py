@@ -114,3 +114,20 @@ def test_few_states_are_observed_as_many_are(name):
     with np.errstate(invalid="ignore"):
         together, parts = observer(planes), [observer(planes[:, low : low + 60]) for low in range(0, 2 * FEW, 60)]
     assert np.concatenate(parts, axis=1).tobytes() == together.tobytes()
+
+
+def test_features_are_looked_up_once_and_never_taken_for_others(monkeypatch):
+    """Whoever observes state by state asks about the same features again and again."""
+    world, built = find("physical-deception").spec, []
+    made = Observer.__init__
+    monkeypatch.setattr(Observer, "__init__", lambda self, *given: (built.append(given), made(self, *given))[1])
+    sets = [tuple(find("physical-deception").features[agent]) for agent in range(3)]
+    at = np.random.default_rng(0).normal(size=(1, len(world.coordinates())))
+    for _ in range(3):
+        for features in sets:
+            alone = Observer.__new__(Observer)
+            made(alone, features, world, "float32")
+            assert (observe(features, at, world, "float32") == alone(at.T).T).all()
+    assert len(built) == 3
+    wide = observe(sets[1], at, world, "float64")
+    assert wide.dtype == np.float64 and len(built) == 4

@@ -160,7 +160,7 @@ def _sums(
     room = [eps if one.meaning is not None and measurable(one.meaning) else 0.0 for one in policy.features]
     if semantics == REAL:
         return comparable(plain, coordinates, world), room
-    return observe(plain, coordinates, world, policy.numbers).astype(np.float64), room
+    return observe(tuple(plain), coordinates, world, policy.numbers).astype(np.float64), room
 
 
 def _cells(policy: AgentPolicy) -> Iterator[tuple[int, Cell]]:
