@@ -36,6 +36,7 @@ COPIED = (report.PAGE, report.SUMMARY, report.CLAIMS, report.SCRIPT)
 ARCHIVE, README = "episodes.tar.xz", "README.md"
 TABLE = f"{TABLE_FILE}.xz"
 MOST = 5.0  # MB of the archive
+EFFORT = 6  # of xz
 SHOWN = (  # the figures of the README: the first two that there are
     ("physical-deception", "defenders success r=0.316"),
     ("cooperative-navigation", "agents D"),
@@ -84,7 +85,7 @@ def archive(folder: Path) -> bytes:
             member = tarfile.TarInfo(name)
             member.size = len(content)
             tar.addfile(member, io.BytesIO(content))
-    return lzma.compress(data.getvalue(), preset=6)
+    return lzma.compress(data.getvalue(), preset=EFFORT)
 
 
 def readme_figures(folder: Path) -> list[str]:

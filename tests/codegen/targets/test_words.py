@@ -58,15 +58,18 @@ def test_agents_may_be_called_like_words_of_a_language(profile, words):
 
 @pytest.mark.compile
 def test_no_agent_of_a_word_of_a_language_stops_a_compiler(profile, tmp_path):
-    """A header and a Rust module of each, read by the compilers that are there."""
-    (tmp_path / "all.c").write_text("".join(f'#include "p{place}.h"\n' for place in range(len(WORDS))))
-    modules = []
-    for place, name in enumerate(sorted(WORDS)):
-        files = emit(called(profile, name), ["c", "rust", "python"], prefix=f"p{place}")
+    """Headers and Rust modules, each of a profile with a word for every agent, read by the compilers that are there."""
+    modules, words, together = [], sorted(WORDS), len(profile.agents)
+    for place, first in enumerate(range(0, len(words), together)):
+        renamed = profile
+        for number, name in enumerate(words[first : first + together]):
+            renamed = called(renamed, name, number)
+        files = emit(renamed, ["c", "rust", "python"], prefix=f"p{place}")
         for file, text in files.items():
             (tmp_path / file).write_text(text)
         ast.parse(files[f"p{place}.py"])
         modules.append(f"pub mod p{place};\n")
+    (tmp_path / "all.c").write_text("".join(f'#include "p{place}.h"\n' for place in range(len(modules))))
     (tmp_path / "all.rs").write_text("".join(modules))
     commands = ["gcc -std=c99 -Werror -fsyntax-only all.c", "g++ -x c++ -std=c++17 -Werror -fsyntax-only all.c"]
     for command in [*commands, "rustc --edition=2021 --crate-type=lib --emit=metadata all.rs"]:

@@ -25,6 +25,14 @@ FAMILIES = ("maddpg", "mappo")  # of the default tier
 MORE = ("maddpg-deception", "maddpg-predator-prey", "mappo-predator-prey")  # seeds; a family, then a game
 
 
+@pytest.fixture(scope="module", autouse=True)
+def packed_quickly():
+    """What a record is packed with says nothing about what lies in it."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(record, "EFFORT", 0)
+        yield
+
+
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     """Two games with their report."""

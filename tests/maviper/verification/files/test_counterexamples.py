@@ -1,9 +1,6 @@
 """Counterexamples as files: replayed as they were found, judged anew for another policy, refused when damaged."""
 
 import json
-import subprocess
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,12 +11,12 @@ from codegen.errors import InputError
 from codegen.policy_json import dumps
 from maviper.cli.main import cli
 from tests.support.episode_cases import arriving
+from tests.support.ready_tests import outcomes
 from tests.support.teams import team, towards
 
 pytestmark = [pytest.mark.solver, pytest.mark.usefixtures("few_states_throughout")]
 NAMED = "counterexample-1-distinct_targets.json"
 EPISODES = ("counterexample-3-reaches.json", "counterexample-4-covers.json")
-ROOT = Path(__file__).parents[4]
 
 
 @pytest.fixture(scope="module")
@@ -84,23 +81,15 @@ def test_a_file_says_what_a_report_says(folder):
 
 
 def test_the_ready_test_of_an_episode_fails_until_the_policy_is_mended(folder, tmp_path):
-    for name in (EPISODES[0], "test_counterexample_3_reaches.py"):
-        (tmp_path / name).write_bytes((folder / name).read_bytes())
-    for policy, wanted in (("same.json", 1), ("arriving.json", 0)):
-        (tmp_path / "profile.json").write_bytes((folder / policy).read_bytes())
-        command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", str(tmp_path)]
-        ran = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-        assert ran.returncode == wanted, ran.stdout
+    files = [folder / name for name in (EPISODES[0], "test_counterexample_3_reaches.py")]
+    found = outcomes(tmp_path, files, [folder / "same.json", folder / "arriving.json"])
+    assert found == {"same": "FAILED", "arriving": "PASSED"}
 
 
 def test_the_ready_test_fails_until_the_policy_is_mended(folder, tmp_path):
-    for name in (NAMED, "test_counterexample_1_distinct_targets.py"):
-        (tmp_path / name).write_bytes((folder / name).read_bytes())
-    for policy, wanted in (("same.json", 1), ("roles.json", 0)):
-        (tmp_path / "profile.json").write_bytes((folder / policy).read_bytes())
-        command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", str(tmp_path)]
-        ran = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-        assert ran.returncode == wanted, ran.stdout
+    files = [folder / name for name in (NAMED, "test_counterexample_1_distinct_targets.py")]
+    found = outcomes(tmp_path, files, [folder / "same.json", folder / "roles.json"])
+    assert found == {"same": "FAILED", "roles": "PASSED"}
 
 
 @pytest.mark.parametrize(
