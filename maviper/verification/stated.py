@@ -21,12 +21,13 @@ from codegen.errors import InputError
 from codegen.ir import PolicyProfile
 from maviper.files import runs
 from maviper.verification.ask import Asked, VerifyOptions
+from maviper.verification.files.systems import PROPERTY_FILE
 from maviper.verification.reference import measured, replay_words
 from maviper.worlds.stated.certified import WORLD_FILE, ensure_plays
 from maviper.worlds.stated.systems import file_of, read
 from maviper.worlds.stated.written import episodes
 from verify.checker.reading import RejectedError
-from verify.checker.systems.enclosures import ensure_enclosed
+from verify.checker.systems.enclosures import ensure_curves, ensure_enclosed
 from verify.claims.formula import holds
 from verify.claims.region import UNBOUNDED
 from verify.progress import tell
@@ -38,6 +39,7 @@ from verify.result import Result, Verdict
 from verify.semantics import MACHINE
 from verify.subjects import ClosedLoop
 from verify.systems.claims import SystemClaim
+from verify.systems.curves.claims import CurvedClaim
 from verify.systems.files import MAX_BYTES as MAX_WORLD_BYTES
 from verify.systems.observing import chosen
 from verify.systems.pieces import curved
@@ -45,7 +47,8 @@ from verify.systems.properties import claims_in, claims_of
 from verify.systems.statement import Statement
 from verify.verdicts.systems import SystemResult, verify_system
 
-PROPERTY_FILE = "properties.toml"
+BENT = "the claim holds or fails within what the enclosures of its products and functions leave open"
+FINER = ("more `cuts` of the claim: cuts = { x = 40 }", "a smaller region")
 
 
 @dataclass(frozen=True)
@@ -117,6 +120,8 @@ class StatedWorld:
 
     def answer(self, question: Question[SystemClaim], beside: bool = True) -> SystemResult:
         """The result of a question. InputError where an enclosure that a proof needs is not shown again."""
+        if question.claim.curved is not None:
+            return self._by_curves(question, question.claim.curved, beside)
         measured_steps = self.reference.get("steps")  # first, since a wrong statement is not worth a proof
         bent = not question.claim.about_decisions and any(map(curved, self.statement.rules))
         confirm = partial(_by_rules, self.statement, self.profile, question.claim) if bent else None
@@ -125,6 +130,25 @@ class StatedWorld:
             _ = self._shown
         said = replay_words(self.statement, self.profile, result) if measured_steps else ""
         return replace(result, evidence=replace(result.evidence, environment=said))
+
+    def _by_curves(self, question: Question[SystemClaim], curved: CurvedClaim, beside: bool) -> SystemResult:
+        """The answer about a formula with curves: PROVED where the formula that implies it is, VIOLATED where the one
+        that it implies is. InputError where an enclosure is not shown again.
+        """
+        ranges = {one.name: one.range for one in self.statement.system.variables}
+        try:
+            ensure_curves(curved.enclosures, ranges)
+        except RejectedError as error:
+            where = f"claim {question.claim.shown}: {error}"
+            raise InputError("an enclosure was not shown again", where, "cut its ranges into more parts") from None
+        found = verify_system(question, None, beside)
+        if found.verdict in (Verdict.PROVED, Verdict.VACUOUS):
+            return found
+        other = verify_system(replace(question, claim=curved.weaker), None, beside)
+        if other.verdict is Verdict.VIOLATED:
+            return other
+        open_ = replace(found.evidence, helps=FINER, counterexample=None)
+        return replace(found, verdict=Verdict.UNKNOWN, reason=BENT, evidence=open_)
 
     @cached_property
     def _shown(self) -> None:

@@ -23,6 +23,7 @@ HINTS = {
     "^": "write ** for powers",
     '"': "write names without quotes, or 'in-these' where a name has a dash",
     "{": "write a list of actions as [left, stay]",
+    "'": "a formula speaks of one state: claim what the next one is as stays_in, avoids or reaches",
 }
 AROUND = 60  # characters shown on either side of a fault
 _TOKEN = re.compile(

@@ -85,7 +85,7 @@ def document(
     `command`: what asks the same again.
     """
     system, made = statement.system, profile.provenance
-    enclosed = any(map(curved, statement.rules))
+    enclosed = any(map(curved, statement.rules)) or any(result.claim.curved for result in results)
     semantics = f"{SEMANTICS} {ENCLOSED}" if enclosed else SEMANTICS
     kinds = {result.claim.about_decisions for result in results}
     certificates = [result.evidence.certificate for result in results]

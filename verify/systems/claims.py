@@ -20,7 +20,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import ClassVar, NamedTuple
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 from codegen.errors import InputError
 from verify.claims.formula import (
@@ -37,6 +37,9 @@ from verify.claims.formula import (
 from verify.kinds import Kind
 from verify.semantics import MACHINE
 from verify.systems.system import HalfSpace, Polytope
+
+if TYPE_CHECKING:
+    from verify.systems.curves.claims import CurvedClaim
 
 MAX_STEPS = 1_000
 
@@ -91,6 +94,7 @@ class SystemClaim:
     label: str = field(default="", compare=False)  # what a user calls it
     region: str = field(default="", compare=False)  # what a user calls the regions
     written: str = field(default="", compare=False)  # decides: the formula as a user wrote it
+    curved: CurvedClaim | None = field(default=None, compare=False)  # decides: where the formula as written has curves
 
     @property
     def team(self) -> str:

@@ -18,8 +18,12 @@ from verify.claims.region_files import is_list, is_table
 from verify.exact import plain
 from verify.language.arithmetic import Typed
 from verify.systems.claims import MAX_STEPS, Pattern, SystemClaim
+from verify.systems.curves.claims import CurvedClaim
+from verify.systems.curves.formulas import without_curves
+from verify.systems.curves.reading import Curves
 from verify.systems.files import region_of, region_parts
-from verify.systems.language.expressions import Number
+from verify.systems.language.expressions import Number, names
+from verify.systems.language.parsing import Names
 from verify.systems.statement import Statement
 from verify.systems.values import ADVICE, as_list, as_table, count, flat, only, text
 from verify.systems.values import table as table_of
@@ -27,7 +31,8 @@ from verify.toml_places import Place, parse
 
 PATTERNS = {pattern.value: pattern for pattern in Pattern}
 PLAYED = 200  # steps in which counterexamples of `always` are looked for
-KEYS = ("name", "label", "region", "steps", "by", "formula", "at_samples")
+KEYS = ("name", "label", "region", "steps", "by", "formula", "at_samples", "cuts")
+MAX_CUTS = 1_000  # of a range
 
 
 def ensure_claims(statement: Statement, where: str) -> int:
@@ -80,27 +85,13 @@ def _claim(
     name = text(table.get("name", Pattern.DECIDES.value), where / "name")
     only({name: None}, PATTERNS, where, "property")
     pattern = PATTERNS[name]
-    for key in ("formula",) if pattern is not Pattern.DECIDES else ("steps", "by", "at_samples"):
+    for key in ("formula", "cuts") if pattern is not Pattern.DECIDES else ("steps", "by", "at_samples"):
         if key in table:
             raise InputError(f"{name} has no {key}", where / key, "remove it")
     if pattern is Pattern.DECIDES:
-        written = _written(table, where)
-        constants = {
-            name: Typed(number.value.value, number.unit)
-            for name, number in statement.names.meant.items()
-            if isinstance(number.value, Number)
-        }
-        known = Vocabulary(
-            tuple(statement.names.known),
-            acting,
-            units=statement.names.known,
-            constants=constants,
-            modes=statement.names.modes,
-        )
-        found = formula_of(written, known, lambda offset: (where / "formula").of_offset(written, offset))
         words = " or ".join(_words(each, place, _beyond(each, statement, where)) for each in stated)
         region = f"with {words}" if words else ""
-        return SystemClaim(pattern, regions, formula=found, label=label, region=region, written=written)
+        return _decides(table, SystemClaim(pattern, regions, label=label, region=region), statement, acting, where)
     if not regions:
         raise InputError(f"{name} needs a region", where, "write region = { box = { x = [0, 1] } }")
     if not statement.moves:
@@ -117,6 +108,44 @@ def _claim(
     return SystemClaim(
         pattern, regions, steps, by, at_samples=_times(table, statement, where), label=label, region=words
     )
+
+
+def _decides(
+    table: Mapping[str, object],
+    begun: SystemClaim,
+    statement: Statement,
+    acting: Mapping[str, AgentPolicy],
+    where: Place,
+) -> SystemClaim:
+    """A claim about decisions with its formula; one with curves becomes one without, which implies it."""
+    written = _written(table, where)
+    constants = {
+        name: Typed(number.value.value, number.unit)
+        for name, number in statement.names.meant.items()
+        if isinstance(number.value, Number)
+    }
+    of_states = Names(statement.names.known, statement.names.meant, statement.names.modes)
+    curves = Curves(of_states)
+    known = Vocabulary(
+        tuple(statement.names.known),
+        acting,
+        units=statement.names.known,
+        constants=constants,
+        modes=statement.names.modes,
+        curves=curves,
+    )
+    found = formula_of(written, known, lambda offset: (where / "formula").of_offset(written, offset))
+    named = frozenset[str]().union(*map(names, curves.found.values()))
+    cuts: dict[str, int] = {}
+    for name, value in flat(table_of(table, "cuts", where), where / "cuts").items():
+        only({name: None}, sorted(named), where / "cuts", "variable of a product or function")
+        cuts[name] = count(value, where / "cuts" / name, MAX_CUTS)
+    begun = replace(begun, written=written)
+    if not curves.found:
+        return replace(begun, formula=found)
+    variables = statement.system.variables
+    stronger, weaker, enclosures = without_curves(found, curves.found, variables, cuts, where / "formula")
+    return replace(begun, formula=stronger, curved=CurvedClaim(replace(begun, formula=weaker), enclosures))
 
 
 def _steps(table: Mapping[str, object], pattern: Pattern, statement: Statement, where: Place) -> int:

@@ -13,9 +13,10 @@ from typing import Any
 
 import msgspec
 
-from codegen.errors import InputError, shown
+from codegen.errors import InputError, RefusedError, shown
 from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash
+from codegen.wording import counted
 from maviper.files import runs
 from maviper.files.profiles import find_profile
 from maviper.verification.files.reading import FollowedProof, tell_shown
@@ -23,7 +24,9 @@ from maviper.worlds.stated.certified import WORLD_FILE, ensure_accepted, ensure_
 from maviper.worlds.stated.systems import read
 from verify.certificates.systems import claim_document
 from verify.checker.decisions.certificates import MAX_BYTES
+from verify.checker.reading import RejectedError
 from verify.checker.systems import certificates as system_certificates
+from verify.checker.systems.enclosures import ensure_curves
 from verify.claims.formula_json import read_number
 from verify.flows.playing import FlowCourse
 from verify.flows.replay import replayed as flow_replayed
@@ -34,7 +37,11 @@ from verify.reports import systems as report
 from verify.subjects import ClosedLoop
 from verify.systems import documents
 from verify.systems.claims import SystemClaim
+from verify.systems.files import MAX_BYTES as MAX_WORLD_BYTES
+from verify.systems.properties import claims_in, claims_of
+from verify.systems.statement import Statement
 
+PROPERTY_FILE = "properties.toml"  # beside certificates, where claims were asked from a file of their own
 FORM = "maviper-system-counterexample-1"
 ADVICE = "make it again with `maviper verify --world -o`"
 
@@ -77,8 +84,33 @@ def checked(path: Path, profile: PolicyProfile | Path | None, world: Path | None
     found, statement = read_certificate(path, world)
     about = find_profile(profile, beside=path)
     closed = ensure_accepted(path, found.reading(FollowedProof), statement, about, told=tell_shown)
-    said = f"{sentence(found.claim, statement, about)}, {report.sentence(statement.system)}"
+    try:
+        curve = _of_curves(found.claim, statement, about, path.parent / PROPERTY_FILE)
+    except RejectedError as error:
+        advice = "do not rely on it; run `maviper verify` again"
+        raise RefusedError("an enclosure of the claim is refused", f"{path}: {shown(error)}", advice) from None
+    said = curve or f"{sentence(found.claim, statement, about)}, {report.sentence(statement.system)}"
     return f"{called(found.claim)}: {said}", closed, found.size, found.unit
+
+
+def _of_curves(claim: SystemClaim, statement: Statement, profile: PolicyProfile, beside: Path) -> str:
+    """What a proof says of a formula with curves in the world file, or in the file of claims beside it; "" where there
+    is none that the claim implies. RejectedError where its enclosures are not shown again.
+    """
+    stated = list(claims_of(statement, profile, WORLD_FILE)) if statement.properties else []
+    if beside.exists():
+        stated += claims_in(
+            runs.read(beside, MAX_WORLD_BYTES).decode(errors="replace"), statement, profile, beside.name
+        )
+    for each in stated:
+        if each == claim and each.curved is not None:
+            shown_again = ensure_curves(
+                each.curved.enclosures, {one.name: one.range for one in statement.system.variables}
+            )
+            return (
+                f"{each.sentence}: {' '.join(each.written.split())}, by {counted(shown_again, 'enclosure')} shown again"
+            )
+    return ""
 
 
 def called(claim: SystemClaim) -> str:

@@ -35,6 +35,7 @@ from verify.checker.systems.functions import (
     times,
     up,
 )
+from verify.systems.curves.claims import CurveOverCell
 from verify.systems.language.expressions import (
     Call,
     Expression,
@@ -56,6 +57,7 @@ from verify.systems.system import Affine, Box, Interval, Piece
 
 MAX_PARTS = 20_000  # of a box, for one bound
 NONE: frozenset[str] = frozenset()
+ZERO = Range(0, 0)
 
 
 class SlopedRange(NamedTuple):
@@ -64,6 +66,13 @@ class SlopedRange(NamedTuple):
     value: Range
     slopes: dict[str, Range]
     steep: frozenset[str] = NONE
+
+
+class FormRanges(NamedTuple):
+    """An affine form, its numbers as ranges."""
+
+    constant: Range
+    factors: dict[str, Range]
 
 
 class FormDifference(NamedTuple):
@@ -93,6 +102,22 @@ def ensure_enclosed(statement: Statement, on_piece: OnPiece = lambda done, most:
         shown += _shown(piece, statement.rules[owner], f"piece {number}")
         on_piece(number, len(owners))
     return shown
+
+
+def ensure_curves(enclosures: Sequence[CurveOverCell], ranges: Box) -> int:
+    """How many enclosures of curves in a claim were shown. RejectedError where one does not hold its curve, or the
+    cells of a curve leave out states of the ranges.
+    """
+    cells: dict[Expression, list[Box]] = {}
+    for each in enclosures:
+        cells.setdefault(each.curve, []).append(each.cell)
+        exact = affine(each.curve) == each.form and each.error[0] <= 0 <= each.error[1]
+        if not exact:
+            _ensure_within(each.curve, each.form, each.cell, each.error, "a curve of the claim")
+    for curve, boxes in cells.items():
+        if left_out({name: ranges[name] for name in names(curve)}, boxes) is not None:
+            raise RejectedError("cells leave out states of a curve of the claim")
+    return len(enclosures)
 
 
 def _common(where: Box, ranges: Box) -> Box:
@@ -171,6 +196,7 @@ def _ensure_within(expression: Expression, form: Affine, box: Box, allowed: Inte
     if not box.keys() >= set(found_in):
         raise RejectedError(f"{where}: nothing bounds what is not affine")
     least, most = up(allowed[0]), -up(-allowed[1])
+    known = FormRanges(exactly(form.constant), {name: exactly(factor) for name, factor in form.terms})
     open_ = [{name: outwards(box[name]) for name in found_in}]
     parts = 0
     while open_:
@@ -179,7 +205,7 @@ def _ensure_within(expression: Expression, form: Affine, box: Box, allowed: Inte
             raise RejectedError(f"{where}: its error was not shown over {MAX_PARTS} parts of the box")
         here = open_.pop()
         try:
-            found, worst = _over(expression, form, here)
+            found, worst = _over(expression, known, here)
         except UnboundedError:
             found, worst = Range(least - 1, most + 1), _widest(here)
         if not least <= found.low or not found.high <= most:
@@ -198,7 +224,7 @@ def _halves(box: Mapping[str, Range], name: str) -> list[dict[str, Range]]:
     return [{**box, name: Range(low, middle)}, {**box, name: Range(middle, high)}]
 
 
-def _over(expression: Expression, form: Affine, box: Mapping[str, Range]) -> tuple[Range, str]:
+def _over(expression: Expression, form: FormRanges, box: Mapping[str, Range]) -> tuple[Range, str]:
     """The range of the difference over a box, and the variable in which it changes most."""
     middle = {name: Range((low + high) // 2, (low + high) // 2) for name, (low, high) in box.items()}
     whole = _part(expression, box)
@@ -208,9 +234,8 @@ def _over(expression: Expression, form: Affine, box: Mapping[str, Range]) -> tup
     at = _part(expression, middle).value
     found = minus(at, _affine(form, middle))
     widest, most = next(iter(box), ""), -1
-    factors = dict(form.terms)
     for name, (low, high) in box.items():
-        slope = minus(slopes.get(name, Range(0, 0)), exactly(factors.get(name, Fraction(0))))
+        slope = minus(slopes.get(name, ZERO), form.factors.get(name, ZERO))
         way = Range(low - middle[name].low, high - middle[name].low)
         change = times(slope, way)
         found = plus(found, change)
@@ -219,10 +244,10 @@ def _over(expression: Expression, form: Affine, box: Mapping[str, Range]) -> tup
     return Range(max(found.low, natural.low), min(found.high, natural.high)), widest
 
 
-def _affine(form: Affine, at: Mapping[str, Range]) -> Range:
-    found = exactly(form.constant)
-    for name, factor in form.terms:
-        found = plus(found, times(exactly(factor), at[name]))
+def _affine(form: FormRanges, at: Mapping[str, Range]) -> Range:
+    found = form.constant
+    for name, factor in form.factors.items():
+        found = plus(found, times(factor, at[name]))
     return found
 
 
@@ -268,8 +293,7 @@ def _product(one: SlopedRange, other: SlopedRange) -> SlopedRange:
 
 
 def _both(one: dict[str, Range], other: dict[str, Range]) -> dict[str, Range]:
-    zero = Range(0, 0)
-    return {name: plus(one.get(name, zero), other.get(name, zero)) for name in {**one, **other}}
+    return {name: plus(one.get(name, ZERO), other.get(name, ZERO)) for name in {**one, **other}}
 
 
 def _clipped(part: SlopedRange, low: Range, high: Range) -> SlopedRange:

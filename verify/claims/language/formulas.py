@@ -11,6 +11,7 @@ A text that states no unit, and names no constant, is read in numbers alone. Els
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
+from typing import Protocol
 
 from codegen.errors import InputError
 from codegen.ir import GOAL, AgentPolicy
@@ -44,6 +45,19 @@ class Vocabulary:
     units: Mapping[str, Unit] = field(default_factory=dict[str, Unit])  # of coordinates; empty: they have none
     constants: Mapping[str, Typed[Fraction]] = field(default_factory=dict[str, Typed[Fraction]])
     modes: Modes = field(default_factory=dict[str, tuple[str, ...]])  # of coordinates that are modes
+    curves: "CurveReader | None" = None  # what is not linear; None: that is refused
+
+
+class CurveReader(Protocol):
+    """Reads what is not linear as coordinates of their own."""
+
+    def is_curve(self, node: Node) -> bool:
+        """Whether a tree states something that is not linear."""
+        ...
+
+    def coordinate(self, source: Source, node: Node) -> tuple[str, Unit | None, Token | None]:
+        """The name and the unit of the coordinate that stands for it, and the first number in it with a unit."""
+        ...
 
 
 def formula_of(text: str, vocabulary: Vocabulary, where: Callable[[int], str]) -> Formula:
@@ -67,6 +81,15 @@ class _Sums(Arithmetic[CoordinateSum]):
         super().__init__(source)
         self._known = known
 
+    def typed(self, node: Node) -> Typed[CoordinateSum]:
+        """The value of a tree; a curve is a coordinate."""
+        curves = self._known.curves
+        if curves is None or not curves.is_curve(node):
+            return super().typed(node)
+        name, unit, measured = curves.coordinate(self.source, node)
+        self.measured = self.measured or measured
+        return Typed(coordinate(name), unit)
+
     def constant(self, number: Fraction) -> CoordinateSum:
         return constant(number)
 
@@ -83,7 +106,8 @@ class _Sums(Arithmetic[CoordinateSum]):
         if sign.text == "*" and left.is_constant:
             return self._scaled(right, left.offset, sign)
         what = "only linear arithmetic can be decided"
-        raise self.source.wrong(what, sign.place, "multiply and divide by numbers only")
+        advice = "multiply and divide by numbers only, as in x > 0.2 and v > 0.5 for x*v > 0.1"
+        raise self.source.wrong(what, sign.place, advice)
 
     def power(self, base: CoordinateSum, sign: Token, exponent: int) -> CoordinateSum:
         found = base

@@ -82,6 +82,15 @@ def expression_of(text: str, names: Names, where: Place | str) -> Typed[Expressi
     return read_with(text, names, where, lambda reader, tree: reader.typed(tree))
 
 
+def curve_of(source: Source, node: Node, names: Names) -> tuple[Typed[Expression], Token | None]:
+    """The expression that a part of a formula states, and the first number in it that has a unit."""
+    reader = _Expressions(source, names)
+    found = reader.typed(node)
+    if reader.misfits:
+        raise reader.misfits[0]
+    return found, reader.measured
+
+
 def fitting(typed: Typed[Expression], unit: Unit, where: Place | str) -> Expression:
     """The expression, whose unit must be this one. InputError otherwise."""
     if typed.unit not in (None, unit):
