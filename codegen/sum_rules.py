@@ -21,17 +21,7 @@ from codegen.sums import ARITHMETICS, DOUBLE_SUMS, OBSERVED, computed
 
 MAX_TERMS = 1_000  # of a sum
 VERIFIER = "the verifier"  # who refuses sums
-SUMMING = (
-    "c",
-    "python",
-    "json",
-    "javascript",
-    "rust",
-    "onnx",
-    "onnx-old",
-    "jax",
-    "torch",
-)  # the targets that take them
+SUMMING = ("c", "python", "json", "javascript", "rust", "svg", "onnx", "onnx-old", "jax", "torch")  # who takes them
 Found = Iterator[tuple[str, str]]  # path below the agent's, and what is wrong
 
 

@@ -18,7 +18,7 @@ ACTS, GIVES = KINDS["actions, double sums"], KINDS["outputs, double sums"]
 REFUSED = "does not take sums yet"
 # commands whose argument PROFILE is a policy profile, with what else they need; the others are listed below
 GIVEN = {
-    "show": [["--format", "svg"], ["--format", "html"], ["--obs", "0,0,0,0,0"], ["--state", "agent_0.x=0"]],
+    "show": [["--format", "html"]],
     "compile": [
         ["--target", "smt", "-o", "out"],
         ["--prove", "-o", "out"],

@@ -1,7 +1,7 @@
 """Decisions read back from the text of targets, each by means that its emitter does not use.
 
 Does: runs JavaScript under Node.js and Rust by rustc, ONNX under onnxruntime, array modules under JAX and PyTorch,
-  walks JSON and SVG as a stranger would.
+  walks JSON as a stranger would, and SVG by pictures.py.
 Assumes: programs on the path; a scratch folder.
 Does not: compare (selfcheck.py).
 """
@@ -15,12 +15,12 @@ from contextlib import AbstractContextManager, nullcontext
 from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple, cast
-from xml.etree import ElementTree
 
 import numpy as np
 
 from codegen.agreement import json_sums, misuse
 from codegen.agreement.entries import Asked, Told
+from codegen.agreement.pictures import svg_act
 from codegen.agreement.programs import run
 from codegen.agreement.rows import listed
 from codegen.check import identifier
@@ -28,8 +28,6 @@ from codegen.errors import DisagreementError, MissingToolError
 from codegen.ir import Float64, Floats, Int32
 from codegen.lowering.model import Agent, Model
 from codegen.targets import javascript, rust
-
-_SVG = "{http://www.w3.org/2000/svg}"
 
 
 class Reader(NamedTuple):
@@ -274,20 +272,6 @@ def _array_module(text: str, library: str) -> Mapping[str, Any]:
         advice = f"pip install {library}, or leave the target {library} out"
         raise MissingToolError(f"{library} is not installed", "", advice) from None
     return load_python(text)
-
-
-def svg_act(text: str, agent: str, rows: Floats) -> Int32:
-    """Decisions read from the attributes of a picture's elements. `agent`: whose picture it is."""
-    nodes = {int(group.attrib["data-node"]): group.attrib for group in ElementTree.fromstring(text).iter(f"{_SVG}g")}
-    found = np.empty(len(rows), dtype=np.int32)
-    for place, row in enumerate(rows):
-        node = nodes[0]
-        while "data-feature" in node:
-            threshold = float.fromhex(node["data-threshold"].rstrip("f"))
-            goes_left = float(row[int(node["data-feature"])]) <= threshold
-            node = nodes[int(node["data-left" if goes_left else "data-right"])]
-        found[place] = int(node["data-action"])
-    return found
 
 
 READERS = [

@@ -5,12 +5,13 @@ Assumes: `summing` made them.
 Does not: look anything up in a profile, or hold text of any language.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 from codegen.floats import FLOAT32, NUMBERS, below_zero, decimal_literal
 from codegen.lowering.parts import Action, Double, Feature, Node
-from codegen.sums import DOUBLE_SUMS, FLOAT32_STEPS
+from codegen.sums import CONSTANT, DOUBLE_SUMS, FLOAT32_STEPS
 
 # of float (True), of double: the last number below 0, and 0
 BELOW_ZERO = {numbers == FLOAT32: decimal_literal(below_zero(numbers)) for numbers in NUMBERS}
@@ -45,6 +46,32 @@ class Given:
     output: Output
     terms: tuple[Term, ...]
     number: Double | None
+    shown: str  # as people read it
+
+    @property
+    def written(self) -> str:
+        """The sum as attributes of pictures have it: `weight:place,...`, in the order in which it is added."""
+        if self.number:
+            return f"{self.number.hex.removesuffix('f')}:{CONSTANT}"
+        return written(self.terms)
+
+    @property
+    def share(self) -> float | None:
+        """Where a number lies between its output's bounds, from 0 to 1; None where it is none, or has no bounds."""
+        low, high = self.output.low, self.output.high
+        if not self.number or not low or not high or float(low.decimal) == float(high.decimal):
+            return None
+        least, most = float(low.decimal), float(high.decimal)
+        return float(self.number.decimal) / (most - least) - least / (most - least)
+
+
+def written(terms: Sequence[Term]) -> str:
+    """A sum in one word: `0x1p-1:3,-0x1p+0:0`; the place of a constant is -1."""
+    parts = ((term, term.size.hex.removesuffix("f") if term.size else "0x1p+0") for term in terms)
+    return ",".join(
+        f"{'-' if term.sign == '-' else ''}{size}:{term.feature.index if term.feature else CONSTANT}"
+        for term, size in parts
+    )
 
 
 @dataclass(frozen=True)
@@ -78,6 +105,21 @@ class SumNode:
     def split(self) -> bool:
         """Whether it tests anything."""
         return self.action is None and not self.given
+
+    @property
+    def tested(self) -> str:
+        """What it tests, as people read it."""
+        return " ".join(self.shown.split(" ")[:-2])
+
+    @property
+    def test(self) -> str:
+        """And how."""
+        return " ".join(self.shown.split(" ")[-2:])
+
+    @property
+    def written(self) -> str:
+        """The sum in one word, see `written`."""
+        return written(self.terms)
 
 
 @dataclass(frozen=True)

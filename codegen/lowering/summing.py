@@ -17,6 +17,8 @@ from codegen.lowering.summed import Given, Output, SumLine, Summed, SumNode, Ter
 from codegen.sums import FLOAT32_STEPS, words
 from codegen.wording import holds
 
+SHOWN_DIGITS = 3  # of what leaves give, where people read it
+
 
 def summed_of(
     policy: ir.AgentPolicy, features: Sequence[Feature], actions: Sequence[Action], single: Callable[[int], Node]
@@ -83,9 +85,11 @@ def _term(weight: float, place: int, features: Sequence[Feature], single: bool) 
 def _given(policy: ir.AgentPolicy, output: Output, each: ir.Sum, features: Sequence[Feature]) -> Given:
     tree, spec = policy.tree, policy.outputs[output.index]
     if any(place != ir.CONSTANT for _, place in each.terms):
-        return Given(output, _terms(each, features, tree.arithmetic), None)
+        shown = words(each, [feature.name for feature in features], SHOWN_DIGITS)
+        return Given(output, _terms(each, features, tree.arithmetic), None, shown)
     value = ir.clipped(each.value(np.zeros((1, len(features)), policy.numbers), tree.arithmetic), spec.low, spec.high)
-    return Given(output, (), _number(float(value.astype(tree.gives)[0]), tree.gives == FLOAT32))
+    number = float(value.astype(tree.gives)[0])
+    return Given(output, (), _number(number, tree.gives == FLOAT32), f"{number:.{SHOWN_DIGITS}g}")
 
 
 def _lines(nodes: Sequence[SumNode]) -> Iterator[SumLine]:

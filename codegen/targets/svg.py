@@ -5,35 +5,45 @@ Assumes: trees that are looked at; thousands of leaves make a wide picture.
 Does not: need Graphviz.
 """
 
+import math
 from dataclasses import dataclass
 
 from codegen import ir
 from codegen.errors import InputError
 from codegen.lowering.model import Agent, Model, Node
 from codegen.lowering.render import render
+from codegen.lowering.summed import Given, SumNode
 from codegen.wording import counted
 
 LEAF_WIDTH, LEVEL_HEIGHT, MARGIN = 72, 62, 40
 MAX_NODES = 4_096
+GIVING_WIDTH, ROW_HEIGHT, BAR_WIDTH = 168, 22, 132  # of leaves that give numbers
+CLEAR = 8  # beside the outermost frames
+CHARACTER, MAX_CHARACTERS = 6.9, 24  # the width of one, about, and how many a frame has at most
+
+
+@dataclass(frozen=True)
+class Row:
+    """A number that a leaf gives: its text, and the share of a bar where it is a number within bounds."""
+
+    text: str
+    y: float  # the text's base line
+    bar: tuple[float, float] | None  # the bar's left end and how far it reaches
 
 
 @dataclass(frozen=True)
 class Box:
     """A node and where it is drawn."""
 
-    node: Node
+    node: Node | SumNode
     x: float
     y: float
-
-    @property
-    def width(self) -> int:
-        """Of its frame."""
-        return 124 if self.node.feature else 60
-
-    @property
-    def height(self) -> int:
-        """Of its frame."""
-        return 28 if self.node.feature else 24
+    width: int
+    height: int
+    split: bool
+    words: str  # what it tests, or the action that it takes
+    test: str
+    rows: tuple[Row, ...] = ()
 
     @property
     def left(self) -> float:
@@ -48,7 +58,7 @@ class Box:
     @property
     def lines(self) -> tuple[float, ...]:
         """The base lines of its texts."""
-        return (self.y - 1, self.y + 11) if self.node.feature else (self.y + 4,)
+        return (self.y - 1, self.y + 11) if self.split else (self.y + 4,)
 
 
 @dataclass(frozen=True)
@@ -74,33 +84,77 @@ class Picture:
 
 def emit(model: Model, profile: ir.PolicyProfile) -> dict[str, str]:
     """The pictures."""
-    return {
-        f"{model.prefix}_{agent.lower}.svg": render("svg/tree.svg.j2", model=model, agent=agent, picture=picture(agent))
-        for agent in model.agents
-    }
+    return {f"{model.prefix}_{agent.lower}.svg": _drawn(model, agent) for agent in model.agents}
+
+
+def _drawn(model: Model, agent: Agent) -> str:
+    return render("svg/tree.svg.j2", model=model, agent=agent, summed=agent.summed, picture=picture(agent))
 
 
 def picture(agent: Agent) -> Picture:
     """Where each node goes. InputError for a tree that no page shows."""
-    if len(agent.nodes) > MAX_NODES:
-        what = f"the tree of {agent.name} has {counted(len(agent.nodes), 'node')}"
+    nodes = agent.summed.nodes if agent.summed else agent.nodes
+    if len(nodes) > MAX_NODES:
+        what = f"the tree of {agent.name} has {counted(len(nodes), 'node')}"
         raise InputError(what, "--target svg", f"a picture shows at most {MAX_NODES}: extract a smaller tree")
-    level = [0] * len(agent.nodes)
-    for node in agent.nodes:  # preorder: parents come first
-        if node.feature:
+    split = [_splits(node) for node in nodes]
+    level = [0] * len(nodes)
+    for node in nodes:  # preorder: parents come first
+        if split[node.id]:
             level[node.left] = level[node.right] = level[node.id] + 1
-    leaves = [node.id for node in agent.nodes if node.action]
-    x = {leaf: MARGIN + LEAF_WIDTH * (place + 0.5) for place, leaf in enumerate(leaves)}
-    for node in reversed(agent.nodes):
-        if node.feature:
+    leaves = [node.id for node in nodes if not split[node.id]]
+    rows = len(agent.summed.outputs) if agent.summed else 0
+    wide, tall = (GIVING_WIDTH, LEVEL_HEIGHT + ROW_HEIGHT * (rows - 1)) if rows else (LEAF_WIDTH, LEVEL_HEIGHT)
+    x = {leaf: MARGIN + wide * (place + 0.5) for place, leaf in enumerate(leaves)}
+    for node in reversed(nodes):
+        if split[node.id]:
             x[node.id] = (x[node.left] + x[node.right]) / 2
-    boxes = [Box(node, round(x[node.id], 2), MARGIN + LEVEL_HEIGHT * level[node.id]) for node in agent.nodes]
+    boxes = [_box(node, round(x[node.id], 2), MARGIN + tall * level[node.id]) for node in nodes]
+    beyond = max(0.0, *(CLEAR - box.left for box in boxes))  # wide frames over few leaves
+    if beyond:
+        boxes = [_box(box.node, box.x + beyond, box.y) for box in boxes]
     edges = [
         Edge(boxes[node.id].x, boxes[node.id].y, boxes[child].x, boxes[child].y)
-        for node in agent.nodes
-        if node.feature
+        for node in nodes
+        if split[node.id]
         for child in (node.left, node.right)
     ]
     title = f"{agent.name}, team {agent.team}"
-    width, height = 2 * MARGIN + LEAF_WIDTH * len(leaves), 2 * MARGIN + LEVEL_HEIGHT * max(level)
+    width, height = 2 * MARGIN + wide * len(leaves), 2 * MARGIN + tall * max(level) + ROW_HEIGHT * max(0, rows - 1)
+    width = max(width, *(math.ceil(box.left + box.width) + CLEAR for box in boxes))
     return Picture(title, width, height, tuple(boxes), tuple(edges))
+
+
+def _splits(node: Node | SumNode) -> bool:
+    return node.split if isinstance(node, SumNode) else node.feature is not None
+
+
+def _box(node: Node | SumNode, x: float, y: float) -> Box:
+    """The frame of a node and what stands in it."""
+    if isinstance(node, Node):
+        if node.feature:
+            return Box(node, x, y, 124, 28, True, node.feature.name, node.test)
+        return Box(node, x, y, 60, 24, False, node.action.name if node.action else "", "")
+    if node.split:
+        words = shortened(node.tested)
+        return Box(node, x, y, max(124, round(CHARACTER * len(words)) + 12), 28, True, words, node.test)
+    if node.action:
+        return Box(node, x, y, 60, 24, False, node.action.name, "")
+    height = ROW_HEIGHT * len(node.given) + 6
+    top = y - height // 2
+    rows = tuple(_row(each, x, top + ROW_HEIGHT * place) for place, each in enumerate(node.given))
+    return Box(node, x, y, GIVING_WIDTH - 12, height, False, ", ".join(_said(each) for each in node.given), "", rows)
+
+
+def _row(given: Given, x: float, top: float) -> Row:
+    left, share = x - BAR_WIDTH // 2, given.share
+    return Row(shortened(_said(given)), top + 14, None if share is None else (left, round(BAR_WIDTH * share, 2)))
+
+
+def _said(given: Given) -> str:
+    return f"{given.output.name} = {given.shown}"
+
+
+def shortened(text: str) -> str:
+    """A text that fits into a frame; its title says the whole."""
+    return text if len(text) <= MAX_CHARACTERS else text[: MAX_CHARACTERS - 1] + "…"

@@ -67,8 +67,8 @@ def show(
     from maviper.page.page import FILE
 
     loaded = load(profile, sums=True)
-    if (form, obs, state) != (TEXT, None, None):
-        ensure_plain(loaded, f"--format {form}" if form != TEXT else "an explained decision")
+    if form == HTML:
+        ensure_plain(loaded, f"--format {form}")
     if output is not None:
         runs.ensure_other(output, [profile])
     if form == HTML:

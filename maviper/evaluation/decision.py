@@ -12,6 +12,8 @@ from codegen.errors import InputError, UnknownNameError
 from codegen.floats import observations
 from codegen.ir import GOAL
 from codegen.observe import observe
+from codegen.sums import among, words
+from codegen.wording import number
 from verify.claims.uncertified.starts import positions
 from verify.states.path import Step, path
 from verify.states.state import State
@@ -25,8 +27,34 @@ def room(step: Step) -> float:
 def lines(policy: ir.AgentPolicy, observation: ir.Floats) -> Iterator[str]:
     """A decision for one observation [n_features], for a reader: what is done, then each test."""
     leaf = int(ir.apply(policy.tree, observation[None])[0])
-    yield f"{policy.agent}, team {policy.team}: {policy.actions[int(policy.tree.action[leaf])].name} (leaf {leaf})"
-    yield from (f"  {step}, by {room(step):.3g}" for step in path(policy, observation.tolist()))
+    chosen = int(policy.tree.action[leaf])
+    does = ", ".join(_given(policy, observation)) if policy.outputs else policy.actions[chosen].name
+    yield f"{policy.agent}, team {policy.team}: {does} (leaf {leaf})"
+    yield from (f"  {step}, by {room(step):.3g}" for step in path(policy, tested(policy, observation)))
+    if policy.outputs:
+        names = [feature.name for feature in policy.features]
+        for output, each in zip(policy.outputs, policy.tree.vectors[chosen], strict=True):
+            yield f"  {output.name} = {words(each, names, digits=3)}{_within(output)}"
+
+
+def tested(policy: ir.AgentPolicy, observation: ir.Floats) -> list[float]:
+    """What the tree's tests compare in an observation [n_features]: its numbers, then the sums that are tested."""
+    return among(observation[None], policy.tree.sums, policy.tree.arithmetic)[0].tolist()
+
+
+def _given(policy: ir.AgentPolicy, observation: ir.Floats) -> Iterator[str]:
+    """The numbers that are given, each with its unit."""
+    for output, value in zip(policy.outputs, ir.outputs(policy, observation[None])[0].tolist(), strict=True):
+        yield f"{output.name} = {value:.6g}{' ' + output.unit if output.unit else ''}"
+
+
+def _within(output: ir.OutputSpec) -> str:
+    """Where an output is cut, in words."""
+    if output.low is None and output.high is None:
+        return ""
+    low = "-inf" if output.low is None else number(output.low)
+    high = "inf" if output.high is None else number(output.high)
+    return f", cut to [{low}, {high}]"
 
 
 def observation_of(policy: ir.AgentPolicy, text: str) -> ir.Floats:

@@ -28,6 +28,7 @@ class Drawn:
     top: float
     edges: tuple[tuple[Edge, float], ...]  # with its width
     boxes: tuple[tuple[Box, float | None], ...]
+    summed: bool
 
 
 def svg(profile: ir.PolicyProfile, agents: Sequence[str]) -> str:
@@ -46,13 +47,14 @@ def _stacked(profile: ir.PolicyProfile, agents: Sequence[str], visits: Mapping[s
         if agent.name not in agents:
             continue
         found, shares = picture(agent), _shares(profile.policy(agent.name).tree, visits.get(agent.name))
-        children = [child for node in agent.nodes if node.feature for child in (node.left, node.right)]
+        split = [box.node for box in found.boxes if box.split]
+        children = [child for node in split for child in (node.left, node.right)]
         edges = [
             (edge, THINNEST + (WIDEST - THINNEST) * shares[child] if shares else THINNEST)
             for edge, child in zip(found.edges, children, strict=True)
         ]
         boxes = [(box, shares[box.node.id] if shares else None) for box in found.boxes]
-        yield Drawn(found, top + GAP, tuple(edges), tuple(boxes))
+        yield Drawn(found, top + GAP, tuple(edges), tuple(boxes), agent.summed is not None)
         top += GAP + found.height
 
 

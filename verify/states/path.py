@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from codegen import ir
+from codegen.sums import words
 from codegen.wording import fails, holds, is_zero, number
 from verify.states.real import Value
 
@@ -32,11 +33,15 @@ class Step:
 
 
 def path(policy: ir.AgentPolicy, seen: Sequence[Value]) -> tuple[Step, ...]:
-    """The tests that lead to the decision for one observation [n_features], rounded or exact."""
+    """The tests that lead to the decision for one observation, rounded or exact: [n_features], and then the sums that
+    the tree tests.
+    """
     tree, node, steps = policy.tree, ir.ROOT, list[Step]()
+    names = [feature.name for feature in policy.features]
+    names += [words(each, names, digits=3) for each in tree.sums]
     while tree.feature[node] != ir.NO_FEATURE:
         feature, threshold = int(tree.feature[node]), float(tree.threshold[node])
         left = seen[feature] <= threshold
-        steps.append(Step(node, policy.features[feature].name, seen[feature], threshold, left))
+        steps.append(Step(node, names[feature], seen[feature], threshold, left))
         node = int(tree.left[node] if left else tree.right[node])
     return tuple(steps)

@@ -1,5 +1,6 @@
 """Trees with sums in every other language: the bits of the reference at ties, neighbours and numbers of every size."""
 
+import re
 from functools import cache
 
 import pytest
@@ -35,6 +36,19 @@ def test_the_bits_of_the_reference(target):
     assert {each.agent for each in report.agreements} >= {policy.agent for policy in team().agents}
 
 
+def test_pictures_say_what_trees_decide():
+    report = replayed(team(), emit(team(), ["svg"])).ensure()
+    assert {each.target for each in report.agreements} == {"svg"}
+
+
+def test_a_picture_shows_sums_bars_and_rules():
+    text = emit(summed.every(1, levels=3)["outputs, double sums"], ["svg"])["sums_agent_0.svg"]
+    assert ">x0 - x1</text>" in text and ">u0 = x0 - x4</text>" in text and ">u1 = 0.25</text>" in text
+    assert "<title>node 12: left if" not in text and "<title>node 12: x3 &lt;= -1.55473</title>" in text
+    bars = re.findall(r'width="([0-9.]+)" height="3" fill="#aa8844"', text)
+    assert "66.0" in bars and "0.0" in bars, "0.25 is the middle of [-1, 1.5], and -1 its end"
+
+
 FAULTS = [
     ("javascript", "outputs, float32 steps", "Math.fround(", "("),
     ("javascript", "double sums given as float32", "Math.fround(x[", "(x["),
@@ -43,6 +57,7 @@ FAULTS = [
     pytest.param("rust", "outputs, double sums", "f64::from(x[", "f64::from(2.0 * x[", marks=pytest.mark.slow),
     pytest.param("rust", "double sums given as float32", ") as f32", ") as f32 + 1.0", marks=pytest.mark.slow),
     ("rust", "outputs, float32 steps", "            low\n", "            high\n"),
+    ("svg", "outputs, double sums", ':-1"', ':0"'),
 ]
 
 
@@ -51,7 +66,7 @@ FAULTS = [
 def test_planted_faults_are_found(target, kind, right, wrong):
     profile = summed.every(1)[kind]
     ((name, text),) = emit(profile, [target]).items()
-    body = text.index("pub fn act(" if target == "rust" else "export function act_agent_0(")
+    body = text.index({"rust": "pub fn act(", "javascript": "export function act_agent_0(", "svg": "<g"}[target])
     body = text.index("fn bounded(") if right.startswith("   ") else 0 if "value" in right else body
     assert right in text[body:]
     files = {name: text[:body] + text[body:].replace(right, wrong)}
