@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from maviper.verification.diff import Compared
     from maviper.verification.files.certificates import Checked
     from maviper.verification.files.counterexamples import Replayed
+    from maviper.verification.outputs.compared import OutputsCompared
     from maviper.verification.repair import Repaired
     from maviper.verification.robust import Radii
     from maviper.verification.run import Verified
@@ -291,10 +292,11 @@ def robust(
 @options.spelled_out(options.DiffOptions)
 def diff(
     first: PolicyProfile, second: PolicyProfile, region: str | Path = "start", **asked: Unpack[options.DiffOptions]
-) -> Compared:
+) -> Compared | OutputsCompared:
     """Every state of a region in which two profiles act differently, or the proof that there is none.
 
-    `Compared.facts` has shares, zones and examples, `Compared.found` the certificate. InputError for profiles whose
+    `Compared.facts` has shares, zones and examples, `Compared.found` the certificate. Of agents that test sums or give
+    numbers, `OutputsCompared.facts` has the largest difference of each output, and where. InputError for profiles whose
     worlds, agents, features or actions differ.
     """
     from maviper.verification.diff import compare_profiles, request

@@ -18,6 +18,7 @@ from maviper.options import DiffOptions
 if TYPE_CHECKING:
     from maviper.console import Console
     from maviper.verification.diff import Compared
+    from maviper.verification.outputs.compared import OutputsCompared
 
 
 @click.command(cls=Verb, example="maviper diff demo/extracted/profile.json demo/profile.json -o changed")
@@ -42,7 +43,8 @@ def diff(
     FIRST and SECOND are profiles of one world, whose agents observe and may do the same. For each agent, the command
     lists the zones of states in which it acts differently: one leaf in each profile, and bounds on positions. It gives
     their exact share of the region, the share of the states that FIRST meets in play, and an example of each zone. If
-    there is no such state, it proves that, with a certificate for `maviper check`.
+    there is no such state, it proves that, with a certificate for `maviper check`. Of agents that test sums or give
+    numbers, it gives the largest difference of each output over the ranges of what they observe, and where.
 
     With -o, it writes difference.json, the certificate, both profiles, and a page that plays one team beside the other.
 
@@ -59,7 +61,7 @@ def diff(
     from verify.reports.differences import as_json as written
 
     console = console_of(context)
-    one, other = load(first), load(second)
+    one, other = load(first, sums=True), load(second, sums=True)
     given = {runs.PROFILE_FILE: first, AGAINST_FILE: second}
     if output is not None:
         runs.room(output)
@@ -73,18 +75,22 @@ def diff(
         _write(output, comparison, given, console)
     if as_json:
         click.echo(written(comparison.facts), nl=False)
-    return exit_code([one.verdict for one in comparison.found.agents])
+    return exit_code(comparison.verdicts)
 
 
-def _write(folder: Path, found: "Compared", given: Mapping[str, Path], console: "Console") -> None:
+def _write(folder: Path, found: "Compared | OutputsCompared", given: Mapping[str, Path], console: "Console") -> None:
     """All files, and the command that reads the certificate."""
     from maviper.files import outputs
     from maviper.page.differences import page_of
     from maviper.page.page import FILE, unplayable
-    from maviper.verification.diff import CERTIFICATE_FILE, REPORT_FILE
+    from maviper.verification.diff import CERTIFICATE_FILE, REPORT_FILE, Compared
 
-    no_page = unplayable(found.found.first, found.found.second)
-    page = {} if no_page else {FILE: page_of(found)}
+    page: dict[str, str] = {}
+    if isinstance(found, Compared):
+        no_page = unplayable(found.found.first, found.found.second)
+        page = {} if no_page else {FILE: page_of(found)}
+    else:
+        no_page = found.unplayable
     files = outputs.without_given(folder, {**found.files, **page}, given)
     outputs.write_set(folder, files, outputs.DIFF, keep=[*given.values()])
     console.line("wrote", str(folder / REPORT_FILE))

@@ -17,7 +17,6 @@ from codegen.errors import InputError
 from codegen.intervals import Share
 from codegen.lowering.render import render
 from codegen.policy_json import dumps
-from codegen.sum_rules import ensure_plain
 from maviper.episodes.on_policy import ON_POLICY_EPISODES, on_policy
 from maviper.evaluation.comparison import differing
 from maviper.files import runs
@@ -26,6 +25,7 @@ from maviper.options import DiffOptions, requested
 from maviper.verification.ask import MAX_CELLS
 from maviper.verification.files.certificates import AGAINST_FILE
 from maviper.verification.observing import named_region
+from maviper.verification.outputs.compared import OutputsCompared, compare_outputs
 from maviper.worlds import ParticleWorld, WorldState
 from maviper.worlds.matching import ensure_places, matching_places
 from verify.certificates.decisions import to_json
@@ -80,6 +80,11 @@ class Compared:
         """PROVED where all agents act alike, VIOLATED where some does not."""
         return self.found.verdict
 
+    @property
+    def verdicts(self) -> list[Verdict]:
+        """Each agent's."""
+        return [one.verdict for one in self.found.agents]
+
     @cached_property
     def facts(self) -> dict[str, Any]:
         """All facts as plain data."""
@@ -101,11 +106,15 @@ class Compared:
         return found
 
 
-def compare_profiles(first: ir.PolicyProfile, second: ir.PolicyProfile, region: str, asked: Any) -> Compared:
-    """Where two profiles act differently, see `request`. InputError for profiles that cannot be compared."""
-    for profile in (first, second):
-        ensure_plain(profile, "diff")
+def compare_profiles(
+    first: ir.PolicyProfile, second: ir.PolicyProfile, region: str, asked: Any
+) -> Compared | OutputsCompared:
+    """Where two profiles act differently, see `request`; of agents that test sums or give numbers, how far they differ.
+    InputError for profiles that cannot be compared.
+    """
     agents = asked.agents or _common(first, second)
+    if any(policy.tree.arithmetic for profile in (first, second) for policy in profile.agents):
+        return compare_outputs(first, second, agents, region, _budgets(asked).max_cells)
     if unread(ensure(first)) and unread(ensure(second)) and first.world == second.world and first.world.reference:
         return _observed(first, second, agents, region, asked)
     for profile in (ensure(first), ensure(second)):
