@@ -14,7 +14,6 @@ is class k, in the classifier's own order: scikit-learn sorts its labels.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -25,10 +24,9 @@ from codegen.floats import neighbour, round_down
 from codegen.importers import steps
 from codegen.importers.folding import LARGEST, Asked, folded
 from codegen.importers.origin import AGENT, SINGLES, Names, Origin, profile_of
-from codegen.importers.summed import with_sums
-from codegen.ir import CONSTANT, NO_ACTION, NO_CHILD, NO_FEATURE, Bool, Float32, Floats, GrownTree, Int32
+from codegen.importers.summed import giving
+from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, Bool, Float32, Floats, GrownTree, Int32
 from codegen.process.unwarned import unwarned
-from codegen.sums import DOUBLE_SUMS
 
 # what a subclass may have of its own: no prediction reads it
 UNUSED = frozenset(
@@ -44,7 +42,6 @@ FORESTS = [f"sklearn.ensemble._forest.{kind}{task}" for kind in ("ExtraTrees", "
 _HISTOGRAM = "_hist_gradient_boosting.gradient_boosting.HistGradientBoosting"
 HISTOGRAMS = [f"sklearn.ensemble.{_HISTOGRAM}{task}" for task in TASKS]
 BOOSTERS = [*(f"sklearn.ensemble._gb.GradientBoosting{task}" for task in TASKS), *HISTOGRAMS]
-MAX_VALUES = 64  # of a regressor
 KIND, REPLAYED_BY = "scikit-learn", "its own predict"
 
 
@@ -84,9 +81,14 @@ def origin_of(model: Any) -> Origin:
     _ensure_without_missing(tree)
     if regressor:
         given = _predicted(estimator, tree)
-        if tree.n_outputs != 1 or len(np.unique(given.values)) > MAX_VALUES:
-            return _giving(_origin(model, before, given.leaves, tree), model, given)
+        return giving(_origin(model, before, given.leaves, tree), given.values, lambda rows: _numbers(model, rows))
     return _origin(model, before, _leaves(estimator, tree), tree)
+
+
+def _numbers(model: Any, rows: Floats) -> Any:
+    """What a regressor predicts, as float64, [n, n_outputs]."""
+    with unwarned():
+        return np.asarray(model.predict(rows), dtype=np.float64).reshape(len(rows), -1)
 
 
 def _single(estimator: Any) -> Any:
@@ -140,15 +142,14 @@ class _Leaves(NamedTuple):
 
 
 def _leaves(estimator: Any, tree: Any) -> _Leaves:
-    """The classes of a classifier's leaves, or what the estimator predicts in each leaf."""
-    if hasattr(estimator, "classes_") and not _of(estimator, *BOOSTERS):
-        return _Leaves(list(estimator.classes_), tree.value[:, 0].argmax(axis=1))
+    """The classes of a classifier's leaves."""
+    labels = list(estimator.classes_)
+    if not _of(estimator, *BOOSTERS):
+        return _Leaves(labels, tree.value[:, 0].argmax(axis=1))
     found = _predicted(estimator, tree)
-    said = found.values[:, 0].tolist()
-    labels = list(estimator.classes_) if hasattr(estimator, "classes_") else sorted(set(said))
     place = {label: index for index, label in enumerate(np.asarray(labels).tolist())}
     action = np.zeros(tree.node_count, dtype=np.int64)
-    action[found.nodes] = [place[label] for label in said]
+    action[found.nodes] = [place[label] for label in found.values[:, 0].tolist()]
     return _Leaves(labels, action)
 
 
@@ -174,17 +175,6 @@ def _predicted(estimator: Any, tree: Any) -> _Predicted:
         # a number in each box: the largest one, or else the one after the bound below
         said = estimator.predict(np.where(np.isfinite(high), high, np.where(np.isfinite(low), low, 0)))
     return _Predicted(nodes, np.asarray(said).reshape(len(nodes), -1), int(tree.node_count))
-
-
-def _giving(origin: Origin, model: Any, given: _Predicted) -> Origin:
-    """The origin of a regressor, whose leaves give what it predicts, as float64."""
-
-    def act(rows: Floats) -> Any:
-        with unwarned():
-            return np.asarray(model.predict(rows), dtype=np.float64).reshape(len(rows), -1)
-
-    vectors = [[[(value, CONSTANT)] for value in row] for row in given.values.astype(np.float64).tolist()]
-    return with_sums(replace(origin, act=act, labels=()), (), vectors, (), DOUBLE_SUMS)
 
 
 def _boxes(grown: GrownTree, width: int) -> list[tuple[int, Float32, Float32]]:

@@ -6,7 +6,7 @@ Does not: read any source.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, cast
 
@@ -16,11 +16,12 @@ from codegen import ir
 from codegen.errors import InputError
 from codegen.floats import FLOAT32, FLOAT64, at_most
 from codegen.importers.reading import SUMS, Origin
-from codegen.ir import CONSTANT, NO_FEATURE, Sum
+from codegen.ir import CONSTANT, NO_FEATURE, Floats, Sum
 from codegen.lowering.deploy import deployed
 from codegen.sums import DOUBLE_SUMS, FLOAT32_STEPS, FLOAT64_SUMS, computed
 
 Terms = Sequence[tuple[float, int]]
+MAX_VALUES = 64  # of a regressor, beyond which they are no actions
 ARITHMETIC: Mapping[str, str] = {FLOAT32: FLOAT32_STEPS, FLOAT64: FLOAT64_SUMS}
 
 
@@ -53,6 +54,25 @@ def with_sums(
 
 def _sum(terms: Terms, places: Sequence[int]) -> Sum:
     return Sum(tuple((weight, CONSTANT if place == CONSTANT else int(places[place])) for weight, place in terms))
+
+
+def giving(origin: Origin, values: Any, said: Callable[[Floats], Any]) -> Origin:
+    """The origin of a regressor: few numbers are its labels, many, or several at once, are what its leaves give.
+
+    `values`: [n_leaves, n_outputs], in which the actions of the tree count; `said`: what the regressor itself gives,
+    [n, n_outputs].
+    """
+    known, place = np.unique(values, return_inverse=True)
+    if values.shape[1] == 1 and len(known) <= MAX_VALUES:
+        leaf, action = origin.grown.feature == NO_FEATURE, place.ravel()[origin.grown.action]
+        grown = replace(origin.grown, action=np.where(leaf, action, origin.grown.action))
+
+        def act(rows: Floats) -> Any:
+            return np.searchsorted(known, np.asarray(said(rows))[:, 0])
+
+        return replace(origin, grown=grown, labels=tuple(known.tolist()), act=act)
+    vectors = [[[(value, CONSTANT)] for value in row] for row in values.astype(np.float64).tolist()]
+    return with_sums(replace(origin, act=said, labels=()), (), vectors, (), DOUBLE_SUMS)
 
 
 def rounds(origin: Origin) -> bool:

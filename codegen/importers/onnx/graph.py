@@ -15,11 +15,12 @@ import numpy as np
 from codegen.errors import InputError, MissingToolError
 from codegen.importers.folding import Asked, Folded, folded
 from codegen.importers.onnx.columns import FLOAT, MAIN, MAX_COLUMNS, ML, OPERATORS, Call, Column, Columns, followed
-from codegen.importers.onnx.tree import ADVICE, LABELS, MAX_FEATURES, TREE, grown_of, shown
+from codegen.importers.onnx.tree import ADVICE, LABELS, MAX_FEATURES, REGRESSOR, TREES, grown_of, shown
 from codegen.ir import NO_FEATURE, Bool, Float32, GrownTree
 
-UNDERSTOOD = {(ML, TREE), (ML, "ZipMap"), (MAIN, "Constant"), *OPERATORS}
+UNDERSTOOD = {*((ML, each) for each in TREES), (ML, "ZipMap"), (MAIN, "Constant"), *OPERATORS}
 OBSERVATION, SCORES, UNKNOWN = "the observation", "the tree's scores", "no value of this graph"
+GIVEN = "the tree's numbers"  # of a regressor, float32
 NEW_TREE = "TreeEnsemble"
 OLDER = "export it with ai.onnx.ml 3 (`maviper compile --target onnx-old`)"
 MAX_OPSET = 4  # of ai.onnx.ml; the operator ends there
@@ -34,9 +35,10 @@ class OnnxTree(NamedTuple):
     labels: tuple[int | str, ...]
     n_features: int  # 0: the model does not say
     input: str  # the observation's name in the graph
-    output: str  # the name of an output that is the label
+    output: str  # the name of an output that is the label, or a regressor's numbers
     nan: bool  # whether a NaN, which goes right, goes where the model sends it
     double: bool = False  # whether observations are float64
+    gives: Float32 | None = None  # what a regressor gives at each leaf, [n_leaves, n_targets]
 
 
 def decision_tree(model: bytes, n_features: int = 0) -> OnnxTree:
@@ -57,7 +59,7 @@ def decision_tree(model: bytes, n_features: int = 0) -> OnnxTree:
     except Exception as error:  # ValidationError, or what the parser of types raises
         raise InputError("not a valid ONNX model", str(error)[:200], "export it again") from None
     found = _Flow(onnx, loaded.graph, n_features)
-    grown, labels = grown_of(onnx, found.tree, found.double)
+    grown, labels, gives = grown_of(onnx, found.tree, found.double)
     n_columns = len(found.before) or found.width
     last = int(grown.feature.max())
     if 0 < n_columns <= last:
@@ -66,7 +68,7 @@ def decision_tree(model: bytes, n_features: int = 0) -> OnnxTree:
         )
     whole = _folded(grown, found.before) if found.before else Folded(grown, True)
     nan = whole.nan and found.nan
-    return OnnxTree(whole.tree, labels, found.width, found.input, found.output, nan, found.double)
+    return OnnxTree(whole.tree, labels, found.width, found.input, found.output, nan, found.double, gives)
 
 
 def _folded(grown: GrownTree, columns: Columns) -> Folded:
@@ -105,9 +107,9 @@ def _ensure_understood(loaded: Any) -> None:
         if _operator(node) not in UNDERSTOOD:
             advice = OLDER if node.op_type == NEW_TREE else ADVICE
             raise InputError(f"the model has a node that is not understood: {node.op_type!r}", shown(node), advice)
-    n_trees = sum(node.op_type == TREE for node in loaded.graph.node)
+    n_trees = sum(node.op_type in TREES for node in loaded.graph.node)
     if n_trees != 1:
-        raise InputError(f"the model has {n_trees} nodes {TREE}, one is needed", "", ADVICE)
+        raise InputError(f"the model has {n_trees} nodes {' or '.join(TREES)}, one is needed", "", ADVICE)
     versions = {each.version for each in loaded.opset_import if each.domain == ML}
     if len(versions) != 1 or not 1 <= min(versions) <= MAX_OPSET:
         found = ", ".join(map(str, sorted(versions))) or "none"
@@ -126,7 +128,7 @@ class _Flow:
         self.before: Columns = ()  # what the tree is given; (): the observation itself
         self.double = False  # whether observations are float64
         self.nan = True  # whether it is known what becomes of a NaN
-        self.tree: Any = next(node for node in graph.node if node.op_type == TREE)
+        self.tree: Any = next(node for node in graph.node if node.op_type in TREES)
         self.values: dict[str, Value] = {}
         for tensor in graph.initializer:
             self.values[tensor.name] = self.array(tensor, tensor.name)
@@ -176,9 +178,9 @@ class _Flow:
         """The name of an output that is the label. InputError for outputs that are something else."""
         found = {each.name: self.values.get(each.name, UNKNOWN) for each in graph.output}
         for name, value in found.items():
-            if not isinstance(value, str) or value not in (SCORES, *LABELS.values()):
+            if not isinstance(value, str) or value not in (SCORES, GIVEN, *LABELS.values()):
                 raise InputError(f"an output of the model is {_words(value)}", repr(name), ADVICE)
-        label = next((name for name, value in found.items() if value in LABELS.values()), None)
+        label = next((name for name, value in found.items() if value in (GIVEN, *LABELS.values())), None)
         if label is None:
             raise InputError("no output of the model is the tree's label", "graph.output", ADVICE)
         return label
@@ -190,7 +192,7 @@ class _Flow:
             return [self.constant(node, attributes)]
         given = [self.values.get(name, UNKNOWN) if name else None for name in node.input]
         texts = [each for each in given if isinstance(each, str)]
-        if node.op_type == TREE:
+        if node.op_type in TREES:
             return self.decided(node, attributes, given)
         if not texts and _operator(node) in OPERATORS and len(node.output) == 1:
             return [self.columns(node, attributes, given)]
@@ -230,6 +232,8 @@ class _Flow:
                 raise InputError(f"a node works on {other}: {node.op_type!r}", shown(node), "cast it to float32")
             untouched = tuple(Column(place) for place in range(self.width))
             self.before = () if value == untouched else value
+        if node.op_type == REGRESSOR:
+            return [GIVEN]
         kinds = [words for name, words in LABELS.items() if name in attributes]
         return [*(kinds or [UNKNOWN]), SCORES]
 

@@ -18,6 +18,7 @@ from codegen.errors import InputError, MissingToolError, shown
 from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers.onnx.graph import decision_tree
 from codegen.importers.origin import AGENT, Names, Origin, profile_of
+from codegen.importers.summed import giving
 from codegen.ir import Floats, Int32
 
 KIND = "ONNX"
@@ -29,7 +30,7 @@ def from_onnx(
     action_names: Sequence[str] | None = None,
     name: str = "imported",
 ) -> ir.PolicyProfile:
-    """A profile of one agent from an ONNX model (bytes, or a path) that is one TreeEnsembleClassifier of one tree, with
+    """A profile of one agent from an ONNX model (bytes, or a path) that is a tree ensemble of one tree, with
     scalers, selections, casts and comparisons with constants before it (columns.py).
 
     It decides as the model does for every observation of its input's type, float32 or float64. InputError for every
@@ -53,12 +54,15 @@ def origin_of(content: bytes, feature_names: Sequence[str] | None = None) -> Ori
     place = {label: index for index, label in enumerate(found.labels)}
     run, replayed_by = _runner(content)
 
+    def said(rows: Floats) -> Any:
+        (answers,) = run([found.output], {found.input: rows})
+        return answers
+
     def act(rows: Floats) -> Int32:
-        (said,) = run([found.output], {found.input: rows})
-        return np.array([place[each] for each in said.tolist()], dtype=np.int32)
+        return np.array([place[each] for each in said(rows).tolist()], dtype=np.int32)
 
     numbers = FLOAT64 if found.double else FLOAT32
-    return Origin(
+    origin = Origin(
         KIND,
         found.grown,
         found.labels,
@@ -68,6 +72,9 @@ def origin_of(content: bytes, feature_names: Sequence[str] | None = None) -> Ori
         nan=found.nan,
         numbers=numbers,
         given=f"{numbers}, the type of its input",
+    )
+    return (
+        origin if found.gives is None else giving(origin, found.gives, lambda rows: said(rows).reshape(len(rows), -1))
     )
 
 

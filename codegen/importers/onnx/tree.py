@@ -1,32 +1,32 @@
-"""A TreeEnsembleClassifier of ONNX as a tree: its attributes as arrays, where every one of them is understood.
+"""A tree ensemble of ONNX, of one tree: its attributes as arrays, where every one of them is understood.
 
-Does: reads nodes, labels and the class at each leaf.
+Does: reads nodes, and labels and the class at each leaf, or the numbers there.
 Assumes: a node that ONNX's own checker found valid.
 Does not: guess. Several trees, other comparisons, scores that are changed, or leaves that runtimes read in different
   ways end in an InputError.
 """
 
 from collections import Counter
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from codegen.errors import InputError
 from codegen.floats import FLOAT64, neighbour
-from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, Bool, Float64, GrownTree
+from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, Bool, Float32, Float64, GrownTree
 
-TREE = "TreeEnsembleClassifier"
+CLASSIFIER, REGRESSOR = "TreeEnsembleClassifier", "TreeEnsembleRegressor"
+TREES = {CLASSIFIER: "class", REGRESSOR: "target"}  # and how the attributes of its leaves begin
 LABELS = {"classlabels_int64s": "the tree's label, INT64", "classlabels_strings": "the tree's label, STRING"}
 LESS_EQUAL, LESS, LEAF = "BRANCH_LEQ", "BRANCH_LT", "LEAF"
 FEWEST_CLASSES = 2
-MAX_FEATURES = 1 << 20
+MAX_FEATURES, MAX_TARGETS = 1 << 20, 64
 NODE_LISTS = ("nodes_modes", "nodes_nodeids", "nodes_featureids", "nodes_truenodeids", "nodes_falsenodeids")
-CLASS_LISTS = ("class_treeids", "class_nodeids", "class_ids")
+LEAF_LISTS = ("treeids", "nodeids", "ids")
 HARMLESS = {"nodes_hitrates", "nodes_hitrates_as_tensor", "nodes_missing_value_tracks_true", "post_transform"}
-NUMBERS = ("nodes_values", "class_weights")  # lists of float, or tensors where float64 is compared
-READ = {*NODE_LISTS, *CLASS_LISTS, "nodes_treeids", *NUMBERS}
-ADVICE = "export one decision tree classifier, with no more than scalers and selections before it"
+SUMS = (b"SUM", b"AVERAGE")  # of one tree, both are its number
+ADVICE = "export one decision tree, with no more than scalers and selections before it"
 
 
 def shown(node: Any) -> str:
@@ -35,25 +35,62 @@ def shown(node: Any) -> str:
     return f"operator {operator!r}, node {node.name!r}, output {list(node.output)!r}"
 
 
-def grown_of(onnx: Any, node: Any, double: bool) -> tuple[GrownTree, tuple[int | str, ...]]:
-    """The tree of a node, and the labels of its classes. `double`: whether it compares float64."""
+class Read(NamedTuple):
+    """A tree, the labels of its classes, and what a regressor gives at each leaf, float32 [n_leaves, n_targets]."""
+
+    grown: GrownTree
+    labels: tuple[int | str, ...]
+    gives: Float32 | None = None
+
+
+def grown_of(onnx: Any, node: Any, double: bool) -> Read:
+    """The tree of a node. `double`: whether it compares float64."""
+    if node.op_type == REGRESSOR:
+        if double:
+            raise InputError("a regressor takes float64", shown(node), "export it with a float32 input")
+        return _numbers(_attributes(onnx, node, double))
     given = _attributes(onnx, node, double)
     labels = tuple(
         each.decode(errors="replace") if isinstance(each, bytes) else each for name in LABELS for each in given[name]
     )
-    return _grown(given, labels), labels
+    return Read(_grown(given, lambda place, split: _classes(given, place, split, labels)), labels)
+
+
+def _numbers(given: dict[str, Any]) -> Read:
+    """A regressor's tree, whose leaves count in what it gives: weights plus the values that all have in common."""
+    n = int(given["n_targets"] or 1)
+    base = np.array(given["base_values"] or [0.0] * n, dtype=np.float32)
+    if not 1 <= n <= MAX_TARGETS or len(base) != n or (given["aggregate_function"] or b"SUM") not in SUMS:
+        raise InputError("the tree's numbers are put together in a way that is not understood", "base_values", ADVICE)
+    found: list[Float32] = []
+
+    def leaves(place: dict[int, int], split: Bool) -> Any:
+        numbers, listed = _weights(given, "target", place, split, n)
+        if (listed[~split] != 1).any():
+            raise InputError("a leaf has no number, or two for one target", "target_weights", "export it again")
+        found.append(numbers[~split].astype(np.float32) + base)
+        return np.cumsum(~split) - 1
+
+    grown = _grown(given, leaves)
+    if not np.isfinite(found[0]).all():
+        raise InputError("a leaf's number is not finite", "target_weights", "export it again")
+    return Read(grown, (), found[0])
 
 
 def _attributes(onnx: Any, node: Any, double: bool) -> dict[str, Any]:
     """The attributes by name; missing lists are empty. InputError for one that would change what the tree decides."""
+    leaf = TREES[node.op_type]
+    weights, leaf_lists = f"{leaf}_weights", [f"{leaf}_{name}" for name in LEAF_LISTS]
+    more = ("n_targets", "base_values", "aggregate_function") if node.op_type == REGRESSOR else LABELS
+    read = {*NODE_LISTS, *leaf_lists, "nodes_treeids", "nodes_values", weights, *more}
     given = {item.name: onnx.helper.get_attribute_value(item) for item in node.attribute}
-    for name in NUMBERS if double else ():
+    for name in ("nodes_values", weights) if double else ():
         tensor = given.pop(f"{name}_as_tensor", None)
         if tensor is None or name in given or tensor.external_data or tensor.data_type != onnx.TensorProto.DOUBLE:
             what = f"the model's input is DOUBLE, and the tree's {name} are no tensor of doubles"
             raise InputError(what, shown(node), "export it with a float32 input")
         given[name] = onnx.numpy_helper.to_array(tensor).ravel().tolist()
-    unknown = sorted(set(given) - READ - HARMLESS - {*LABELS})
+    unknown = sorted(set(given) - read - HARMLESS)
     changing = [name for name in unknown if name.endswith("_as_tensor") or len(given[name])]
     if changing:
         raise InputError(f"the tree has the attribute {changing[0]!r}, which is not understood", shown(node), ADVICE)
@@ -66,24 +103,25 @@ def _attributes(onnx: Any, node: Any, double: bool) -> dict[str, Any]:
         raise InputError(
             "a node sends missing values to the left", "", "NaN always goes right here: convert a tree without this"
         )
-    found: dict[str, Any] = {name: given.get(name, []) for name in (*READ, *LABELS)}
-    if len({*found["nodes_treeids"], *found["class_treeids"]}) > 1:
+    found: dict[str, Any] = {name: given.get(name, []) for name in read}
+    if len({*found["nodes_treeids"], *found[f"{leaf}_treeids"]}) > 1:
         raise InputError("the ensemble has several trees", shown(node), ADVICE)
     for names, like in (
         (NODE_LISTS, "nodes_values"),
-        (CLASS_LISTS, "class_weights"),
+        (leaf_lists, weights),
         (["nodes_treeids"], "nodes_values"),
     ):
         for name in names:
             if len(found[name]) != len(found[like]) or not found[like]:
                 what = f"{name} has {len(found[name])} entries, {like} has {len(found[like])}"
                 raise InputError(what, shown(node), "export it again")
-    if all(found[name] for name in LABELS):
+    if all(found.get(name) for name in LABELS):
         raise InputError("the tree has both integer and string labels", shown(node), "export it again")
     return found
 
 
-def _grown(given: dict[str, Any], labels: Sequence[int | str]) -> GrownTree:
+def _grown(given: dict[str, Any], leaves: Callable[[dict[int, int], Bool], Any]) -> GrownTree:
+    """The tree. `leaves`: the action at each leaf, anything at splits, from places of nodes and which are splits."""
     modes = [mode.decode(errors="replace") for mode in given["nodes_modes"]]
     unknown = sorted(set(modes) - {LESS_EQUAL, LESS, LEAF})
     if unknown:
@@ -107,29 +145,20 @@ def _grown(given: dict[str, Any], labels: Sequence[int | str]) -> GrownTree:
         np.where(split, np.where(less, neighbour(values, -np.inf, FLOAT64), values), 0.0),
         np.where(split, left, NO_CHILD),
         np.where(split, right, NO_CHILD),
-        np.where(split, NO_ACTION, _classes(given, place, split, labels)),
+        np.where(split, NO_ACTION, leaves(place, split)),
     )
 
 
 def _classes(given: dict[str, Any], place: dict[int, int], split: Bool, labels: Sequence[int | str]) -> np.ndarray:
     """The class at each leaf (anything at splits), where onnxruntime and the reference of ONNX name the same one."""
-    n, ids = len(labels), given["class_ids"]
+    n = len(labels)
     if n < FEWEST_CLASSES or len(set(labels)) != n:
         raise InputError(
             f"the tree has {len(set(labels))} labels for {n} classes",
             "",
             "at least two classes are needed, each with its own label",
         )
-    weights, listed = np.zeros((len(split), n)), np.zeros((len(split), n), dtype=int)
-    for node, label, weight in zip(given["class_nodeids"], ids, given["class_weights"], strict=True):
-        if node not in place or split[place[node]] or not 0 <= label < n or not np.isfinite(weight):
-            raise InputError(
-                f"a weight of class {label} at node {node} does not belong to a leaf and a class, or is not finite",
-                "class_weights",
-                "export it again",
-            )
-        weights[place[node], label] += weight
-        listed[place[node], label] += 1
+    weights, listed = _weights(given, "class", place, split, n)
     leaf = ~split
     if (listed > 1).any() or not listed[leaf].any(axis=1).all():
         raise InputError("a leaf has no weight, or two for one class", "class_weights", "export it again")
@@ -139,6 +168,24 @@ def _classes(given: dict[str, Any], place: dict[int, int], split: Bool, labels: 
         what = f"runtimes differ in the class at leaf {given['nodes_nodeids'][index]}: {said}"
         raise InputError(what, "class_weights", ADVICE)
     return reference
+
+
+def _weights(
+    given: dict[str, Any], leaf: str, place: dict[int, int], split: Bool, n: int
+) -> tuple[Float64, np.ndarray]:
+    """The weight of each class or target at each node, [n_nodes, n], and how many it has there."""
+    weights, listed = np.zeros((len(split), n)), np.zeros((len(split), n), dtype=int)
+    ids, nodes = given[f"{leaf}_ids"], given[f"{leaf}_nodeids"]
+    for node, label, weight in zip(nodes, ids, given[f"{leaf}_weights"], strict=True):
+        if node not in place or split[place[node]] or not 0 <= label < n or not np.isfinite(weight):
+            raise InputError(
+                f"a weight of {leaf} {label} at node {node} does not belong to a leaf and a {leaf}, or is not finite",
+                f"{leaf}_weights",
+                "export it again",
+            )
+        weights[place[node], label] += weight
+        listed[place[node], label] += 1
+    return weights, listed
 
 
 def _readings(weights: Float64, listed: Bool, labels: Sequence[int | str]) -> tuple[np.ndarray, np.ndarray]:
