@@ -91,6 +91,9 @@ def _ensure_boxes(found: Certificate, where: str) -> None:
     if claim.says.once:
         what = "the claim is fulfilled once the region is reached, and nothing is proved of what comes then"
         raise InputError(what, where, "a monitor needs a claim about all states, such as reaches_and_stays")
+    if isinstance(found, InvariantCertificate) and (claim.assuming or any(part.regions for part in found.parts)):
+        what = "the proof assumes something, or follows several states in a row, and a monitor knows one state"
+        raise InputError(what, where, "a monitor needs a proof by cells, of a claim that assumes nothing")
     if isinstance(found, SystemCertificate | InvariantCertificate):
         for half in chain.from_iterable(claim.regions):
             if len(half.form.terms) > 1:

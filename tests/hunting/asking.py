@@ -55,6 +55,7 @@ class Told:
     second: bool = False
     forged: int = 0
     refused: int = 0  # of these
+    close: bool = False  # whether the claim's bound lies within 2 % of the extreme that the judge has sampled
     wrong: list[str] = field(default_factory=list)
 
     def tally(self) -> dict[str, int]:
@@ -67,6 +68,7 @@ class Told:
             "asked of the whole front door": self.front,
             "certificates forged": self.forged,
             "certificates forged, refused": self.refused,
+            "bound within 2 % of the extreme": self.close,
         }
 
 

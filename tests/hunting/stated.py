@@ -1,21 +1,25 @@
 """The judge of stated systems: plays episodes of plain data in exact numbers, and says whether one breaks a claim.
 
-Does: what a system, a team and a claim mean, written down once more; random episodes with starts and errors at bounds.
-Assumes: data as JSON has it: the document of a system, the trees of a profile, and a claim as a dictionary.
-Does not: import anything of ours.
+Does: what a system, a team and a claim mean, written down once more.
+Assumes: data as JSON has it: the document of a system, the trees of a profile, and a claim as a dictionary. A form may
+  have `products` beside its terms: multiples of products of variables.
+Does not: import anything of ours, or choose what is played (sampling.py).
 """
 
-import random
 from fractions import Fraction
+from math import prod
 
 import numpy as np
 
 
 def total(form, state):
     """The value of a sum."""
-    return Fraction(form["constant"]) + sum(
+    found = Fraction(form["constant"]) + sum(
         (Fraction(w) * state[name] for name, w in form["terms"].items()), Fraction(0)
     )
+    for w, names in form.get("products", ()):
+        found += Fraction(w) * prod(state[name] for name in names)
+    return found
 
 
 def meets(half, state):
@@ -78,9 +82,14 @@ def moved(system, agents, state, number, errors):
     return after
 
 
+def within(regions, state):
+    """Whether a state lies in one of some regions."""
+    return any(all(meets(half, state) for half in region) for region in regions)
+
+
 def broken(claim, states):
     """Whether the states of a whole episode break a claim."""
-    inside = [any(all(meets(half, state) for half in region) for region in claim["regions"]) for state in states]
+    inside = [within(claim["regions"], state) for state in states]
     match claim["name"]:
         case "stays_in":
             return not all(inside)
@@ -88,6 +97,13 @@ def broken(claim, states):
             return any(inside)
         case "reaches":
             return not any(inside)
+        case "always":
+            for step, state in enumerate(states):
+                if claim["assuming"] and not within(claim["assuming"], state):
+                    return False  # from here on it says nothing
+                if step >= claim["by"] and not inside[step]:
+                    return True
+            return False
         case _:
             return not all(inside[claim["by"] :])
 
@@ -104,27 +120,3 @@ def played(system, agents, start, steps, choose, errors):
         given = {name: errors(step, name, Fraction(low), Fraction(high)) for name, (low, high) in stated.items()}
         states.append(moved(system, agents, states[-1], number, given))
     return states
-
-
-def sampled(system, agents, bounds, steps, count, seed):
-    """Random episodes from starts within bounds that meet the start region."""
-    rng = random.Random(seed)
-    for _ in range(count):
-        edge = rng.random() < 0.5
-
-        def between(low, high, edge=edge):
-            share = Fraction(rng.randrange(2) * 8 if edge else rng.randrange(9), 8)
-            return low + (high - low) * share
-
-        start = {name: between(Fraction(low), Fraction(high)) for name, (low, high) in bounds.items()}
-        if all(meets(half, start) for half in system["start"]):
-            states = played(
-                system,
-                agents,
-                start,
-                steps,
-                lambda _, pieces: rng.choice(pieces),
-                lambda _s, _n, low, high: between(low, high),
-            )
-            if states is not None:
-                yield states

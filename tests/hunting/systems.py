@@ -1,33 +1,56 @@
 """Questions about stated systems for the hunt, and what is wrong with their answers.
 
-Does: random systems with pieces, errors, modes, cases, choices; half of the claims lie within 2 % of the extreme that
-  the judge has sampled; asks them, and has every answer judged.
-Assumes: stated.py judges by plain data alone.
-Does not: draw curved rules or claims for ever.
+Does: random systems with pieces, errors, modes, cases, choices and curved rules; claims about some steps and for ever,
+  with what is assumed and invariants that are proposed; half of the claims lie within 2 % of the extreme that the judge
+  has sampled; asks them, and has every answer judged.
+Assumes: stated.py and sampling.py judge by plain data alone.
+Does not: know flows.
 """
 
 import json
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
+from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
 from codegen.floats import rational_literal
-from tests.hunting import stated
+from maviper.verification.ask import VerifyOptions
+from maviper.verification.stated import StatedWorld
+from tests.hunting import curved, stated
 from tests.hunting.asking import Told
+from tests.hunting.sampling import Episodes
+from tests.support.system_cases import form
 from tests.verify.reach import random_modes, random_systems
+from verify.certificates.systems import to_json
+from verify.checker.covers.certificates import from_json
 from verify.claims.region import UNBOUNDED
 from verify.question import Budgets, Question
-from verify.reach.decide import decide
 from verify.solver.unrolled import opinion
 from verify.subjects import ClosedLoop
 from verify.systems import documents
-from verify.systems.claims import Pattern
+from verify.systems.claims import Pattern, SystemClaim
+from verify.systems.statement import Statement
 from verify.systems.system import Affine, HalfSpace
+from verify.verdicts.systems import verify_system
 
-BUDGETS = Budgets(max_boxes=200_000, max_states=400, max_programs=4_000, samples=1_024)
-EPISODES = 200
+BUDGETS = Budgets(max_boxes=10_000, max_states=100, max_programs=1_000, samples=512)
+EPISODES = 1_000
 NEAR = (Fraction(98, 100), Fraction(102, 100))
+LONG, BENT = 30, 6  # steps of a claim for ever in which the judge looks; where squares double the digits each time
+SECOND = 32  # of so many questions one is asked of the solver too
+
+
+@dataclass(frozen=True)
+class Case:
+    """A question as it is drawn, and the system as the judge reads it. `statement`: where rules are curved."""
+
+    system: Any
+    profile: Any
+    claim: SystemClaim
+    plain: dict[str, Any]
+    statement: Statement | None = None
 
 
 def nodes(policy):
@@ -65,65 +88,135 @@ def plain(value):
 
 def claimed(claim):
     """A claim as the judge reads it."""
-    regions = [
-        [{"below" if half.strict else "most": documents._affine(half.form)} for half in region]
-        for region in claim.regions
-    ]
-    return {"name": claim.name, "by": claim.by, "regions": regions}
+
+    def read(regions):
+        return [
+            [{"below" if half.strict else "most": documents._affine(half.form)} for half in each] for each in regions
+        ]
+
+    return plain({"name": claim.name, "by": claim.by, "regions": read(claim.regions), "assuming": read(claim.assuming)})
 
 
-def near(rng, system, claim, episodes):
-    """The claim that a sum stays below a bound close to what was sampled; the claim itself where nothing was."""
-    form = random_systems.affine(rng, [one.name for one in system.variables if not one.modes], [Fraction(0)])
-    values = [form.at(state) for states in episodes for state in states]
-    if not values or max(values) <= 0:
-        return claim
-    end = max(values) * NEAR[int(rng.integers(2))]
-    return replace(claim, pattern=Pattern.STAYS_IN, regions=((HalfSpace(Affine.of(dict(form.terms), -end)),),), by=0)
+def drawn(rng):
+    """A case."""
+    way = rng.random()
+    if way < 0.2:
+        statement, profile, told = curved.case(rng)
+        claim = SystemClaim(Pattern.STAYS_IN, (random_systems.polytope(rng, curved.NAMES),), int(rng.integers(1, 6)))
+        return Case(statement.system, profile, claim, told, statement)
+    system, profile, claim = (random_modes if way < 0.6 else random_systems).case(rng)
+    return Case(system, profile, claim, plain(documents.document(system)))
+
+
+def numbers(system):
+    """The names of the variables that are no modes."""
+    return [one.name for one in system.variables if not one.modes]
+
+
+def for_ever(rng, case):
+    """The claim as one about all steps, sometimes late, with assumed regions, or with a proposed invariant."""
+    names, by = numbers(case.system), int(rng.integers(1, 6)) if rng.random() < 0.4 else 0
+    assuming = (random_systems.polytope(rng, names),) if rng.random() < 0.3 else ()
+    steps = LONG if case.statement is None else BENT
+    found = replace(case.claim, pattern=Pattern.ALWAYS, by=by, steps=steps, assuming=assuming)
+    if rng.random() < 0.4:
+        sizes = {name: random_systems.some(rng, [Fraction(1), Fraction(2), Fraction(4)]) for name in names}
+        box = [HalfSpace(form(-size, **{name: sign})) for name, size in sizes.items() for sign in (1, -1)]
+        sloped = [HalfSpace(random_systems.affine(rng, names, [Fraction(-1), Fraction(-2)]))]
+        found = replace(found, invariant=(tuple(box + sloped * (rng.random() < 0.4)),))
+    if rng.random() < 0.4:
+        size = random_systems.some(rng, [Fraction(1), Fraction(2), Fraction(4)])
+        found = replace(found, regions=(tuple(HalfSpace(form(-size, **{n: s})) for n in names for s in (1, -1)),))
+    return found
+
+
+def near(rng, case, claim, episodes):
+    """The claim that a sum stays below a bound close to what was sampled; None where nothing was."""
+    total = random_systems.affine(rng, numbers(case.system), [Fraction(0)])
+    found = episodes.most(plain(documents._affine(total)), claim.by)
+    if found is None or not 2.0**-10 < abs(found) < 2.0**40:
+        return None
+    end = Fraction(found).limit_denominator(1 << 20) * NEAR[int(rng.integers(2))]
+    region = (HalfSpace(Affine.of(dict(total.terms), -end)),)
+    pattern = claim.pattern if claim.says.ever else Pattern.STAYS_IN
+    return replace(claim, pattern=pattern, regions=(region,), by=claim.by if claim.says.ever else 0, assuming=())
 
 
 def ask(seed, thorough):
     """The answer to the question of a seed."""
     rng = np.random.default_rng([seed, 33])
-    system, profile, claim = (random_modes if rng.random() < 0.6 else random_systems).case(rng)
-    told, judged = (
-        plain(documents.document(system)),
-        [{"agent": one.agent, "nodes": nodes(one)} for one in profile.agents],
+    case = drawn(rng)
+    claim = for_ever(rng, case) if rng.random() < 0.4 else case.claim
+    agents, starts = (
+        [{"agent": one.agent, "nodes": nodes(one)} for one in case.profile.agents],
+        plain(bounds(case.system)),
     )
-    count = EPISODES * (5 if thorough else 1)
-    starts = plain(bounds(system))
-    episodes = (
-        list(stated.sampled(told, judged, starts, claim.steps, count, seed))
-        if len(starts) == len(system.variables)
-        else []
-    )
-    if rng.random() < 0.75:
-        claim = near(rng, system, claim, episodes)
-    question = Question(ClosedLoop(profile, system), claim, UNBOUNDED, budgets=BUDGETS)
-    found, asked = decide(question), claimed(claim)
-    answer = Told(seed, found.verdict.value, claim.name, 2, conflict=bool(episodes))
-    violated = any(stated.broken(asked, states) for states in episodes)
-    answer.judged = "violated" if violated else ""
+    episodes = None
+    if len(starts) == len(case.system.variables):
+        count = EPISODES * (5 if thorough else 1)
+        episodes = Episodes(case.plain, agents, starts, claim.steps, count, seed)
+    close = near(rng, case, claim, episodes) if episodes and rng.random() < 0.75 else None
+    claim = close or claim
+    asked, found = claimed(claim), answered(case, claim)
+    alive = episodes is not None and bool(episodes.alive[-1].any())
+    violated = episodes is not None and episodes.broken(asked)
+    answer = Told(seed, found.verdict.value, claim.name, 2, conflict=alive, judged="violated" if violated else "")
+    answer.close = close is not None
+    evidence = found.evidence
     if found.verdict.value == "PROVED" and violated:
         answer.wrong.append("PROVED, and the judge has an episode that breaks it")
-    if found.counterexample is not None and not _replays(told, judged, starts, claim, asked, found.counterexample):
+    if found.verdict.value == "PROVED" and from_json(to_json(evidence.certificate)) != evidence.certificate:
+        answer.wrong.append("PROVED by a certificate that is another one once it is read")
+    if evidence.counterexample is not None and not replays(case, agents, starts, claim, evidence.counterexample):
         answer.wrong.append("VIOLATED by an episode that is none, or breaks nothing")
-    if thorough or seed % 8 == 0:
-        answer.second, second = True, opinion(question).verdict.value
+    if case.statement is None and (thorough or seed % SECOND == 0):
+        answer.second, second = True, opinion(question(case, claim)).verdict.value
         if {second, found.verdict.value} == {"PROVED", "VIOLATED"}:
             answer.wrong.append(f"{found.verdict.value}, and the solver says {second}")
     return answer
 
 
-def _replays(told, judged, starts, claim, asked, found):
+def question(case, claim):
+    """What is asked."""
+    return Question(ClosedLoop(case.profile, case.system), claim, UNBOUNDED, budgets=BUDGETS)
+
+
+def answered(case, claim):
+    """The result, by the door that a user takes where rules are curved."""
+    if case.statement is None:
+        return verify_system(question(case, claim), beside=False)
+    world = StatedWorld(case.profile, case.statement, (claim,), {}, {}, VerifyOptions(verdict_only=True))
+    return world.answer(question(case, claim), beside=False)
+
+
+def replays(case, agents, starts, claim, found):
     """Whether the judge finds a counterexample to be one: it ends where the claim is broken, whatever comes later."""
-    start = dict(found.start)
+    start, asked = dict(found.start), claimed(claim)
     inside = all(Fraction(low) <= start[name] <= Fraction(high) for name, (low, high) in starts.items())
-    if not inside or not all(stated.meets(half, start) for half in told["start"]):
+    if not inside or not all(stated.meets(half, start) for half in case.plain["start"]):
         return False
+    if case.statement is not None:
+        return follows(case.plain, agents, found.states) and stated.broken(asked, found.states)
 
     def error(step, name, low, high):
         return min(max(found.errors[step].get(name, Fraction(0)), low), high)
 
-    states = stated.played(told, judged, start, found.step, lambda step, _: found.pieces[step], error)
+    states = stated.played(case.plain, agents, start, found.step, lambda step, _: found.pieces[step], error)
     return states is not None and states == [dict(each) for each in found.states] and stated.broken(asked, states)
+
+
+ROUNDED = Fraction(1, 1 << 40)  # what float64 arithmetic may be off in a step of a curved rule
+
+
+def follows(system, agents, states):
+    """Whether each state follows the one before by the rules, with an error within its bounds, but for rounding."""
+    (piece,) = system["pieces"]
+    for state, after in pairwise(states):
+        if not stated.holding(system, state):
+            return False
+        exact = stated.moved(system, agents, state, 0, {})
+        for name, value in exact.items():
+            low, high = map(Fraction, piece["error"].get(name, ("0", "0")))
+            if not low - ROUNDED <= after[name] - value <= high + ROUNDED:
+                return False
+    return True

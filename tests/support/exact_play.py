@@ -59,7 +59,15 @@ def breaks(claim, states):
         return any(met)
     if kind == "reaches":
         return len(met) == claim.steps + 1 and not any(met)
+    if kind == "always":
+        return not all(met[claim.by : _spoken_of(claim, states)])
     return not all(met[claim.by if kind == "reaches_and_stays" else 0 :])
+
+
+def _spoken_of(claim, states):
+    """How many of the states a claim speaks of: those before the first that lies outside of what it assumes."""
+    outside = [not any(meets(region, state) for region in claim.assuming) for state in states] if claim.assuming else []
+    return outside.index(True) if True in outside else len(states)
 
 
 def drawn(random, low, high):
@@ -121,6 +129,7 @@ def refuted(random, question, times):
             continue
         states, left = episode(random, system, profile, first, claim.steps)
         fulfilled = claim.pattern.value == "reaches" and any(inside(claim, state) for state in states)
+        fulfilled = fulfilled or _spoken_of(claim, states) < len(states)
         if breaks(claim, states) or (left and not fulfilled):
             return True
     return False

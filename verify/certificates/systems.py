@@ -5,7 +5,8 @@ Assumes: nothing.
 Does not: check what it writes.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from fractions import Fraction
 from typing import Any
 
 from codegen.floats import rational_literal
@@ -14,7 +15,7 @@ from verify.certificates.proofs import proof_lines
 from verify.checker.covers.certificates import FORM as COVER_FORM
 from verify.checker.covers.certificates import FORMS, AnyCertificate, CoverCertificate
 from verify.checker.covers.forever import FORM as FOREVER_FORM
-from verify.checker.covers.forever import InvariantCertificate
+from verify.checker.covers.forever import WHOLE, InvariantCertificate, InvariantRegion
 from verify.checker.envelope import body_hash
 from verify.checker.flows.certificates import FORM as FLOW_FORM
 from verify.checker.flows.certificates import FlowCertificate
@@ -22,7 +23,7 @@ from verify.checker.systems.certificates import FORM, SystemCertificate
 from verify.claims.formula import Linear
 from verify.claims.uncertified.documents import formula_document
 from verify.systems.claims import SystemClaim
-from verify.systems.system import HalfSpace
+from verify.systems.system import HalfSpace, Polytope
 
 
 def to_json(certificate: AnyCertificate | FlowCertificate) -> str:
@@ -33,7 +34,7 @@ def to_json(certificate: AnyCertificate | FlowCertificate) -> str:
         "profile": certificate.profile,
         "system": certificate.system,
         "claim": claim_document(certificate.claim),
-        "inhabitant": {name: rational_literal(value) for name, value in certificate.inhabitant.items()},
+        "inhabitant": _numbers_document(certificate.inhabitant),
         **proof,
     }
     return layout(body | {"content_hash": body_hash(body)}) + "\n"
@@ -44,7 +45,7 @@ def _walked(certificate: SystemCertificate) -> tuple[str, dict[str, Any]]:
         {
             "followed": list(part.followed),
             "shows": list(part.shows),
-            "hulls": [{"step": hull.step, "region": list(map(_half_document, hull.region))} for hull in part.hulls],
+            "hulls": [{"step": hull.step, "region": _region_document(hull.region)} for hull in part.hulls],
             "proof": proof_lines(part.proof),
         }
         for part in certificate.parts
@@ -53,7 +54,7 @@ def _walked(certificate: SystemCertificate) -> tuple[str, dict[str, Any]]:
 
 
 def _covered(certificate: CoverCertificate) -> tuple[str, dict[str, Any]]:
-    widths = {name: rational_literal(width) for name, width in certificate.widths.items()}
+    widths = _numbers_document(certificate.widths)
     sets = {"sets": FORMS} if certificate.forms else {}
     return COVER_FORM, {"cells": widths, "cuts": proof_lines(certificate.cuts), **sets}
 
@@ -61,17 +62,28 @@ def _covered(certificate: CoverCertificate) -> tuple[str, dict[str, Any]]:
 def _lasting(certificate: InvariantCertificate) -> tuple[str, dict[str, Any]]:
     parts = [
         {
-            "widths": {name: rational_literal(width) for name, width in part.widths.items()},
+            "widths": _numbers_document(part.widths),
             "steps": part.steps,
             "cells": proof_lines(part.cells),
+            **({"regions": list(map(_cut_region, part.regions))} if part.regions else {}),
+            **({"cuts": proof_lines(part.cuts)} if part.cuts != WHOLE else {}),
+            **({"joined": _numbers_document(part.joined)} if part.joined else {}),
         }
         for part in certificate.parts
     ]
     return FOREVER_FORM, {"parts": parts}
 
 
+def _cut_region(one: InvariantRegion) -> dict[str, Any]:
+    return {"region": _region_document(one.region), "cuts": proof_lines(one.cuts)}
+
+
+def _numbers_document(numbers: Mapping[str, Fraction]) -> dict[str, str]:
+    return {name: rational_literal(number) for name, number in numbers.items()}
+
+
 def _flowing(certificate: FlowCertificate) -> tuple[str, dict[str, Any]]:
-    widths = {name: rational_literal(width) for name, width in certificate.widths.items()}
+    widths = _numbers_document(certificate.widths)
     made = {"order": certificate.order, "steps": certificate.steps, "cells": widths}
     samples = {"at_samples": certificate.claim.at_samples}
     return FLOW_FORM, {**samples, **made, "cuts": proof_lines(certificate.cuts)}
@@ -87,13 +99,19 @@ def claim_document(claim: SystemClaim) -> dict[str, Any]:
     return {
         "name": claim.name,
         "kind": claim.pattern.value,
-        "regions": [[_half_document(half) for half in region] for region in claim.regions],
+        "regions": list(map(_region_document, claim.regions)),
         "steps": claim.steps,
         "by": claim.by,
         "formula": formula_document(claim.formula),
         "label": claim.label,
         "region": claim.region,
+        **({"assuming": list(map(_region_document, claim.assuming))} if claim.assuming else {}),
+        **({"assumed": claim.assumed} if claim.assumed else {}),
     }
+
+
+def _region_document(region: Polytope) -> list[dict[str, Any]]:
+    return list(map(_half_document, region))
 
 
 def _half_document(half: HalfSpace) -> dict[str, Any]:

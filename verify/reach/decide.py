@@ -33,8 +33,8 @@ from verify.checker.systems.walk import FollowedPart
 from verify.claims.formula import agents
 from verify.progress import tell
 from verify.question import Budgets, Question
+from verify.reach.forever.lasting import lasting
 from verify.reach.formwise import formwise
-from verify.reach.invariants import lasting
 from verify.reach.parts import divided, whole
 from verify.reach.replay import Course, replayed
 from verify.reach.results import NO_STATE, ROOM, OpenState, ReachOutcome, SystemCounterexample

@@ -51,7 +51,7 @@ def is_start(system: System, claim: SystemClaim, state: State) -> bool:
         return False
     if claim.about_decisions:
         return not claim.regions or holds(claim.inside, state, {})
-    return all(half.holds(state) for half in system.start)
+    return all(half.holds(state) for half in system.start) and holds(claim.spoken_of, state, {})
 
 
 def _played(profile: PolicyProfile, system: System, claim: SystemClaim, course: Course) -> SystemCounterexample | None:

@@ -55,7 +55,8 @@ def inhabitant(system: System, claim: SystemClaim) -> Mapping[str, Fraction] | V
     """A state that a claim is about; VACUOUS where there is none, UNKNOWN where none was found."""
     reading = SystemReading(system, [one.name for one in system.variables])
     answer = Verdict.VACUOUS
-    for polytope in (claim.regions or ((),)) if claim.about_decisions else (system.start,):
+    stated = [(*system.start, *region) for region in claim.assuming] or [system.start]
+    for polytope in (claim.regions or ((),)) if claim.about_decisions else stated:
         branch = reading.start(polytope)
         if branch is None:
             continue

@@ -27,7 +27,7 @@ from verify.reports.telling import Telling, sets, shown
 from verify.reports.trajectories import moment
 from verify.result import Result, Verdict
 from verify.systems import documents
-from verify.systems.claims import SystemClaim
+from verify.systems.claims import Pattern, SystemClaim
 from verify.systems.language.expressions import Number
 from verify.systems.pieces import curved
 from verify.systems.statement import Statement
@@ -215,6 +215,8 @@ def facts(result: Result[SystemClaim, Any], place: int) -> dict[str, Any]:
         "regions": list(map(region_facts, claim.regions)),
         "steps": claim.steps,
         "by": claim.by,
+        **({"assuming": list(map(region_facts, claim.assuming))} if claim.assuming else {}),
+        **({"invariant": list(map(region_facts, claim.invariant))} if claim.invariant else {}),
         "verdict": result.verdict.value,
         "meaning": meanings[result.verdict],
         "reason": result.reason,
@@ -304,7 +306,8 @@ def _open(told: Mapping[str, Any]) -> list[str]:
     """What an answer lacks, and what may help."""
     found: list[str] = []
     if "open" in told:
-        where = f" at step {told['open']['step']} of {told['steps']}" if not is_still(told) else ""
+        step, ever = told["open"]["step"], told["name"] == Pattern.ALWAYS.value
+        where = "" if is_still(told) or (ever and not step) else f" at step {step} of {told['steps']}"
         bounds = within(told)
         found.append(
             f"open: a set of states{where}, within {', '.join(bounds[:SHOWN])}{', ...' * (len(bounds) > SHOWN)}"

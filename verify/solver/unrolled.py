@@ -68,9 +68,10 @@ def written(profile: PolicyProfile, system: System, claim: SystemClaim) -> tuple
     leaving: list[Test] = []
     for step, state in enumerate(states):
         within = disjunction(*(_inside(region, state) for region in claim.regions))
+        before += [disjunction(*(_inside(region, state) for region in claim.assuming))] if claim.assuming else []
         bad = {
             Pattern.STAYS_IN: negation(within),
-            Pattern.ALWAYS: negation(within),
+            Pattern.ALWAYS: negation(within) if step >= claim.by else terms.constant(False),
             Pattern.AVOIDS: within,
             Pattern.REACHES: negation(within) if step == claim.steps else terms.constant(False),
             Pattern.REACHES_AND_STAYS: negation(within) if step >= claim.by else terms.constant(False),

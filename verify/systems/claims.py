@@ -12,7 +12,9 @@ An episode is a start and `steps` steps, so it has steps + 1 states, numbered fr
     avoids              no state lies in any of the regions
     reaches             some state lies in one of the regions
     reaches_and_stays   every state from number `by` on lies in one of the regions
-    always              every state lies in one of the regions, however long the episode is
+    always              every state from number `by` on lies in one of the regions, however long the episode is
+
+A claim for ever may assume regions: then it speaks of an episode only while all its states so far lie in one of these.
 """
 
 from __future__ import annotations
@@ -64,6 +66,7 @@ class _Says(NamedTuple):
     once: bool = False  # whether one state in the regions is enough
     still: bool = False  # whether it speaks of single decisions instead
     ever: bool = False  # whether it speaks of all steps, however many; counterexamples are looked for in `steps`
+    late: str = ""  # the words where `by` is above 0, if these are others
 
 
 SAYS: Mapping[Pattern, _Says] = {
@@ -72,7 +75,12 @@ SAYS: Mapping[Pattern, _Says] = {
     Pattern.AVOIDS: _Says("every episode of {steps} steps avoids {regions}", avoided=True),
     Pattern.REACHES: _Says("every episode reaches {regions} within {steps} steps", "steps", once=True),
     Pattern.REACHES_AND_STAYS: _Says("every episode is in {regions} from step {by} to step {steps}", "by"),
-    Pattern.ALWAYS: _Says("every episode stays in {regions} for ever", ever=True),
+    Pattern.ALWAYS: _Says(
+        "every episode stays in {regions} for ever",
+        "by",
+        ever=True,
+        late="every episode is in {regions} by step {by}, and from then on always",
+    ),
 }
 
 
@@ -87,10 +95,15 @@ class SystemClaim:
     pattern: Pattern
     regions: tuple[Polytope, ...] = ()
     steps: int = 0  # of an episode
-    by: int = 0  # reaches_and_stays: the first step at which the state lies in the regions
+    by: int = 0  # reaches_and_stays, always: the first step from which on the state lies in the regions
     formula: Formula = TRUE  # decides: over variables and actions
     # of a system in continuous time: whether it is about samples only; None: the system moves in steps
     at_samples: bool | None = None
+    assuming: tuple[
+        Polytope, ...
+    ] = ()  # always: the regions that an episode lies in while the claim speaks of it; none: all
+    invariant: tuple[Polytope, ...] = field(default=(), compare=False)  # always: what a user proposes; it means nothing
+    assumed: str = field(default="", compare=False)  # what a user calls the regions that are assumed
     label: str = field(default="", compare=False)  # what a user calls it
     region: str = field(default="", compare=False)  # what a user calls the regions
     written: str = field(default="", compare=False)  # decides: the formula as a user wrote it
@@ -118,7 +131,9 @@ class SystemClaim:
         if self.about_decisions:
             called = f"of the ranges {self.region or 'and of the region'}" if self.regions else "of the ranges"
         times = {None: "", True: ", at samples", False: ", at all times"}[self.at_samples]
-        return self.says.words.format(regions=called, steps=self.steps, by=self.by) + times
+        while_in = f", as long as it stays in {self.assumed or 'what is assumed'}" if self.assuming else ""
+        words = (self.by and self.says.late) or self.says.words
+        return words.format(regions=called, steps=self.steps, by=self.by) + times + while_in
 
     @property
     def says(self) -> _Says:
@@ -133,17 +148,25 @@ class SystemClaim:
     @property
     def inside(self) -> Formula:
         """That a state lies in one of the regions."""
-        return disjunction(*(conjunction(*map(atom, polytope)) for polytope in self.regions))
+        return _in_one_of(self.regions)
+
+    @property
+    def spoken_of(self) -> Formula:
+        """That a state lies in one of the regions that are assumed."""
+        return _in_one_of(self.assuming) if self.assuming else TRUE
 
     def broken(self, step: int) -> Formula:
         """The states that the claim excludes at a step of an episode."""
         if self.says.avoided:
             return self.inside
         first = {"": 0, "steps": self.steps, "by": self.by}[self.says.first]
-        return negated(self.inside) if step >= first else FALSE
+        outside = negated(self.inside) if step >= first else FALSE
+        return conjunction(self.spoken_of, outside) if self.assuming else outside
 
     def fulfilled(self, step: int) -> Formula:
         """The states of a step with which an episode fulfils the claim, whatever comes later."""
+        if self.assuming:
+            return negated(self.spoken_of)
         return self.inside if self.says.once and step < self.steps else FALSE
 
     def ensure(self) -> None:
@@ -158,6 +181,13 @@ class SystemClaim:
             raise InputError(f"step {self.by} is no step of an episode of {self.steps}", f"claim {self.shown}")
         if not self.regions:
             raise InputError(f"{self.name} names no region", f"claim {self.shown}", "name a polytope at least")
+        if self.assuming and not self.says.ever:
+            raise InputError(f"{self.name} assumes nothing", f"claim {self.shown}", "only claims for ever do")
+
+
+def _in_one_of(regions: tuple[Polytope, ...]) -> Formula:
+    """That a state lies in one of some regions."""
+    return disjunction(*(conjunction(*map(atom, polytope)) for polytope in regions))
 
 
 def atom(half: HalfSpace) -> Formula:

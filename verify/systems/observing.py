@@ -48,14 +48,14 @@ def measured(feature: Feature, state: State) -> Fraction:
 
 
 def observed(system: System, policy: AgentPolicy, state: State) -> Floats:
-    """What an agent observes in a state, [n_features] of the numbers that it compares. KeyError for a feature that the
-    system does not have.
+    """What an agent observes in a state, [1, n_features] of the numbers that it compares. KeyError for a feature that
+    the system does not have.
     """
     features = system.features[policy.agent]
     exact = [measured(features[feature.name], state) for feature in policy.features]
     if policy.numbers == FLOAT32:
-        return np.array([nearest(value) for value in exact], dtype=np.float32)
-    return np.array([nearest_double(value) for value in exact])
+        return np.array([[nearest(value) for value in exact]], dtype=np.float32)
+    return np.array([[nearest_double(value) for value in exact]], dtype=np.float64)
 
 
 def chosen(system: System, profile: PolicyProfile, state: State) -> Mapping[str, int]:

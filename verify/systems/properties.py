@@ -5,7 +5,7 @@ Assumes: the names of a statement, and the profile whose actions formulas speak 
 Does not: decide. Formulas are parsed, never evaluated.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -17,21 +17,24 @@ from verify.claims.language.tables import Table, properties, read_each
 from verify.claims.region_files import is_list, is_table
 from verify.exact import plain
 from verify.language.arithmetic import Typed
-from verify.systems.claims import MAX_STEPS, Pattern, SystemClaim
+from verify.systems.claims import MAX_STEPS, SAYS, Pattern, SystemClaim
 from verify.systems.curves.claims import CurvedClaim
 from verify.systems.curves.formulas import without_curves
 from verify.systems.curves.reading import Curves
 from verify.systems.files import region_of, region_parts
 from verify.systems.language.expressions import Number, names
 from verify.systems.language.parsing import Names
+from verify.systems.regions import is_empty
 from verify.systems.statement import Statement
+from verify.systems.system import Polytope
 from verify.systems.values import ADVICE, as_list, as_table, count, flat, only, text
 from verify.systems.values import table as table_of
 from verify.toml_places import Place, parse
 
 PATTERNS = {pattern.value: pattern for pattern in Pattern}
 PLAYED = 200  # steps in which counterexamples of `always` are looked for
-KEYS = ("name", "label", "region", "steps", "by", "formula", "at_samples", "cuts")
+KEYS = ("name", "label", "region", "steps", "by", "formula", "at_samples", "cuts", "assuming", "invariant")
+FOR_EVER = ("assuming", "invariant")  # parameters of claims for ever
 MAX_CUTS = 1_000  # of a range
 
 
@@ -76,16 +79,13 @@ def _claim(
 ) -> SystemClaim:
     only(table, KEYS, where)
     label = text(table.get("label", ""), where / "label")
-    given = table.get("region", [])
-    stated = [given] if is_table(given) else as_list(given, where / "region")
     place = where / "region"
-    places = [place / index for index in range(len(stated))] if is_list(given) else [place]
-    regions = tuple(region_of(each, statement.names, at) for each, at in zip(stated, places, strict=True))
+    stated, regions = _regions(table, "region", statement, where)
     words = " or ".join(_words(each, place) for each in stated)
     name = text(table.get("name", Pattern.DECIDES.value), where / "name")
     only({name: None}, PATTERNS, where, "property")
     pattern = PATTERNS[name]
-    for key in ("formula", "cuts") if pattern is not Pattern.DECIDES else ("steps", "by", "at_samples"):
+    for key in ("formula", "cuts") if pattern is not Pattern.DECIDES else ("steps", "by", "at_samples", *FOR_EVER):
         if key in table:
             raise InputError(f"{name} has no {key}", where / key, "remove it")
     if pattern is Pattern.DECIDES:
@@ -97,17 +97,11 @@ def _claim(
     if not statement.moves:
         what = f"{name} is about episodes, and the file does not say how the state moves"
         raise InputError(what, where, "add [dynamics.next], or write a formula")
-    steps = _steps(table, pattern, statement, where)
-    by = 0
-    if pattern is Pattern.REACHES_AND_STAYS:
-        if "by" not in table:
-            raise InputError(f"{name} needs the step by which the region is reached", where, "write by = 20")
-        by = count(table["by"], where / "by", steps)
-    elif "by" in table:
-        raise InputError(f"{name} has no by", where / "by", "remove it, or ask for reaches_and_stays")
-    return SystemClaim(
+    steps, by = _steps(table, pattern, statement, where)
+    claim = SystemClaim(
         pattern, regions, steps, by, at_samples=_times(table, statement, where), label=label, region=words
     )
+    return _for_ever(claim, table, statement, where)
 
 
 def _decides(
@@ -148,15 +142,48 @@ def _decides(
     return replace(begun, formula=stronger, curved=CurvedClaim(replace(begun, formula=weaker), enclosures))
 
 
-def _steps(table: Mapping[str, object], pattern: Pattern, statement: Statement, where: Place) -> int:
-    """The steps of a claim about episodes; of one for ever those in which counterexamples are looked for."""
-    usual = statement.system.steps
+def _regions(
+    table: Mapping[str, object], key: str, statement: Statement, where: Place
+) -> tuple[Sequence[object], tuple[Polytope, ...]]:
+    """One region or a list of them, as they are written and as data; none where the key is not there."""
+    given, place = table.get(key, []), where / key
+    stated = [given] if is_table(given) else as_list(given, place)
+    places = [place / index for index in range(len(stated))] if is_list(given) else [place]
+    return stated, tuple(region_of(each, statement.names, at) for each, at in zip(stated, places, strict=True))
+
+
+def _for_ever(claim: SystemClaim, table: Mapping[str, object], statement: Statement, where: Place) -> SystemClaim:
+    """The claim with what claims for ever alone have."""
+    if not claim.says.ever:
+        for key in FOR_EVER:
+            if key in table:
+                raise InputError(f"{claim.name} has no {key}", where / key, "remove it, or ask for always")
+        return claim
+    stated, assuming = _regions(table, "assuming", statement, where)
+    assumed = " or ".join(_words(each, where / "assuming") for each in stated)
+    invariant = _regions(table, "invariant", statement, where)[1]
+    for place, region in enumerate(invariant):
+        if is_empty(region):
+            raise InputError("no state lies in this region", where / "invariant" / place, "remove it, or widen it")
+    return replace(claim, assuming=assuming, assumed=assumed, invariant=invariant)
+
+
+def _steps(table: Mapping[str, object], pattern: Pattern, statement: Statement, where: Place) -> tuple[int, int]:
+    """The steps of a claim about episodes, of one for ever those in which counterexamples are looked for; and `by`."""
+    usual, says = statement.system.steps, SAYS[pattern]
+    if pattern is Pattern.REACHES_AND_STAYS and "by" not in table:
+        raise InputError(f"{pattern.value} needs the step by which the region is reached", where, "write by = 20")
+    if says.first != "by" and "by" in table:
+        what, advice = f"{pattern.value} has no by", "remove it, or ask for reaches_and_stays or always"
+        raise InputError(what, where / "by", advice)
     if pattern is Pattern.ALWAYS:
         if statement.system.flow is not None:
             what = "always is about steps, and the system moves in continuous time"
             raise InputError(what, where, "ask for stays_in with a number of steps")
-        usual = max(usual, PLAYED)
-    return count(table.get("steps", usual), where / "steps", MAX_STEPS)
+        later = count(table["by"], where / "by", MAX_STEPS) if "by" in table else 0
+        usual = min(MAX_STEPS, later + max(usual, PLAYED))
+    steps = count(table.get("steps", usual), where / "steps", MAX_STEPS)
+    return steps, count(table["by"], where / "by", steps) if "by" in table else 0
 
 
 def _times(table: Mapping[str, object], statement: Statement, where: Place) -> bool | None:

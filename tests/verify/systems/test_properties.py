@@ -98,6 +98,11 @@ def test_claims_of_every_kind():
         ('[[property]]\nname = "stays_in"\nregion = { box = { x = 1 } }\nby = 3\n', "stays_in has no by"),
         ('[[property]]\nname = "reaches_and_stays"\nregion = { box = { x = 1 } }\n', "needs the step"),
         ('[[property]]\nname = "reaches_and_stays"\nregion = { box = { x = 1 } }\nby = 11\n', "from 1 to 10"),
+        ('[[property]]\nname = "stays_in"\nregion = { box = { x = 1 } }\nassuming = []\n', "stays_in has no assuming"),
+        (
+            '[[property]]\nname = "always"\nregion = { box = { x = 1 } }\ninvariant = { box = { x = [2, 1] } }\n',
+            "above",
+        ),
         ('[[property]]\nname = "stays_in"\nformula = "x > 0"\n', "stays_in has no formula"),
         ('[[property]]\nformula = "x > 0"\nsteps = 3\n', "decides has no steps"),
         ('[[property]]\nformula = "acts(cart) == up"\n', "unknown action of cart 'up'"),
@@ -147,3 +152,14 @@ def test_faults_have_their_lines_and_all_are_told():
         statement_of(CART.replace("dt*v", "dt*w"), "f")
     line = 1 + CART.splitlines().index('x = "x + dt*v"')
     assert raised.value.where.startswith(f"f, line {line}: dynamics.next.x, column 8\n  x + dt*w\n")
+
+
+def test_claims_for_ever():
+    """What is assumed and what is proposed are regions like any other; a late claim is looked into for longer."""
+    always = '[[property]]\nname = "always"\nregion = { box = { x = [-1, 1] } }\n'
+    more = 'by = 30\nassuming = [{ box = { v = [-1, 1] } }, { box = { v = 2 } }]\ninvariant = { where = ["x <= 1"] }\n'
+    plain, late = claims_in(always + always + more, statement_of(CART, "f"), PROFILE, "g")
+    assert (plain.by, plain.steps, plain.assuming, plain.invariant) == (0, 200, (), ())
+    assert (late.by, late.steps, len(late.assuming), len(late.invariant)) == (30, 230, 2, 1)
+    assert late.sentence.endswith("from then on always, as long as it stays in v in [-1, 1] or v = 2")
+    assert "stays in x in [-1, 1] for ever" in plain.sentence

@@ -1,12 +1,12 @@
-"""Certificates of claims about episodes of any length: an invariant as cells.
+"""Certificates of claims about episodes of any length: an invariant as cells or as regions.
 
-Does: reads the document; whether it fits a profile and a system, and its cells are an invariant that shows the claim.
+Does: reads the document; whether it fits a profile and a system, and its sets are an invariant that shows the claim.
 Assumes: a profile and a system that were read and checked; a document that anyone made.
 Does not: prove, or write (verify/certificates).
 
 The numbers of a part are, for each followed variable, the least cell (zigzag: 2n, or -2n - 1 below 0) and how many it
 spans; then the cells in order, each as its distance from the one before. A cell's number has one digit for each
-variable, the first the highest.
+variable, the first the highest. Cuts are those of covers (README.md).
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
+from types import MappingProxyType
 from typing import Any, ClassVar, NamedTuple
 
 import msgspec
@@ -22,26 +23,48 @@ import numpy as np
 
 from codegen.errors import InputError
 from codegen.ir import Int64, PolicyProfile
-from verify.checker.covers.boxes import Watch
-from verify.checker.covers.invariants import MAX_SPAN, MAX_STEPS, InvariantSweep, ensure_shown
+from verify.checker.covers.boxes import BoxList, Watch
+from verify.checker.covers.invariants import MAX_SPAN, MAX_STEPS, InvariantSweep, RegionSweep, ensure_shown
 from verify.checker.covers.rounding import floor
 from verify.checker.envelope import REMAKE, ensure_whole, numbers, read_proof, undamaged
 from verify.checker.reading import RejectedError
-from verify.checker.systems.certificates import SystemClaimJson, ensure_asked, read_claim
+from verify.checker.systems.certificates import SystemClaimJson, ensure_asked, read_claim, read_region
 from verify.claims.formula_json import read_number
 from verify.systems.claims import SystemClaim
-from verify.systems.system import System, ensure_in_steps
+from verify.systems.system import Polytope, System, ensure_in_steps
 
 FORM = "maviper-system-certificate-4"
 MAX_WIDTH = Fraction(2) ** 200  # of a cell, and 1 over the least
 
 
+WHOLE = bytes(1)  # cuts of a set that is not cut
+
+
+class InvariantRegion(NamedTuple):
+    """A region of an invariant, and how it is cut."""
+
+    region: Polytope
+    cuts: bytes
+
+
 class InvariantPart(NamedTuple):
-    """Cells of some variables: their `widths` by variable, within how many `steps` each comes back, and the cells."""
+    """An invariant of some variables. Cells: their `widths` by variable, within how many `steps` each comes back, and
+    the cells. Or regions: how many `steps` in a row lead to another state in them. `cuts` of the start, and the widths
+    of the cells in which boxes are joined, lead to the first step of which the claim speaks.
+    """
 
     widths: Mapping[str, Fraction]
     steps: int
-    cells: bytes
+    cells: bytes = b""
+    regions: tuple[InvariantRegion, ...] = ()
+    cuts: bytes = WHOLE
+    joined: Mapping[str, Fraction] = MappingProxyType({})
+
+    @property
+    def followed(self) -> list[str]:
+        """The variables."""
+        halves = [half for each in self.regions for half in each.region]
+        return list(self.widths) or list(dict.fromkeys(name for half in halves for name, _ in half.form.terms))
 
 
 @dataclass(frozen=True)
@@ -59,17 +82,24 @@ class InvariantCertificate:
 
     @property
     def size(self) -> int:
-        """Bytes of the cells."""
-        return sum(len(part.cells) for part in self.parts)
+        """Bytes of the cells and cuts."""
+        return sum(len(each) for part in self.parts for each in (part.cells, *(one.cuts for one in part.regions)))
 
     @property
     def made_of(self) -> dict[str, Any]:
         """What a report says of it beside its size."""
-        return {"parts": [list(part.widths) for part in self.parts], "steps": [part.steps for part in self.parts]}
+        return {"parts": [part.followed for part in self.parts], "steps": [part.steps for part in self.parts]}
 
     def reading(self, reader: Callable[[bytes], bytes]) -> InvariantCertificate:
-        """The same with its cells given to a reader."""
-        return replace(self, parts=tuple(part._replace(cells=reader(part.cells)) for part in self.parts))
+        """The same with its cells and cuts given to a reader."""
+        parts = [
+            part._replace(
+                cells=reader(part.cells) if part.cells else part.cells,
+                regions=tuple(each._replace(cuts=reader(each.cuts)) for each in part.regions),
+            )
+            for part in self.parts
+        ]
+        return replace(self, parts=tuple(parts))
 
     def accepted(self, profile: PolicyProfile, system: System, watch: Watch | None = None) -> int:
         """As the function."""
@@ -79,27 +109,50 @@ class InvariantCertificate:
 def accepted(
     certificate: InvariantCertificate, profile: PolicyProfile, system: System, watch: Watch | None = None
 ) -> int:
-    """Checks a certificate; the number of its cells. `watch` is told of all boxes that it speaks of, by part.
+    """Checks a certificate; the number of its cells. `watch` is told of all boxes that its cells speak of, by part.
 
-    InputError when it is about another profile or system, or names what they do not have; RejectedError when its cells
+    InputError when it is about another profile or system, or names what they do not have; RejectedError when its sets
     do not show the claim.
     """
-    ensure_asked(certificate, {name for part in certificate.parts for name in part.widths}, profile, system, ever=True)
+    named = {name for part in certificate.parts for name in (*part.followed, *part.joined)}
+    ensure_asked(certificate, named, profile, system, ever=True)
     ensure_in_steps(system, "an invariant")
     count, shown = 0, list[frozenset[int]]()
-    modes = {one.name for one in system.variables if one.modes}
     for number, part in enumerate(certificate.parts):
-        if not part.widths or not all(1 / MAX_WIDTH < width < MAX_WIDTH for width in part.widths.values()):
-            raise RejectedError("a cell has a width out of range")
-        if any(part.widths[name] != 1 for name in modes & set(part.widths)) or not 1 <= part.steps <= MAX_STEPS:
-            raise RejectedError("cells of modes are 1 wide, and a part takes 1 to 8 steps")
-        widths = {name: floor(width) for name, width in part.widths.items()}
-        sweep = InvariantSweep(profile, system, certificate.claim, widths)
-        cells = read_cells(numbers(part.cells), len(widths))
-        sweep.check(cells, part.steps, None if watch is None else partial(watch, number))
-        count, shown = count + len(cells), [*shown, sweep.shows]
+        seen = None if watch is None else partial(watch, number)
+        sets, shows = _checked(part, certificate.claim, profile, system, seen)
+        count, shown = count + sets, [*shown, shows]
     ensure_shown(certificate.claim, shown)
     return count
+
+
+def _checked(
+    part: InvariantPart,
+    claim: SystemClaim,
+    profile: PolicyProfile,
+    system: System,
+    seen: Callable[[BoxList], None] | None,
+) -> tuple[int, frozenset[int]]:
+    """How many sets of a part were asked about, and which half spaces of the claim it shows. RejectedError."""
+    modes = {one.name for one in system.variables if one.modes}
+    if not all(1 / MAX_WIDTH < width < MAX_WIDTH for width in (*part.widths.values(), *part.joined.values())):
+        raise RejectedError("a cell has a width out of range")
+    if any(part.widths[name] != 1 for name in modes & set(part.widths)) or not 1 <= part.steps <= MAX_STEPS:
+        raise RejectedError("cells of modes are 1 wide, and a part takes 1 to 8 steps")
+    if bool(part.widths) == bool(part.regions) or bool(part.widths) != bool(part.cells):
+        raise RejectedError("a part has either cells with their widths, or regions")
+    joined = {name: floor(width) for name, width in part.joined.items()}
+    start = list(numbers(part.cuts))
+    if part.regions:
+        regions = [each.region for each in part.regions]
+        by_regions = RegionSweep(profile, system, claim, regions, part.steps)
+        cuts = [list(numbers(each.cuts)) for each in part.regions]
+        arriving = by_regions.motion.arriving(start, joined)
+        return by_regions.check(arriving, cuts), by_regions.motion.shows
+    sweep = InvariantSweep(profile, system, claim, {name: floor(width) for name, width in part.widths.items()})
+    cells = read_cells(numbers(part.cells), len(part.widths))
+    sweep.check(sweep.motion.arriving(start, joined), cells, part.steps, seen)
+    return len(cells), sweep.motion.shows
 
 
 def read_cells(given: Iterator[int], variables: int) -> Int64:
@@ -130,12 +183,22 @@ def _digits(keys: Int64, lows: Sequence[int], spans: Sequence[int]) -> Int64:
 # --- the text
 
 
-class InvariantPartJson(msgspec.Struct, forbid_unknown_fields=True):
-    """A part, in text."""
+class InvariantRegionJson(msgspec.Struct, forbid_unknown_fields=True):
+    """A region of a part, in text."""
+
+    region: list[dict[str, Any]]
+    cuts: list[str]
+
+
+class InvariantPartJson(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
+    """A part, in text. Without `cuts` the start is not cut."""
 
     widths: dict[str, str]
     steps: int
     cells: list[str]
+    regions: list[InvariantRegionJson] = []
+    cuts: list[str] = []
+    joined: dict[str, str] = {}
 
 
 class InvariantCertificateJson(msgspec.Struct, forbid_unknown_fields=True):
@@ -158,13 +221,17 @@ def from_json(text: str | bytes, where: str = "certificate") -> InvariantCertifi
         claim = read_claim(raw.claim)
         if not claim.says.ever:
             raise InputError("an invariant of a claim about some steps", where, REMAKE)
-        parts = tuple(
-            InvariantPart(
-                {name: read_number(width) for name, width in part.widths.items()},
-                part.steps,
-                read_proof(part.cells, "$.parts"),
-            )
-            for part in raw.parts
+        return InvariantCertificate(
+            raw.profile, raw.system, claim, _read_numbers(raw.inhabitant), tuple(map(_read_part, raw.parts))
         )
-        inhabitant = {name: read_number(value) for name, value in raw.inhabitant.items()}
-        return InvariantCertificate(raw.profile, raw.system, claim, inhabitant, parts)
+
+
+def _read_numbers(texts: Mapping[str, str]) -> dict[str, Fraction]:
+    return {name: read_number(text) for name, text in texts.items()}
+
+
+def _read_part(raw: InvariantPartJson) -> InvariantPart:
+    regions = [InvariantRegion(read_region(each.region), read_proof(each.cuts, "$.parts")) for each in raw.regions]
+    cuts = read_proof(raw.cuts, "$.parts") or WHOLE
+    cells, joined = read_proof(raw.cells, "$.parts"), _read_numbers(raw.joined)
+    return InvariantPart(_read_numbers(raw.widths), raw.steps, cells, tuple(regions), cuts, joined)

@@ -1,26 +1,35 @@
-"""Invariants as cells: a list of boxes that the system leaves for a few steps at most, and that its start lies in.
+"""Invariants: sets of states that a system leaves for a few steps at most, and that its episodes come to.
 
-Does: moves cells by boxes, asks the claim of all that they become, and whether they come back into the list.
+Does: moves sets by boxes, asks the claim of all that they become, and whether that comes back: into a list of cells, or
+  into regions.
 Assumes: images.py, trees.py and cuts.py bound what they are asked.
-Does not: read documents, or find a list.
+Does not: read documents, or find an invariant.
 
 Some variables are followed, all others may be any number. A cell is a box of the followed variables, whole multiples of
 a width being the middles; of a mode it is one value, since systems/cases.py shows that a mode has no others.
 
-The invariant holds the states of the cells that meet the claim. If all starts are among them, and if all that such a
-state becomes meets the claim until it is in a cell again, within so many steps, then by induction all states of all
-episodes meet the claim.
+Cells: the invariant holds the states of the cells that meet the claim. If all states at the claim's first step are
+among them, and if all that such a state becomes meets the claim until it is in a cell again, within so many steps,
+then by induction all states from that step on meet the claim.
+
+Regions: all of their states meet the claim. If the states at the claim's first step and at those after it, `steps` in
+all, lie in the regions, and if after `steps` states in a row that do so comes another one, then by induction all states
+from that first step on lie in the regions (k-induction).
+
+States outside of the regions that a claim assumes are dropped wherever they are met.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from fractions import Fraction
 from itertools import chain
 
 import numpy as np
 
 from codegen.ir import Bool, Int64, PolicyProfile
-from verify.checker.covers.boxes import BoxList, alike_joined, together
+from verify.checker.covers.boxes import BoxList, alike_joined, in_cells, together
 from verify.checker.covers.boxes import cut as cut_in_cells
 from verify.checker.covers.cuts import RegionCut, linear
 from verify.checker.covers.images import PieceImage
@@ -30,9 +39,9 @@ from verify.checker.covers.stated import StatedStates
 from verify.checker.covers.trees import TreeCuts, decided
 from verify.checker.reading import RejectedError
 from verify.systems.claims import SystemClaim
-from verify.systems.system import HalfSpace, System
+from verify.systems.system import HalfSpace, Interval, Polytope, System
 
-MAX_STEPS = 8  # out of the list
+MAX_STEPS = 8  # out of the list, or in the regions
 AT_ONCE = 1 << 14  # cells that are moved together
 MAX_SPAN = 1 << 62  # of the numbers of cells
 
@@ -42,40 +51,102 @@ def names_of(half: HalfSpace) -> set[str]:
     return {name for name, _ in half.form.terms}
 
 
+class FollowedMotion:
+    """Boxes of some variables, moved. `names`: of these. RejectedError where what they become depends on others."""
+
+    def __init__(self, profile: PolicyProfile, system: System, claim: SystemClaim, names: set[str]) -> None:
+        ensure_arithmetic()
+        self.columns = {one.name: column for column, one in enumerate(system.variables)}
+        _ensure_closed(system, names)
+        self.followed = np.array([self.columns[name] for name in self.columns if name in names], dtype=np.int64)
+        self._others = np.array([at for name, at in self.columns.items() if name not in names], dtype=np.int64)
+        self._modes = [(self.columns[one.name], len(one.modes)) for one in system.variables if one.modes]
+        self._trees = [TreeCuts(system, policy, self.columns) for policy in profile.agents]
+        self._pieces = [PieceImage(system, piece, profile.agents, self._trees) for piece in system.pieces]
+        self._starts, self._stated = Parts(system), StatedStates(system, claim)
+        self._first = claim.by
+        self._assumed = [RegionCut(list(map(linear, region)), self.columns) for region in claim.assuming]
+        self.shows = shown_by(claim, names)
+        asked = [[linear(half) for half in region if names_of(half) <= names] for region in claim.regions]
+        self._claimed = [RegionCut(each, self.columns) for each in asked] if self.shows else []
+
+    def arriving(self, cuts: Sequence[int], widths: Mapping[str, float]) -> Iterator[BoxList]:
+        """Boxes around all states at the claim's first step, some at a time. `cuts`: of the start; `widths`: of the
+        cells in which boxes are joined on the way, by variable. RejectedError as of `moved`.
+        """
+        cells = {self.columns[name]: width for name, width in widths.items()}
+        for boxes in self._starts.parts(cuts):
+            boxes = self.spoken_of(boxes)
+            for _ in range(self._first):
+                boxes = self.moved(in_cells(boxes, cells) if cells else boxes)
+            yield boxes
+
+    def spoken_of(self, boxes: BoxList) -> BoxList:
+        """Boxes around the states that the claim does not leave out, other variables being any number."""
+        if self._assumed:
+            boxes = together([region.within(boxes) for region in self._assumed])
+        low, high = boxes.low.copy(), boxes.high.copy()
+        low[:, self._others], high[:, self._others] = -np.inf, np.inf
+        return boxes._replace(low=low, high=high)
+
+    def by_modes(self, boxes: BoxList) -> BoxList:
+        """The boxes, one for each value of each mode that is followed."""
+        for column, count in self._modes:
+            if column in self.followed:
+                met = [(boxes.low[:, column] <= mode) & (boxes.high[:, column] >= mode) for mode in range(count)]
+                boxes = together([boxes.taken(each) for each in met])
+                values = np.repeat(np.arange(float(count)), [int(each.sum()) for each in met])
+                boxes.low[:, column], boxes.high[:, column] = values, values
+        return boxes
+
+    def meeting(self, boxes: BoxList) -> BoxList:
+        """Boxes around the states that meet what these variables are to show."""
+        return together([region.within(boxes) for region in self._claimed]) if self._claimed else boxes
+
+    def broken(self, boxes: BoxList) -> BoxList:
+        """Boxes around the states that may break what these variables are to show."""
+        return outside_of(self._claimed, boxes) if self._claimed else boxes.taken(slice(0, 0))
+
+    def unstated(self, boxes: BoxList) -> Bool:
+        """Which boxes may hold states of which nothing is stated."""
+        return self._stated.beyond(boxes.low, boxes.high)
+
+    def moved(self, boxes: BoxList) -> BoxList:
+        """Boxes around all next states. RejectedError where some are not finite, or nothing is stated of a state."""
+        if self.unstated(boxes).any():
+            raise RejectedError("a set may hold states of which nothing is stated")
+        boxes = decided(self._trees, boxes)
+        boxes = together([piece.moved(piece.within(boxes)) for piece in self._pieces])
+        boxes = alike_joined(self.spoken_of(boxes))
+        if not (np.isfinite(boxes.low) & np.isfinite(boxes.high))[:, self.followed].all():
+            raise RejectedError("a box has bounds that are not finite")
+        return boxes
+
+    def ensure_meets(self, boxes: BoxList) -> None:
+        """RejectedError for boxes that may hold states that break the claim."""
+        found = self.broken(boxes).size
+        if found:
+            raise RejectedError(f"{found:,} boxes of the invariant may hold states that break the claim")
+
+
 class InvariantSweep:
-    """Cells of some variables, moved. `widths`: of cells, for each of these. RejectedError where what they become
-    depends on others.
-    """
+    """Cells of some variables, moved. `widths`: of cells, for each of these. RejectedError as of `FollowedMotion`."""
 
     def __init__(self, profile: PolicyProfile, system: System, claim: SystemClaim, widths: Mapping[str, float]) -> None:
-        ensure_arithmetic()
-        columns = {one.name: column for column, one in enumerate(system.variables)}
-        _ensure_closed(system, set(widths))
-        self._widths = {columns[name]: width for name, width in widths.items()}
-        self._modes = [columns[one.name] in self._widths and bool(one.modes) for one in system.variables]
-        self.followed = np.array(list(self._widths), dtype=np.int64)
-        self._others = np.array([column for column in columns.values() if column not in self._widths], dtype=np.int64)
-        self._trees = [TreeCuts(system, policy, columns) for policy in profile.agents]
-        self._pieces = [PieceImage(system, piece, profile.agents, self._trees) for piece in system.pieces]
-        self._parts, self._stated = Parts(system), StatedStates(system, claim)
-        self.shows = shown_by(claim, set(widths))
-        asked = [[linear(half) for half in region if names_of(half) <= set(widths)] for region in claim.regions]
-        self._regions = [RegionCut(each, columns) for each in asked] if self.shows else []
-
-    def started(self) -> BoxList:
-        """Boxes around all starts."""
-        return self._free(together(list(self._parts.parts([0]))))
+        self.motion = FollowedMotion(profile, system, claim, set(widths))
+        self._widths = {self.motion.columns[name]: width for name, width in widths.items()}
+        self._modes = {self.motion.columns[one.name] for one in system.variables if one.modes}
 
     def boxes(self, cells: Int64) -> BoxList:
         """Boxes around the states of cells, [n, followed], that meet the claim; `part` is the place of the cell."""
-        low = np.zeros((len(cells), len(self._modes)))
+        low = np.zeros((len(cells), len(self.motion.columns)))
         high = low.copy()
         for place, (column, width) in enumerate(self._widths.items()):
-            half = 0.0 if self._modes[column] else 0.5
+            half = 0.0 if column in self._modes else 0.5
             low[:, column] = (cells[:, place] - half) * width
             high[:, column] = (cells[:, place] + half) * width
-        boxes = self._free(BoxList(low, high, np.arange(len(cells)), np.zeros(len(cells), dtype=np.int64)))
-        return together([region.within(boxes) for region in self._regions]) if self._regions else boxes
+        boxes = BoxList(low, high, np.arange(len(cells)), np.zeros(len(cells), dtype=np.int64))
+        return self.motion.meeting(self.motion.spoken_of(boxes))
 
     def in_cells(self, boxes: BoxList) -> tuple[BoxList, Int64]:
         """The boxes cut at the bounds of cells, and the cell of each, [n, followed]."""
@@ -84,41 +155,22 @@ class InvariantSweep:
             boxes, cells = cut_in_cells(boxes, cells, column, width)
         return boxes, cells
 
-    def broken(self, boxes: BoxList) -> BoxList:
-        """Boxes around the states that may break what these variables are to show."""
-        if not self._regions:
-            return boxes.taken(slice(0, 0))
-        for region in self._regions:
-            boxes = region.outside(boxes)
-        return boxes
-
-    def moved(self, boxes: BoxList) -> BoxList:
-        """Boxes around all next states. RejectedError where some are not finite, or nothing is stated of a state."""
-        if self._stated.beyond(boxes.low, boxes.high).any():
-            raise RejectedError("a cell may hold states of which nothing is stated")
-        boxes = decided(self._trees, boxes)
-        boxes = self._free(alike_joined(together([piece.moved(piece.within(boxes)) for piece in self._pieces])))
-        if not (np.isfinite(boxes.low) & np.isfinite(boxes.high))[:, self.followed].all():
-            raise RejectedError("a box has bounds that are not finite")
-        return boxes
-
-    def _free(self, boxes: BoxList) -> BoxList:
-        low, high = boxes.low.copy(), boxes.high.copy()
-        low[:, self._others], high[:, self._others] = -np.inf, np.inf
-        return boxes._replace(low=low, high=high)
-
-    def check(self, cells: Int64, steps: int, watch: Callable[[BoxList], None] | None = None) -> int:
-        """How many boxes were asked about. RejectedError where a list of cells is no invariant that shows the claim.
+    def check(
+        self, arriving: Iterator[BoxList], cells: Int64, steps: int, watch: Callable[[BoxList], None] | None = None
+    ) -> int:
+        """How many boxes were asked about. `arriving`: at the claim's first step. RejectedError where a list of cells
+        is no invariant that shows the claim.
 
         `watch` is told of the boxes of cells, and of those on the way back to cells: of every state of these that meets
         the claim it is shown that the system keeps it.
         """
         seen = watch or _unseen
         with np.errstate(all="ignore"):  # what overflows is not finite, and is refused
-            known, started = Known(cells), self.started()
-            self._ensure_meets(started)
-            if not known.holds(self.in_cells(started)[1]).all():
-                raise RejectedError("a start lies in no cell of the invariant")
+            known = Known(cells)
+            for boxes in arriving:
+                self.motion.ensure_meets(boxes)
+                if not known.holds(self.in_cells(boxes)[1]).all():
+                    raise RejectedError("a state at the first step lies in no cell of the invariant")
             return sum(
                 self._followed(cells[begin : begin + AT_ONCE], known, steps, seen)
                 for begin in range(0, len(cells), AT_ONCE)
@@ -129,8 +181,8 @@ class InvariantSweep:
         asked = boxes.size
         seen(boxes)
         for _ in range(steps):
-            boxes = self.moved(boxes)
-            self._ensure_meets(boxes)
+            boxes = self.motion.moved(boxes)
+            self.motion.ensure_meets(boxes)
             boxes, of = self.in_cells(boxes)
             asked += boxes.size
             boxes = boxes.taken(~known.holds(of))
@@ -138,11 +190,6 @@ class InvariantSweep:
                 return asked
             seen(boxes)
         raise RejectedError("some states may stay out of the invariant")
-
-    def _ensure_meets(self, boxes: BoxList) -> None:
-        found = self.broken(boxes).size
-        if found:
-            raise RejectedError(f"{found:,} boxes of the invariant may hold states that break the claim")
 
 
 def _unseen(boxes: BoxList) -> None:
@@ -175,6 +222,77 @@ class Known:
         found = inside.copy()
         found[inside] = np.isin(self._key(cells[inside]), self._keys)
         return found
+
+
+class RegionSweep:
+    """Regions, moved: whether `steps` states in a row in them are followed by another one. What is followed are the
+    variables that they name. RejectedError as of `FollowedMotion`, and for a region that does not bound each of these.
+    """
+
+    def __init__(
+        self, profile: PolicyProfile, system: System, claim: SystemClaim, regions: Sequence[Polytope], steps: int
+    ) -> None:
+        names = {name for region in regions for half in region for name in names_of(half)}
+        self.motion = FollowedMotion(profile, system, claim, names)
+        self.regions = [RegionCut(list(map(linear, region)), self.motion.columns) for region in regions]
+        self.parts = [Parts(_bounded(system, region, names)) for region in regions]
+        self._steps = steps
+
+    def check(self, arriving: Iterator[BoxList], cuts: Sequence[Sequence[int]]) -> int:
+        """How many boxes were asked about. `arriving`: at the claim's first step; `cuts`: of each region. RejectedError
+        where the regions are no invariant that shows the claim.
+        """
+        with np.errstate(all="ignore"):
+            for boxes in arriving:
+                for step in range(self._steps):
+                    boxes = self.motion.moved(boxes) if step else boxes
+                    if outside_of(self.regions, boxes).size:
+                        raise RejectedError("the invariant does not hold all states at the first steps")
+            asked = 0
+            for parts, numbers in zip(self.parts, cuts, strict=True):
+                for boxes in parts.parts(numbers):
+                    asked += boxes.size
+                    if self.left(boxes).size:
+                        raise RejectedError("some states of the invariant may leave it, or break the claim")
+            return asked
+
+    def left(self, boxes: BoxList) -> Int64:
+        """The parts of which states may break the claim or leave the regions. RejectedError for infinite bounds."""
+        boxes = self.motion.by_modes(self.motion.spoken_of(boxes))
+        open_ = [self.motion.broken(boxes).part]
+        for step in range(1, self._steps + 1):
+            unknown = self.motion.unstated(boxes)
+            open_.append(boxes.part[unknown])
+            boxes = self.motion.moved(boxes.taken(~unknown))
+            if step < self._steps:
+                boxes = together([region.within(boxes) for region in self.regions])
+        return np.unique(np.concatenate([*open_, outside_of(self.regions, boxes).part]))
+
+
+def outside_of(regions: Sequence[RegionCut], boxes: BoxList) -> BoxList:
+    """Boxes around the states that may lie in none of some regions."""
+    for region in regions:
+        boxes = region.outside(boxes)
+    return boxes
+
+
+def _bounded(system: System, region: Polytope, names: set[str]) -> System:
+    """The system as if a region were its start, and as if the bounds of the region were the ranges."""
+    bounds: dict[str, list[Fraction | None]] = {name: [None, None] for name in names}
+    for one in system.variables:
+        if one.modes and one.name in names:
+            bounds[one.name] = list(one.range)
+    for half in region:
+        if len(half.form.terms) == 1:
+            ((name, factor),) = half.form.terms
+            bounds[name][int(factor > 0)] = -half.form.constant / factor  # any of several: all of them are asked
+    found: dict[str, Interval] = {}
+    for name, (low, high) in bounds.items():
+        if low is None or high is None:
+            raise RejectedError(f"the invariant does not bound {name}")
+        found[name] = low, high
+    variables = tuple(replace(one, range=found.get(one.name, one.range)) for one in system.variables)
+    return replace(system, variables=variables, start=region)
 
 
 def shown_by(claim: SystemClaim, followed: set[str]) -> frozenset[int]:

@@ -14,14 +14,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
-from itertools import pairwise, product
+from itertools import pairwise
 
+import numpy as np
+
+from codegen.ir import Bool
 from verify.checker.reading import RejectedError
 from verify.systems.system import Affine, Box, HalfSpace, Interval, Piece, Polytope, System, Variable
 
-MAX_CELLS = 200_000
+MAX_CELLS, MAX_SUMS = 200_000, 32
 Sum = tuple[tuple[str, Fraction], ...]  # of variables, its first factor 1
-Values = Mapping[Sum, Fraction]  # a number of each sum
 
 
 def has_cases(system: System) -> bool:
@@ -101,13 +103,28 @@ def _ensure_complete(system: System, modes: Mapping[str, Variable]) -> None:
     count = 1
     for each in cells:
         count *= len(each)
-    if count > MAX_CELLS:
+    if count > MAX_CELLS or len(sums) > MAX_SUMS:
         raise RejectedError(f"the pieces test too much to be seen to leave out nothing: {count:,} cells")
-    for chosen in product(*cells):
-        at = dict(zip(sums, chosen, strict=True))
-        if not any(all(_holds(half, at) for half in tests) for tests in held):
-            told = ", ".join(f"{_told(total)} near {float(value):g}" for total, value in at.items())
-            raise RejectedError(f"no piece is seen to hold {told}")
+    places = {total: place for place, total in enumerate(sums)}
+    held_cells = np.zeros([len(each) for each in cells], dtype=np.bool_)
+    for tests in held:
+        held_cells |= _held(tests, places, cells)
+    if not held_cells.all():
+        chosen: list[int] = np.argwhere(~held_cells)[0].tolist()
+        at = [f"{_told(total)} near {float(cells[place][chosen[place]]):g}" for total, place in places.items()]
+        raise RejectedError(f"no piece is seen to hold {', '.join(at)}")
+
+
+def _held(tests: Sequence[HalfSpace], places: Mapping[Sum, int], cells: Sequence[Sequence[Fraction]]) -> Bool:
+    """Which combinations of cells meet all tests of a piece: one axis for each sum."""
+    found: list[Bool] = [np.ones(len(each), dtype=np.bool_) for each in cells]
+    for half in tests:
+        place = places[_sum(half)]
+        found[place] &= np.array([_holds(half, value) for value in cells[place]], dtype=np.bool_)
+    whole = np.ones([len(each) for each in cells], dtype=np.bool_)
+    for place, each in enumerate(found):
+        whole &= each.reshape([-1 if axis == place else 1 for axis in range(len(cells))])
+    return whole
 
 
 def _tests(piece: Piece) -> list[HalfSpace]:
@@ -126,8 +143,9 @@ def _sum(half: HalfSpace) -> Sum:
     return tuple((name, factor / lead) for name, factor in half.form.terms)
 
 
-def _holds(half: HalfSpace, at: Values) -> bool:
-    value = half.form.terms[0][1] * at[_sum(half)] + half.form.constant
+def _holds(half: HalfSpace, total: Fraction) -> bool:
+    """Whether a half space holds where its sum has a value."""
+    value = half.form.terms[0][1] * total + half.form.constant
     return value < 0 if half.strict else value <= 0
 
 

@@ -7,7 +7,7 @@ Does not: prove, or write (verify/certificates).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any, ClassVar, Protocol
@@ -32,7 +32,7 @@ from verify.claims.formula import Acts, Linear, agents, atoms, coordinates, hold
 from verify.claims.formula_json import read_formula, read_number
 from verify.systems import documents
 from verify.systems.claims import Pattern, SystemClaim
-from verify.systems.system import Affine, HalfSpace, System, ensure_in_steps
+from verify.systems.system import Affine, HalfSpace, Polytope, System, ensure_in_steps
 
 FORM = "maviper-system-certificate-1"
 BITS = 7 * 1_000  # of the largest number in a proof
@@ -169,7 +169,7 @@ def acting(system: System) -> set[str]:
 def _ensure_known(certificate: Certified, named: set[str], profile: PolicyProfile, system: System) -> None:
     """InputError where a certificate speaks of what its profile and system do not have."""
     claim, names = certificate.claim, {one.name for one in system.variables}
-    used = {name for region in claim.regions for half in region for name, _ in half.form.terms}
+    used = {name for region in claim.regions + claim.assuming for half in region for name, _ in half.form.terms}
     used |= coordinates(claim.formula) | named
     strange = sorted(used - names) + sorted(agents(claim.formula) - {policy.agent for policy in profile.agents})
     silent = sorted(acting(system) - {policy.agent for policy in profile.agents})
@@ -198,7 +198,7 @@ def _is_state(certificate: Certified, system: System) -> bool:
         return False
     if claim.about_decisions:
         return not claim.regions or holds(claim.inside, state, {})
-    return all(half.holds(state) for half in system.start)
+    return all(half.holds(state) for half in system.start) and holds(claim.spoken_of, state, {})
 
 
 def _ensure_all_shown(certificate: SystemCertificate, system: System) -> None:
@@ -237,7 +237,7 @@ class FollowedPartJson(msgspec.Struct, forbid_unknown_fields=True):
     proof: list[str]
 
 
-class SystemClaimJson(msgspec.Struct, forbid_unknown_fields=True):
+class SystemClaimJson(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
     """A claim in a file."""
 
     name: str
@@ -248,6 +248,8 @@ class SystemClaimJson(msgspec.Struct, forbid_unknown_fields=True):
     formula: dict[str, Any]
     label: str
     region: str
+    assuming: list[list[dict[str, Any]]] = []
+    assumed: str = ""
 
 
 class SystemCertificateJson(msgspec.Struct, forbid_unknown_fields=True):
@@ -273,7 +275,7 @@ def from_json(text: str | bytes, where: str = "certificate") -> SystemCertificat
 
 
 def _part(raw: FollowedPartJson, where: str) -> FollowedPart:
-    hulls = tuple(Hull(hull.step, tuple(map(_read_half, hull.region))) for hull in raw.hulls)
+    hulls = tuple(Hull(hull.step, read_region(hull.region)) for hull in raw.hulls)
     return FollowedPart(tuple(raw.followed), tuple(raw.shows), hulls, read_proof(raw.proof, where))
 
 
@@ -283,13 +285,20 @@ def read_claim(raw: SystemClaimJson) -> SystemClaim:
         raise ValueError(f"$.claim: a claim of kind {raw.kind} that is called {raw.name}")
     return SystemClaim(
         pattern=Pattern(raw.kind),
-        regions=tuple(tuple(map(_read_half, region)) for region in raw.regions),
+        regions=tuple(map(read_region, raw.regions)),
         steps=raw.steps,
         by=raw.by,
         formula=read_formula(raw.formula),
+        assuming=tuple(map(read_region, raw.assuming)),
         label=raw.label,
         region=raw.region,
+        assumed=raw.assumed,
     )
+
+
+def read_region(halves: Sequence[Mapping[str, Any]]) -> Polytope:
+    """A polytope in a file. ValueError for what is none."""
+    return tuple(map(_read_half, halves))
 
 
 def _read_half(document: Mapping[str, Any]) -> HalfSpace:

@@ -1,0 +1,28 @@
+"""Claims for ever, answered; a room with a heater."""
+
+from fractions import Fraction as F
+
+from tests.support.system_cases import box, decided, form, policy, team
+from verify.question import Budgets
+from verify.systems.claims import Pattern, SystemClaim
+from verify.systems.system import Feature, Piece, System, Variable
+
+
+def always(steps=60, **bounds):
+    return SystemClaim(Pattern.ALWAYS, (box(**bounds),), steps)
+
+
+def thermostat():
+    """A room loses a tenth of its warmth beyond 10 degrees a step, and a heater gives 2 degrees below 19."""
+    warm = Variable("warm", "1", (F(0), F(40)))
+    move, heat = {"warm": form(1, warm=F(9, 10))}, {("heater", "on"): {"warm": form(2)}}
+    error = {"warm": (F(-1, 10), F(1, 10))}
+    features = {"heater": {"t": Feature(form(warm=1))}}
+    system = System("room", (warm,), features, box(warm=(15, 25)), (Piece({}, move, heat, error),), 60)
+    return system, team(policy("heater", ["t"], ["on", "off"], ((0, 19.0), 0, 1)))
+
+
+def answered(asked, claim, **budgets):
+    system, profile = asked
+    (found,) = decided(profile, system, [claim], Budgets(**budgets))
+    return found
