@@ -16,8 +16,8 @@ MODES |= {"reward": lambda a, b, c: 1 + (a - b) / c, "paper": lambda a, b, c: ab
 @functools.cache
 def episodes(cell):  # {(line-up, measure): {episode: value}}
     found = {}
-    for lineup, measure, episode, value in list(csv.reader((AT / "episodes" / f"{cell}.csv").open()))[1:]:
-        found.setdefault((lineup, measure), {})[int(episode)] = float(value)
+    for lineup, measure, first, *values in list(csv.reader((AT / "episodes" / f"{cell}.csv").open()))[1:]:
+        found.setdefault((lineup, measure), {}).update(enumerate(map(float, values), int(first)))
     return found
 
 def by_seed(source):  # {episode: value} of each seed; of facts, a weighted sum

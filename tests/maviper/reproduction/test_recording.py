@@ -1,5 +1,6 @@
 """The record of a reproduction: what lies in it, that it stands alone, and that the committed ones are whole."""
 
+import csv
 import json
 import re
 import shutil
@@ -61,6 +62,27 @@ def test_equal_folders_give_equal_records_without_paths_or_times(folder, place, 
         assert str(folder).encode() not in data, name
     with tarfile.open(place / "episodes.tar.xz") as packed:
         assert {(member.mtime, member.uid, member.uname) for member in packed} == {(0, 0, "")}
+
+
+def test_a_record_packs_each_value_of_each_episode(folder, place, tmp_path):
+    """Episodes that follow one another share a row, and one that does not has its own."""
+    with tarfile.open(place / "episodes.tar.xz") as packed:
+        packed.extractall(tmp_path, filter="data")
+    cells = sorted(path.name for path in (folder / "episodes").iterdir())
+    assert sorted(path.name for path in (tmp_path / "episodes").iterdir()) == cells
+    for name in cells:
+        with (folder / "episodes" / name).open() as file:
+            _, *played = csv.reader(file)
+        with (tmp_path / "episodes" / name).open() as file:
+            _, *rows = csv.reader(file)
+        assert len(rows) < len(played) / 20
+        assert [row for each in rows for row in apart(*each)] == played
+    apart_in_time = "lineup,measure,episode,value\na,m,3,1.0\na,m,4,2.0\na,m,6,3.0\nb,m,7,4.0\n"
+    assert record.in_rows(apart_in_time.encode()).split()[1:] == [b"a,m,3,1.0,2.0", b"a,m,6,3.0", b"b,m,7,4.0"]
+
+
+def apart(lineup, measure, first, *values):
+    return [[lineup, measure, str(int(first) + place), value] for place, value in enumerate(values)]
 
 
 def computed_again(place, folder):
