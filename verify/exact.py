@@ -11,6 +11,7 @@ from fractions import Fraction
 from codegen.errors import InputError
 from codegen.floats import rational_literal
 
+MAX_PLACES = 60  # of a decimal; what needs more is written as a fraction
 MAX_NUMBER = 10**9  # largest length in a question; beyond it float64 positions are coarser than any world
 
 
@@ -22,14 +23,22 @@ def text(number: Fraction) -> str:
 
 def plain(number: Fraction) -> str:
     """A number as a decimal where it has a finite one, else as a fraction; `exact` reads both."""
-    places = 0
-    while (number * 10**places).denominator != 1:
-        places += 1
-        if places > 60:
-            return rational_literal(number)
-    digits = f"{abs((number * 10**places).numerator):0{places + 1}d}"
+    rest, twos = _without(number.denominator, 2)
+    rest, fives = _without(rest, 5)
+    places = max(twos, fives)
+    if rest != 1 or places > MAX_PLACES:
+        return rational_literal(number)
+    digits = f"{abs(number.numerator) * 10**places // number.denominator:0{places + 1}d}"
     sign = "-" if number < 0 else ""
     return sign + (f"{digits[:-places]}.{digits[-places:]}" if places else digits)
+
+
+def _without(number: int, factor: int) -> tuple[int, int]:
+    """A number divided by a factor as often as that goes, and how often."""
+    times = 0
+    while not number % factor:
+        number, times = number // factor, times + 1
+    return number, times
 
 
 def number(value: object, where: object) -> Fraction:

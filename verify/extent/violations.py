@@ -9,7 +9,7 @@ Does not: confirm points: a zone is of real states, and one narrower than a floa
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import partial
+from functools import lru_cache, partial
 from math import factorial, lcm, prod
 
 from verify.claims.formula import negated
@@ -51,10 +51,15 @@ class Failing:
                 for j, b in enumerate(own):
                     if i != j:
                         units = zone[1][start + i * len(own) + j]
-                        length = Fraction(-(-units // EPSILON) * EPSILON, self.problem.scale)
-                        found[a, b] = length, units % EPSILON != 0
+                        found[a, b] = _length(units, self.problem.scale)
             start += len(own) ** 2
         return found
+
+
+@lru_cache(maxsize=10_000)
+def _length(units: int, scale: int) -> tuple[Fraction, bool]:
+    """A bound of a zone as a length, and whether it is strict; zones of one tree share most of theirs."""
+    return Fraction(-(-units // EPSILON) * EPSILON, scale), units % EPSILON != 0
 
 
 @dataclass(frozen=True)
@@ -304,7 +309,7 @@ def fixed_coordinates(region: Region) -> dict[str, str]:
     most |= {(name, name): Fraction(0) for name in names}
     for a, b, (low, high) in region.differences:
         most[a, b], most[b, a] = min(most[a, b], high), min(most[b, a], -low)
-    for k in names:
+    for k in dict.fromkeys(name for a, b, _ in region.differences for name in (a, b)):  # a box alone is closed
         for a in names:
             for b in names:
                 most[a, b] = min(most[a, b], most[a, k] + most[k, b])
