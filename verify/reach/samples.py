@@ -31,19 +31,19 @@ Planes = dict[str, Float64]  # variable -> [batch]
 def courses(profile: PolicyProfile, system: System, claim: SystemClaim, count: int) -> Iterator[Course]:
     """Courses that break a claim in float64, at most MAX_COURSES."""
     random = np.random.default_rng(0)
-    start = _starts(system, claim, count, random)
+    start = random_starts(system, claim, count, random)
     if start is None:
         return
     found = (
         _decided(profile, system, claim, start)
         if claim.about_decisions
-        else _Play(profile, system, claim).run(start, random)
+        else Play(profile, system, claim).run(start, random)
     )
     with np.errstate(over="ignore", invalid="ignore"):  # a state beyond float64 is a proposal like any other
         yield from islice(found, MAX_COURSES)
 
 
-def _starts(system: System, claim: SystemClaim, count: int, random: np.random.Generator) -> Planes | None:
+def random_starts(system: System, claim: SystemClaim, count: int, random: np.random.Generator) -> Planes | None:
     """Random starts, half of the numbers at a bound in half of them; None where none was found."""
     polytope = () if claim.about_decisions else system.start
     reading = SystemReading(system, [one.name for one in system.variables])
@@ -59,7 +59,7 @@ def _starts(system: System, claim: SystemClaim, count: int, random: np.random.Ge
         found[name] = float(branch.at[name]) + width * where
     kept = np.ones(count, dtype=np.bool_)
     for half in polytope:
-        kept &= _value(half.form, found) <= 0
+        kept &= value(half.form, found) <= 0
     if claim.about_decisions and claim.regions:
         kept &= Batch(found, count).holds(claim.inside, {})
     return {name: values[kept] for name, values in found.items()} if kept.any() else None
@@ -73,7 +73,7 @@ def _decided(profile: PolicyProfile, system: System, claim: SystemClaim, start: 
         yield Course({name: Fraction(float(values[place])) for name, values in start.items()})
 
 
-class _Play:
+class Play:
     """Episodes, a batch at a time."""
 
     def __init__(self, profile: PolicyProfile, system: System, claim: SystemClaim) -> None:
@@ -85,16 +85,21 @@ class _Play:
 
     def run(self, start: Planes, random: np.random.Generator) -> Iterator[Course]:
         """The courses that break the claim, at the earliest step first."""
+        for step, state, alive in self.walk(start, random):
+            batch = Batch(state, len(alive))
+            broken = alive & batch.holds(self.claim.broken(step), {})
+            for place in np.flatnonzero(broken):
+                yield self._course(start, int(place))
+            alive &= ~broken & ~batch.holds(self.claim.fulfilled(step), {})
+
+    def walk(self, start: Planes, random: np.random.Generator) -> Iterator[tuple[int, Planes, Bool]]:
+        """Each step with the states and which episodes go on: whoever asks may end some of them."""
         state, count = start, len(next(iter(start.values())))
         alive = np.ones(count, dtype=np.bool_)
         extreme = random.random(count)
         for step in range(self.claim.steps + 1):
             tell(step, self.claim.steps, f"steps of {count:,} random episodes")
-            batch = Batch(state, count)
-            broken = alive & batch.holds(self.claim.broken(step), {})
-            for place in np.flatnonzero(broken):
-                yield self._course(start, int(place))
-            alive &= ~broken & ~batch.holds(self.claim.fulfilled(step), {})
+            yield step, state, alive
             if step < self.claim.steps and alive.any():
                 state, moved = self._step(state, count, extreme, random)
                 alive &= moved
@@ -120,7 +125,7 @@ class _Play:
             for name, form in piece.move.items():
                 error = _errors(piece.error.get(name), extreme, random)[here]
                 errors[name][here] = error
-                after[name][here] = _value(form, stated) + error
+                after[name][here] = value(form, stated) + error
             for policy in self.profile.agents:
                 self._act(policy, actions[policy.agent], piece, here, state, after)
         draws.ahead_to(len(self.system.pieces))
@@ -136,7 +141,7 @@ class _Play:
                 taken = here & (actions == action)
                 acted = {name: values[taken] for name, values in state.items()}
                 for name, form in effect.items():
-                    after[name][taken] += _value(form, acted)
+                    after[name][taken] += value(form, acted)
 
     def _course(self, start: Planes, place: int) -> Course:
         def exactly(planes: Planes) -> Mapping[str, Fraction]:
@@ -183,19 +188,20 @@ def _seen(system: System, profile: PolicyProfile, agent: str, state: Planes) -> 
 
 
 def _measured(feature: Feature, state: Planes) -> Float64:
-    value = _value(feature.form, state)
+    found = value(feature.form, state)
     if feature.measure is Measure.SIGN:
-        return np.sign(value)
+        return np.sign(found)
     if feature.measure is Measure.POSITIVE:
-        return np.asarray(value > 0, dtype=np.float64)
+        return np.asarray(found > 0, dtype=np.float64)
     if feature.measure is Measure.EQUALS:
-        return np.asarray(value == 0, dtype=np.float64)
+        return np.asarray(found == 0, dtype=np.float64)
     if feature.measure is Measure.CLIP and feature.bounds is not None:
-        return np.clip(value, float(feature.bounds[0]), float(feature.bounds[1]))
-    return value
+        return np.clip(found, float(feature.bounds[0]), float(feature.bounds[1]))
+    return found
 
 
-def _value(form: Affine, state: Planes) -> Float64:
+def value(form: Affine, state: Planes) -> Float64:
+    """What a form is in states, [batch]."""
     total = np.full(len(next(iter(state.values()))), nearest_double(form.constant))
     for name, factor in form.terms:
         total = total + nearest_double(factor) * state[name]

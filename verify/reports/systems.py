@@ -6,13 +6,12 @@ Does not: decide or measure. It holds no times, paths or facts about the machine
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from decimal import ROUND_FLOOR
 from fractions import Fraction
-from math import isfinite
 from typing import Any
 
 from codegen.errors import visible
-from codegen.floats import nearest_double, rational_literal
 from codegen.form.layout import layout
 from codegen.ir import PolicyProfile
 from codegen.lowering.render import brief, render
@@ -20,11 +19,10 @@ from codegen.policy_json import content_hash
 from codegen.wording import counted
 from verify.exact import plain
 from verify.language.units import unit_of
-from verify.reach.results import SystemCounterexample
 from verify.reports import flows, trusted
 from verify.reports.courses import DECISIONS, drawn, is_still, runs
 from verify.reports.telling import Telling, sets, shown
-from verify.reports.trajectories import moment
+from verify.reports.trajectories import counterexample, moment, nearness, number
 from verify.result import Result, Verdict
 from verify.systems import documents
 from verify.systems.claims import Pattern, SystemClaim
@@ -229,8 +227,10 @@ def facts(result: Result[SystemClaim, Any], place: int) -> dict[str, Any]:
     if evidence.open is not None:
         found["open"] = {
             "step": evidence.open.step,
-            "bounds": {name: [_number(end) for end in ends] for name, ends in evidence.open.bounds.items()},
+            "bounds": {name: [number(end) for end in ends] for name, ends in evidence.open.bounds.items()},
         }
+    if evidence.approach is not None:
+        found["approach"] = asdict(evidence.approach)
     if evidence.helps:
         found["helps"] = list(evidence.helps)
     if certificate is not None:
@@ -244,30 +244,6 @@ def facts(result: Result[SystemClaim, Any], place: int) -> dict[str, Any]:
     if evidence.counterexample is not None:
         found["counterexample"] = {"file": counterexample_name(place, claim)} | counterexample(evidence.counterexample)
     return found | ({"replay": evidence.environment} if evidence.environment else {})
-
-
-def counterexample(found: SystemCounterexample) -> dict[str, Any]:
-    """An episode as plain data: exact numbers as texts; the states of all steps as float64 numbers."""
-    agents = list(found.actions[0]) if found.actions else []
-    chosen = list(dict.fromkeys(name for step in found.choices for name in step))
-    choices = {name: [step.get(name, "") for step in found.choices] for name in chosen}
-    return {
-        "step": found.step,
-        "start": {name: rational_literal(value) for name, value in found.start.items()},
-        "start_float64": found.start_as_doubles,
-        "states": {name: [_number(state[name]) for state in found.states] for name in found.start},
-        "actions": {agent: [joint[agent] for joint in found.actions] for agent in agents},
-        "errors": [{name: rational_literal(value) for name, value in each.items()} for each in found.errors],
-        "pieces": list(found.pieces),
-        **({"choices": choices} if choices else {}),
-        **({} if found.seconds is None else {"seconds": plain(found.seconds)}),
-    }
-
-
-def _number(value: Fraction | float) -> float | str:
-    """The nearest float64, or in words that there is none near."""
-    found = nearest_double(value) if isinstance(value, Fraction) else value
-    return found if isfinite(found) else "above 1.79e308" if found > 0 else "below -1.79e308"
 
 
 # --- words
@@ -375,8 +351,11 @@ def as_json(told: Mapping[str, Any]) -> str:
 def _ready(told: Mapping[str, Any]) -> dict[str, Any]:
     """The facts with what templates only place."""
     variables = told["variables"]
-    more = [{"within": within(result), "weak": _weak(result), "shown": shown(result)} for result in told["results"]]
     dt = told["dt"]
+    more = [
+        {"within": within(result), "weak": _weak(result), "shown": shown(result), "near": nearness(result, dt)}
+        for result in told["results"]
+    ]
     results = [drawn(result, variables, dt) | words for result, words in zip(told["results"], more, strict=True)]
     return {**told, "rows": _rows(told), "results": results}
 

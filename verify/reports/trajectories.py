@@ -1,18 +1,51 @@
-"""Trajectories of counterexamples in stated systems, as tables that other programs read.
+"""Trajectories in stated systems: counterexamples as tables that other programs read, and closest approaches in words.
 
-Does: writes a CSV of each episode: step, time where the file states `dt`, variables, actions.
-Assumes: facts of systems.py; numbers are the nearest float64, in their shortest decimals.
-Does not: draw (courses.py); hold exact numbers, which are in the counterexample's own file.
+Does: collects what is told of a counterexample; writes a CSV of each episode: step, time where the file states `dt`,
+  variables, actions; words what came nearest.
+Assumes: facts of systems.py; numbers of tables are the nearest float64, in their shortest decimals.
+Does not: draw (courses.py).
 """
+
+from __future__ import annotations
 
 import csv
 import io
 from collections.abc import Mapping
 from fractions import Fraction
-from typing import Any
+from math import isfinite
+from typing import TYPE_CHECKING, Any
 
-from codegen.floats import nearest_double
+from codegen.floats import nearest_double, rational_literal
 from codegen.lowering.render import brief
+from codegen.wording import counted
+from verify.exact import plain
+
+if TYPE_CHECKING:
+    from verify.reach.results import SystemCounterexample
+
+
+def counterexample(found: SystemCounterexample) -> dict[str, Any]:
+    """An episode as plain data: exact numbers as texts; the states of all steps as float64 numbers."""
+    agents = list(found.actions[0]) if found.actions else []
+    chosen = list(dict.fromkeys(name for step in found.choices for name in step))
+    choices = {name: [step.get(name, "") for step in found.choices] for name in chosen}
+    return {
+        "step": found.step,
+        "start": {name: rational_literal(value) for name, value in found.start.items()},
+        "start_float64": found.start_as_doubles,
+        "states": {name: [number(state[name]) for state in found.states] for name in found.start},
+        "actions": {agent: [joint[agent] for joint in found.actions] for agent in agents},
+        "errors": [{name: rational_literal(value) for name, value in each.items()} for each in found.errors],
+        "pieces": list(found.pieces),
+        **({"choices": choices} if choices else {}),
+        **({} if found.seconds is None else {"seconds": plain(found.seconds)}),
+    }
+
+
+def number(value: Fraction | float) -> float | str:
+    """The nearest float64, or in words that there is none near."""
+    found = nearest_double(value) if isinstance(value, Fraction) else value
+    return found if isfinite(found) else "above 1.79e308" if found > 0 else "below -1.79e308"
 
 
 def tables(told: Mapping[str, Any]) -> dict[str, str]:
@@ -50,3 +83,17 @@ def seconds(step: int, dt: str) -> float:
 def moment(step: int, dt: str | None) -> str:
     """A step in words, with its time where that is known: `step 12 (0.24 s)`."""
     return f"step {step} ({brief(seconds(step, dt))} s)" if dt else f"step {step}"
+
+
+def nearness(told: Mapping[str, Any], dt: str | None) -> str:
+    """How near episodes come to the border of a claim, or how far beyond it the counterexample goes; "" where neither
+    was measured.
+    """
+    near = told.get("approach")
+    if near is None:
+        return ""
+    amount, when = f"{brief(near['gap'])} {near['unit']}".rstrip(), moment(near["step"], dt)
+    if near["episodes"]:
+        played = counted(near["episodes"], "random episode")
+        return f"closest approach: {amount} from {near['border']}, at {when} of {played}"
+    return f"{amount} {'short of' if near['short'] else 'beyond'} {near['border']}, at {when}"

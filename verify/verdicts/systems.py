@@ -19,6 +19,8 @@ from verify.result import SETTLED, Cost, Evidence, Opinion, Result, Verdict
 from verify.solver import unrolled
 from verify.subjects import ClosedLoop
 from verify.systems.claims import SystemClaim
+from verify.verdicts import approaches
+from verify.verdicts.approaches import ClosestApproach
 
 if TYPE_CHECKING:
     from verify.checker.covers.certificates import AnyCertificate
@@ -41,6 +43,9 @@ class SystemEvidence(Evidence):
     helps: tuple[str, ...] = ()  # what may give an answer
     certificate: AnyCertificate | FlowCertificate | None = None
     counterexample: SystemCounterexample | None = None
+    approach: ClosestApproach | None = (
+        None  # how near episodes come to a border, or how far the counterexample goes beyond
+    )
     environment: str = ""  # what the environment that the system is about says of the counterexample
     programs: int = 0  # linear programs that were solved
     boxes: int = 0  # that were tried
@@ -68,6 +73,7 @@ def verify_system(question: Question[SystemClaim], confirm: Confirm | None = Non
         certificate=found.certificate,
         branches=found.branches,
         counterexample=found.counterexample,
+        approach=_approach(question, found) if beside else None,
         open=found.open,
         helps=found.helps,
         programs=found.programs,
@@ -76,6 +82,15 @@ def verify_system(question: Question[SystemClaim], confirm: Confirm | None = Non
     return Result(
         question, found.verdict, found.reason, evidence, Cost(found.states, question.budgets.max_states, UNIT)
     )
+
+
+def _approach(question: Question[SystemClaim], found: ReachOutcome) -> ClosestApproach | None:
+    """How near random episodes come to the claim's border, or how far beyond it the counterexample goes."""
+    assert isinstance(question.subject, ClosedLoop)
+    profile, system = question.subject.profile, question.subject.system
+    if found.counterexample is not None:
+        return approaches.beyond(system, question.claim, found.counterexample)
+    return None if found.verdict is Verdict.VACUOUS else approaches.closest(profile, system, question.claim)
 
 
 def is_flow(question: Question[SystemClaim]) -> bool:

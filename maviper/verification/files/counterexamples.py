@@ -33,6 +33,7 @@ from verify.claims.uncertified.starts import positions
 from verify.counterexamples.search import Counterexample
 from verify.exact import MAX_NUMBER
 from verify.reports.decisions import deployed_facts
+from verify.reports.trajectories import counterexample
 from verify.semantics import MACHINE, REAL
 from verify.states.acting import REFERENCE
 from verify.states.real import Value, value_of, written_all
@@ -128,10 +129,9 @@ def replay(path: Path, profile: PolicyProfile, world: Path | None = None) -> Rep
 
 def _replayed_statement(path: Path, profile: PolicyProfile, world: Path | None) -> Replayed:
     from maviper.verification.files import systems
-    from verify.reports import systems as report
 
     found, claim, again, same = systems.replay(path, profile, world)
-    actions: dict[str, list[str]] = {} if again is None else report.counterexample(again)["actions"]
+    actions: dict[str, list[str]] = {} if again is None else counterexample(again)["actions"]
     return Replayed(
         property=systems.called(claim),
         violated=again is not None,

@@ -34,6 +34,7 @@ from verify.question import Question
 from verify.reach.replay import Course, is_start, replayed
 from verify.reach.results import SystemCounterexample
 from verify.reports import systems as report
+from verify.reports.trajectories import counterexample
 from verify.subjects import ClosedLoop
 from verify.systems import documents
 from verify.systems.claims import SystemClaim
@@ -49,7 +50,7 @@ ADVICE = "make it again with `maviper verify --world -o`"
 def counterexample_document(question: Question[SystemClaim], found: SystemCounterexample) -> dict[str, Any]:
     """What the file of a violated claim holds."""
     assert isinstance(question.subject, ClosedLoop)
-    told, profile, claim = report.counterexample(found), question.profile, question.claim
+    told, profile, claim = counterexample(found), question.profile, question.claim
     return {
         "counterexample": FORM,
         "profile": content_hash(profile),

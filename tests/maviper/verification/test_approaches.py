@@ -1,0 +1,66 @@
+"""How near episodes come to the border of a claim: against what a sum by hand gives."""
+
+import pytest
+
+from codegen.importers.origin import Names, profile_of
+from codegen.importers.python.source import from_python
+from maviper.verification.ask import VerifyOptions
+from maviper.verification.run import verified_system
+
+WORLD = """
+name = "walker"
+steps = 5
+dt = "2 s"
+[variables]
+x = { unit = "m", range = [-10, 10] }
+y = { unit = "m", range = [-10, 10] }
+[agents.legs.features]
+place = "x"
+[agents.legs.actions]
+rest = {}
+walk = { speed = "0.05 m/s" }
+[start]
+box = { x = [0, 0.05], y = [1, 1] }
+[dynamics.next]
+x = "x + dt*legs.speed"
+y = "y"
+"""
+LEGS = "def legs(place):\n    return 'walk' if place < 100 else 'rest'\n"
+
+
+def told(folder, text):
+    """The facts and the report about one claim: the walker goes 0.1 m each step."""
+    (folder / "walker.toml").write_text(f"{WORLD}\n[[property]]\n{text}\n")
+    profile = profile_of(from_python(LEGS.encode(), "legs.py"), Names(actions=["rest", "walk"]))
+    done = verified_system(profile, VerifyOptions(world=folder / "walker.toml"))
+    return done.document["results"][0], done.files["report.txt"]
+
+
+@pytest.mark.parametrize(
+    ("claim", "verdict", "border", "gap", "step"),
+    [
+        ('name = "stays_in"\nregion = { box = { x = [-1, 1] } }', "PROVED", "x = 1", 0.45, 5),
+        ('name = "stays_in"\nregion = { box = { x = [-1, 0.5] } }', "VIOLATED", "x = 0.5", 0.05, 5),
+        ('name = "avoids"\nregion = { box = { x = [2, 3] } }', "PROVED", "x = 2", 1.45, 5),
+        ('name = "avoids"\nregion = { where = ["x - y >= 0.6"] }', "PROVED", "-x + y = -0.6", 1.05, 5),
+        ('name = "reaches"\nregion = { box = { x = [0.8, 3] } }', "VIOLATED", "x = 0.8", None, 5),
+    ],
+    ids=["stays", "leaves", "avoids", "sum", "misses"],
+)
+def test_the_closest_approach_is_the_one_that_sums_by_hand_give(tmp_path, claim, verdict, border, gap, step):
+    facts, text = told(tmp_path, claim)
+    near = facts["approach"]
+    assert (facts["verdict"], near["border"]) == (verdict, border), text
+    assert near["step"] == step and near["unit"] == ("" if "y" in border else "m")
+    assert near["episodes"] == (1_000 if verdict == "PROVED" else 0)
+    if gap is None:
+        assert 0.25 - 1e-9 <= near["gap"] <= 0.3 + 1e-9 and "short of x = 0.8, at step 5 (10 s)" in text
+    else:
+        assert near["gap"] == pytest.approx(gap, abs=1e-9) or (verdict == "VIOLATED" and 0 < near["gap"] <= gap + 1e-9)
+        assert ("closest approach: " if verdict == "PROVED" else " m beyond ") in text
+        assert "at step 5 (10 s)" in text
+
+
+def test_a_claim_that_an_episode_fulfils_has_no_closest_approach(tmp_path):
+    facts, text = told(tmp_path, 'name = "reaches"\nregion = { box = { x = [0.4, 3] } }')
+    assert facts["verdict"] == "PROVED" and "approach" not in facts and "border" not in text
