@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from scipy.integrate import solve_ivp
 
 from codegen.ir import Float64
 from verify.systems.language.expressions import function
@@ -63,6 +62,8 @@ class FlowRule:
 
     def integrated(self, state: Mapping[str, float], actions: Mapping[str, str], times: Float64) -> Float64:
         """The states at some times of a period, [times, variables], by scipy's DOP853."""
+        from scipy.integrate import solve_ivp  # half a second, which proofs and checks need not wait
+
         held, names = self.held(actions), list(state)
 
         def rate(_: float, numbers: Float64) -> Float64:

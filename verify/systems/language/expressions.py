@@ -12,6 +12,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 from operator import itemgetter
 from typing import TypeAlias
 
@@ -165,24 +166,29 @@ def replaced(expression: Expression, values: Mapping[str, Expression]) -> Expres
             return Call(function, replaced(argument, values), bounds)
 
 
+@lru_cache(maxsize=1 << 12)  # rules by cases repeat the same few
 def affine(expression: Expression) -> Affine | None:
     """The affine form that it is; None for one that is none by its own writing."""
+    return _affine(expression)
+
+
+def _affine(expression: Expression) -> Affine | None:
     match expression:
         case Number(value):
             return Affine.of({}, value)
         case Name(name):
             return Affine.of({name: ONE})
         case Sum(left, right):
-            one, other = affine(left), affine(right)
+            one, other = _affine(left), _affine(right)
             return None if one is None or other is None else one.plus(other)
         case Product(left, right):
-            return _product(affine(left), affine(right))
+            return _product(_affine(left), _affine(right))
         case Quotient(left, right):
-            below = affine(right)
+            below = _affine(right)
             inverse = None if below is None or below.terms or not below.constant else Affine.of({}, 1 / below.constant)
-            return _product(affine(left), inverse)
+            return _product(_affine(left), inverse)
         case Power(base, exponent):
-            under = affine(base)
+            under = _affine(base)
             return None if under is None or under.terms else Affine.of({}, under.constant**exponent)
         case Call() | Pi():
             return None
