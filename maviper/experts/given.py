@@ -13,6 +13,7 @@ import numpy as np
 
 from codegen.errors import InputError
 from codegen.ir import Float32, Float64
+from codegen.wording import counted
 from maviper.experts.wrapped import Wrapped
 from maviper.worlds import World
 from maviper.worlds.outside.making import import_maker
@@ -61,7 +62,8 @@ class Given(Wrapped):
                 what, self.source.text, "return whole numbers, such as logits.argmax(axis=1) of each agent"
             )
         if found.shape != wanted:
-            what = f"act of your expert returns shape {found.shape} for {wanted[0]} observations of {wanted[1]} agents"
+            asked = f"{counted(wanted[0], 'observation')} of {counted(wanted[1], 'agent')}"
+            what = f"act of your expert returns shape {found.shape} for {asked}"
             raise InputError(f"{what}, not {wanted}", self.source.text, ROWS)
         acting = self.world.alive(state)
         for place, agent in enumerate(agents):

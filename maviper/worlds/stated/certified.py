@@ -47,7 +47,9 @@ def ensure_plays(profile: PolicyProfile, statement: Statement) -> None:
     for policy in profile.agents:
         where = f"{statement.system.name}: {policy.agent}"
         if policy.agent not in actions:
-            raise UnknownNameError("agent", policy.agent, actions, statement.system.name)
+            unknown = UnknownNameError("agent", policy.agent, actions, statement.system.name)
+            advice = f"{unknown.next_step}; a tree of a file is one of them by --agents {next(iter(actions))}=FILE"
+            raise InputError(unknown.what, unknown.where, advice)
         for kind, names, known in (
             ("feature", [each.name for each in policy.features], statement.system.features[policy.agent]),
             ("action", [each.name for each in policy.actions], actions[policy.agent]),

@@ -2,6 +2,7 @@
 
 import pytest
 
+from codegen.errors import InputError
 from codegen.importers.origin import Names, profile_of
 from codegen.importers.python.source import from_python
 from maviper.verification.ask import VerifyOptions
@@ -64,3 +65,10 @@ def test_the_closest_approach_is_the_one_that_sums_by_hand_give(tmp_path, claim,
 def test_a_claim_that_an_episode_fulfils_has_no_closest_approach(tmp_path):
     facts, text = told(tmp_path, 'name = "reaches"\nregion = { box = { x = [0.4, 3] } }')
     assert facts["verdict"] == "PROVED" and "approach" not in facts and "border" not in text
+
+
+def test_a_tree_of_another_name_is_told_how_to_be_imported(tmp_path):
+    (tmp_path / "walker.toml").write_text(f"{WORLD}\n[[property]]\nname = 'reaches'\nregion.box.x = [0.4, 3]\n")
+    other = profile_of(from_python(LEGS.replace("legs", "feet").encode(), "feet.py"), Names(actions=["rest", "walk"]))
+    with pytest.raises(InputError, match=r"unknown agent 'feet'(.|\n)*known: legs; .* by --agents legs=FILE"):
+        verified_system(other, VerifyOptions(world=tmp_path / "walker.toml"))
