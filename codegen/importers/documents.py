@@ -2,7 +2,7 @@
 
 Does: reads dtControl's `default.json` and treelite's `dump_as_json`, one tree each.
 Assumes: the formats of dtControl 2.1 and treelite 4.
-Does not: take sums of features, categories, forests, or leaves that permit several actions.
+Does not: take categories, forests, or leaves that permit several actions without being told which.
 
 dtControl compares doubles, treelite what its models say. dtControl writes numbers as labels with six digits; these
 texts are the labels here.
@@ -16,40 +16,54 @@ from typing import Any, cast
 
 from codegen.errors import InputError, shown
 from codegen.floats import FLOAT32, FLOAT64, NUMBERS
-from codegen.importers.nodes import Leaf, Split, json_of, origin_of
-from codegen.importers.origin import AGENT, DOUBLES, Origin
+from codegen.importers.nodes import Leaf, Source, Split, json_of, origin_of
+from codegen.importers.origin import AGENT, DOUBLES, NOTHING, Origin, Said
+from codegen.importers.reading import SUMS
+from codegen.importers.symbolic.affine import Terms
+from codegen.ir import CONSTANT
 from codegen.wording import counted
 
 DTCONTROL, TREELITE = "dtControl", "treelite"
 AGAIN = "write the file again"
 CLASSES = ("identity_multiclass", "softmax", "max_index")  # none changes which score is the largest
+MAX_VALUES = 64  # of a regressor that are actions
 NEAR = 1e-5  # scores this close to the border may be rounded across it
 
 
-def from_dtcontrol(content: bytes, where: str) -> dict[str, Origin]:
-    """The tree in dtControl's JSON. InputError for what is no such tree with one action a leaf."""
+def from_dtcontrol(content: bytes, where: str, said: Said = NOTHING) -> dict[str, Origin]:
+    """The tree in dtControl's JSON; linear predicates are added from left to right, as dtControl's C adds them.
+
+    InputError for what is no such tree, and for a leaf that permits several actions of which none is preferred.
+    """
     document = json_of(content, where)
-    names = _Names()
+    names, sums = _Names(), list[Terms]()
 
     def read(node: Mapping[str, Any]) -> Split | Leaf:
         try:
-            return _leaf(node, where) if node["split"] is None else _split(node, names, where)
+            return _leaf(node, said.prefer, where) if node["split"] is None else _split(node, names, sums, where)
         except (LookupError, TypeError, AttributeError, ValueError, OverflowError) as error:
             raise InputError(f"a node is not understood: {shown(error)[:100]}", where, AGAIN) from None
 
     try:
-        origin = origin_of(DTCONTROL, document, read, names.given, 0, where)
+        origin = origin_of(Source(DTCONTROL, where, FLOAT64, sums), document, read, names.given, 0)
         return {AGENT: replace(origin, numbers=FLOAT64, given=DOUBLES, keyed=bool(names.given))}
     except RecursionError:
         raise InputError("the file is nested too deeply", where, "simplify it first") from None
 
 
-def _leaf(node: Mapping[str, Any], where: str) -> Leaf:
+def _leaf(node: Mapping[str, Any], prefer: Sequence[str], where: str) -> Leaf:
     labels = cast(list[object], node["actual_label"] or [])
-    if len(labels) != 1 or not isinstance(labels[0], str):
-        what = f"a leaf permits {counted(len(labels), 'action')}"
-        raise InputError(what, where, "let dtControl determinise it: one action a leaf")
-    return Leaf(labels[0])
+    texts = tuple(each for each in labels if isinstance(each, str))
+    if not texts or len(texts) < len(labels) or len({*texts}) < len(texts):
+        raise InputError(f"a leaf permits {counted(len(labels), 'action')}, not all by a name", where, AGAIN)
+    if len(texts) == 1:
+        return Leaf(texts[0])
+    chosen = next((each for each in prefer if each in texts), None)
+    if chosen is None:
+        what = f"a leaf permits {counted(len(texts), 'action')}: {shown(', '.join(texts))}"
+        advice = "say which with --prefer, the most wanted first; or let dtControl determinise it"
+        raise InputError(what, where, advice)
+    return Leaf(chosen, permits=texts)
 
 
 @dataclass
@@ -70,17 +84,44 @@ class _Names:
         return int(number[1]) if number else self.given.index(var) if isinstance(var, str) else int(cast(Any, var))
 
 
-def _split(node: Mapping[str, Any], names: _Names, where: str) -> Split:
+def _split(node: Mapping[str, Any], names: _Names, sums: list[Terms], where: str) -> Split:
     split, children = node["split"], cast(list[Any], node["children"])
-    side = split["lhs"]
-    if split["op"] != "<=" or not isinstance(side, Mapping) or float(cast(Any, side["coeff"])) != 1.0:
-        what = "a split is not of one feature: a sum, or categories"
-        raise InputError(what, where, "use axis-aligned splits, or make the sum a feature of its own")
+    side: object = split["lhs"]
+    listed = cast("list[Mapping[str, Any]]", side) if isinstance(side, list) else []
+    if split["op"] != "<=" or not (listed or _single(split["lhs"])):
+        what = "a split is neither of one feature nor linear: categories, or another predicate"
+        raise InputError(what, where, "use axis-aligned and linear splits")
     by_edge = {child["edge_label"]: child for child in children}
     if len(children) != len(by_edge):
         raise InputError("two children have the same edge", where, AGAIN)
     then, otherwise = by_edge["true"], by_edge["false"]
-    return Split(names.place(cast(object, side["var"])), "<=", float(split["rhs"]), then, otherwise, nan=False)
+    if not listed:
+        place = names.place(cast("Mapping[str, Any]", side)["var"])
+        return Split(place, "<=", float(split["rhs"]), then, otherwise, nan=False)
+    terms, limit = _linear(listed, names, float(split["rhs"]), where)
+    if len(terms) == 1 and terms[0][0] == 1:
+        return Split(terms[0][1], "<=", limit, then, otherwise, nan=False)
+    if terms not in sums:
+        sums.append(terms)
+    return Split(SUMS + sums.index(terms), "<=", limit, then, otherwise, nan=False)
+
+
+def _single(side: object) -> bool:
+    """Whether the left side of a test is a feature alone."""
+    return isinstance(side, Mapping) and float(cast("Mapping[str, Any]", side)["coeff"]) == 1.0
+
+
+def _linear(side: Sequence[Mapping[str, Any]], names: _Names, right: float, where: str) -> tuple[Terms, float]:
+    """A linear predicate: its products, and the number that their sum is compared with. The intercept comes last, and
+    a rounded sum is at most 0 where the exact one is: so products are at most its opposite.
+    """
+    *products, last = side
+    if right != 0 or "intercept" not in last or not products or any("coeff" not in each for each in products):
+        raise InputError("a linear predicate is not of products and an intercept, at most 0", where, AGAIN)
+    terms = tuple((float(each["coeff"]), names.place(each["var"])) for each in products)
+    if len({place for _, place in terms}) < len(terms) or any(weight == 0 for weight, _ in terms):
+        raise InputError("a linear predicate names a feature twice, or with weight 0", where, AGAIN)
+    return terms, 0.0 - float(last["intercept"])
 
 
 def from_treelite(content: bytes, where: str) -> dict[str, Origin]:
@@ -93,19 +134,29 @@ def from_treelite(content: bytes, where: str) -> dict[str, Origin]:
         nodes = {int(node["node_id"]): node for node in trees[0]["nodes"]}
         width = int(document["num_feature"])
 
+        giving = _gives(document, list(nodes.values()))
+
         def read(place: int) -> Split | Leaf:
-            return _treelite(document, nodes[place], where)
+            return _treelite(document, nodes[place], where, giving=giving)
 
         numbers = str(document.get("threshold_type", FLOAT32))
         if numbers not in NUMBERS:
             raise InputError(f"the type of thresholds is not understood: {shown(numbers)}", where, AGAIN)
-        origin = origin_of(TREELITE, 0, read, (), width, where)
+        origin = origin_of(Source(TREELITE, where, numbers), 0, read, (), width)
         return {AGENT: replace(origin, numbers=numbers, given=f"{numbers}, the type of its thresholds")}
     except (LookupError, TypeError, AttributeError, ValueError, OverflowError) as error:
         raise InputError(f"not treelite's JSON: {shown(error)[:100]}", where, AGAIN) from None
 
 
-def _treelite(document: Mapping[str, Any], node: Mapping[str, Any], where: str) -> Split | Leaf:
+def _gives(document: Mapping[str, Any], nodes: Sequence[Mapping[str, Any]]) -> bool:
+    """Whether the leaves of a regressor have more values than actions should have, and so give numbers."""
+    values = {str(node["leaf_value"]) for node in nodes if "leaf_value" in node}
+    return document["task_type"] == "kRegressor" and len(values) > MAX_VALUES
+
+
+def _treelite(document: Mapping[str, Any], node: Mapping[str, Any], where: str, *, giving: bool) -> Split | Leaf:
+    if "leaf_value" in node and giving:
+        return Leaf(0, ((float(_decision(document, node["leaf_value"], where)), CONSTANT),))
     if "leaf_value" in node:
         return Leaf(_decision(document, node["leaf_value"], where))
     if node["node_type"] != "numerical_test_node":

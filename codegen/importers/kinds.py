@@ -46,7 +46,7 @@ KINDS = (
     Kind(c.KIND, (".c", ".h"), None, c.from_c),
     Kind(boosted.XGBOOST, (".json",), re.compile(rb'"gradient_booster"\s*:'), _alone(boosted.from_xgboost)),
     Kind(documents.TREELITE, (".json",), re.compile(rb'"leaf_vector_shape"\s*:'), _alone(documents.from_treelite)),
-    Kind(documents.DTCONTROL, (".json",), re.compile(rb'"actual_label"\s*:'), _alone(documents.from_dtcontrol)),
+    Kind(documents.DTCONTROL, (".json",), re.compile(rb'"actual_label"\s*:'), documents.from_dtcontrol),
     Kind(boosted.LIGHTGBM, (".txt",), re.compile(rb"\Atree\r?\nversion="), _alone(boosted.from_lightgbm)),
 )
 

@@ -11,13 +11,14 @@ the file; the library that wrote the file is asked in the tests.
 import json
 import operator
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple, TypeVar, cast
 
 import numpy as np
 
 from codegen.errors import InputError, shown
 from codegen.floats import FLOAT64
-from codegen.importers.reading import Origin
+from codegen.importers.reading import SUMS, Origin
 from codegen.importers.summed import with_sums
 from codegen.importers.symbolic.affine import Terms, valued
 from codegen.importers.symbolic.labels import Value
@@ -48,6 +49,7 @@ class Leaf(NamedTuple):
 
     label: Value
     terms: Terms = ()  # of the number that it gives, in place of a label
+    permits: tuple[str, ...] = ()  # the labels that it permits, of which `label` was chosen
 
 
 def json_of(content: bytes, where: str) -> dict[str, Any]:
@@ -61,63 +63,81 @@ def json_of(content: bytes, where: str) -> dict[str, Any]:
     return cast(dict[str, Any], found)
 
 
+class Source(NamedTuple):
+    """What kind of file is read, where it is, and the sums in it: the numbers that they are computed in, and those that
+    tests name as feature SUMS + k, which a reader may make as it goes.
+    """
+
+    kind: str
+    where: str
+    numbers: str = FLOAT64
+    sums: Sequence[Terms] = ()
+
+
 def origin_of(
-    kind: str,
+    source: Source,
     root: Node,
     read: Callable[[Node], Split | Leaf],
     features: Sequence[str],
     n_features: int,
-    where: str,
 ) -> Origin:
     """The tree below `root`. `features`: names, or none; `n_features`: 0 where the file does not say.
 
     Labels that are numbers are actions in ascending order, texts in the order of the leaves. InputError for circles,
     too many or too deep nodes, thresholds that are no numbers, and features that there are not.
     """
-    nodes, leaves = _ordered(root, read, where)
+    kind, where, numbers, sums = source
+    nodes, leaves = _ordered(root, read, sums, where)
     values = list(dict.fromkeys(leaf.label for leaf in leaves))
     # all of one kind, which the annotation cannot say
     given = list(dict.fromkeys(leaf.terms for leaf in leaves)) if all(leaf.terms for leaf in leaves) else []
     if given:
-        return _giving(kind, root, read, nodes, given, (features, n_features))
+        return _giving(source, root, read, nodes, given, (features, n_features))
     labels: list[Any] = values if isinstance(values[0], str) else sorted(values)  # pyright: ignore
     place = {label: index for index, label in enumerate(labels)}
     rows = [[NO_FEATURE, 0.0, *each, place[leaf.label]] if isinstance(leaf, Leaf) else each for each, leaf in nodes]
     grown = GrownTree(*np.array(rows, dtype=np.float64).T)
-    if n_features and int(grown.feature.max()) >= n_features:
-        what = f"the tree tests feature {int(grown.feature.max())}, there are {n_features}"
+    single = grown.feature[grown.feature < SUMS]
+    if n_features and int(single.max(initial=NO_FEATURE)) >= n_features:
+        what = f"the tree tests feature {int(single.max())}, there are {n_features}"
         raise InputError(what, where, "write the file again")
     kept = all(_keeps(found) for _, found in nodes if isinstance(found, Split))
 
     def act(rows: Floats) -> Int32:
-        return np.array([place[label] for label in _followed(root, read, rows)], dtype=np.int32)
+        return np.array([place[leaf.label] for leaf in _ends(root, read, rows, sums)], dtype=np.int32)
 
-    return Origin(kind, grown, tuple(labels), act, REPLAYED_BY, tuple(features), n_features, kept)
+    permits = tuple(leaf.permits for leaf in leaves)
+    origin = Origin(kind, grown, tuple(labels), act, REPLAYED_BY, tuple(features), n_features, kept, permits=permits)
+    if not sums:
+        return origin
+    width = 1 + max(place for terms in sums for _, place in terms)
+    return with_sums(replace(origin, numbers=numbers), sums, (), range(max(n_features, width)))
 
 
 def _giving(
-    kind: str,
+    source: Source,
     root: Node,
     read: Callable[[Node], Split | Leaf],
     nodes: Sequence[tuple[list[float], Split | Leaf]],
     given: Sequence[Terms],
     named: tuple[Sequence[str], int],
 ) -> Origin:
-    """The origin of a tree whose leaves give sums, in float64."""
+    """The origin of a tree whose leaves give sums, in these numbers."""
     place = {terms: index for index, terms in enumerate(given)}
     rows = [[NO_FEATURE, 0.0, *each, place[leaf.terms]] if isinstance(leaf, Leaf) else each for each, leaf in nodes]
 
     def act(rows: Floats) -> Any:
-        columns, ends = list(rows.astype(np.float64).T), _ends(root, read, rows)
+        columns, ends = list(rows.astype(np.float64).T), _ends(root, read, rows, ())
         found = np.zeros((len(rows), 1))
         for terms in {leaf.terms for leaf in ends}:
             here = np.array([leaf.terms == terms for leaf in ends])
-            found[here, 0] = valued(terms, [column[here] for column in columns], FLOAT64)
+            found[here, 0] = valued(terms, [column[here] for column in columns], source.numbers)
         return found
 
     grown = GrownTree(*np.array(rows, dtype=np.float64).T)
     width = named[1]
-    origin = Origin(kind, grown, (), act, REPLAYED_BY, tuple(named[0]), width, finite=True, numbers=FLOAT64)
+    names, numbers = tuple(named[0]), source.numbers
+    origin = Origin(source.kind, grown, (), act, REPLAYED_BY, names, width, finite=True, numbers=numbers)
     return with_sums(origin, (), [[terms] for terms in given], range(width))
 
 
@@ -127,7 +147,7 @@ def _keeps(split: Split) -> bool:
 
 
 def _ordered(
-    root: Node, read: Callable[[Node], Split | Leaf], where: str
+    root: Node, read: Callable[[Node], Split | Leaf], sums: Sequence[Terms], where: str
 ) -> tuple[list[tuple[list[float], Split | Leaf]], list[Leaf]]:
     """The nodes in preorder, each as a row of a grown tree and as it was read; and the leaves."""
     found: list[tuple[list[float], Split | Leaf]] = []
@@ -147,7 +167,8 @@ def _ordered(
             leaves.append(each)
             found.append(([NO_CHILD, NO_CHILD], each))
             continue
-        if not 0 <= each.feature < MAX_FEATURES or not np.isfinite(each.number) or each.sign not in SIGNS:
+        known = 0 <= each.feature < MAX_FEATURES or SUMS <= each.feature < SUMS + len(sums)
+        if not known or not np.isfinite(each.number) or each.sign not in SIGNS:
             what = f"a test is not understood: feature {each.feature} {shown(each.sign)} {each.number}"
             raise InputError(what, where, "features are compared with finite numbers")
         turned = each.sign in (">", ">=")
@@ -159,14 +180,10 @@ def _ordered(
     return found, leaves
 
 
-def _followed(root: Node, read: Callable[[Node], Split | Leaf], rows: Floats) -> list[Value]:
-    """The label of each observation, by the file's own comparisons."""
-    return [leaf.label for leaf in _ends(root, read, rows)]
-
-
-def _ends(root: Node, read: Callable[[Node], Split | Leaf], rows: Floats) -> list[Leaf]:
-    """The leaf of each observation."""
+def _ends(root: Node, read: Callable[[Node], Split | Leaf], rows: Floats, sums: Sequence[Terms]) -> list[Leaf]:
+    """The leaf of each observation, by the file's own comparisons."""
     doubles = rows.astype(np.float64)
+    columns = {SUMS + place: valued(terms, list(doubles.T), FLOAT64) for place, terms in enumerate(sums)}
     found: list[Leaf] = [Leaf(ROOT)] * len(rows)
     open_: list[tuple[Node, np.ndarray]] = [(root, np.arange(len(rows)))]
     while open_:
@@ -176,7 +193,7 @@ def _ends(root: Node, read: Callable[[Node], Split | Leaf], rows: Floats) -> lis
             for place in reached.tolist():
                 found[place] = each
         elif len(reached):
-            x = doubles[reached, each.feature]
+            x = columns[each.feature][reached] if each.feature in columns else doubles[reached, each.feature]
             holds = np.where(np.isnan(x), each.nan, SIGNS[each.sign](x, each.number))
             open_ += [(each.then, reached[holds]), (each.otherwise, reached[~holds])]
     return found

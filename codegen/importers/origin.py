@@ -75,6 +75,7 @@ def profile_of(origins: Mapping[str, Origin], given: Names, numbers: str | None 
         facts[f"{policy.agent} features"] = comment(names.listed(features))
         facts[f"{policy.agent} {'outputs' if policy.outputs else 'actions'}"] = comment(names.listed(actions))
         facts |= {f"{policy.agent} sums": policy.tree.arithmetic} if policy.tree.arithmetic else {}
+        facts |= _permitted(policy, origin)
         if origin.notes:
             facts[f"{policy.agent} notes"] = comment("; ".join(origin.notes[:MAX_NOTES]))
         facts[f"{policy.agent} NaN"] = NAN_KEPT if origin.nan else NAN_RIGHT
@@ -82,6 +83,13 @@ def profile_of(origins: Mapping[str, Origin], given: Names, numbers: str | None 
     provenance = ir.Provenance("imported", "none", 0, "", comment(kinds), facts)
     world = motionless(names.cleaned([given.world], "imported")[0], "", agents)
     return ensure(ir.PolicyProfile(world, tuple(policies), provenance))
+
+
+def _permitted(policy: ir.AgentPolicy, origin: Origin) -> dict[str, float | int | str]:
+    """Which actions leaves permit beside the one that was chosen, by the origin's labels."""
+    leaves = zip(ir.leaves(policy.tree).tolist(), origin.permits, strict=False)
+    several = [f"leaf {leaf}: {' | '.join(labels)}" for leaf, labels in leaves if labels]
+    return {f"{policy.agent} permits": comment("; ".join(several))} if several else {}
 
 
 class _Named(NamedTuple):

@@ -40,6 +40,7 @@ class Origin:
     sums: tuple[Sum, ...] = ()  # the feature SUMS + k of `grown` is sums[k]
     vectors: tuple[tuple[Sum, ...], ...] = ()  # what leaves give, in place of labels
     gives: str = FLOAT64  # what that is rounded to
+    permits: tuple[tuple[str, ...], ...] = ()  # of each leaf, left to right: the labels that it permits; (): its own
     n_read: int = 0  # features up to the last one that the origin looks at, also in a test that decides nothing
 
     @property
@@ -59,6 +60,7 @@ class Said:
     features: tuple[str, ...] = ()  # names of all features, in their order; (): not said
     arrays: str = ""  # of which numbers NumPy hands over to Python: float32 or float64; "": it is given Python's floats
     outputs: tuple[str, ...] = ()  # names of the numbers that are returned to be given; (): labels are returned
+    prefer: tuple[str, ...] = ()  # labels, the most wanted first, where a leaf permits several
     beside: Callable[[str], bytes | None] = lambda _: None  # the content of a file that lies beside the source
 
 

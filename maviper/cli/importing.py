@@ -99,5 +99,7 @@ def _say(policy: Any, facts: Mapping[str, Any], console: Any) -> None:
     if policy.seen:
         ends = zip(policy.features, policy.seen, strict=True)
         console.line("seen", ", ".join(f"{one.name} {low:.3g} to {high:.3g}" for one, (low, *_, high) in ends))
+    if f"{policy.agent} permits" in facts:
+        console.line("permits", str(facts[f"{policy.agent} permits"]))
     console.line("given", str(facts[f"{policy.agent} given"]))
     console.line("NaN", str(facts[f"{policy.agent} NaN"]))

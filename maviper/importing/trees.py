@@ -32,7 +32,9 @@ def import_trees(
     outputs = tuple(asked.output_names or ())
     if outputs and (asked.scores or asked.action_names):
         raise InputError("numbers are given, and no action is taken", "--outputs", "leave --scores and --actions out")
-    said = Said(asked.scores, features=plain, arrays=asked.arrays or "", outputs=outputs)
+    said = Said(
+        asked.scores, features=plain, arrays=asked.arrays or "", outputs=outputs, prefer=tuple(asked.prefer or ())
+    )
     names = Names(asked.feature_names, asked.action_names, asked.name, asked.output_names)
     if file is not None and agents is None:
         origins = _read(file, said)

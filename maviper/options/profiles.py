@@ -65,6 +65,16 @@ class ImportOptions(TypedDict, total=False):
             commas=True,
         ),
     ]
+    prefer: Annotated[
+        Sequence[str] | None,
+        Option(
+            None,
+            IMPORTED,
+            "Where a leaf of dtControl permits several actions: their labels, the most wanted first.",
+            "LABELS",
+            commas=True,
+        ),
+    ]
     scores: Annotated[
         bool,
         Option(False, IMPORTED, "A list of numbers that FILE returns holds a score for each action: the largest acts."),

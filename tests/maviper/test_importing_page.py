@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from sklearn.compose import make_column_transformer
 from sklearn.decomposition import PCA
-from sklearn.ensemble import HistGradientBoostingRegressor, RandomForestClassifier
+from sklearn.ensemble import HistGradientBoostingRegressor, RandomForestClassifier, RandomForestRegressor
 from sklearn.feature_selection import SelectKBest
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import Binarizer, MinMaxScaler, StandardScaler
@@ -45,9 +45,16 @@ def xgboost(n_trees):
     return "tree.json", bytes(model.get_booster().save_raw("json"))
 
 
+def stopped():
+    name, content = xgboost(2)
+    document = json.loads(content)
+    document["learner"]["attributes"] = {"best_iteration": "0"}
+    return name, json.dumps(document)
+
+
 def lightgbm(**settings):
     library = pytest.importorskip("lightgbm", reason="lightgbm is not installed")
-    model = library.LGBMClassifier(n_estimators=1, n_jobs=1, verbose=-1, **settings)
+    model = library.LGBMClassifier(**{"n_estimators": 1, "n_jobs": 1, "verbose": -1, **settings})
     return "tree.txt", model.fit(np.where(np.abs(X) < 0.3, 0.0, X), Y > 0).booster_.model_to_string()
 
 
@@ -65,6 +72,13 @@ def treelite(n_trees):
     ).dump_as_json()
 
 
+def regressor():
+    library = pytest.importorskip("treelite", reason="treelite is not installed")
+    return "tree.json", library.sklearn.import_model(
+        RandomForestRegressor(1, bootstrap=False).fit(X, X[:, 0])
+    ).dump_as_json()
+
+
 def m2cgen():
     library = pytest.importorskip("m2cgen", reason="m2cgen is not installed")
     return library.export_to_c(DecisionTreeClassifier(max_depth=3).fit(X, Y))
@@ -73,7 +87,8 @@ def m2cgen():
 def dtcontrol(*labels):
     leaf = {"actual_label": list(labels), "children": [], "split": None}
     sides = [leaf | {"edge_label": "true"}, leaf | {"actual_label": ["right"], "edge_label": "false"}]
-    split = {"lhs": {"coeff": 1, "var": "speed"}, "op": "<=", "rhs": 0.1}
+    linear = [{"coeff": 0.5, "var": "speed"}, {"coeff": -1.0, "var": "gap"}, {"intercept": 0.1}]
+    split = {"lhs": linear, "op": "<=", "rhs": 0}
     return "default.json", json.dumps({"actual_label": None, "children": sides, "split": split})
 
 
@@ -124,15 +139,19 @@ CASES = [  # from, what, what happens, what it is: a file's name and content, or
     ("if/else C", "state between calls, unknown functions, numbers that may not fit", REFUSED,
      lambda: ("tree.c", "static int n; int act(const float *x) { return x[0] > n++; }")),
     ("XGBoost", "one tree, two classes or a number for each leaf, as saved JSON", EXACT, lambda: xgboost(1)),
-    ("XGBoost", "several trees, categories, other objectives", REFUSED, lambda: xgboost(2)),
+    ("XGBoost", "the sum of a few trees, as one of at most 4,096 leaves", EXACT, lambda: xgboost(2)),
+    ("XGBoost", "larger sums, `best_iteration`, categories, other objectives", REFUSED, lambda: stopped()),
     ("LightGBM", "one tree, two classes or a number for each leaf, as saved text", EXACT, lambda: lightgbm()),
     ("LightGBM", "one tree with linear leaves, of the objective `regression`", EXACT, lambda: linear()),
-    ("LightGBM", "zeros as missing values, several trees, categories", REFUSED,
+    ("LightGBM", "the sum of a few trees, as one of at most 4,096 leaves", EXACT, lambda: lightgbm(n_estimators=2)),
+    ("LightGBM", "larger sums, means of forests, zeros as missing values, categories", REFUSED,
      lambda: lightgbm(zero_as_missing=True)),
     ("treelite", "one classification tree, as `dump_as_json` writes it", EXACT, lambda: treelite(1)),
+    ("treelite", "one regression tree, with numbers to give beyond 64 values", EXACT, lambda: regressor()),
     ("treelite", "forests, categories, other links", REFUSED, lambda: treelite(2)),
-    ("dtControl", "`default.json` with axis-aligned splits and one action a leaf", EXACT, lambda: dtcontrol("left")),
-    ("dtControl", "leaves that permit several actions, sums, categories", REFUSED, lambda: dtcontrol("left", "up")),
+    ("dtControl", "`default.json` with axis-aligned and linear splits", EXACT, lambda: dtcontrol("left")),
+    ("dtControl", "leaves that permit several actions, with `--prefer`", EXACT, lambda: dtcontrol("left", "up")),
+    ("dtControl", "the same without it, categories, other predicates", REFUSED, lambda: dtcontrol("left", "up")),
     (SCIKIT, "a `DecisionTreeClassifier`", EXACT, lambda: DecisionTreeClassifier(max_depth=3).fit(X, Y)),
     (SCIKIT, "a `GridSearchCV`, or a forest of one tree", EXACT,
      lambda: RandomForestClassifier(1, max_depth=3).fit(X, Y)),
@@ -181,9 +200,11 @@ def test_what_the_page_says_happens(case, tmp_path):
         name, content = given
         (tmp_path / name).write_bytes(content.encode() if isinstance(content, str) else content)
     try:
-        scores = "--scores" in case[1]
+        scores, prefer = "--scores" in case[1], ["up", "left"] if "with `--prefer`" in case[1] else None
         alone = not isinstance(given, tuple)
-        profile = maviper.from_sklearn(given) if alone else maviper.from_file(tmp_path / name, scores=scores)
+        profile = (
+            maviper.from_sklearn(given) if alone else maviper.from_file(tmp_path / name, scores=scores, prefer=prefer)
+        )
     except InputError as error:
         assert case[2] == REFUSED and error.next_step
         return

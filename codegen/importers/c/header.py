@@ -14,6 +14,7 @@ import ast
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -23,7 +24,7 @@ from pycparser.c_parser import ParseError
 from codegen.equivalence import structure
 from codegen.errors import InputError, shown
 from codegen.floats import FLOAT32, FLOAT64
-from codegen.importers.nodes import Leaf, Split, origin_of
+from codegen.importers.nodes import Leaf, Source, Split, origin_of
 from codegen.importers.origin import Origin
 from codegen.lowering.deploy import deployed
 
@@ -84,9 +85,10 @@ def _agent(
     called = [each.removeprefix(f"{upper}_X_").lower() for each in features]
     labels = [each.removeprefix(f"{upper}_").lower() for each in actions]
     if tables:
-        origin = origin_of(KIND, 0, _Tables(tables, labels).read, called, len(called), where)
+        origin = origin_of(Source(KIND, where), 0, _Tables(tables, labels).read, called, len(called))
     else:
-        origin = origin_of(KIND, items, lambda node: _nested(node, numbers, labels), called, len(called), where)
+        read = partial(_nested, numbers=numbers, labels=labels)
+        origin = origin_of(Source(KIND, where), items, read, called, len(called))
     return _numbered(origin, labels)
 
 

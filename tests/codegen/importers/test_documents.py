@@ -5,12 +5,16 @@ import math
 
 import numpy as np
 import pytest
-from sklearn.ensemble import RandomForestClassifier
+from sklearn.ensemble import RandomForestClassifier, RandomForestRegressor
 from sklearn.tree import DecisionTreeClassifier, DecisionTreeRegressor
 
+from codegen import ir
+from codegen.agreement import sum_probes
+from codegen.agreement.entries import same
 from codegen.errors import InputError
+from codegen.importers import replay
 from codegen.importers.documents import from_dtcontrol, from_treelite
-from codegen.importers.origin import Said
+from codegen.importers.origin import Names, Said, profile_of
 from codegen.importers.python.source import from_python
 from tests.codegen.importers.origins import asked, data, decided
 
@@ -104,9 +108,8 @@ def test_names_and_labels_of_dtcontrol():
     [
         (split(0, 1, leaf("a", "b"), leaf("c")), "a leaf permits 2 actions"),
         (split(0, 1, leaf("a"), leaf()), "a leaf permits 0 actions"),
-        (split(0, 1, leaf("a"), leaf("b"), lhs=[{"coeff": 1, "var": 0}, {"intercept": 1}]), "not of one feature"),
-        (split(0, 1, leaf("a"), leaf("b"), lhs={"coeff": 2, "var": 0}), "not of one feature"),
-        (split(0, "", leaf("a"), leaf("b"), op="multi"), "not of one feature"),
+        (split(0, 1, leaf("a"), leaf("b"), lhs={"coeff": 2, "var": 0}), "neither of one feature nor linear"),
+        (split(0, "", leaf("a"), leaf("b"), op="multi"), "neither of one feature nor linear"),
         (split(0, "no", leaf("a"), leaf("b")), "a node is not understood"),
         (split(0, float("nan"), leaf("a"), leaf("b")), "a test is not understood"),
         (split(-1, 1, leaf("a"), leaf("b")), "a test is not understood"),
@@ -188,3 +191,106 @@ def test_signs_and_sides_of_nan(sign, left):
 def test_other_models_of_treelite_are_refused(nodes, more, said):
     with pytest.raises(InputError, match=said):
         from_treelite(treelite_model(nodes, **more), "tree.json")
+
+
+# --- linear predicates and sets of actions
+
+
+def linear(rng, depth=0):
+    """A random tree of dtControl's form with linear predicates over four features, as nested JSON."""
+    if depth == 3 or (depth > 0 and rng.random() < 0.25):
+        labels = [str(each) for each in rng.permutation(["left", "stay", "right", "up"])[: rng.integers(1, 4)]]
+        return leaf(*labels)
+    places = rng.permutation(4)[: rng.integers(1, 4)].tolist()
+    weights = [float(rng.choice([1.0, -1.0, 0.5, round(float(rng.normal()), 6), float(rng.normal())])) for _ in places]
+    products = [{"coeff": weight, "var": f"x_{place}"} for weight, place in zip(weights, places, strict=True)]
+    shift = float(rng.choice([0.0, 0.25, -1.0, float(rng.normal())]))
+    sides = [linear(rng, depth + 1) | {"edge_label": edge} for edge in ("true", "false")]
+    return {
+        "actual_label": None,
+        "children": sides,
+        "split": {"lhs": [*products, {"intercept": shift}], "op": "<=", "rhs": 0},
+    }
+
+
+def permitted(node, row):
+    """The labels that a tree permits, its predicates added as dtControl's C adds them."""
+    while node["split"] is not None:
+        *products, last = node["split"]["lhs"]
+        total = None
+        for each in products:
+            term = each["coeff"] * row[int(each["var"][2:])]
+            total = term if total is None else total + term
+        node = node["children"][0 if total + last["intercept"] <= 0 else 1]
+    return node["actual_label"]
+
+
+PREFER = ("right", "up", "left", "stay")
+
+
+@pytest.mark.parametrize("count", [15, pytest.param(1_000, marks=pytest.mark.slow)])
+def test_linear_predicates_and_preferred_actions(count):
+    for seed in range(count):
+        rng = np.random.default_rng(seed)
+        tree = linear(rng)
+        origins = from_dtcontrol(json.dumps(tree).encode(), "default.json", Said(prefer=PREFER))
+        (policy,) = profile_of(origins, Names(), None).agents
+        rows = replay.observations(policy, nan=False, finite=True)
+        if policy.tree.arithmetic:
+            rows = np.concatenate([rows, sum_probes.ties(policy, rng), rng.normal(size=(50, len(policy.features)))])
+        rows = rows[rng.permutation(len(rows))[:200]]
+        rows = rows[np.isfinite(rows).all(axis=1)]
+        wide = np.pad(rows, ((0, 0), (0, 4 - rows.shape[1])))
+        wanted = [min(permitted(tree, row), key=PREFER.index) for row in wide.tolist()]
+        assert [policy.actions[each].name for each in ir.act(policy, rows)] == wanted, seed
+
+
+def test_what_leaves_permit_is_kept_by_leaf():
+    tree = {
+        "actual_label": None,
+        "children": [leaf("left", "up") | {"edge_label": "true"}, leaf("up") | {"edge_label": "false"}],
+        "split": {"lhs": {"coeff": 1.0, "var": 0}, "op": "<=", "rhs": 0.5},
+    }
+    origins = from_dtcontrol(json.dumps(tree).encode(), "default.json", Said(prefer=("left",)))
+    profile = profile_of(origins, Names())
+    assert profile.provenance.training["agent_0 permits"] == "leaf 1: left | up"
+    assert [action.name for action in profile.agents[0].actions] == ["left", "up"]
+    for prefer in ((), ("down",)):
+        with pytest.raises(InputError, match="a leaf permits 2 actions: left, up") as caught:
+            from_dtcontrol(json.dumps(tree).encode(), "default.json", Said(prefer=prefer))
+        assert "--prefer" in caught.value.next_step
+
+
+@pytest.mark.parametrize(
+    "side",
+    [
+        [{"intercept": 1.0}],
+        [{"coeff": 1.0, "var": 0}],
+        [{"coeff": 1.0, "var": 0}, {"coeff": 2.0, "var": 0}, {"intercept": 1.0}],
+        [{"coeff": 0.0, "var": 0}, {"intercept": 1.0}],
+        [],
+    ],
+)
+def test_damaged_linear_predicates_are_refused(side):
+    sides = [leaf("a") | {"edge_label": "true"}, leaf("b") | {"edge_label": "false"}]
+    tree = {"actual_label": None, "children": sides, "split": {"lhs": side, "op": "<=", "rhs": 0}}
+    with pytest.raises(InputError):
+        from_dtcontrol(json.dumps(tree).encode(), "default.json")
+
+
+@pytest.mark.parametrize("count", [6, pytest.param(300, marks=pytest.mark.slow)])
+def test_treelites_regressors(count):
+    treelite = pytest.importorskip("treelite", reason="treelite is not installed")
+    for seed in range(count):
+        x, _ = data(seed)
+        settings = {"bootstrap": False, "max_depth": 3 + seed % 8, "random_state": seed}
+        forest = RandomForestRegressor(1, **settings).fit(x[:200], x[:200, 0] * 3 - x[:200, 1])
+        model = treelite.sklearn.import_model(forest)
+        origins = from_treelite(model.dump_as_json().encode(), "tree.json")
+        (policy,) = profile_of(origins, Names()).agents
+        rows = replay.observations(policy, nan=False, finite=True)[:300]
+        said = treelite.gtil.predict(model, rows).ravel()
+        if policy.outputs:
+            assert same(ir.outputs(policy, rows)[:, 0], said).all(), seed
+        else:
+            assert [float(each) for each in decided(origins, policy, rows)] == said.tolist(), seed
