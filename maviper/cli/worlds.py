@@ -67,7 +67,8 @@ def worlds_show(world: str, features_file: Path | None) -> int:
 
 @worlds.command("new", cls=Verb, example="maviper worlds new cart.toml")
 @click.argument("file", type=PATH)
-def worlds_new(file: Path) -> int:
+@option("--flow", is_flag=True, help="In continuous time: derivatives, and samples at a period.")
+def worlds_new(file: Path, flow: bool) -> int:
     """Write a world file to start from, for you to edit.
 
     FILE states a system of your own: its variables with units and ranges, what agents observe and do, where episodes
@@ -75,7 +76,7 @@ def worlds_new(file: Path) -> int:
     """
     from maviper.worlds.checking import new
 
-    new(file)
+    new(file, flow)
     click.echo(f"written; maviper worlds check {file}")
     return ExitCode.DONE
 

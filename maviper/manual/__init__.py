@@ -22,6 +22,7 @@ TOPICS = (
     "claims",
     "verdicts",
     "systems",
+    "flows",
     "repair",
     "compiling",
     "embedding",

@@ -69,10 +69,12 @@ def check(name: str, run_reference: bool = False) -> list[Finding]:
     return found
 
 
-def new(path: Path) -> None:
-    """Writes a world file to start from. InputError where there is a file already."""
+def new(path: Path, flow: bool = False) -> None:
+    """Writes a world file to start from, in steps or (`flow`) in continuous time. InputError where there is a file
+    already.
+    """
     name = re.sub(r"[^A-Za-z0-9_-]", "-", path.stem)
-    if not runs.create(path, render("systems/starter.toml.j2", name=name)):
+    if not runs.create(path, render(f"systems/{'flow' if flow else 'starter'}.toml.j2", name=name)):
         raise InputError("the file exists", str(path), "choose another name")
 
 

@@ -17,10 +17,12 @@ from codegen.policy_json import content_hash
 from verify.certificates.proofs import encode_numbers
 from verify.checker.flows.certificates import FlowCertificate
 from verify.checker.flows.certificates import accepted as accepted_flow
+from verify.checker.flows.sweep import NOT_SHOWN, Plan
 from verify.checker.reading import RejectedError
 from verify.flows.playing import FlowCourse, FlowPlay
 from verify.flows.replay import replayed
 from verify.flows.search import PlanSearch
+from verify.flows.undefined import undefined
 from verify.question import Question
 from verify.reach.decide import NO_STATE, ROOM, ensure_stated
 from verify.reach.results import OpenState, ReachOutcome
@@ -104,4 +106,8 @@ def _unknown(question: Question[SystemClaim], search: PlanSearch) -> ReachOutcom
         one, names = search.open[0], [each.name for each in question.subject.system.variables]
         left = OpenState(0, {n: (float(a), float(b)) for n, a, b in zip(names, one.low, one.high, strict=True)})
     reason = f"{LEFT_OPEN} ({search.why})" if search.why else LEFT_OPEN
+    if search.why == NOT_SHOWN and search.open:
+        system, plan = question.subject.system, Plan((), *search.how)
+        places = [f"dynamics.flow.{name}" for name in undefined(system, search.sweep, search.open[:1], plan)]
+        reason += f"; {' and '.join(places)} may not be defined near there" if places else ""
     return ReachOutcome(Verdict.UNKNOWN, reason, left, tuple(helps))

@@ -144,12 +144,14 @@ class PlanSearch:
         return sorted(self.sweep.open)
 
     def _points_are_shown(self, whole: StartBox) -> bool:
-        """Whether some starts alone are shown: if not, tubes are too wide, and no cut helps."""
+        """Whether some starts alone are shown, or become too many sets to say so before these are joined in cells. If
+        they are left open, tubes are too wide, and no cut helps.
+        """
         points = [whole.low, whole.high, 0.5 * whole.low + 0.5 * whole.high]
         open_ = self._shown([StartBox(point, point) for point in points], Plan((), *self.how), FIRST)
         if open_ != []:
             self.open = [whole]
-        return open_ == []
+        return not open_
 
     def _by_cuts(self, cutting: _Cutting, how: tuple[int, int], allowed: int) -> Plan | None:
         """Cuts of the start after which all of its parts are shown; None where some are left open, in `pending`."""

@@ -8,12 +8,14 @@ import pytest
 
 from codegen.errors import InputError
 from tests.support.flows import BRAKING, CASES, LOWERED, NEAR, PENDULUM, SIDES, TURNING, case, rate
-from tests.support.system_cases import box
+from tests.support.system_cases import box, policy, team
+from verify.checker.flows.sweep import NOT_SHOWN, FlowSweep, Plan
 from verify.claims.region import UNBOUNDED
 from verify.flows import decide as flows
 from verify.flows.playing import FlowCourse, FlowPlay, vectorised
 from verify.flows.replay import replayed
 from verify.flows.search import PlanSearch
+from verify.flows.undefined import undefined
 from verify.question import Budgets, Question
 from verify.result import Verdict
 from verify.subjects import ClosedLoop
@@ -108,3 +110,37 @@ def test_a_search_stops_at_its_budget():
 def test_a_claim_that_says_nothing_of_times_is_refused():
     with pytest.raises(InputError, match="whether it is about samples"):
         flows.decide(asked(PENDULUM, BRAKING, LOWERED, at_samples=None))
+
+
+DRAIN = """
+name = "drain"
+steps = 12
+[variables]
+level = { unit = "m", range = [0, 2] }
+[agents.valve.features]
+level = "level"
+[agents.valve.actions]
+on = { flow = "0.05 m/s" }
+off = {}
+[start]
+box = { level = [0.4, 0.5] }
+[dynamics]
+period = "1 s"
+[dynamics.flow]
+level = "valve.flow - 0.2[m^0.5/s]*sqrt(level)"
+[[property]]
+name = "stays_in"
+region = { box = { level = [0, 1] } }
+"""
+
+
+def test_what_may_not_be_defined_on_the_way_is_named():
+    """A tank that drains: its root has no bound of the slope at 0."""
+    profile = team(policy("valve", ["level"], ["on", "off"], ((0, 0.0), 0, 1)))
+    system, profile, claim = case(DRAIN, profile, "")
+    sweep = FlowSweep(profile, system, claim)
+    assert sweep.whole is not None
+    assert undefined(system, sweep, [sweep.whole], Plan((), 4, 1)) == ["level"]
+    assert sweep.open == {0: NOT_SHOWN} and sweep.watch is None
+    bold = team(policy("valve", ["level"], ["on", "off"], ((0, 0.3), 0, 1)))
+    assert undefined(system, FlowSweep(bold, system, claim), [sweep.whole], Plan((), 4, 4)) == []

@@ -34,6 +34,7 @@ MAX_PARTS = 1 << 18  # of the start
 AT_ONCE = 1 << 11  # parts that are swept together
 MAX_SETS = 1 << 18  # of one list
 MAX_SWEPT = 50_000_000  # sets over all steps
+NOT_SHOWN = "no enclosure of its states over a step was shown"
 
 
 @dataclass(frozen=True)
@@ -126,7 +127,7 @@ class FlowSweep:
                 raise RejectedError(f"more than {self.most:,} sets")
             self.swept += inside.size
             moved = step.moved(inside.box, inside.frames, self.inputs(inside.joint))
-            self._leave(inside, ~moved.shown, "no enclosure of its states over a step was shown")
+            self._leave(inside, ~moved.shown, NOT_SHOWN)
             kept = moved.shown & ~moved.empty
             inside = inside.taken(kept)
             tube, frames = moved.tube.at(kept), tuple(frame.at(kept) for frame in moved.frames)

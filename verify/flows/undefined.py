@@ -1,0 +1,58 @@
+"""Which derivatives may not be defined where episodes go, for an answer that no enclosure was shown.
+
+Does: bounds each derivative over the last sets that were followed, and a little beyond.
+Assumes: parts of the start that a search left open.
+Does not: prove: an episode need not get where a derivative is not defined.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from verify.checker.covers.parts import StartBox
+from verify.checker.covers.rounding import ceiling, floor
+from verify.checker.flows.series import FlowReading
+from verify.checker.flows.spans import Spans, finite, hull
+from verify.checker.flows.sweep import FlowSweep, Plan, SeenStep
+from verify.checker.reading import RejectedError
+from verify.systems.system import System
+
+MOST = 2_000  # sets that are followed for this
+BEYOND = 1.0  # of its width, by which a set is looked at further
+
+
+def undefined(system: System, sweep: FlowSweep, parts: Sequence[StartBox], plan: Plan) -> list[str]:
+    """The variables whose derivatives may not be defined over a part, or over what was followed of it last."""
+    assert system.flow is not None
+    names = [one.name for one in system.variables]
+    reading = FlowReading(system.flow, names)
+    ends: dict[str, list[float]] = {}
+    for values in system.flow.held.values():
+        for name, value in values.items():
+            ends.setdefault(name, []).extend((floor(value), ceiling(value)))
+    seen = [Spans(np.array([part.low]), np.array([part.high])) for part in parts]
+
+    def see(told: SeenStep) -> None:
+        if told.tube.low.size:
+            seen[len(parts) :] = [hull(told.tube, told.after)]
+
+    sweep.watch, sweep.most = see, sweep.swept + MOST
+    try:
+        sweep.follow(parts, plan)
+    except RejectedError:
+        pass
+    finally:
+        sweep.watch = None
+    found: dict[str, None] = {}
+    for span in seen:
+        by = BEYOND * (span.high - span.low)
+        wide = Spans(span.low - by, span.high + by)
+        held = {name: Spans(*(np.full(len(by), end) for end in (min(of), max(of)))) for name, of in ends.items()}
+        with np.errstate(all="ignore"):
+            for name, coefficients in zip(names, reading.series(wide, held, 1, sloped=False), strict=True):
+                rate = coefficients[1]
+                if rate is not None and not finite(rate.value).all():
+                    found[name] = None
+    return list(found)
