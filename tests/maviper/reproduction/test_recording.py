@@ -251,6 +251,10 @@ def test_readme_and_manual_say_what_the_registered_claims_came_to():
         assert len(re.findall(row, manual)) >= 1, line
         if name.startswith(("rounds", "released")) and (name, expert) != ("rounds-deception-mappo", "mappo"):
             assert lead in said, line
+    parts = (RECORDS / "factorial" / "tables.txt").read_text()
+    joint = re.search(r"  rollouts, maddpg, depth 4: (\S+) \[(\S+), (\S+)\]  BETTER", parts)
+    whole = re.search(r"  all-four, maddpg, depth 4: (\S+) \[", parts)
+    assert f"{interval(*map(float, joint.groups()))} of {float(whole[1]):.3f}".replace(" 0.", " .") in said
     for game, label, told in (
         ("physical-deception maddpg", "defenders success r=0.316", "{} of episodes against IVIPER's {} (expert {})"),
         ("cooperative-navigation mappo", "agents D", "sum to {} against {} (expert {})"),
