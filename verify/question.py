@@ -44,9 +44,8 @@ class Budgets:
     max_nodes: int = 4_000_000  # search nodes per goal; half a second compiled, a minute or two in Python
     max_cells: int = 50_000  # listed where a claim fails, over all goals
     max_zones: int = 5_000_000  # visited for a claim about episodes; about a million a second
-    max_states: int = 200_000  # symbolic states visited for a claim about a stated system, over all steps and attempts
-    max_programs: int = 100_000  # linear programs solved for such a claim
-    max_boxes: int = 2_000_000  # boxes of covers looked for, over all steps and attempts; about a million a second
+    max_boxes: int = 60_000_000  # spent on claims about a stated system, whatever is tried; about a million a second
+    covers: bool = True  # whether boxes are tried; tests of what comes after them leave them out
     samples: int = 4_096  # episodes of a stated system that are played in search of a counterexample
     option: str = "--solver-units"  # that sets the limits on units and nodes; "" where none does
 

@@ -11,7 +11,7 @@ Does not: cover what a user can mend (codegen/errors.py), or certificates that t
     |   |-- FacesError          zones: faces of a volume
     |   |-- TooLongError        episodes: answers of a proof
     |   |-- ReachBudgetError    reach: what a stage is allowed
-    |   `-- ReachSpentError     reach: symbolic states or linear programs of a question
+    |   `-- BudgetSpentError    spending: all that claims about a stated system may spend
     `-- BeyondError          what is asked has no answer of this kind
         |-- BeyondZonesError    zones: a test that bounds no coordinate and no difference of two
         |-- NoCertificateError  episodes: no proof in any form (LeftOpenError: a start is left open)

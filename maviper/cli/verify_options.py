@@ -56,7 +56,7 @@ QUESTION_OPTIONS = (
 
 def asked(command: Any) -> Any:
     """Adds all of them to a command."""
-    of_systems = options_of(SystemOptions, "max_boxes", "max_states", "max_programs")
+    of_systems = options_of(SystemOptions, "max_boxes")
     for each in reversed((*QUESTION_OPTIONS, options_of(VerifyOptions), of_systems)):
         command = each(command)
     return command

@@ -87,13 +87,10 @@ class SystemOptions(TypedDict, total=False):
     ]
     max_boxes: Annotated[
         int | None,
-        Option(None, BUDGETS, "With --world: limit on boxes tried per claim (default: 2000000)."),
-    ]
-    max_states: Annotated[
-        int | None,
-        Option(None, BUDGETS, "With --world: limit on symbolic states visited per claim (default: 200000)."),
-    ]
-    max_programs: Annotated[
-        int | None,
-        Option(None, BUDGETS, "With --world: limit on linear programs solved per claim (default: 100000)."),
+        Option(
+            None,
+            BUDGETS,
+            "With --world: limit on what all claims together may spend, in boxes, about a million a second"
+            " (default: 60000000).",
+        ),
     ]

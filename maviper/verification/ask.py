@@ -81,8 +81,6 @@ class VerifyOptions:
     world: Path | None = None  # a world file: claims are about the system that it states
     run_reference: bool = False  # also run user code that the file names
     max_boxes: int | None = None
-    max_states: int | None = None
-    max_programs: int | None = None
 
     @classmethod
     def of(cls, options: Mapping[str, Any]) -> "VerifyOptions":
@@ -134,10 +132,9 @@ class VerifyOptions:
         if self.verdict_only and self.run_reference:
             what = "--run-reference has no effect with --verdict-only"
             raise InputError(what, "--run-reference", "leave one of them out")
-        for option in ("--max-boxes", "--max-states", "--max-programs"):
-            limit = getattr(self, option[2:].replace("-", "_"))
-            if limit is not None and limit < 1:
-                raise InputError(f"{option} must be at least 1, given {limit}", option, "leave it out for the usual")
+        if self.max_boxes is not None and self.max_boxes < 1:
+            what = f"--max-boxes must be at least 1, given {self.max_boxes}"
+            raise InputError(what, "--max-boxes", "leave it out for the usual")
 
     @property
     def units(self) -> int:
@@ -163,8 +160,6 @@ class VerifyOptions:
             max_cells=self.cells or usual.max_cells,
             max_zones=max_zones or usual.max_zones,
             max_boxes=self.max_boxes or usual.max_boxes,
-            max_states=self.max_states or usual.max_states,
-            max_programs=self.max_programs or usual.max_programs,
         )
 
 

@@ -45,7 +45,7 @@ from verify.systems.observing import chosen
 from verify.systems.pieces import curved
 from verify.systems.properties import claims_in, claims_of
 from verify.systems.statement import Statement
-from verify.verdicts.systems import SystemResult, verify_system
+from verify.verdicts.systems import JointQuestions, SystemResult, verify_system
 
 BENT = "the claim holds or fails within what the enclosures of its products and functions leave open"
 FINER = ("more `cuts` of the claim: cuts = { x = 40 }", "a smaller region")
@@ -92,8 +92,6 @@ class StatedWorld:
         words = ["maviper", "verify", runs.PROFILE_FILE, "--world", WORLD_FILE]
         words += [] if options.file is None else ["--properties", PROPERTY_FILE]
         words += [] if options.max_boxes is None else ["--max-boxes", str(options.max_boxes)]
-        words += [] if options.max_states is None else ["--max-states", str(options.max_states)]
-        words += [] if options.max_programs is None else ["--max-programs", str(options.max_programs)]
         command = shlex.join([*words, *(["--run-reference"] if options.run_reference else [])])
         budgets = options.budgets(None)
         asked = (Question(subject, claim, UNBOUNDED, MACHINE, budgets) for claim in self.claims)
@@ -125,7 +123,7 @@ class StatedWorld:
         measured_steps = self.reference.get("steps")  # first, since a wrong statement is not worth a proof
         bent = not question.claim.about_decisions and any(map(curved, self.statement.rules))
         confirm = partial(_by_rules, self.statement, self.profile, question.claim) if bent else None
-        result = verify_system(question, confirm, beside)
+        result = self._questions.verified(self.claims.index(question.claim), confirm, beside)
         if result.verdict is Verdict.PROVED:
             _ = self._shown
         said = replay_words(self.statement, self.profile, result) if measured_steps else ""
@@ -141,7 +139,7 @@ class StatedWorld:
         except RejectedError as error:
             where = f"claim {question.claim.shown}: {error}"
             raise InputError("an enclosure was not shown again", where, "cut its ranges into more parts") from None
-        found = verify_system(question, None, beside)
+        found = self._questions.verified(self.claims.index(question.claim), None, beside)
         if found.verdict in (Verdict.PROVED, Verdict.VACUOUS):
             return found
         other = verify_system(replace(question, claim=curved.weaker), None, beside)
@@ -149,6 +147,11 @@ class StatedWorld:
             return other
         open_ = replace(found.evidence, helps=FINER, counterexample=None)
         return replace(found, verdict=Verdict.UNKNOWN, reason=BENT, evidence=open_)
+
+    @cached_property
+    def _questions(self) -> JointQuestions:
+        """All questions, which one search decides."""
+        return JointQuestions([one.question for one in self.asked])
 
     @cached_property
     def _shown(self) -> None:

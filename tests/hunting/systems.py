@@ -35,7 +35,7 @@ from verify.systems.statement import Statement
 from verify.systems.system import Affine, HalfSpace
 from verify.verdicts.systems import verify_system
 
-BUDGETS = Budgets(max_boxes=10_000, max_states=100, max_programs=1_000, samples=512)
+BUDGETS = Budgets(max_boxes=150_000, samples=512)
 EPISODES = 1_000
 NEAR = (Fraction(98, 100), Fraction(102, 100))
 LONG, BENT = 30, 6  # steps of a claim for ever in which the judge looks; where squares double the digits each time

@@ -83,10 +83,10 @@ def test_every_option_of_a_command_is_a_parameter():
     }  # of the command line alone
     renamed = {"name", "names", "file"}  # claim; of property files there is verify_file
     assert {name: left - printed - renamed for name, left in missing.items() if left - printed - renamed} == {
-        "verify": {"world", "run_reference", "max_boxes", "max_states", "max_programs"}
+        "verify": {"world", "run_reference", "max_boxes"}
     }
     stated = inspect.signature(maviper.verify_system).parameters
-    assert {"world", "run_reference", "max_boxes", "max_states", "max_programs"} < set(stated)
+    assert {"world", "run_reference", "max_boxes"} < set(stated)
 
 
 def test_a_stated_system_by_function_and_by_command():

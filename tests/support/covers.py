@@ -45,7 +45,7 @@ def shown(question, cells, forms=False):
     system, profile, claim = question
     try:
         if forms:
-            FormSweep(profile, system, claim).run(cells.cuts)
+            FormSweep(profile, system, [claim]).run(cells.cuts)
         else:
             CoverSweep(profile, system, claim).run(cells)
     except RejectedError:

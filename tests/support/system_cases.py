@@ -173,7 +173,7 @@ def serving():
 
 def decided(profile, system, claims, budgets=None):
     """What the search says of claims, in order; by symbolic states alone, unless budgets say otherwise."""
-    budgets = budgets or Budgets(max_boxes=0)
+    budgets = budgets or Budgets(covers=False)
     asked = (Question(ClosedLoop(profile, system), claim, UNBOUNDED, budgets=budgets) for claim in claims)
     return [decide(question) for question in asked]
 

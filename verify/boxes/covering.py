@@ -1,40 +1,59 @@
-"""How to cut the start and in which cells to join boxes, so that a claim about episodes is shown.
+"""How to cut the start and in which cells to join boxes, so that claims about episodes are shown.
 
-Does: tries whole boxes, cuts the start where the claim stays open, tries affine forms, which do not widen where boxes
-  do, then joins boxes in ever smaller cells.
-Assumes: a checked profile, system and claim.
+Does: tries whole boxes, cuts the start where a claim stays open, tries affine forms, which do not widen where boxes
+  do, then joins boxes in ever smaller cells. All claims that are left share each sweep.
+Assumes: a checked profile, system and claims.
 Does not: prove: the checker makes the boxes again and says whether they do.
+
+What is tried, in which order, and how much each attempt may take depends on no budget. A budget only ends the search.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from math import floor, log2
+from typing import NamedTuple
 
 import numpy as np
 
 from codegen.floats import nearest_double
-from codegen.ir import Float64, PolicyProfile
+from codegen.ir import Bool, Float64, PolicyProfile
 from verify.boxes.model import Model
 from verify.boxes.rows import Rows
 from verify.boxes.sweep import Sweep, Swept
-from verify.progress import tell
+from verify.spending import FORM, OPTION, BudgetSpentError, Spending
 from verify.systems.claims import SystemClaim
 from verify.systems.system import System
 
 SEED, POINTS = 0, 128  # of starts that show how far episodes range
 FIRST, FORMS, SECOND = 20_000, 60_000, 400_000  # boxes for cuts of the start alone; the last after cells
-FORM = 10  # boxes take as long as a form
 CELLS = tuple(range(2, 10))  # into how many parts, as powers of two, what episodes range over is cut
-IN_CELLS = 250_000  # boxes for cells of one width
+QUICK, IN_CELLS = 5_000, 250_000  # boxes for cells of one width, before and after forms
+MOST = 2_000_000  # boxes for all; what they leave open goes on to linear programs
 NARROW = 1e-200  # what a variable has to range over
 MAX_DEPTH = 24  # of cuts of the start
+PLAYED = (256, 1_024, 4_096)  # starts that are played in what is open: after first cuts, after cells, at the end
 
 
-# Which parts of the start a sweep leaves open; of `low` and `high` [parts, variables], with at most so many sets.
-Sweeping = Callable[[Float64, Float64, int], Swept]
+class FormsSwept(NamedTuple):
+    """Which parts forms leave open for which claim, [claims, parts]; how many forms there were; whether they were
+    stopped by what was allowed.
+    """
+
+    open: Bool
+    forms: int
+    stopped: bool
+
+
+class FormsOf(NamedTuple):
+    """Claims, by their numbers, that one sweep by affine forms is about; and that sweep: of parts of the start, bounds
+    `low` and `high` [parts, variables], with at most so many forms.
+    """
+
+    claims: tuple[int, ...]
+    sweep: Callable[[Float64, Float64, int], FormsSwept]
 
 
 @dataclass(frozen=True)
@@ -44,6 +63,22 @@ class Covering:
     cuts: tuple[int, ...]
     widths: Mapping[str, Fraction]
     forms: bool = False
+
+
+class CoveredClaims(NamedTuple):
+    """Claims, by their numbers, that a cover shows by the arithmetic of the search."""
+
+    claims: tuple[int, ...]
+    covering: Covering
+
+
+class OpenClaims(NamedTuple):
+    """Claims, by their numbers, that an attempt left open; the parts of the start in which it did, bounds [parts,
+    variables]; how many starts are worth playing there.
+    """
+
+    parts: Mapping[int, tuple[Float64, Float64]]
+    played: int
 
 
 @dataclass
@@ -74,42 +109,95 @@ class StartPart:
 
 
 class Search:
-    """The search for one cover. `spent`: boxes so far; `open`: parts of the start that were left open at last.
-    `by_forms`: the sweep by affine forms, which whoever asks for covers has.
+    """The search for covers. `left`: the numbers of the claims that are asked about, from which whoever reads what is
+    found takes those that are settled. `by_forms`: the sweeps by affine forms, where there are any.
     """
 
     def __init__(
-        self, profile: PolicyProfile, system: System, claim: SystemClaim, most: int, by_forms: Sweeping | None = None
+        self,
+        profile: PolicyProfile,
+        system: System,
+        claims: Sequence[SystemClaim],
+        spending: Spending,
+        by_forms: Sequence[FormsOf] = (),
     ) -> None:
         self._model = Model(profile, system)
-        self._sweep, self._by_forms = Sweep(self._model, system, claim), by_forms
-        self._most, self.spent = most, 0
-        self.open: list[tuple[Float64, Float64]] = []
+        self._sweep, self._by_forms = Sweep(self._model, system, claims), by_forms
+        self.left: set[int] = set(range(len(claims)))
+        self._spending = spending
         self._start = self._started(system)
-        counting = _relevant(self._model, system, claim)
+        self._whole = self._start.low[None], self._start.high[None]
+        self._open = dict.fromkeys(self.left, self._whole)
+        counting = {name for claim in claims for name in _relevant(self._model, system, claim)}
+        self._failed: set[tuple[int, int]] = set()  # cells, by their number, that leave a claim open
         self._modes = [column for column, one in enumerate(system.variables) if one.modes]  # never joined
         self._columns = [column for name, column in self._model.columns.items() if name in counting]
 
-    def coverings(self) -> Iterator[Covering]:
-        """Covers that show the claim by this arithmetic, the cheap ones first; the checker may still refuse one."""
+    def found(self) -> Iterator[CoveredClaims | OpenClaims]:
+        """Covers that show claims by this arithmetic, the cheap ones first; the checker may still refuse one. Between
+        them what is left open. BudgetSpentError.
+        """
         yield from self._by_cuts(FIRST, self._boxes)
+        yield from self._left_open(PLAYED[0])
+        yield from self._by_cells(QUICK)
         yield from self._by_cuts(FORMS, self._forms)
-        for widths in self._cells():
-            if self._left:
-                swept = self._sweep.run(*self._one(), widths, min(IN_CELLS, self._left))
-                self._spend(swept.boxes)
-                if not swept.open.any():
-                    yield Covering((0,), {self._model.names[at]: Fraction(width) for at, width in widths.items()})
+        yield from self._by_cells(IN_CELLS)
+        yield from self._left_open(PLAYED[1])
         yield from self._by_cuts(SECOND, self._forms)
         yield from self._by_cuts(SECOND, self._boxes)
+        yield from self._left_open(PLAYED[2])
 
-    def _boxes(self, low: Float64, high: Float64, most: int) -> Swept:
-        return self._sweep.run(low, high, {}, most)
+    def _left_open(self, played: int) -> Iterator[OpenClaims]:
+        """Claims that are left; of one whose cover the checker refused, no part is open, so all may be."""
+        if self.left:
+            open_ = {number: self._open[number] for number in sorted(self.left)}
+            yield OpenClaims({at: parts if len(parts[0]) else self._whole for at, parts in open_.items()}, played)
 
-    def _forms(self, low: Float64, high: Float64, most: int) -> Swept:
-        assert self._by_forms is not None
-        swept = self._by_forms(low, high, most // FORM)
-        return Swept(swept.open, swept.boxes * FORM)
+    def _by_cells(self, boxes: int) -> Iterator[CoveredClaims]:
+        """Cells, the wide ones first, each with at most so many boxes."""
+        for number, widths in enumerate(self._cells()):
+            asked = [each for each in sorted(self.left) if (number, each) not in self._failed]
+            if not asked or not self._allowed(boxes):
+                continue
+            swept = self._boxes(*self._whole, asked, self._allowed(boxes), widths)
+            done = tuple(each for each in asked if not swept.open[each].any())
+            if not swept.stopped:  # what they leave open, they leave open again
+                self._failed |= {(number, each) for each in asked}
+            if done:
+                yield CoveredClaims(
+                    done, Covering((0,), {self._model.names[at]: Fraction(widths[at]) for at in widths})
+                )
+
+    def _boxes(
+        self,
+        low: Float64,
+        high: Float64,
+        asked: Sequence[int],
+        allowed: int,
+        widths: Mapping[int, float] | None = None,
+    ) -> Swept:
+        """Which parts boxes leave open. BudgetSpentError."""
+        self._spending.ensure_left()
+        most = min(allowed, self._spending.left)
+        swept = self._sweep.run((low, high), widths or {}, most, asked)
+        self._spending.take(swept.boxes)
+        if swept.stopped and most < allowed:
+            raise BudgetSpentError(OPTION)
+        return swept
+
+    def _forms(self, low: Float64, high: Float64, asked: Sequence[int], allowed: int) -> Swept:
+        """Which parts affine forms leave open. BudgetSpentError."""
+        open_ = np.ones((len(self._open), len(low)), dtype=np.bool_)
+        for group, sweep in self._by_forms:
+            if set(group) & set(asked):
+                self._spending.ensure_left(FORM)
+                most = min(allowed, self._spending.left)
+                swept = sweep(low, high, most // FORM)
+                self._spending.take(swept.forms * FORM)
+                if swept.stopped and most < allowed:
+                    raise BudgetSpentError(OPTION)
+                open_[list(group)] = swept.open
+        return Swept(open_, 0)
 
     def _cells(self) -> Iterator[dict[int, float]]:
         """Widths of cells, the wide ones first: of the variables that start at one number, which often stay on few, and
@@ -123,33 +211,27 @@ class Search:
                     widths = {at: 2.0 ** (floor(log2(scale[at])) - power) for at in columns}
                     yield {**dict.fromkeys(self._modes, 1.0), **widths}
 
-    @property
-    def _left(self) -> int:
-        return max(self._most - self.spent, 0)
+    def _allowed(self, boxes: int) -> int:
+        return max(min(boxes, MOST - self._spending.boxes), 0)
 
-    def _spend(self, boxes: int) -> None:
-        self.spent += boxes
-        tell(min(self.spent, self._most), self._most, "boxes")
-
-    def _one(self) -> tuple[Float64, Float64]:
-        return self._start.low[None, :].copy(), self._start.high[None, :].copy()
-
-    def _by_cuts(self, allowed: int, sweep: Sweeping) -> Iterator[Covering]:
-        """Cuts of the start after which all of its parts are shown; none where too many are left open."""
+    def _by_cuts(self, boxes: int, sweep: Callable[..., Swept]) -> Iterator[CoveredClaims]:
+        """Cuts of the start after which all parts are shown, for each claim as soon as that is so."""
         forms = sweep == self._forms
-        if forms and self._by_forms is None:
-            return
+        known: set[int] = {number for group in self._by_forms for number in group.claims}
+        asked: list[int] = [number for number in sorted(self.left) if not forms or number in known]
         root = StartPart(self._start.low, self._start.high)
         pending: list[StartPart] = [root]
-        before = self.spent
-        while pending and self._left and self.spent - before < allowed:
+        allowed, before = self._allowed(boxes), self._spending.boxes
+        while asked and allowed > self._spending.boxes - before:
             low, high = np.array([part.low for part in pending]), np.array([part.high for part in pending])
-            swept = sweep(low, high, min(self._left, allowed - (self.spent - before)))
-            self._spend(swept.boxes)
-            left = [pending[at] for at in np.flatnonzero(swept.open)]
-            self.open = [(part.low, part.high) for part in left]
-            if not left:
-                yield Covering(tuple(root.cuts()), {}, forms)
+            open_ = sweep(low, high, asked, allowed - (self._spending.boxes - before)).open
+            self._open |= {number: (low[open_[number]], high[open_[number]]) for number in asked}
+            done = tuple(number for number in asked if not open_[number].any())
+            if done:
+                yield CoveredClaims(done, Covering(tuple(root.cuts()), {}, forms))
+            asked = [number for number in asked if number in self.left and number not in done]
+            left = [pending[at] for at in np.flatnonzero(open_[asked].any(axis=0)).tolist()]
+            if 2 * len(left) > allowed - (self._spending.boxes - before):  # each half is a box at least
                 return
             columns = [self._widest(part) for part in left]
             if any(column is None or part.depth >= MAX_DEPTH for part, column in zip(left, columns, strict=True)):
@@ -173,7 +255,7 @@ class Search:
     def _started(self, system: System) -> StartPart:
         """A box around all starts."""
         ends = np.array([[nearest_double(end) for end in one.range] for one in system.variables])
-        rows = Rows(ends[:, 0][None], ends[:, 1][None], np.zeros(1, dtype=np.int64), np.zeros(1, dtype=np.int64))
+        rows = Rows.of(ends[:, 0][None], ends[:, 1][None])
         for half in self._model.region(system.start):
             rows = half.of(rows)
         return StartPart(rows.low[0], rows.high[0]) if rows.size else StartPart(ends[:, 0], ends[:, 0])

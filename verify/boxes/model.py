@@ -200,7 +200,7 @@ class Model:
         up, down = np.maximum(moves.matrix, 0.0).T, np.minimum(moves.matrix, 0.0).T
         low = rows.low @ up + rows.high @ down + moves.low
         high = rows.high @ up + rows.low @ down + moves.high
-        return Rows(low, high, rows.part, rows.joint)
+        return rows._replace(low=low, high=high)
 
     def _moves(self, piece: Piece, joint: int) -> _Moves:
         forms = dict(piece.move)

@@ -16,21 +16,33 @@ from codegen.ir import Bool, Float64, Int64
 
 
 class Rows(NamedTuple):
-    """Boxes `low`, `high` [n, variables]; the `part` of the start and the `joint` action of each, [n]."""
+    """Boxes `low`, `high` [n, variables]; the `part` of the start and the `joint` action of each, [n]; `met` [n, k]:
+    which of k claims that one state fulfils were fulfilled on the way.
+    """
 
     low: Float64
     high: Float64
     part: Int64
     joint: Int64
+    met: Bool
+
+    @staticmethod
+    def of(low: Float64, high: Float64, fulfillable: int = 0) -> Rows:
+        """Boxes as parts of the start, each its own."""
+        count = len(low)
+        none = np.zeros(count, dtype=np.int64)
+        return Rows(low.copy(), high.copy(), np.arange(count), none, np.zeros((count, fulfillable), dtype=np.bool_))
 
     @property
     def size(self) -> int:
         """How many there are."""
         return len(self.part)
 
-    def at(self, which: Bool | Int64) -> Rows:
+    def at(self, which: Bool | Int64 | slice) -> Rows:
         """Some of them, copied."""
-        return Rows(self.low[which], self.high[which], self.part[which], self.joint[which])
+        if isinstance(which, slice):
+            which = np.arange(self.size)[which]
+        return Rows(self.low[which], self.high[which], self.part[which], self.joint[which], self.met[which])
 
 
 def joined(lists: Sequence[Rows]) -> Rows:
@@ -82,7 +94,7 @@ def in_cells(rows: Rows, widths: Mapping[int, float]) -> Rows:
     """The boxes cut at the bounds of cells, whose middles are whole multiples of `widths`, and joined where they share
     a cell and a part of the start.
     """
-    keys = [rows.part]
+    keys = [rows.part, *rows.met.T]
     for column, width in widths.items():
         first = np.floor(rows.low[:, column] / width + 0.5).astype(np.int64)
         last = np.maximum(np.ceil(rows.high[:, column] / width + 0.5).astype(np.int64) - 1, first)
@@ -99,10 +111,10 @@ def in_cells(rows: Rows, widths: Mapping[int, float]) -> Rows:
     new = np.zeros(rows.size, dtype=np.bool_)
     new[0] = True
     for key in keys:
-        new[1:] |= np.diff(key[order]) != 0
+        new[1:] |= key[order][1:] != key[order][:-1]
     begins, rows = np.flatnonzero(new), rows.at(order)
     low, high = np.minimum.reduceat(rows.low, begins), np.maximum.reduceat(rows.high, begins)
-    return Rows(low, high, rows.part[begins], rows.joint[begins])
+    return Rows(low, high, rows.part[begins], rows.joint[begins], rows.met[begins])
 
 
 def cells_of(rows: Rows, widths: Mapping[int, float]) -> float:

@@ -24,15 +24,15 @@ from verify.flows.replay import replayed
 from verify.flows.search import PlanSearch
 from verify.flows.undefined import undefined
 from verify.question import Question
-from verify.reach.decide import NO_STATE, ROOM, ensure_stated
-from verify.reach.results import OpenState, ReachOutcome
+from verify.reach.decide import ensure_stated
+from verify.reach.results import NO_STATE, ROOM, OpenState, ReachOutcome
 from verify.reach.witnesses import inhabitant
 from verify.result import Verdict
 from verify.subjects import ClosedLoop
 from verify.systems import documents
 from verify.systems.claims import SystemClaim
 
-SETS_A_BOX = 4  # boxes of the budget that one set of a flow is worth
+SETS_A_BOX = 120  # boxes of the budget that one set of a flow takes as long as
 FIRST_SAMPLES = 256
 MIDDLES = 64  # parts left open whose middles are replayed
 LEFT_OPEN = (

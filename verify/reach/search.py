@@ -19,10 +19,11 @@ from verify.certificates.proofs import encode_numbers
 from verify.checker.systems.rows import Branch, Row
 from verify.checker.systems.walk import Answers, SideAnswer
 from verify.reach.programs import TOLERANCE, Least, Programs, Used, end_of, floats, multipliers, related
+from verify.spending import PROGRAM, STATE
 from verify.unanswered import SpentError
 
 POINTS = 64
-MAX_OVER = 2_000  # programs that one symbolic state may take once all are spent: most are finished with fewer
+MAX_OVER = 2_000  # programs that one symbolic state may take once its stage has none: most end with fewer
 TOLD = 256  # questions from one word about progress to the next
 MAX_TRIALS = 3  # of programs, for one row that can hold at its end only
 Open = Callable[[Branch, bool], None]
@@ -30,11 +31,11 @@ OnProgress = Callable[[int], None]  # the step that is looked at
 
 
 class ReachBudgetError(SpentError):
-    """What a prover is allowed is spent, with a symbolic state at hand; `programs`: it was linear programs."""
+    """What a prover is allowed is spent, with a symbolic state at hand; `all_spent`: it was the whole budget."""
 
-    def __init__(self, branch: Branch, programs: bool) -> None:
-        super().__init__("linear programs" if programs else "symbolic states")
-        self.branch, self.programs = branch, programs
+    def __init__(self, branch: Branch, all_spent: bool = False) -> None:
+        super().__init__("all" if all_spent else "what a stage is allowed")
+        self.branch, self.all_spent = branch, all_spent
 
 
 class BranchKnown:
@@ -50,18 +51,24 @@ class BranchKnown:
 
 class SystemProver(Answers):
     """The answers of a proof that is being made, with so many symbolic states and linear programs at most. `open_`:
-    called with what is left open; `on_progress`: now and then, with the step that is looked at.
+    called with what is left open; `on_progress`: now and then, with the step that is looked at; `left`: of the whole
+    budget, in boxes (None: no end).
     """
 
     def __init__(
-        self, max_states: int, max_programs: int, open_: Open, on_progress: OnProgress = lambda step: None
+        self,
+        max_states: int,
+        max_programs: int,
+        open_: Open,
+        on_progress: OnProgress = lambda step: None,
+        left: int | None = None,
     ) -> None:
         self.numbers: list[int] = []
         self.programs = Programs()
         self.states = 0
         self._open = open_
         self._max_states, self._max_programs = max_states, max_programs
-        self._on_progress = on_progress
+        self._on_progress, self._left = on_progress, left
         self._random = np.random.default_rng(0)
         self._asked = 0
 
@@ -71,13 +78,17 @@ class SystemProver(Answers):
         return encode_numbers(self.numbers)
 
     def visited(self, branch: Branch) -> None:
-        """Counts; BudgetError."""
-        if self.states >= self._max_states:
-            raise ReachBudgetError(branch, programs=False)
+        """Counts; ReachBudgetError."""
+        self._ensure_left(branch)
+        if self.states >= self._max_states or self.programs.solved > self._max_programs:
+            raise ReachBudgetError(branch)
         self.states += 1
-        if self.programs.solved > self._max_programs:
-            raise ReachBudgetError(branch, programs=True)
         self._on_progress(branch.step)
+
+    def _ensure_left(self, branch: Branch) -> None:
+        """ReachBudgetError where nothing is left of the whole budget."""
+        if self._left is not None and STATE * self.states + PROGRAM * self.programs.solved >= self._left:
+            raise ReachBudgetError(branch, all_spent=True)
 
     def hull(self, branch: Branch) -> int | None:
         """None: whoever made this puts symbolic states into hulls."""
@@ -94,8 +105,9 @@ class SystemProver(Answers):
 
     def side(self, branch: Branch, row: Row) -> SideAnswer:
         """Which sides have states, and what shows that one has none."""
+        self._ensure_left(branch)
         if self.programs.solved > self._max_programs + MAX_OVER:
-            raise ReachBudgetError(branch, programs=True)
+            raise ReachBudgetError(branch)
         self._asked += 1
         if not self._asked % TOLD:
             self._on_progress(branch.step)

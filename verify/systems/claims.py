@@ -90,7 +90,7 @@ class SystemClaim:
 
     kind: ClassVar[Kind] = Kind.SYSTEMS
     per_state: ClassVar[bool] = False  # world states are those of games
-    limits: ClassVar[tuple[str, ...]] = ("max_boxes", "max_states", "max_programs")
+    limits: ClassVar[tuple[str, ...]] = ("max_boxes",)
     arithmetics: ClassVar[tuple[str, ...]] = (MACHINE,)
     pattern: Pattern
     regions: tuple[Polytope, ...] = ()

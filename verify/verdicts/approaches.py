@@ -16,8 +16,8 @@ import numpy as np
 from codegen.floats import nearest_double
 from codegen.ir import Float64, Int64, PolicyProfile
 from codegen.lowering.render import brief
+from verify.reach.play.samples import Planes, Play, Starts, random_starts, value
 from verify.reach.results import SystemCounterexample
-from verify.reach.samples import Planes, Play, random_starts, value
 from verify.systems.claims import SystemClaim
 from verify.systems.system import HalfSpace, System
 
@@ -51,12 +51,12 @@ def closest(profile: PolicyProfile, system: System, claim: SystemClaim) -> Close
     if claim.about_decisions or claim.says.once or system.flow is not None:
         return None
     random = np.random.default_rng(SEED)
-    start = random_starts(system, claim, EPISODES, random)
+    start = random_starts(system, {0: claim}, Starts(EPISODES), random)
     if start is None:
         return None
     count, found, least = len(next(iter(start.values()))), None, np.inf
     with np.errstate(over="ignore", invalid="ignore"):
-        for step, state, alive in Play(profile, system, claim).walk(start, random):
+        for step, state, alive in Play(profile, system).walk(start, random, claim.steps):
             if step < claim.by or not alive.any():
                 continue
             levels, borders = _levels(system, claim, state)

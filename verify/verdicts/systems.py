@@ -7,16 +7,18 @@ Does not: know the environment that a system is about, or read files.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 from verify.flows import decide as flows
 from verify.question import Question
-from verify.reach import decide as reach
+from verify.reach.decide import together
 from verify.reach.results import ReachOutcome, SystemCounterexample
 from verify.result import SETTLED, Cost, Evidence, Opinion, Result, Verdict
 from verify.solver import unrolled
+from verify.spending import STATE
 from verify.subjects import ClosedLoop
 from verify.systems.claims import SystemClaim
 from verify.verdicts import approaches
@@ -26,10 +28,11 @@ if TYPE_CHECKING:
     from verify.checker.covers.certificates import AnyCertificate
     from verify.checker.flows.certificates import FlowCertificate
     from verify.reach.results import OpenState
+    from verify.reach.together import Together
 
 ENGINE, UNIT, BOXES = "reach", "symbolic states", "boxes"
 FLOWS, SETS = "flows", "sets of states"
-CONTROL = {"max_boxes": 200_000, "max_states": 2_000, "max_programs": 4_000}  # shuffled leaves mostly fail at once
+CONTROL = {"max_boxes": 2_000_000}  # shuffled leaves mostly fail at once
 ENCLOSED = "the claim fails within the enclosure error, but no violating episode of the exact rules was found"
 NARROWER = ("more `cuts` where rules are not affine", "a smaller start region", "fewer steps")
 Confirm = Callable[[SystemCounterexample], SystemCounterexample | None]  # by the rules themselves; None: not broken
@@ -58,30 +61,56 @@ def verify_system(question: Question[SystemClaim], confirm: Confirm | None = Non
     """The verdict on a question. `confirm`: finds a counterexample again by rules that the system encloses; `beside`:
     with the solver's opinion and the control.
     """
-    flowing = is_flow(question)
-    decide = flows.decide if flowing else reach.decide
-    found = _confirmed(decide(question), confirm)
-    settled = beside and found.verdict in SETTLED
-    control = decide(question.control.spending(**CONTROL)).verdict if settled else Verdict.SKIPPED
-    by_boxes = not found.states and found.certificate is not None
-    own = Opinion(ENGINE, found.verdict, found.states, UNIT)
-    own = Opinion(BOXES, found.verdict, found.boxes, BOXES) if by_boxes else own
-    own = Opinion(FLOWS, found.verdict, found.boxes, SETS) if flowing else own
-    evidence = SystemEvidence(
-        control=control,
-        opinions=(own, _agreeing(question, found.verdict)) if settled and not flowing else (own,),
-        certificate=found.certificate,
-        branches=found.branches,
-        counterexample=found.counterexample,
-        approach=_approach(question, found) if beside else None,
-        open=found.open,
-        helps=found.helps,
-        programs=found.programs,
-        boxes=found.boxes,
-    )
-    return Result(
-        question, found.verdict, found.reason, evidence, Cost(found.states, question.budgets.max_states, UNIT)
-    )
+    return JointQuestions([question]).verified(0, confirm, beside)
+
+
+class JointQuestions:
+    """Questions about one team in one system. One search decides them all, and another one all their controls."""
+
+    def __init__(self, questions: Sequence[Question[SystemClaim]]) -> None:
+        self._questions = questions
+        self._in_steps = [number for number, question in enumerate(questions) if not is_flow(question)]
+
+    def verified(self, number: int, confirm: Confirm | None = None, beside: bool = True) -> SystemResult:
+        """The verdict on a question, by its number, as `verify_system`."""
+        question = self._questions[number]
+        flowing = is_flow(question)
+        found = flows.decide(question) if flowing else self._together.outcome(self._in_steps.index(number))
+        found = _confirmed(found, confirm)
+        settled = beside and found.verdict in SETTLED
+        control = self._control(number) if settled else Verdict.SKIPPED
+        by_boxes = not found.states and found.certificate is not None
+        own = Opinion(ENGINE, found.verdict, found.states, UNIT)
+        own = Opinion(BOXES, found.verdict, found.boxes, BOXES) if by_boxes else own
+        own = Opinion(FLOWS, found.verdict, found.boxes, SETS) if flowing else own
+        evidence = SystemEvidence(
+            control=control,
+            opinions=(own, _agreeing(question, found.verdict)) if settled and not flowing else (own,),
+            certificate=found.certificate,
+            branches=found.branches,
+            counterexample=found.counterexample,
+            approach=_approach(question, found) if beside else None,
+            open=found.open,
+            helps=found.helps,
+            programs=found.programs,
+            boxes=found.boxes,
+        )
+        cost = Cost(found.states, question.budgets.max_boxes // STATE, UNIT)
+        return Result(question, found.verdict, found.reason, evidence, cost)
+
+    @cached_property
+    def _together(self) -> Together:
+        return together([self._questions[number] for number in self._in_steps])
+
+    @cached_property
+    def _controls(self) -> Together:
+        return together([self._questions[number].control.spending(**CONTROL) for number in self._in_steps])
+
+    def _control(self, number: int) -> Verdict:
+        """What is found of the same trees with their leaves shuffled."""
+        if number in self._in_steps:
+            return self._controls.outcome(self._in_steps.index(number)).verdict
+        return flows.decide(self._questions[number].control.spending(**CONTROL)).verdict
 
 
 def _approach(question: Question[SystemClaim], found: ReachOutcome) -> ClosestApproach | None:

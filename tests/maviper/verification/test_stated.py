@@ -197,11 +197,10 @@ def test_options_that_do_not_fit(cart, capsys, more, said):
 
 
 def test_options_that_need_a_world(cart, capsys):
-    assert command(["verify", str(cart / "profile.json"), "--max-states", "3"]) == ExitCode.INPUT
-    assert "--max-states has no effect without --world" in capsys.readouterr().err
-    for option in ("--max-boxes", "--max-states", "--max-programs"):
-        assert verify(cart, option, "0") == ExitCode.INPUT
-        assert f"{option} must be at least 1" in capsys.readouterr().err
+    assert command(["verify", str(cart / "profile.json"), "--max-boxes", "3"]) == ExitCode.INPUT
+    assert "--max-boxes has no effect without --world" in capsys.readouterr().err
+    assert verify(cart, "--max-boxes", "0") == ExitCode.INPUT
+    assert "--max-boxes must be at least 1" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -221,9 +220,9 @@ def test_a_profile_of_another_world(cart, capsys, old, new, said):
 
 
 def test_a_budget_ends_in_an_honest_answer(cart, capsys):
-    assert verify(cart, "--max-states", "2") == ExitCode.VIOLATED  # what is found by playing needs none
+    assert verify(cart, "--max-boxes", "60000") == ExitCode.VIOLATED
     (cart / "cart.toml").write_text(CART + PROPERTIES.split("[[property]]")[1].join(["[[property]]", ""]))
-    assert verify(cart, "--max-boxes", "1", "--max-states", "2") == ExitCode.INCONCLUSIVE
+    assert verify(cart, "--max-boxes", "1") == ExitCode.INCONCLUSIVE
     assert "UNKNOWN" in capsys.readouterr().err
 
 
@@ -233,8 +232,8 @@ def test_an_unstable_system_ends_with_its_budget(cart, capsys):
     )
     claim = '[[property]]\nname = "avoids"\nregion = { box = { x = [1000000, 1000001], v = [4, 5] } }\n'
     (cart / "cart.toml").write_text(text + "[dynamics.error]\nx = 0.1\n" + claim)
-    assert verify(cart, "--max-states", "60") == ExitCode.INCONCLUSIVE
-    assert "without a proof: --max-states is 60" in capsys.readouterr().err
+    assert verify(cart, "--max-boxes", "300000") == ExitCode.INCONCLUSIVE
+    assert "without a proof: --max-boxes is 300,000" in capsys.readouterr().err
 
 
 def test_the_environment_is_measured_and_asked(tmp_path, capsys, monkeypatch):

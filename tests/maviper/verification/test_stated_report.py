@@ -35,7 +35,7 @@ def place(tmp_path_factory):
     (folder / "profile.json").write_text(profile(BRAKES))
     (folder / "cart.toml").write_text(CART + ERROR)
     (folder / "claims.toml").write_text(PROPERTIES + FAR + NEVER)
-    asked = ["--properties", str(folder / "claims.toml"), "--max-states", "300", "-o", str(folder / "report")]
+    asked = ["--properties", str(folder / "claims.toml"), "--max-boxes", "100000", "-o", str(folder / "report")]
     assert verify(folder, *asked) == ExitCode.VIOLATED
     return folder / "report"
 
@@ -97,15 +97,15 @@ def test_the_picture_ends_with_the_state_that_breaks_the_claim(place):
 def test_an_unknown_says_what_is_open_and_what_may_help(tmp_path, capsys):
     (tmp_path / "profile.json").write_text(profile(BRAKES))
     (tmp_path / "cart.toml").write_text(CART + ERROR + PROPERTIES.split("[[property]]")[1].join(["[[property]]", ""]))
-    asked = ["--max-boxes", "1", "--max-states", "2", "-o", str(tmp_path / "report")]
+    asked = ["--max-boxes", "1", "-o", str(tmp_path / "report")]
     assert verify(tmp_path, *asked) == ExitCode.INCONCLUSIVE
     told = json.loads((tmp_path / "report" / "report.json").read_text())["results"][0]
     assert told["open"]["bounds"].keys() == {"x", "v"}
     texts = [(tmp_path / "report" / f"report.{kind}").read_text() for kind in ("txt", "html")]
     for text in (capsys.readouterr().err, *texts):
-        assert "stopped after 2 symbolic states and" in text and "without a proof: --max-states is 2" in text
+        assert "stopped after 1 box" in text and "without a proof: --max-boxes is 1" in text
         assert re.search(rf"step {told['open']['step']} of 10", text) and re.search(r"v in \[\S+, \S+\]", text)
-        assert "a larger --max-states than 2" in text and "fewer steps" in text and "smaller errors" in text
+        assert "a larger --max-boxes than 1" in text and "fewer steps" in text and "smaller errors" in text
 
 
 def test_verdicts_alone(tmp_path, capsys, monkeypatch):

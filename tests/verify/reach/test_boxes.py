@@ -8,9 +8,10 @@ from tests.support.system_cases import decided, double_integrator, form, stays, 
 from tests.verify.reach import random_systems
 from verify.progress import listening
 from verify.question import Budgets
-from verify.reach import samples, search
-from verify.reach.boxes import Boxes
+from verify.reach.play import samples
+from verify.reach.play.boxes import Boxes
 from verify.result import Verdict
+from verify.spending import PROGRAM
 from verify.systems.system import Piece, System, Variable
 
 
@@ -65,7 +66,7 @@ def test_random_play_says_how_far_it_is():
     system, profile, claim = random_systems.case(np.random.default_rng(0))
     told = []
     with listening(lambda *given: told.append(given)):
-        list(samples.courses(profile, system, claim, 16))
+        list(samples.courses(profile, system, {0: claim}, samples.Starts(16)))
     assert told[0] == (0, claim.steps, "steps of 16 random episodes") and len(told) <= claim.steps + 1
 
 
@@ -74,18 +75,17 @@ def test_a_search_says_how_far_it_is_and_ends_within_its_budget():
     system, profile = double_integrator(axes=1, error=F(1, 1000), steps=25), switching(axes=1)
     claim, told = stays(system, 25, x=(F(-7, 10), F(7, 10))), []
     with listening(lambda *given: told.append(given)):
-        (result,) = decided(profile, system, [claim], Budgets(max_boxes=0, max_programs=300, samples=16))
-    assert result.verdict is Verdict.UNKNOWN and "--max-programs is 300" in result.reason
+        (result,) = decided(profile, system, [claim], Budgets(covers=False, max_boxes=120_000, samples=16))
+    assert result.verdict is Verdict.UNKNOWN and "--max-boxes is 120,000" in result.reason
     assert f"{result.programs:,} linear programs" in result.reason
-    searched = [(done, most, words) for done, most, words in told if words.startswith("symbolic states")]
-    assert searched == sorted(searched, key=lambda one: one[0]) and searched[-1][0] >= result.states - 1
-    assert all(most == 200_000 and "of 300 linear programs, at step" in words for _, most, words in searched)
+    searched = [(done, most, words) for done, most, words in told if words.startswith("boxes of the budget")]
+    assert searched == sorted(searched, key=lambda one: one[0]) and searched[-1][0] > 60_000
+    assert all(done <= most == 120_000 and "at step" in words for done, most, words in searched)
 
 
-def test_one_symbolic_state_cannot_spend_much_more_than_all(monkeypatch):
-    monkeypatch.setattr(search, "MAX_OVER", 5)
+def test_one_symbolic_state_cannot_spend_more_than_all():
     system, profile = double_integrator(axes=1, error=F(1, 1000), steps=25), switching(axes=1)
     claim = stays(system, 25, x=(F(-7, 10), F(7, 10)))
-    (result,) = decided(profile, system, [claim], Budgets(max_boxes=0, max_programs=20, samples=16))
-    assert result.verdict is Verdict.UNKNOWN and "--max-programs is 20" in result.reason
-    assert result.programs <= 20 + 5 + 4  # a question is finished
+    (result,) = decided(profile, system, [claim], Budgets(covers=False, max_boxes=20 * PROGRAM, samples=16))
+    assert result.verdict is Verdict.UNKNOWN and "--max-boxes is 8,000" in result.reason
+    assert result.programs <= 20 + 4  # a question is finished

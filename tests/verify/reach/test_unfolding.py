@@ -13,8 +13,8 @@ from verify.checker.reading import RejectedError
 from verify.checker.systems.certificates import BITS
 from verify.checker.systems.walk import Proof, SystemQuestions
 from verify.reach.parts import whole
+from verify.reach.play.samples import Starts, courses
 from verify.reach.replay import replayed
-from verify.reach.samples import courses
 from verify.reach.search import ReachBudgetError, SystemProver
 from verify.reach.unfolding import Merging, Unfolding
 from verify.systems.claims import Pattern, SystemClaim
@@ -94,9 +94,9 @@ def test_what_does_not_hold_is_left_open(merging):
 
 def test_a_budget_ends_at_a_symbolic_state():
     system, profile, bounds, steps = CASES["an axis"]
-    with pytest.raises(ReachBudgetError, match="symbolic states") as raised:
+    with pytest.raises(ReachBudgetError, match="a stage") as raised:
         proved(system, profile, stays(system, steps, **bounds), None, 3)
-    assert raised.value.branch.step <= steps and not raised.value.programs
+    assert raised.value.branch.step <= steps and not raised.value.all_spent
 
 
 @pytest.mark.parametrize("merging", [None, MERGE, Merging(1, 2)])
@@ -114,7 +114,7 @@ def test_of_random_systems_only_what_no_episode_breaks_is_proved(merging):
             continue
         outcomes["proved"] += 1
         checked(system, profile, claim, part)
-        for course in courses(profile, system, claim, 50):
+        for _, course in courses(profile, system, {0: claim}, Starts(50)):
             assert replayed(profile, system, claim, course) is None, seed
     assert min(outcomes.values()) > 4, outcomes
 

@@ -10,6 +10,7 @@ from verify.checker.systems import reading
 from verify.claims.region import UNBOUNDED
 from verify.question import Budgets, Question, shuffled
 from verify.reach.results import ReachOutcome
+from verify.reach.together import Together
 from verify.result import Verdict
 from verify.solver import unrolled
 from verify.subjects import ClosedLoop
@@ -23,7 +24,7 @@ pytestmark = pytest.mark.solver
 def asked(steps=8, bound=1, axes=1, **budgets):
     system, profile = double_integrator(axes=axes), switching(axes=axes)
     claim = stays(system, steps, x=(-bound, bound))
-    return Question(ClosedLoop(profile, system), claim, UNBOUNDED, budgets=Budgets(**{"max_boxes": 0, **budgets}))
+    return Question(ClosedLoop(profile, system), claim, UNBOUNDED, budgets=Budgets(**{"covers": False, **budgets}))
 
 
 def test_two_engines_speak_and_the_control_fails():
@@ -69,7 +70,7 @@ def test_a_claim_that_any_leaves_fulfil_has_a_control_that_is_proved():
 
 
 def test_engines_that_disagree_are_a_bug_of_ours(monkeypatch):
-    monkeypatch.setattr(systems.reach, "decide", lambda question: ReachOutcome(Verdict.PROVED))
+    monkeypatch.setattr(Together, "outcome", lambda search, number: ReachOutcome(Verdict.PROVED))
     with pytest.raises(AssertionError, match=r"reach PROVED, Z3 .* VIOLATED"):
         verify_system(asked(bound=F(1, 10)))
 

@@ -99,7 +99,7 @@ def accepted(certificate: CoverCertificate, profile: PolicyProfile, system: Syst
         return CoverSweep(profile, system, certificate.claim, watch).run(Cells(cuts, widths))
     if widths:
         raise RejectedError("forms are not joined in cells")
-    return FormSweep(profile, system, certificate.claim).run(cuts)
+    return FormSweep(profile, system, [certificate.claim]).run(cuts)
 
 
 AnyCertificate = SystemCertificate | CoverCertificate | InvariantCertificate

@@ -31,7 +31,9 @@ MAX_VARIABLES = 128  # so that all sums are short
 
 
 class Left(NamedTuple):
-    """Which parts are left open, [parts], how many forms were asked about, and why the first part was left open."""
+    """Which parts are left open for which claim, [claims, parts], how many forms were asked about, and why the first
+    part was left open.
+    """
 
     open: Bool
     forms: int
@@ -39,18 +41,21 @@ class Left(NamedTuple):
 
 
 class FormSweep:
-    """The sweep for one claim."""
+    """The sweep for some claims: for one, or for several none of which a single state fulfils."""
 
-    def __init__(self, profile: PolicyProfile, system: System, claim: SystemClaim) -> None:
+    def __init__(self, profile: PolicyProfile, system: System, claims: Sequence[SystemClaim]) -> None:
+        if len(claims) != 1 and any(claim.says.once for claim in claims):
+            raise RejectedError("a claim that one state fulfils is followed alone")
         if len(system.variables) > MAX_VARIABLES:
             raise RejectedError(f"more than {MAX_VARIABLES} variables for forms")
         columns = {one.name: column for column, one in enumerate(system.variables)}
-        self._claim, self._stated, self._parts = claim, StatedStates(system, claim), Parts(system)
+        self._claims, self._parts = claims, Parts(system)
+        self._stated = [StatedStates(system, claim) for claim in claims]
         self._starts = [half(linear(each), columns) for each in system.start if len(each.form.terms) > 1]
         self._trees = [FormTree(system, policy, columns) for policy in profile.agents]
         self._pieces = FormPieces(system, profile.agents)
-        self._regions = [FormRegion(list(map(linear, region)), columns) for region in claim.regions]
-        self._open, self._why = np.zeros(0, dtype=np.bool_), ""
+        self._regions = [[FormRegion(list(map(linear, each)), columns) for each in claim.regions] for claim in claims]
+        self._open, self._why = np.zeros((0, 0), dtype=np.bool_), ""
 
     def run(self, cuts: Sequence[int]) -> int:
         """How many forms were asked about, of a start cut as proofs say. RejectedError where one may break the claim,
@@ -67,7 +72,7 @@ class FormSweep:
     def left(self, parts: BoxList, most: int) -> Left:
         """Follows boxes of starts, whose `part` are their places, with at most so many forms in all."""
         ensure_arithmetic()
-        self._open, self._why = np.zeros(parts.size, dtype=np.bool_), ""
+        self._open, self._why = np.zeros((len(self._claims), parts.size), dtype=np.bool_), ""
         with np.errstate(all="ignore"):  # what overflows is not finite, and is left open
             forms = of_boxes(parts)
             for start in self._starts:
@@ -76,18 +81,26 @@ class FormSweep:
         return Left(self._open, spent, self._why)
 
     def _follow(self, forms: FormList, most: int) -> int:
-        spent = 0
-        for step in range(self._claim.steps + 1):
-            forms = self._without(forms, ~forms.finite, "a form has bounds that are not finite")
+        spent, everyone = 0, range(len(self._claims))
+        for step in range(max(claim.steps for claim in self._claims) + 1):
+            asked = [number for number in everyone if self._claims[number].steps >= step]
+            going = [number for number in asked if self._claims[number].steps > step]
+            self._leave(asked, forms.taken(~forms.finite), "a form has bounds that are not finite")
+            forms = forms.taken(forms.finite)
             spent += forms.size
-            forms = self._asked(forms, step)
-            if step == self._claim.steps or not forms.size:
+            for number in asked:
+                forms = self._asked(forms, number, step)
+            low, high = forms.bounds()
+            for number in going:
+                beyond = self._stated[number].beyond(low, high)
+                self._leave([number], forms.taken(beyond), f"at step {step}, nothing may be stated")
+            shut = self._open[going][:, forms.part].all(axis=0)  # all, where no claim goes on
+            forms = forms.taken(np.asarray(~shut, dtype=np.bool_))
+            if not forms.size:
                 break
             if spent > most:
-                self._without(forms, np.ones(forms.size, dtype=np.bool_), f"more than {most:,} forms")
+                self._leave(going, forms, f"more than {most:,} forms")
                 break
-            low, high = forms.bounds()
-            forms = self._without(forms, self._stated.beyond(low, high), f"at step {step}, nothing may be stated")
             forms = self._moved(forms)
         return spent
 
@@ -97,29 +110,25 @@ class FormSweep:
             forms = tree.chosen(forms)
         return with_fewer_columns(self._pieces.moved(forms), MAX_COLUMNS)
 
-    def _without(self, forms: FormList, bad: Bool, why: str) -> FormList:
-        """The forms of parts that are shown so far, once the parts of some are left open."""
-        if not bad.any():
-            return forms
-        self._why = self._why or why
-        self._open[forms.part[bad]] = True
-        return forms.taken(~self._open[forms.part])
-
-    def _asked(self, forms: FormList, step: int) -> FormList:
-        """The forms that are followed further, once the parts of those that may break the claim are left open."""
-        says, claim = self._claim.says, self._claim
+    def _asked(self, forms: FormList, number: int, step: int) -> FormList:
+        """The forms that are followed further, once the parts of those that may break a claim are left open for it."""
+        claim = self._claims[number]
+        says, regions = claim.says, self._regions[number]
         why = f"at step {step} forms may hold states that break the claim"
         if says.avoided:
-            for region in self._regions:
-                self._leave(region.within(forms), why)
-            return forms.taken(~self._open[forms.part])
+            for region in regions:
+                self._leave([number], region.within(forms), why)
+            return forms
         outside, counts = forms, not says.first or says.once or step >= claim.by
-        for region in self._regions if counts else ():
+        for region in regions if counts else ():
             outside = region.outside(outside)
         if counts and (not says.once or step == claim.steps):
-            self._leave(outside, why)
-        forms = outside if says.once else forms
-        return forms.taken(~self._open[forms.part])
+            self._leave([number], outside, why)
+        return outside if says.once else forms
 
-    def _leave(self, forms: FormList, why: str) -> None:
-        self._without(forms, np.ones(forms.size, dtype=np.bool_), why)
+    def _leave(self, numbers: Sequence[int], forms: FormList, why: str) -> None:
+        """Leaves the parts of some forms open for some claims."""
+        if forms.size:
+            self._why = self._why or why
+            for number in numbers:
+                self._open[number, forms.part] = True

@@ -188,7 +188,7 @@ class CellSearch:
         self._starting = {name: high[at] - low[at] for name, at in self._columns.items()}
         points = low + np.random.default_rng(SEED).random((POINTS, len(low))) * (high - low)
         with np.errstate(all="ignore"):
-            sweep = Sweep(Model(self._profile, self._system), self._system, self._claim)
+            sweep = Sweep(Model(self._profile, self._system), self._system, [self._claim])
             found = sweep.reached(points, points.copy())
         return np.where(np.isfinite(found), found, 0.0)
 

@@ -140,7 +140,7 @@ def narrower(found):
 
 
 FAULTS = [
-    (form_sweep.FormSweep, "_asked", lambda f: lambda self, listed, step: listed),
+    (form_sweep.FormSweep, "_asked", lambda f: lambda self, listed, number, step: listed),
     (form_sweep.FormSweep, "_leave", lambda f: lambda *given: None),
     (form_sweep.StatedStates, "beyond", lambda f: lambda self, low, high: np.zeros(len(low), dtype=np.bool_)),
     (form_sweep, "of_boxes", after(narrower)),

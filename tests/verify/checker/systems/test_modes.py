@@ -28,7 +28,7 @@ from verify.systems.system import Feature, HalfSpace, Measure, Piece, System, Va
 
 pytestmark = pytest.mark.solver
 QUESTIONS = 30
-PLAYED_TOO = replace(SEARCHED, samples=4_096, max_boxes=200_000)
+PLAYED_TOO = replace(SEARCHED, samples=4_096, covers=True)
 
 
 def lamp(threshold=0.5, **more):

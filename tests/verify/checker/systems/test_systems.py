@@ -14,8 +14,8 @@ from verify.certificates.systems import to_json
 from verify.checker.reading import RejectedError
 from verify.checker.systems.certificates import accepted, from_json
 from verify.checker.systems.walk import Hull
+from verify.reach.play.samples import Starts, courses
 from verify.reach.replay import replayed
-from verify.reach.samples import courses
 from verify.result import Verdict
 from verify.systems import documents
 from verify.systems.system import HalfSpace, Piece
@@ -138,7 +138,7 @@ def changed(profile, system, claim, random):
 
 
 def is_false(profile, system, claim):
-    played = courses(profile, system, claim, 256)
+    played = (found.course for found in courses(profile, system, {0: claim}, Starts(256)))
     return any(replayed(profile, system, claim, course) is not None for course in played)
 
 

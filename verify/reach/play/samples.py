@@ -1,15 +1,18 @@
-"""Starts and errors that may break a claim: played in float64, many at a time.
+"""Starts and errors that may break claims: played in float64, many at a time.
 
-Does: plays random episodes of a stated system, with starts and errors at bounds among them; the courses that break it.
+Does: plays random episodes of a stated system, with starts and errors at bounds among them; the courses that break
+  claims. Starts lie anywhere, or in boxes that were left open.
 Assumes: nothing of what it finds is believed before it is replayed exactly.
 Does not: replay.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
-from itertools import accumulate, islice
+from itertools import accumulate, chain
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,8 +21,8 @@ from codegen.ir import AgentPolicy, Bool, Float64, Int32, Int64, PolicyProfile, 
 from verify.checker.systems.reading import SystemReading
 from verify.claims.uncertified.values import Batch
 from verify.progress import tell
-from verify.reach.boxes import Boxes
-from verify.reach.cases import Cases, has_cases
+from verify.reach.play.boxes import Boxes
+from verify.reach.play.cases import Cases, has_cases
 from verify.reach.replay import Course
 from verify.systems.claims import SystemClaim
 from verify.systems.system import Affine, Feature, Interval, Measure, Piece, System
@@ -28,79 +31,126 @@ MAX_COURSES = 16
 Planes = dict[str, Float64]  # variable -> [batch]
 
 
-def courses(profile: PolicyProfile, system: System, claim: SystemClaim, count: int) -> Iterator[Course]:
-    """Courses that break a claim in float64, at most MAX_COURSES."""
+class Found(NamedTuple):
+    """A claim, by its number, and a course that breaks it."""
+
+    claim: int
+    course: Course
+
+
+class Starts(NamedTuple):
+    """How many episodes start, and in which boxes, bounds [n, variables]; None: anywhere."""
+
+    episodes: int
+    boxes: tuple[Float64, Float64] | None = None
+
+
+def courses(
+    profile: PolicyProfile, system: System, claims: Mapping[int, SystemClaim], starts: Starts
+) -> Iterator[Found]:
+    """Courses that break claims in float64, at most MAX_COURSES of each, the short ones first. `claims`: by number;
+    whoever reads the courses takes claims out that need no more.
+    """
     random = np.random.default_rng(0)
-    start = random_starts(system, claim, count, random)
-    if start is None:
-        return
-    found = (
-        _decided(profile, system, claim, start)
-        if claim.about_decisions
-        else Play(profile, system, claim).run(start, random)
-    )
-    with np.errstate(over="ignore", invalid="ignore"):  # a state beyond float64 is a proposal like any other
-        yield from islice(found, MAX_COURSES)
+    for group in ([number for number in claims if claims[number].about_decisions is still] for still in (True, False)):
+        asked = {number: claims[number] for number in group}
+        start = random_starts(system, asked, starts, random) if group else None
+        if start is None:
+            continue
+        with np.errstate(over="ignore", invalid="ignore"):  # a state beyond float64 is a proposal like any other
+            if asked[group[0]].about_decisions:
+                found = chain.from_iterable(_decided(profile, system, number, asked[number], start) for number in group)
+            else:
+                found = _broken(Play(profile, system), claims, group, start, random)
+            counts = Counter[int]()
+            for each in found:
+                counts[each.claim] += 1
+                if each.claim in claims and counts[each.claim] <= MAX_COURSES:
+                    yield each
 
 
-def random_starts(system: System, claim: SystemClaim, count: int, random: np.random.Generator) -> Planes | None:
+def random_starts(
+    system: System, claims: Mapping[int, SystemClaim], starts: Starts, random: np.random.Generator
+) -> Planes | None:
     """Random starts, half of the numbers at a bound in half of them; None where none was found."""
-    polytope = () if claim.about_decisions else system.start
+    (still, *_), count = {claim.about_decisions for claim in claims.values()}, starts.episodes
+    polytope = () if still else system.start
     reading = SystemReading(system, [one.name for one in system.variables])
     branch = reading.start(polytope)
     if branch is None:
         return None
     found: Planes = {}
+    columns = {one.name: column for column, one in enumerate(system.variables)}
     for name in reading.order:
         where = random.random(count)
         rounded = random.random(count) < np.where(np.arange(count) % 2, 0.5, 0.0)
         where = np.where(rounded, np.round(where), where)
-        width = sum(map(float, branch.motion.weights[name].values()))
-        found[name] = float(branch.at[name]) + width * where
+        if starts.boxes is None:
+            width = sum(map(float, branch.motion.weights[name].values()))
+            found[name] = float(branch.at[name]) + width * where
+        else:
+            low, high = (ends[np.arange(count) % len(ends), columns[name]] for ends in starts.boxes)
+            found[name] = np.where(where == 1, high, low + (high - low) * where)  # a bound is met exactly
     kept = np.ones(count, dtype=np.bool_)
     for half in polytope:
         kept &= value(half.form, found) <= 0
-    if claim.about_decisions and claim.regions:
-        kept &= Batch(found, count).holds(claim.inside, {})
+    if still and all(claim.regions for claim in claims.values()):
+        inside = [Batch(found, count).holds(claim.inside, {}) for claim in claims.values()]
+        kept &= np.logical_or.reduce(inside)
     return {name: values[kept] for name, values in found.items()} if kept.any() else None
 
 
-def _decided(profile: PolicyProfile, system: System, claim: SystemClaim, start: Planes) -> Iterator[Course]:
+def _decided(profile: PolicyProfile, system: System, number: int, claim: SystemClaim, start: Planes) -> Iterator[Found]:
     count = len(next(iter(start.values())))
     actions = {policy.agent: act(policy, _seen(system, profile, policy.agent, start)) for policy in profile.agents}
     broken = ~Batch(start, count).holds(claim.formula, actions)
-    for place in np.flatnonzero(broken):
-        yield Course({name: Fraction(float(values[place])) for name, values in start.items()})
+    for place in np.flatnonzero(broken)[:MAX_COURSES]:
+        yield Found(number, Course({name: Fraction(float(values[place])) for name, values in start.items()}))
+
+
+def _broken(
+    play: Play, claims: Mapping[int, SystemClaim], group: Sequence[int], start: Planes, random: np.random.Generator
+) -> Iterator[Found]:
+    """The courses that break claims, at the earliest step first."""
+
+    def asked(step: int) -> list[int]:
+        return [number for number in group if number in claims and claims[number].steps >= step]
+
+    count = len(next(iter(start.values())))
+    alive = {number: np.ones(count, dtype=np.bool_) for number in group}
+    for step, state, going in play.walk(start, random, max(claims[number].steps for number in group)):
+        batch = Batch(state, count)
+        for number in asked(step):
+            claim, here = claims[number], alive[number] & going
+            broken = here & batch.holds(claim.broken(step), {})
+            for place in np.flatnonzero(broken)[:MAX_COURSES]:
+                yield Found(number, play.course(start, int(place)))
+            alive[number] = here & ~broken & ~batch.holds(claim.fulfilled(step), {})
+        wanted = np.zeros(count, dtype=np.bool_)
+        for number in asked(step + 1):
+            wanted |= alive[number]
+        going &= wanted
 
 
 class Play:
     """Episodes, a batch at a time."""
 
-    def __init__(self, profile: PolicyProfile, system: System, claim: SystemClaim) -> None:
-        self.profile, self.system, self.claim = profile, system, claim
+    def __init__(self, profile: PolicyProfile, system: System) -> None:
+        self.profile, self.system = profile, system
         self._boxes = Boxes(system)
         self._cases = Cases(system) if has_cases(system) else None
         self._errors: list[Planes] = []
         self._pieces: list[Int64] = []
 
-    def run(self, start: Planes, random: np.random.Generator) -> Iterator[Course]:
-        """The courses that break the claim, at the earliest step first."""
-        for step, state, alive in self.walk(start, random):
-            batch = Batch(state, len(alive))
-            broken = alive & batch.holds(self.claim.broken(step), {})
-            for place in np.flatnonzero(broken):
-                yield self._course(start, int(place))
-            alive &= ~broken & ~batch.holds(self.claim.fulfilled(step), {})
-
-    def walk(self, start: Planes, random: np.random.Generator) -> Iterator[tuple[int, Planes, Bool]]:
+    def walk(self, start: Planes, random: np.random.Generator, steps: int) -> Iterator[tuple[int, Planes, Bool]]:
         """Each step with the states and which episodes go on: whoever asks may end some of them."""
         state, count = start, len(next(iter(start.values())))
         alive = np.ones(count, dtype=np.bool_)
         extreme = random.random(count)
-        for step in range(self.claim.steps + 1):
-            tell(step, self.claim.steps, f"steps of {count:,} random episodes")
+        for step in range(steps + 1):
+            tell(step, steps, f"steps of {count:,} random episodes")
             yield step, state, alive
-            if step < self.claim.steps and alive.any():
+            if step < steps and alive.any():
                 state, moved = self._step(state, count, extreme, random)
                 alive &= moved
 
@@ -143,7 +193,9 @@ class Play:
                 for name, form in effect.items():
                     after[name][taken] += value(form, acted)
 
-    def _course(self, start: Planes, place: int) -> Course:
+    def course(self, start: Planes, place: int) -> Course:
+        """How an episode went so far."""
+
         def exactly(planes: Planes) -> Mapping[str, Fraction]:
             return {name: Fraction(float(values[place])) for name, values in planes.items()}
 

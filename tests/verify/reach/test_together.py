@@ -1,0 +1,175 @@
+"""Claims decided together: the verdicts that each has alone, by one search with one budget; small counterexamples."""
+
+from collections import Counter
+from fractions import Fraction as F
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from maviper.files.profiles import find_profile
+from maviper.worlds.stated.systems import read
+from tests.support.system_cases import box, double_integrator, form, policy, stays, switching, team
+from tests.verify.reach import random_systems
+from verify.claims.region import UNBOUNDED
+from verify.progress import listening
+from verify.question import Budgets, Question
+from verify.reach.decide import decide, together
+from verify.reach.play import shrinking
+from verify.reach.replay import Course, replayed
+from verify.result import Verdict
+from verify.subjects import ClosedLoop
+from verify.systems.claims import Pattern, SystemClaim
+from verify.systems.properties import claims_of
+from verify.systems.system import Feature, Piece, System, Variable
+
+WORLDS = Path(__file__).parents[3] / "generated" / "worlds"
+NAMES = [
+    "cart_pole",
+    "corridor",
+    "crossing",
+    "mountain_car",
+    "pendulum",
+    "pendulum_wide",
+    "quadrotor",
+    "quadrotor_wide",
+]
+
+
+def asked(profile, system, claims, **budgets):
+    subject = ClosedLoop(profile, system)
+    return [Question(subject, claim, UNBOUNDED, budgets=Budgets(**budgets)) for claim in claims]
+
+
+def answers(questions):
+    """Of all claims, with what was spent until each was known."""
+    search = together(questions)
+    found = []
+    for number in range(len(questions)):
+        outcome = search.outcome(number)
+        found.append((outcome.verdict, outcome.boxes, outcome.states, outcome.programs))
+    return found
+
+
+def world(name):
+    statement = read(WORLDS / f"{name}.toml")
+    profile = find_profile(WORLDS / f"{name.removesuffix('_wide')}.json", beside=WORLDS)
+    return profile, statement.system, claims_of(statement, profile, name)
+
+
+def related(seed):
+    """A random system with several claims about it."""
+    random = np.random.default_rng([4, seed])
+    system, profile, claim = random_systems.case(random)
+    names = [one.name for one in system.variables]
+    found = [claim]
+    for pattern in (Pattern.STAYS_IN, Pattern.AVOIDS, Pattern.REACHES, Pattern.REACHES_AND_STAYS):
+        steps = int(random.integers(1, 5))
+        by = int(random.integers(0, steps + 1)) if pattern is Pattern.REACHES_AND_STAYS else 0
+        found.append(SystemClaim(pattern, (random_systems.polytope(random, names),), steps, by))
+    return profile, system, found
+
+
+def test_verdicts_are_those_of_the_claims_alone():
+    """All are settled together that are settled alone, by certificates and episodes that hold on their own."""
+    met = Counter()
+    for seed in range(5):
+        profile, system, claims = related(seed)
+        questions = asked(profile, system, claims, max_boxes=4_000_000)
+        search = together(questions)
+        for number, question in enumerate(questions):
+            found, alone = search.outcome(number), decide(question)
+            assert found.verdict is alone.verdict, (seed, number)
+            if found.certificate is not None:
+                found.certificate.accepted(profile, system)
+            if found.counterexample is not None:
+                course = Course(found.counterexample.start, found.counterexample.errors, found.counterexample.pieces)
+                assert replayed(profile, system, claims[number], course) == found.counterexample
+            met[claims[number].pattern, found.verdict] += 1
+    assert all(sum(met[each, verdict] for each in Pattern) >= 5 for verdict in (Verdict.PROVED, Verdict.VIOLATED)), met
+
+
+@pytest.mark.smoke
+def test_claims_share_each_sweep():
+    system, profile = double_integrator(axes=2), switching(2)
+    claims = [stays(system, 30, x=(-1, 1)), stays(system, 20, y=(-1, 1)), stays(system, 30, x=(-2, 2), y=(-2, 2))]
+    (whole, *_), *rest = (answers(asked(profile, system, some)) for some in (claims, *([claim] for claim in claims)))
+    assert whole[0] is Verdict.PROVED
+    assert whole[1] <= max(alone[0][1] for alone in rest) * 1.2
+
+
+@pytest.mark.parametrize("name", ["corridor", "crossing", "pendulum", "pendulum_wide", "quadrotor", "quadrotor_wide"])
+def test_a_larger_budget_takes_no_longer_to_what_a_smaller_one_answered(name):
+    _ensure_monotone(name, (10, 1_000, 30_000, 300_000, 3_000_000))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", NAMES)
+def test_budgets_of_all_sizes(name):
+    _ensure_monotone(name, [4**power for power in range(14)])
+
+
+def _ensure_monotone(name, budgets):
+    profile, system, claims = world(name)
+    before = []
+    for most in budgets:
+        now = answers(asked(profile, system, claims, max_boxes=most))
+        for old, new in zip(before, now, strict=False):
+            if old[0] is not Verdict.UNKNOWN:
+                assert new == old
+        before = now
+    assert all(verdict is not Verdict.UNKNOWN for verdict, *_ in before)
+
+
+def test_an_end_names_the_option_and_what_was_spent():
+    profile, system, claims = world("quadrotor")
+    search, told = together(asked(profile, system, claims, max_boxes=50)), []
+    with listening(lambda *given: told.append(given)):
+        found = [search.outcome(number) for number in range(len(claims))]
+    for each in found:
+        assert each.verdict is Verdict.UNKNOWN
+        assert each.reason.startswith("stopped after ") and each.reason.endswith("--max-boxes is 50")
+        assert "a larger --max-boxes than 50" in each.helps
+    assert all(most == 50 and 0 <= done <= 50 for done, most, words in told if words.startswith("boxes of the budget"))
+
+
+# --- counterexamples
+
+
+def drifting(error=F(0)):
+    """x grows by 1/8 and something each step."""
+    variables = (Variable("x", "1", (F(-9), F(9))),)
+    errors = {"x": (-error, error)} if error else {}
+    piece = Piece({}, {"x": form(F(1, 8), x=1)}, {}, errors)
+    system = System("drift", variables, {"a": {"f": Feature(form(x=1))}}, box(x=(0, 1)), (piece,), 8)
+    return system, team(policy("a", ["f"], ["go"], 0))
+
+
+@pytest.mark.smoke
+@pytest.mark.parametrize("error", [F(0), F(1, 100)])
+def test_counterexamples_are_short(error):
+    """The start has the fewest digits that do; an error makes them a step shorter."""
+    system, profile = drifting(error)
+    (found,) = [decide(each) for each in asked(profile, system, [stays(system, 8, x=(-1, F(15, 8)))])]
+    assert found.verdict is Verdict.VIOLATED
+    assert found.counterexample.start["x"] == 1 and found.counterexample.step == (7 if error else 8)
+
+
+def test_shrinking_takes_no_more_steps():
+    system, profile = drifting()
+    claim = stays(system, 8, x=(-1, F(3, 2)))
+    long = replayed(profile, system, claim, Course({"x": F(98765432109, 100000000000)}))
+    found = shrinking.shrunk(profile, system, claim, long)
+    assert found.step <= long.step and found.start["x"] == 1
+    thin = replayed(profile, system, stays(system, 0, x=(F(1, 3), 1)), Course({"x": F(33, 100)}))
+    assert shrinking.shrunk(profile, system, stays(system, 0, x=(F(1, 3), 1)), thin).start["x"] == 0
+
+
+def test_a_thin_violation_is_found_in_what_boxes_leave_open():
+    """Random play of the whole start hits one start in 10^4; the sweep cuts down to it."""
+    system, profile = drifting()
+    claim = stays(system, 8, x=(-1, 2 - F(1, 10_000)))
+    (question,) = asked(profile, system, [claim])
+    found = decide(question)
+    assert found.verdict is Verdict.VIOLATED and not found.states
+    assert found.counterexample.step == 8

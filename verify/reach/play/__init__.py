@@ -1,0 +1,6 @@
+"""Play: episodes that may break claims, many at a time, and counterexamples made smaller.
+
+Does: plays starts in float64 (samples.py); rounds what was found (shrinking.py).
+Assumes: systems and claims of `verify.systems`.
+Does not: believe what it finds before it is replayed in exact numbers.
+"""
