@@ -72,7 +72,10 @@ def about(profile: ir.PolicyProfile) -> str:
     places = f" and {counted(len(world.landmarks), 'landmark')}" if world.landmarks else ""
     # another's environment is known by its own name, ours by the name that commands take
     name = world.reference if ":" in world.reference else world.name
-    return f"{name} is a game of {who}{places}. {sees} {does} {moment}{length}."
+    game = f"{name} is a game of {who}{places}"
+    if profile.provenance.algorithm == "imported" and not world.reference:
+        game = f"An imported tree for {who}" if len(agents) == 1 else f"Imported trees for {who}"
+    return f"{game}. {sees} {does} {moment}{length}."
 
 
 def _named(names: Sequence[str]) -> str:

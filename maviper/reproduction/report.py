@@ -45,7 +45,11 @@ def written(folder: Path) -> list[str]:
     parts = _sections(Context(book, known, book.finder, GAMES, experts))
     facts = _facts(table, known, experts)
     lines = summary(judged, facts)
-    page = {"facts": facts, "verdicts": [_shown(verdict) for verdict in judged], "counts": _counts(judged)}
+    page = {
+        "facts": facts,
+        "verdicts": [_shown(verdict) for verdict in judged],
+        "counts": counts([verdict.word for verdict in judged]),
+    }
     pictures = {f"{FIGURES}/{figure.name}.svg": figure.svg for part in parts for figure in part.figures}
     files = {
         **pictures,
@@ -114,10 +118,13 @@ def _any(table: Results, row: results.Row) -> list[tuple[str, str]]:
 # --- verdicts, for people
 
 
-def _counts(judged: Sequence[Verdict]) -> str:
-    """How many claims have which verdict."""
-    words = [verdict.word for verdict in judged]
-    return ", ".join(f"{words.count(word)} {word}" for word in verdicts.WORDS)
+def counts(words: Sequence[str]) -> str:
+    """How many claims have which verdict, such as `5 of 40 claims agree, 7 differ, 25 are not decided`."""
+    agree, differ, open_, apart = (words.count(word) for word in verdicts.WORDS)
+    be = ("are", "is")
+    told = [f"{agree} of {counted(len(words), 'claim')} {'agrees' if agree == 1 else 'agree'}"]
+    told += [f"{differ} {'differs' if differ == 1 else 'differ'}", f"{open_} {be[open_ == 1]} not decided"]
+    return ", ".join([*told, f"{apart} {be[apart == 1]} not comparable"])
 
 
 def _shown(verdict: Verdict) -> dict[str, Any]:
@@ -164,7 +171,7 @@ def _state(comparison: verdicts.Comparison) -> str:
 
 def summary(judged: Sequence[Verdict], facts: dict[str, Any]) -> list[str]:
     """A line for each claim, the main ones marked, after what was run."""
-    lines = [f"{counted(len(judged), 'claim')}: {_counts(judged)}"]
+    lines = [counts([verdict.word for verdict in judged])]
     lines += [
         f"experts {facts['experts']}; games {facts['games']}; seeds {facts['seeds']}; {facts['CPU hours']} CPU hours"
     ]

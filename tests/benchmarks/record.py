@@ -30,7 +30,6 @@ from maviper.files import runs
 from maviper.reproduction import report
 from maviper.reproduction.cells.table import EPISODES_FOLDER, FACTS_FOLDER, TABLE_FILE
 from maviper.reproduction.sections import short
-from maviper.reproduction.verdicts import WORDS
 
 COPIED = (report.PAGE, report.SUMMARY, report.CLAIMS, report.SCRIPT)
 ARCHIVE, README = "episodes.tar.xz", "README.md"
@@ -138,7 +137,7 @@ def page(folder: Path, options: str, packed: bytes, kept: bool) -> str:
 
     {command}
 
-{", ".join(f"{words.count(word)} {word}" for word in WORDS)}. {len(cells)} cells, {hours:.1f} core-hours.
+{report.counts(words)}. {len(cells)} cells, {hours:.1f} core-hours.
 Register of claims: sha256 {claims["register"]}. Versions: {_versions()}.
 
 - `{report.SUMMARY}`: a line for each claim; `{report.CLAIMS}`: every comparison, with p-values.

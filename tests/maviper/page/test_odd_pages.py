@@ -9,8 +9,10 @@ import pytest
 from codegen import ir
 from codegen.check import ensure
 from codegen.dynamics import motionless
+from codegen.importers.origin import Names, profile_of
+from codegen.importers.python.source import from_python
 from maviper.page.document import Contents, Shown, Stored, usual_claims
-from maviper.page.games import Recorded, shown_ranges
+from maviper.page.games import Recorded, about, shown_ranges
 from maviper.page.page import MAX_RULES, contents_of, page
 from tests.maviper.page.browsers import in_chromium, in_node, overhang
 from tests.support.odd_pages import with_trees
@@ -224,3 +226,10 @@ def test_ranges_of_sliders_hold_every_test_and_what_was_seen():
     assert shown_ranges(looked) == [(pytest.approx(-0.2), pytest.approx(0.2))]  # half of what was seen beyond it
     ((low, high),) = shown_ranges(pushed(0.0, 1e9).agents[0])
     assert low == 0 and threshold < high < 10
+
+
+def test_an_imported_tree_is_no_game_and_has_no_reference():
+    source = b"def thermostat(temperature):\n    return 'on' if temperature < 19.5 else 'off'\n"
+    profile = profile_of(from_python(source, "t.py"), Names(), "float32")
+    assert about(profile).startswith("An imported tree for one agent, thermostat. It observes 1 number (temperature)")
+    assert "Reference:" not in page(profile, Contents())

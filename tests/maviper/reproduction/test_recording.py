@@ -130,7 +130,11 @@ def test_committed_records_are_whole(path):
     words = [claim["verdict"] for claim in told["claims"]]
     assert told["register"] == register.read().sha256
     summary = (place / report.SUMMARY).read_text().splitlines()
-    assert f"{words.count(AGREES)} AGREES, {words.count(DIFFERS)} DIFFERS" in summary[0]
+    assert (
+        summary[0] == report.counts(words)
+        and f"<strong>{report.counts(words)}.</strong>" in (place / "report.html").read_text()
+    )
+    assert f"{report.counts(words)}. " in (place / "README.md").read_text()
     assert all((place / name).exists() for name in ("report.html", TABLE, "README.md", "readme-1.svg"))
     assert (place / "episodes.tar.xz").exists() != ("is left out" in (place / "README.md").read_text())
 
