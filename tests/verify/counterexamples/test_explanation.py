@@ -119,7 +119,7 @@ def test_a_gap_without_float64_numbers_is_no_gap():
 def test_intervals_are_what_the_referee_says():
     """At the ends, beside them and inside; and they are the same from wherever in them one asks."""
     narrow = free = 0
-    for rng, profile, claim, region, state in cases(12, 1):
+    for rng, profile, claim, region, state in cases(8, 1):
         found = why(profile, claim, region, state)
         for span in found.spans:
             values = [span.low, span.high, *rng.uniform(span.low, span.high, 8)]
@@ -139,7 +139,7 @@ def test_intervals_are_what_the_referee_says():
         moved = State({**state.position, end.name: end.high}, state.goal)
         there_too = next(one for one in why(profile, claim, region, moved).spans if one.name == end.name)
         assert (there_too.low, there_too.high) == (end.low, end.high)
-    assert narrow > 20 and free > 20
+    assert narrow > 8 and free > 30
 
 
 @pytest.mark.solver
@@ -172,7 +172,7 @@ def test_features_say_which_values_lead_to_the_same_leaf():
 def test_a_test_turns_when_what_it_measures_moves_by_its_room(profile):
     turned, same = 0, team(profile, towards(0, 0), towards(0, 1))
     region = start_region(same.world)
-    for state, _ in zip(violating_samples(Question(Game(same), CLAIM, region)), range(12), strict=False):
+    for state, _ in zip(violating_samples(Question(Game(same), CLAIM, region)), range(8), strict=False):
         for room in why(same, CLAIM, region, state).agents:
             policy = same.policy(room.agent)
             for turn in room.turns:
@@ -185,7 +185,7 @@ def test_a_test_turns_when_what_it_measures_moves_by_its_room(profile):
                     value = observed(same, policy, State({**state.position, name: moved}, state.goal))[0, place]
                     assert bool(value <= np.float32(turn.step.threshold)) == (turn.step.left == stays), turn
                     turned += not stays
-    assert turned > 30
+    assert turned > 20
 
 
 @pytest.mark.solver
