@@ -39,14 +39,14 @@ def replay(context: click.Context, counterexample: Path, profile: Path | None, w
     from maviper.verification.files.counterexamples import replay as replayed
 
     console = console_of(context)
-    found = replayed(counterexample, find_profile(profile, beside=counterexample), world)
-    if not found.same_policy:
+    outcome = replayed(counterexample, find_profile(profile, beside=counterexample), world)
+    if not outcome.same_policy:
         console.line("profile", "not the one that the counterexample was made from")
-    for agent, action in found.actions.items():
-        was = found.before.get(agent, action)
+    for agent, action in outcome.actions.items():
+        was = outcome.before.get(agent, action)
         changed = "" if action == was else f" (was {shown(was)})"
         console.line(agent, f"{action}{changed}")
-    told, _, said = found.says.partition(" ")
-    console.line(told, f"{said}, which all act the same" if found.by else said)
-    console.line("VIOLATED" if found.violated else "holds", found.property)
-    return ExitCode.VIOLATED if found.violated else ExitCode.DONE
+    told, _, said = outcome.says.partition(" ")
+    console.line(told, f"{said}, which all act the same" if outcome.by else said)
+    console.line("VIOLATED" if outcome.violated else "holds", outcome.property)
+    return ExitCode.VIOLATED if outcome.violated else ExitCode.DONE

@@ -104,27 +104,27 @@ def _decided(
         raise InputError("--verdict-only writes no report", "-o", "leave one of them out")
     loaded, unread = load(profile), list[InputError]()
     with console.following("reading") as listener, listening(listener):
-        found, stated = posed(loaded, profile.name, asking, unread.append)
-    if any(one.question.viewed is not None for one in found) and not asking.observations:
+        asked, stated = posed(loaded, profile.name, asking, unread.append)
+    if any(one.question.viewed is not None for one in asked) and not asking.observations:
         console.line("observed", "no feature has a meaning, so claims are about what agents observe")
     given = {runs.PROFILE_FILE: profile, **(stated.given if stated else {})}
-    _folders(output, found, asking, console)
+    _folders(output, asked, asking, console)
     if output is not None:
         _ensure_own(output, loaded, stated, given)
     if asking.verdict_only:
-        return _ended(_verdicts(found, stated, as_json), unread)
+        return _ended(_verdicts(asked, stated, as_json), unread)
     with console.following("deciding") as listener, listening(listener):
         said = stated.said if stated else []
     for about, words in said:
         console.line(about, words)
     with console.following("deciding") as listener, listening(listener):
-        done = verified(loaded, found, asking, lambda result: say_results(loaded, [result], console), stated)
+        done = verified(loaded, asked, asking, lambda result: say_results(loaded, [result], console), stated)
     if output is not None:
         _write(output, done, given, asking, console)
     if as_json or full:
         click.echo(done.printed(as_json), nl=False)
-    if len(done.results) < len(found):
-        console.line("interrupted", f"{len(done.results)} of {counted(len(found), 'claim')} decided")
+    if len(done.results) < len(asked):
+        console.line("interrupted", f"{len(done.results)} of {counted(len(asked), 'claim')} decided")
         raise KeyboardInterrupt
     return _ended(exit_code([result.verdict for result in done.results]), unread)
 

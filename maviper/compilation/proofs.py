@@ -102,14 +102,14 @@ def _answered(profile: ir.PolicyProfile, question: Obligation, budget: int) -> P
 def files_of(proofs: Proofs, model: Model) -> dict[str, str]:
     """The questions, which any solver of SMT-LIB can be asked again, and the answers, name -> text."""
     lowered = {agent.name: agent.lower for agent in model.agents}
-    found: dict[str, str] = {}
+    files: dict[str, str] = {}
     rows: list[dict[str, str | int | bool]] = []
     for proof in proofs.proofs:
         asked, answer = proof.question, proof.answer
         name = f"{model.prefix}_{lowered[asked.agent]}.{ENDINGS[asked.target]}"
-        found[name] = asked.text
+        files[name] = asked.text
         row = {"target": asked.target, "agent": asked.agent, "covers": asked.covers, "question": name}
         rows.append(row | {"proved": answer.holds is False, "resources": answer.resources})
     document = {"profile": model.content_hash, "solver": solver_name(), "style": model.style}
     text = layout(document | {"proofs": rows, "skipped": list(proofs.skipped)}) + "\n"
-    return found | {f"{model.prefix}.proofs.json": text}
+    return files | {f"{model.prefix}.proofs.json": text}

@@ -68,7 +68,7 @@ def fidelity(profile: ir.PolicyProfile, world: World, episodes: Episodes) -> tup
     observations, state = points(episodes)
     wanted = labels(expert.controller, observations, state)  # pyright: ignore[reportArgumentType]
     alive = episodes.alive.reshape(wanted.shape)
-    found: list[Fidelity] = []
+    by_agent: list[Fidelity] = []
     for agent, (policy, seen) in enumerate(zip(profile.agents, observations, strict=True)):
         mine, asked = alive[:, agent], wanted[alive[:, agent], agent]
         leaf = ir.apply(policy.tree, seen[mine])
@@ -77,8 +77,8 @@ def fidelity(profile: ir.PolicyProfile, world: World, episodes: Episodes) -> tup
         names = [action.name for action in policy.actions]
         whole = Counted(int(right.sum()), len(right))
         by_name = dict(zip(names, by_action.values(), strict=True))
-        found.append(Fidelity(policy.agent, whole, by_name, _counted(leaf, right, ir.leaves(policy.tree))))
-    return tuple(found)
+        by_agent.append(Fidelity(policy.agent, whole, by_name, _counted(leaf, right, ir.leaves(policy.tree))))
+    return tuple(by_agent)
 
 
 def _counted(kind: Int, right: ir.Bool, kinds: Int) -> dict[int, Counted]:

@@ -52,7 +52,7 @@ def cross_seed(
     def reached(lineup: Sequence[Controller], team: str) -> float:
         return measures.evaluate(world, lineup, seeds)[world.primary(team)].value
 
-    found: dict[str, Any] = {}
+    by_team: dict[str, Any] = {}
     for team in (team for team, members in world.teams.items() if len(members) > 1):
         mixed = {
             str(seed): round(
@@ -70,8 +70,8 @@ def cross_seed(
             if seed != own
         }
         own_value = as_it_is[world.primary(team)].value
-        found[team] = {"measure": world.primary(team).name, "own": round(own_value, DIGITS), "mixed": mixed}
-    return found
+        by_team[team] = {"measure": world.primary(team).name, "own": round(own_value, DIGITS), "mixed": mixed}
+    return by_team
 
 
 def roles(world: ParticleWorld, episodes: Episodes) -> dict[str, Any]:

@@ -54,32 +54,32 @@ class Given(Wrapped):
 
     def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
         """As `Controller.act`."""
-        found = self._asked("act", agents, observations, state)
+        actions = self._asked("act", agents, observations, state)
         wanted = (len(observations[0]), len(agents))
-        if found.dtype.kind not in "iu":
-            what = f"act of your expert returns {_kind(found)}, not numbers of actions"
+        if actions.dtype.kind not in "iu":
+            what = f"act of your expert returns {_kind(actions)}, not numbers of actions"
             raise InputError(
                 what, self.source.text, "return whole numbers, such as logits.argmax(axis=1) of each agent"
             )
-        if found.shape != wanted:
+        if actions.shape != wanted:
             asked = f"{counted(wanted[0], 'observation')} of {counted(wanted[1], 'agent')}"
-            what = f"act of your expert returns shape {found.shape} for {asked}"
+            what = f"act of your expert returns shape {actions.shape} for {asked}"
             raise InputError(f"{what}, not {wanted}", self.source.text, ROWS)
         acting = self.world.alive(state)
         for place, agent in enumerate(agents):
             n = len(self.world.actions[agent])
-            wrong = (found[:, place] < 0) | (found[:, place] >= n)
+            wrong = (actions[:, place] < 0) | (actions[:, place] >= n)
             if (wrong & acting[:, agent]).any():
-                action = found[wrong & acting[:, agent], place][0]
+                action = actions[wrong & acting[:, agent], place][0]
                 what = f"act of your expert returns action {action} for {self.agents[agent]}, which has {n}"
                 raise InputError(what, self.source.text, f"its actions are 0 to {n - 1}: {_named(self.world, agent)}")
-            found[wrong, place] = 0  # of who no longer acts, which means nothing
-        return found.astype(np.int64)
+            actions[wrong, place] = 0  # of who no longer acts, which means nothing
+        return actions.astype(np.int64)
 
     def q(self, agent: int, observations: Sequence[Float32], state: Any, joint: Int, given: Int) -> Float64:
         """As `Expert.q`."""
         try:
-            found = self._asked("q", agent, observations, state, joint, given)
+            values = self._asked("q", agent, observations, state, joint, given)
         except InputError as error:
             if not isinstance(error.__cause__, NotImplementedError):
                 raise
@@ -87,13 +87,13 @@ class Given(Wrapped):
             advice = "add --critic none, or --critic measured where the game can be tried out"
             raise InputError(what, self.source.text, advice) from None
         wanted = (len(given), len(joint))
-        if found.dtype.kind not in "fiu" or found.shape != wanted or not np.isfinite(found).all():
-            seen = _kind(found) if found.shape == wanted else f"shape {found.shape}"
+        if values.dtype.kind not in "fiu" or values.shape != wanted or not np.isfinite(values).all():
+            seen = _kind(values) if values.shape == wanted else f"shape {values.shape}"
             what = f"q of your expert returns {seen}, not finite numbers of shape {wanted}"
             raise InputError(
                 what, self.source.text, "return one worth for each state and joint action, or --critic none"
             )
-        return found.astype(np.float64)
+        return values.astype(np.float64)
 
     def _asked(self, verb: str, *given: Any) -> np.ndarray:
         doing = f"{verb} of your expert"

@@ -34,18 +34,18 @@ def helpful_features(world: ParticleWorld, expert: Expert, settings: Settings) -
     chosen: list[str] = []
     reached = _right(world, world.observe(state), wanted, held, settings)
     while True:
-        found: dict[str, float] = {}
+        accuracy: dict[str, float] = {}
         for group in DERIVED:
             try:
                 wide = built_in(f"{world.name},features={SEPARATOR.join([*chosen, group])}")
             except InputError:  # it is there already, or adds nothing
                 continue
-            found[group] = _right(wide, wide.observe(state), wanted, held, settings)
-        best = max(found, key=lambda group: found[group], default="")
-        if not best or found[best] < reached + LEAST_GAIN:
+            accuracy[group] = _right(wide, wide.observe(state), wanted, held, settings)
+        best = max(accuracy, key=lambda group: accuracy[group], default="")
+        if not best or accuracy[best] < reached + LEAST_GAIN:
             return SEPARATOR.join(chosen)
         chosen.append(best)
-        reached = found[best]
+        reached = accuracy[best]
 
 
 def _right(world: World, observations: tuple[Float32, ...], wanted: Int, held: ir.Bool, settings: Settings) -> float:

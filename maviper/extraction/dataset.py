@@ -93,7 +93,7 @@ def collect(
     column of weights each; only the steps in which one of them acts become points.
     """
     mine = list(agents)
-    found: list[Dataset] = []
+    datasets: list[Dataset] = []
     values: dict[str, list[Float64]] = {world.team_of(world.agents[agent]): [] for agent in agents}
     agreed = asked = 0
     for episodes in rollout(world, controllers, seeds):
@@ -106,13 +106,13 @@ def collect(
             acted, alive = acted[some], alive[some]
         wanted = labels(expert, observations, state)
         given = weigh(observations, state, wanted) * alive[:, mine]
-        found.append(Dataset(observations, wanted, given, alive))
+        datasets.append(Dataset(observations, wanted, given, alive))
         agreed += int((acted == wanted)[:, mine][alive[:, mine]].sum())
         asked += int(alive[:, mine].sum())
         for team, rows in values.items():
             rows.append(episodes.values[world.measures.index(world.primary(team))])
     joined = {team: np.concatenate(rows) for team, rows in values.items()}
-    return Met(reduce(add, found), joined, agreed / asked)
+    return Met(reduce(add, datasets), joined, agreed / asked)
 
 
 def resample(weights: Float64, alive: Bool, max_samples: int, rng: np.random.Generator) -> Int:

@@ -131,7 +131,7 @@ class Outcome:
     def document(self) -> dict[str, Any]:
         """As plain data."""
         names, given = ("before", "after"), self.failing
-        found: dict[str, Any] = {
+        facts: dict[str, Any] = {
             "property": given.claim.shown,
             "team": given.claim.team,
             "region": self.region.name,
@@ -147,8 +147,8 @@ class Outcome:
             "verify": self.command,
         }
         if self.before is not None and self.cost is not None:
-            found |= {"trees": comparison.sizes_document(self.before, self.after, self.agents), **self.cost.document()}
-        return found
+            facts |= {"trees": comparison.sizes_document(self.before, self.after, self.agents), **self.cost.document()}
+        return facts
 
     def say(self, console: Console) -> None:
         """As lines."""

@@ -89,18 +89,18 @@ class Found(NamedTuple):
 
 def _find(expert: str, options: Request, console: Console) -> Found:
     features = options.features
-    found, world = find_expert(expert, options.critic, options.world, "" if features == AUTOMATIC else features)
+    loaded, world = find_expert(expert, options.critic, options.world, "" if features == AUTOMATIC else features)
     settings = Settings.of(options.settings, world)
     settings.judged(world)  # whether there is such a measure
     if features == AUTOMATIC:
-        features = helpful_features(world, found, settings) if isinstance(world, ParticleWorld) else ""
+        features = helpful_features(world, loaded, settings) if isinstance(world, ParticleWorld) else ""
         console.line("features", features or "none helps")
-        found, world = seeing(found, world, features) if features else (found, world)
+        loaded, world = seeing(loaded, world, features) if features else (loaded, world)
     if options.features_file is not None:
         world = with_names(world, options.features_file)
-    lessons = refitting.task_of(options.counterexamples, world, found, console)
+    lessons = refitting.task_of(options.counterexamples, world, loaded, console)
     check(world, settings, lessons.examples)
-    return Found(expert, found, world, settings, lessons)
+    return Found(expert, loaded, world, settings, lessons)
 
 
 def extract_named(expert: str, output: Path | None, options: Request, console: Console) -> ir.PolicyProfile:

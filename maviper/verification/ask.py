@@ -206,7 +206,7 @@ def questions(
     about = profile if viewed is None else viewed.profile
     where = partial(named_region, about, viewed)
     region = where(options.region)
-    found: list[Asked] = []
+    asked_for: list[Asked] = []
     if options.file is not None:
         reading = None if viewed is None else as_compared(about, options.semantics)
         try:
@@ -220,17 +220,17 @@ def questions(
         words += [] if region.name in (START, SEEN) else ["--region", region.name]
         for claim, place, zones in asked:
             question = _question(about, viewed, claim, place, options, zones)
-            found.append(Asked(question, _line(words, question)))
-    names = options.names or (() if found else (DEFAULT if viewed is None else DEFAULT_OBSERVED,))
+            asked_for.append(Asked(question, _line(words, question)))
+    names = options.names or (() if asked_for else (DEFAULT if viewed is None else DEFAULT_OBSERVED,))
     for name, given in zip(names, _given(names, options), strict=True):
         with with_option_names():
             zones = given.pop(ZONES, None)
             claim = find_claim(name, about, options.team, **given)
             zones = None if zones is None else checked_zones(zones)
         question = _question(about, viewed, claim, region, options, zones)
-        found.append(Asked(question, command(profile_name, question)))
-    _check_limits([one.claim for one in found], options)
-    return found
+        asked_for.append(Asked(question, command(profile_name, question)))
+    _check_limits([one.claim for one in asked_for], options)
+    return asked_for
 
 
 def _viewed(profile: ir.PolicyProfile, options: VerifyOptions) -> Viewed | None:
@@ -300,22 +300,22 @@ def _given(names: Sequence[str], options: VerifyOptions) -> list[dict[str, Any]]
     given = options.given
     if options.team is not None and not names:
         raise InputError("--team does not apply to a property file", "--team", "name the team in the file")
-    found: list[dict[str, Any]] = []
+    by_property: list[dict[str, Any]] = []
     used = set[str]()
     for name in names:
         try:
             read = readable(name, given.get("of") or "")
         except UnknownNameError:  # which is left to those who know where the name was given
             read = tuple(given)
-        found.append({key: value for key, value in given.items() if key in read})
-        used |= set(found[-1])
+        by_property.append({key: value for key, value in given.items() if key in read})
+        used |= set(by_property[-1])
     for key in given:
         if key not in used:
             what = f"none of these properties has the parameter {key}"
             raise InputError(
                 what, option_of(key), "see `maviper properties list`; parameters of a property file go into the file"
             )
-    return found
+    return by_property
 
 
 def from_file(

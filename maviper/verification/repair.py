@@ -119,8 +119,8 @@ def _files(done: Repaired, name: str, region_name: str, asked: Any) -> dict[str,
 
 def _with_provenance(done: Repaired, world: ParticleWorld | None, expert: Player | None) -> ir.PolicyProfile:
     """The repaired profile, which says what was done to which, with measures of its own."""
-    before, found = done.before, done.repair
-    if not found.guards:
+    before, repaired = done.before, done.repair
+    if not repaired.guards:
         return before
     training = {
         **before.provenance.training,
@@ -128,13 +128,13 @@ def _with_provenance(done: Repaired, world: ParticleWorld | None, expert: Player
         compile.BEFORE_REPAIR: content_hash(before),
     }
     known = world is not None and expert is not None
-    rows = evaluation(world, found.profile.agents, expert.controller) if known else {}  # type: ignore[union-attr, arg-type]
-    return ensure(replace(found.profile, provenance=replace(before.provenance, training=training, evaluation=rows)))
+    rows = evaluation(world, repaired.profile.agents, expert.controller) if known else {}  # type: ignore[union-attr, arg-type]
+    return ensure(replace(repaired.profile, provenance=replace(before.provenance, training=training, evaluation=rows)))
 
 
 def document(done: Repaired, made: str) -> dict[str, Any]:
     """The repair and its cost as plain data; `made`: the command that made it."""
-    before, after, found = done.before, done.after, done.repair
+    before, after, repaired = done.before, done.after, done.repair
     assert after is not None and done.cost is not None
     return {
         "command": made,
@@ -143,12 +143,12 @@ def document(done: Repaired, made: str) -> dict[str, Any]:
         "property": done.claim.name,
         "team": done.claim.team,
         "region": done.region.name,
-        "roles": dict(found.roles),
-        "counterexamples": found.rounds,
+        "roles": dict(repaired.roles),
+        "counterexamples": repaired.rounds,
         "guards": [
             {"agent": one.agent, "node": one.node, "landmark": one.landmark, "leaves": len(ir.leaves(one.tree))}
-            for one in found.guards
+            for one in repaired.guards
         ],
-        "trees": sizes_document(before, after, list(found.roles)),
+        "trees": sizes_document(before, after, list(repaired.roles)),
         **done.cost.document(),
     }

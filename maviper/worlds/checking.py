@@ -55,18 +55,18 @@ def check(name: str, run_reference: bool = False) -> list[Finding]:
     """
     name = f"{SYSTEM}:{name}" if name.endswith(WORLD_FILE) and not named_by_user(name) else name
     steps = _named(parse_source(name), run_reference) if named_by_user(name) else _built_in(name)
-    found: list[Finding] = []
+    findings: list[Finding] = []
     try:
         with output_aside():  # whatever an environment prints
             for finding in steps:
-                found.append(finding)
+                findings.append(finding)
     except InputError as error:
-        if not found and not named_by_user(name):
+        if not findings and not named_by_user(name):
             raise
         lines = error.where.removeprefix(name).removeprefix(": ").split("\n")
         place = "; ".join(line.strip() for line in lines if line.strip() != "^")  # of a finding, which is one line
-        found.append(Finding(Mark.WRONG, f"{error.what} ({place})" if place else error.what, error.next_step))
-    return found
+        findings.append(Finding(Mark.WRONG, f"{error.what} ({place})" if place else error.what, error.next_step))
+    return findings
 
 
 def new(path: Path, flow: bool = False) -> None:

@@ -215,7 +215,7 @@ def explained(question: DecisionQuestion, found: Counterexample) -> Explanation:
 
 def _tests(policy: AgentPolicy, view: AgentView, state: State, semantics: str) -> list[Formula]:
     """What each test on an agent's path says of the world, as it fell out there, errors being as they are."""
-    found: list[Formula] = []
+    formulas: list[Formula] = []
     for step in view.path:
         feature = next(one for one in policy.features if one.name == step.feature)
         error = Fraction(state.errors.get(error_name(policy.agent, feature.name), 0.0))
@@ -230,8 +230,8 @@ def _tests(policy: AgentPolicy, view: AgentView, state: State, semantics: str) -
         side, sign = (left, -1) if step.left else (right, 1)
         if error and isinstance(side, Linear):
             side = Linear(side.terms, side.bound + sign * error, side.strict)
-        found.append(for_goal(side, state.goal))
-    return found
+        formulas.append(for_goal(side, state.goal))
+    return formulas
 
 
 def _summed(feature: FeatureSpec, semantics: str) -> bool:
@@ -265,10 +265,10 @@ def _spans(
         moved = State({**state.position, name: value}, state.goal, state.errors)
         return inside(region, moved) and violates(question, moved) and reached(moved) == leaves
 
-    found, exact = list[CoordinateSpan](), state.exactly(question.profile)
+    spans, exact = list[CoordinateSpan](), state.exactly(question.profile)
     for name, bounds in region.box.items():
         if name in undetermined:
-            found.append(
+            spans.append(
                 CoordinateSpan(name, state.position[name], state.position[name], free=False, fixed=False, open=True)
             )
             continue
@@ -282,8 +282,8 @@ def _spans(
             raise AssertionError(
                 f"{question.claim.name}: the referee does not confirm {one.low!r} <= {name} <= {one.high!r}"
             )
-        found.append(one)
-    return tuple(found)
+        spans.append(one)
+    return tuple(spans)
 
 
 def _float_span(

@@ -98,7 +98,7 @@ def _own(part: ProofPart, allowed: list[Matching]) -> list[Matching]:
 
 def _needed(question: EpisodeQuestion, proved: Sequence[ProofPart]) -> list[ProofPart]:
     """The parts that show the claim for all goals, each once."""
-    found: dict[ProofPart, None] = {}
+    needed: dict[ProofPart, None] = {}
     allowed = matchings(question.profile, question.claim)
     for goal in question.goals:
         about = [part for part in proved if part.goal in (None, goal)]
@@ -108,8 +108,8 @@ def _needed(question: EpisodeQuestion, proved: Sequence[ProofPart]) -> list[Proo
         for pair in pairs:
             if pair not in by_pair:
                 raise LeftOpenError("not all parts of the claim were proved one by one")
-            found[by_pair[pair]] = None
-    return list(found)
+            needed[by_pair[pair]] = None
+    return list(needed)
 
 
 def _inhabitant(profile: PolicyProfile, region: Region) -> Mapping[str, Fraction]:

@@ -134,18 +134,18 @@ class Pair:
         widths = zones.bounds[:, :, p, q] + zones.bounds[:, :, q, p]
         if self.second.travel is not None or np.prod(widths / CELL + 1, axis=1).sum() > MAX_PARTS:
             return [zones]
-        found = [zones]
+        waiting = [zones]
         for axis in range(2):
             small: list[Zones] = []
-            while found:
-                part = found.pop()
+            while waiting:
+                part = waiting.pop()
                 low, high = -part.bounds[:, axis, q, p], part.bounds[:, axis, p, q]
                 large = high - low > CELL
                 small.append(part.take(~large))
                 if large.any():
-                    found += halves(part.take(large), axis, p, q, (low + (high - low) // 2)[large])
-            found = small
-        return found
+                    waiting += halves(part.take(large), axis, p, q, (low + (high - low) // 2)[large])
+            waiting = small
+        return waiting
 
 
 def nearest(low: Int64, high: Int64) -> Int64:
@@ -287,7 +287,7 @@ def travels(world: WorldSpec, pushes: Mapping[str, float], parts: Sequence[Start
     bounds = np.array([part.projected(entities) for part in parts])[:, :, 1:, 1:] / SCALE  # of start differences
     speed, place = np.zeros(count), np.zeros(count)
     added = np.array([pushes.get(name, 0.0) for name in entities])
-    found = [place]
+    travelled = [place]
     for _ in range(steps):
         shoved = np.zeros(count)
         for a, b, touching in partners(world):
@@ -300,6 +300,6 @@ def travels(world: WorldSpec, pushes: Mapping[str, float], parts: Sequence[Start
         for number, entity in enumerate(world.agents):
             if entity.max_speed is not None:
                 speed[number] = min(speed[number], entity.max_speed * OUTWARDS)
-        found.append(place)
-    grid = np.ceil(np.minimum(np.array(found), LIMIT / 4) * SCALE).astype(np.int64)
+        travelled.append(place)
+    grid = np.ceil(np.minimum(np.array(travelled), LIMIT / 4) * SCALE).astype(np.int64)
     return {name: grid[:, number] for number, name in enumerate(entities[:movable])}

@@ -71,7 +71,7 @@ def unmatched(zones: Zones, group: Group, agents: Sequence[str], landmarks: Sequ
     """The parts in which these agents of the group may not be matched to the landmarks. No start twice but on edges."""
     targets = [[_Target(group, agent, landmark, radius) for landmark in landmarks] for agent in agents]
     pairs = list(product(range(len(agents)), range(len(landmarks))))
-    waiting, found = [(zones, np.zeros((len(agents), len(landmarks)), dtype=bool), 0)], [zones.take(slice(0))]
+    waiting, unmatchable = [(zones, np.zeros((len(agents), len(landmarks)), dtype=bool), 0)], [zones.take(slice(0))]
     while waiting:
         zones, arrived, asked = waiting.pop()
         if not zones.count or has_matching(arrived):
@@ -80,13 +80,13 @@ def unmatched(zones: Zones, group: Group, agents: Sequence[str], landmarks: Sequ
         for agent, landmark in pairs[asked:]:
             may[:, agent, landmark] = targets[agent][landmark].possible(zones)
         matchable = has_matching(may)
-        found.append(zones.take(~matchable))
+        unmatchable.append(zones.take(~matchable))
         if matchable.any():
             apart, near = _told_apart(zones.take(matchable), targets[pairs[asked][0]][pairs[asked][1]])
             also = arrived.copy()
             also[pairs[asked]] = True
             waiting += [(apart, arrived, asked + 1), (near, also, asked + 1)]
-    return Zones.joined(found)
+    return Zones.joined(unmatchable)
 
 
 def too_near(zones: Zones, group: Group, a: str, b: str, radius: Fraction, step: int) -> tuple[Zones, Zones]:

@@ -197,7 +197,7 @@ class EpisodeProver:
             for j, far in enumerate(bounds.most[q])
             if far < unbounded
         ]
-        found: list[list[int]] = []
+        rows: list[list[int]] = []
         paths: list[list[tuple[int, ...]]] = []
         for i, (row, path) in enumerate(zip(bounds.most, bounds.through, strict=True)):
             if row[p] + limit < row[q]:  # else nothing in this row gets closer
@@ -205,9 +205,9 @@ class EpisodeProver:
                 for j, far, rest in onward:
                     if before + far < row[j]:
                         row[j], path[j] = before + far, way + rest
-            found.append(row)
+            rows.append(row)
             paths.append(path)
-        return AxisBounds(found, paths)
+        return AxisBounds(rows, paths)
 
     def _cycle(self, through: Sequence[int]) -> bytes:
         return b"".join(map(varint, [self._episode.answers + 1 + len(through), *through]))

@@ -349,7 +349,7 @@ def _sides(zones: Zones, node: StartSplit, pieces: _Pieces) -> list[tuple[Int64,
     for _, agent, of_velocity in node.moved:
         unmoved &= ~zones.moved[rows, agent, node.axis] & (not of_velocity)
     known = np.where(unmoved, pieces.went[:, node.number], 0)
-    found: list[tuple[Int64, _Pieces]] = []
+    sides: list[tuple[Int64, _Pieces]] = []
     for number, side in enumerate(node.sides, 1):
         kept = np.flatnonzero((known == 0) | (known == number))
         # a test that was answered is in the bounds already: its limits cut nothing more
@@ -360,8 +360,8 @@ def _sides(zones: Zones, node: StartSplit, pieces: _Pieces) -> list[tuple[Int64,
             kept = kept[left]
         went = pieces.went[kept]
         went[unmoved[kept], node.number] = number
-        found.append((kept, _Pieces(rows[kept], bounds, went)))
-    return found
+        sides.append((kept, _Pieces(rows[kept], bounds, went)))
+    return sides
 
 
 def _shift(zones: Zones, rows: Int64, node: StartSplit) -> tuple[Int64, Int64]:

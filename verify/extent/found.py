@@ -74,22 +74,22 @@ def where(question: DecisionQuestion, verdict: Verdict, name: str = "") -> Where
         failing = tuple(violations(question))
     except BeyondZonesError:
         return Where(BEYOND)
-    found = Where(failing=failing)
+    extent = Where(failing=failing)
     if reason := unstated(question):
-        return replace(found, share_reason=reason, part_reason=reason)
-    if not found.complete:
+        return replace(extent, share_reason=reason, part_reason=reason)
+    if not extent.complete:
         reason = f"not all violating zones are known: {_ending(question, failing)}"
-        return _beside(question, replace(found, share_reason=reason, part_reason=reason), name)
+        return _beside(question, replace(extent, share_reason=reason, part_reason=reason), name)
     share = exact_share(question, failing)
-    found = replace(found, share=share) if isinstance(share, ExactShare) else replace(found, share_reason=share)
+    extent = replace(extent, share=share) if isinstance(share, ExactShare) else replace(extent, share_reason=share)
     if isinstance(share, ExactShare) and not share.exact:
-        found = replace(found, share_reason=OVERLAPPING)
-    if not found.count:
-        return replace(found, part_reason="no zone violates the claim over real positions")
+        extent = replace(extent, share_reason=OVERLAPPING)
+    if not extent.count:
+        return replace(extent, part_reason="no zone violates the claim over real positions")
     part = largest(question, failing, SAMPLE_SEED)
     if isinstance(part, str):
-        return replace(found, part_reason=part)
-    return replace(found, part=_part(question, replace(part, name=name)))
+        return replace(extent, part_reason=part)
+    return replace(extent, part=_part(question, replace(part, name=name)))
 
 
 def _beside(question: DecisionQuestion, found: Where, name: str) -> Where:

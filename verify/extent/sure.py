@@ -119,21 +119,21 @@ class Following:
         """The starts of the region as cells that have no point in common."""
         episode = self._passes[0]
         first, second = ([[0 if p == q else episode.far for q in range(n)] for p in range(n)] for n in sizes)
-        found, node = list[Cell]([(first, second)]), episode.region
+        cells, node = list[Cell]([(first, second)]), episode.region
         while not isinstance(node, int) and len(sides := _sides(node)) == 1:  # bounds come before choices
-            found = [cut for cell in found for cut in self._parts(cell, sides)]
+            cells = [cut for cell in cells for cut in self._parts(cell, sides)]
             node = sides[0].child
-        if found:
+        if cells:
             self._fixed = [[[a + b == 0 for a, b in zip(row, column, strict=True)]
                             for row, column in zip(matrix, zip(*matrix, strict=True), strict=True)]
-                           for matrix in found[0]]  # fmt: skip
+                           for matrix in cells[0]]  # fmt: skip
         while not isinstance(node, int):
             sides = _sides(node)
-            found = [cut for cell in found for cut in self._parts(cell, sides)]
+            cells = [cut for cell in cells for cut in self._parts(cell, sides)]
             node = sides[0].child
-            if len(found) > MAX_STARTS:
+            if len(cells) > MAX_STARTS:
                 raise NoShareError(f"the region falls into more than {MAX_STARTS} parts")
-        return found
+        return cells
 
     def _parts(self, cell: Cell, node: Sequence[Side]) -> Iterator[Cell]:
         """The parts of a cell that the choices of a region leave: of each what none of the earlier ones has."""

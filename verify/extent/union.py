@@ -108,7 +108,7 @@ class _Cutter:
 
         `bounds`: the others' [others, cells], in units of length.
         """
-        found, work, met = list[Cells](), [(zone, 0)], 0
+        left, work, met = list[Cells](), [(zone, 0)], 0
         while work:
             part, first = work.pop()
             met += 1
@@ -118,10 +118,10 @@ class _Cutter:
             near = (first + int(k) for k in np.flatnonzero(_meeting(bounds[first:], turned)))
             number = next((number for number in near if not self._apart(part, others[number])), None)
             if number is None:
-                found.append(part)
+                left.append(part)
             else:
                 work += [(piece, number + 1) for piece in self._without(part, others[number])]
-        return found
+        return left
 
     def _without(self, zone: Cells, other: Cells) -> Iterator[Cells]:
         """The parts of a zone that lie beyond one bound of another one and within those before."""

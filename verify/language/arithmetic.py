@@ -83,17 +83,17 @@ class Arithmetic(ABC, Generic[Value]):
             case CallNode():
                 return self.called(node)
             case Prefixed(token, signs, inside) if "not" not in signs:
-                found = self.typed(inside)
+                value = self.typed(inside)
                 for sign in signs:
-                    found = Typed(self.negative(found.value, token), found.unit) if sign == "-" else found
-                return found
+                    value = Typed(self.negative(value.value, token), value.unit) if sign == "-" else value
+                return value
             case Joined(_, Level.POWER, base, ((sign, exponent),)):
                 return self._power(self.typed(base), sign, exponent)
             case Joined(_, level, first, rest) if level in (Level.SUM, Level.PRODUCT):
-                found = self.typed(first)
+                value = self.typed(first)
                 for sign, other in rest:
-                    found = self._joined(found, sign, self.typed(other))
-                return found
+                    value = self._joined(value, sign, self.typed(other))
+                return value
             case _:
                 raise self.refused(node)
 

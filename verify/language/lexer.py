@@ -74,7 +74,7 @@ def tokens(source: Source, most: int) -> list[Token]:
     text = source.text
     if len(text) > most:
         raise source.wrong(f"a text may have at most {most} characters", 0, "split it")
-    found, place, end = list[Token](), 0, len(text.rstrip(BLANKS))
+    read, place, end = list[Token](), 0, len(text.rstrip(BLANKS))
     while place < end:
         match = _TOKEN.match(text, place)
         if match is None:
@@ -83,6 +83,6 @@ def tokens(source: Source, most: int) -> list[Token]:
             advice = HINTS.get(text[start : start + 2], HINTS.get(sign, "see `maviper guide claims`"))
             raise source.wrong(f"cannot read {sign!r}", start, advice)
         kind = match.lastgroup or ""
-        found.append(Token(kind, match[kind].replace("'", ""), match.start(kind)))
+        read.append(Token(kind, match[kind].replace("'", ""), match.start(kind)))
         place = match.end()
-    return [*found, Token("end", "", end)]
+    return [*read, Token("end", "", end)]

@@ -57,20 +57,20 @@ def _mode(node: Node, modes: Modes) -> Sequence[str]:
 def _related(source: Source, token: Token, sides: list[Node], signs: list[Token], modes: Modes) -> Node:
     """A comparison, or a chain of some."""
     known = [_mode(side, modes) for side in sides]
-    found = [resolved(source, side, modes) for side in sides]
+    operands = [resolved(source, side, modes) for side in sides]
     for place, (sign, one, other) in enumerate(zip(signs, known, known[1:], strict=False)):
         if not one and not other:
             continue
         for at, names in ((place, one), (place + 1, other)):
-            found[at] = _told(sides[at]) if names else found[at]
+            operands[at] = _told(sides[at]) if names else operands[at]
         if sign.text not in EQUALITY:
             raise source.wrong(f"modes are not ordered by {sign.text}", sign.place, BY_EQUALITY)
         if one and other and tuple(one) != tuple(other):
             raise source.wrong("these have other modes", sign.place, BY_EQUALITY)
         if not one or not other:
             at, names = (place + 1, one) if one else (place, other)
-            found[at] = _number(source, sides[at], names)
-    return Joined(token, Level.RELATION, found[0], tuple(zip(signs, found[1:], strict=True)))
+            operands[at] = _number(source, sides[at], names)
+    return Joined(token, Level.RELATION, operands[0], tuple(zip(signs, operands[1:], strict=True)))
 
 
 def _told(node: Node) -> Node:

@@ -163,10 +163,10 @@ class _Parser:
 
     def _value(self, least: int) -> Node:
         """A value whose operators bind at least so tightly."""
-        found = self._operand(least)
+        value = self._operand(least)
         while (level := self._level()) >= least:
             if self._is("in", "not"):
-                found = self._listed(found)
+                value = self._listed(value)
                 continue
             right = level in (Level.IMPLIES, Level.POWER)  # grouped from there
             rest: list[tuple[Token, Node]] = []
@@ -174,13 +174,13 @@ class _Parser:
                 sign = self._take()
                 if right:
                     self._deeper()
-                if level == Level.RELATION and self._is_action(rest[-1][1] if rest else found):
+                if level == Level.RELATION and self._is_action(rest[-1][1] if rest else value):
                     rest.append((sign, NameNode(self._take())))
                 else:
                     rest.append((sign, self._value(min(level, Level.SIGN) if right else level + 1)))
                 self._depth -= right
-            found = Joined(found.token, Level(level), found, tuple(rest))
-        return found
+            value = Joined(value.token, Level(level), value, tuple(rest))
+        return value
 
     def _is_action(self, left: Node) -> bool:
         """Whether an action is named next: beside `acts(agent)` a name is that of an action, whatever else it names."""
@@ -197,20 +197,20 @@ class _Parser:
         self._take()
         if token.text in ("(", BARS) and token.kind == "mark":
             self._deeper()
-            found = self._value(Level.IMPLIES if token.text == "(" else Level.SUM)
+            operand = self._value(Level.IMPLIES if token.text == "(" else Level.SUM)
             self._need(*((")", "after the parenthesis") if token.text == "(" else (BARS, "after the absolute value")))
             self._depth -= 1
-            found = CallNode(token, (found,)) if token.text == BARS else found
+            operand = CallNode(token, (operand,)) if token.text == BARS else operand
         elif token.kind == "number":
-            found = NumberNode(token)
+            operand = NumberNode(token)
         elif token.kind == "name" and (token.text not in NO_VALUES or self._is(",", ")")):
-            found = NameNode(token)
+            operand = NameNode(token)
         else:
             what = f"cannot begin with {token.text!r} here" if token.text else "the text ends too early"
             raise self._source.wrong(what, token.place, HINTS.get(token.text, MAY_BEGIN))
-        if isinstance(found, NameNode) and self._is("("):
-            return self._called(found.token)
-        return self._measured(found.token) if isinstance(found, NumberNode) and self._is("[") else found
+        if isinstance(operand, NameNode) and self._is("("):
+            return self._called(operand.token)
+        return self._measured(operand.token) if isinstance(operand, NumberNode) and self._is("[") else operand
 
     def _signs(self, *texts: str) -> tuple[str, ...]:
         found: list[str] = []

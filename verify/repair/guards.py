@@ -72,18 +72,18 @@ class Seen:
 
 def offset_features(policy: AgentPolicy, landmark: str) -> tuple[int, int]:
     """The features that are the landmark's offset from the agent on x and y. InputError when it has none."""
-    found: list[int] = []
+    columns: list[int] = []
     for axis in "xy":
         wanted = {(1, f"{landmark}.{axis}"), (-1, f"{policy.agent}.{axis}")}
         for place, feature in enumerate(policy.features):
             meaning = feature.meaning
             if meaning is not None and not meaning.function and set(meaning.terms) == wanted:
-                found.append(place)
+                columns.append(place)
                 break
         else:
             what = f"{policy.agent} does not observe its offset to {landmark} on {axis}"
             raise InputError(what, "", "guards test that offset: repair a team that observes it")
-    return found[0], found[1]
+    return columns[0], columns[1]
 
 
 def guard(question: DecisionQuestion, post: Post, seen: Seen, max_levels: int | None = None) -> Guard | None:

@@ -158,20 +158,20 @@ def _attempt(team: _Team, roles: Mapping[str, str]) -> Repair:
     while True:
         profile = team.guarded(guards)
         try:
-            found = engine.decide(team.question.of(profile))
+            outcome = engine.decide(team.question.of(profile))
         except engine.BeyondZonesError as error:
             raise InputError(
                 "the claim needs more than difference bounds", str(error), "it cannot be repaired"
             ) from None
-        if found.verdict is Verdict.PROVED:
+        if outcome.verdict is Verdict.PROVED:
             break
-        if found.state is None:
-            reason = found.reason or f"the zone engine said {found.verdict.value}"
+        if outcome.state is None:
+            reason = outcome.reason or f"the zone engine said {outcome.verdict.value}"
             return Repair(profile, roles, tuple(guards.values()), rounds, False, reason)
         rounds += 1
         tell(len(guards), leaves, "guards set, at most one per leaf")
-        for policy in _astray(team, profile, roles, found.state, found.goal):
-            leaf = _leaf(policy, team.semantics, _at(found.state, found.goal))
+        for policy in _astray(team, profile, roles, outcome.state, outcome.goal):
+            leaf = _leaf(policy, team.semantics, _at(outcome.state, outcome.goal))
             above = {(policy.agent, node) for node in upwards(policy.tree, leaf)}
             assert not above & guards.keys(), f"the guard above leaf {leaf} of {policy.agent} does not hold"
             one = team.guard(policy, leaf, roles[policy.agent])

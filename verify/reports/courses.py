@@ -38,24 +38,26 @@ def drawn(result: Mapping[str, Any], variables: Sequence[Mapping[str, Any]], dt:
     """A result with what page and text write of its counterexample. `variables`: those of the report; `dt`: the seconds
     of a step, an exact text; None: nobody states them.
     """
-    found = result.get("counterexample")
-    if not found:
+    counterexample = result.get("counterexample")
+    if not counterexample:
         return dict(result)
-    ready = {**found, "runs": {agent: runs(actions) for agent, actions in found["actions"].items()}}
-    ready["chosen"] = {name: runs(taken) for name, taken in found.get("choices", {}).items()}
+    ready = {**counterexample, "runs": {agent: runs(actions) for agent, actions in counterexample["actions"].items()}}
+    ready["chosen"] = {name: runs(taken) for name, taken in counterexample.get("choices", {}).items()}
     if not is_still(result):
         units = {each["name"]: each["unit"] for each in variables}
-        named = [name for name in found["states"] if any(name in region["box"] for region in result["regions"])]
-        rest = [*named, *(name for name in found["states"] if name not in named)]
-        shown = [name for name in rest if all(_drawable(value) for value in found["states"][name])]
+        named = [
+            name for name in counterexample["states"] if any(name in region["box"] for region in result["regions"])
+        ]
+        rest = [*named, *(name for name in counterexample["states"] if name not in named)]
+        shown = [name for name in rest if all(_drawable(value) for value in counterexample["states"][name])]
         ready |= {
             "plots": [_plot(result, name, units[name], dt) for name in shown[:MAX_DRAWN]],
-            "moment": moment(found["step"], dt),
-            "table": table_name(found["file"]),
+            "moment": moment(counterexample["step"], dt),
+            "table": table_name(counterexample["file"]),
             "not_drawn": [name for name in rest if name not in shown[:MAX_DRAWN]],
             "legend": _legend(result),
-            "last": {name: values[-1] for name, values in found["states"].items()},
-            "errs": _errors(found["errors"]),
+            "last": {name: values[-1] for name, values in counterexample["states"].items()},
+            "errs": _errors(counterexample["errors"]),
         }
     return {**result, "counterexample": ready}
 

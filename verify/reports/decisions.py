@@ -85,7 +85,7 @@ def limits(profile: PolicyProfile, results: Sequence[DecisionResult]) -> list[st
 def facts(given: PolicyProfile, result: DecisionResult, command: str) -> dict[str, Any]:
     """A result as plain data."""
     profile, claim, evidence = result.question.profile, result.claim, result.evidence
-    measured, found = evidence.shares, evidence.counterexample
+    measured, counterexample = evidence.shares, evidence.counterexample
     return {
         "kind": claim.kind.value,
         "property": claim.name,
@@ -122,7 +122,7 @@ def facts(given: PolicyProfile, result: DecisionResult, command: str) -> dict[st
         "engines": [opinion.document() for opinion in evidence.opinions],
         **({"alone": _alone(evidence.alone)} if evidence.alone else {}),
         "certificate": None if evidence.certificate is None else _certificate(evidence),
-        "counterexample": None if found is None else _counterexample(profile, result, found),
+        "counterexample": None if counterexample is None else _counterexample(profile, result, counterexample),
         "command": command,
     } | ({} if evidence.where is None else _where(profile, result))
 

@@ -203,7 +203,7 @@ def facts(result: Result[SystemClaim, Any], place: int) -> dict[str, Any]:
     certificate = evidence.certificate
     meanings = MEANINGS | (OF_DECISIONS if claim.about_decisions else {})
     meanings |= {Verdict.VIOLATED: flows.VIOLATED} if claim.at_samples is not None else {}
-    found: dict[str, Any] = {
+    document: dict[str, Any] = {
         "kind": DECISIONS if claim.about_decisions else "episodes",
         "property": claim.shown,
         "name": claim.name,
@@ -225,16 +225,16 @@ def facts(result: Result[SystemClaim, Any], place: int) -> dict[str, Any]:
         "engines": [opinion.document() for opinion in evidence.opinions],
     }
     if evidence.open is not None:
-        found["open"] = {
+        document["open"] = {
             "step": evidence.open.step,
             "bounds": {name: [number(end) for end in ends] for name, ends in evidence.open.bounds.items()},
         }
     if evidence.approach is not None:
-        found["approach"] = asdict(evidence.approach)
+        document["approach"] = asdict(evidence.approach)
     if evidence.helps:
-        found["helps"] = list(evidence.helps)
+        document["helps"] = list(evidence.helps)
     if certificate is not None:
-        found["certificate"] = {
+        document["certificate"] = {
             "file": certificate_name(place, claim),
             "bytes": certificate.size,
             **certificate.made_of,
@@ -242,8 +242,10 @@ def facts(result: Result[SystemClaim, Any], place: int) -> dict[str, Any]:
             "checker": "accepted",
         }
     if evidence.counterexample is not None:
-        found["counterexample"] = {"file": counterexample_name(place, claim)} | counterexample(evidence.counterexample)
-    return found | ({"replay": evidence.environment} if evidence.environment else {})
+        document["counterexample"] = {"file": counterexample_name(place, claim)} | counterexample(
+            evidence.counterexample
+        )
+    return document | ({"replay": evidence.environment} if evidence.environment else {})
 
 
 # --- words
@@ -251,26 +253,26 @@ def facts(result: Result[SystemClaim, Any], place: int) -> dict[str, Any]:
 
 def lines(told: Mapping[str, Any]) -> list[str]:
     """What a person reads of one result, below its verdict."""
-    found = [told["sentence"], *told["formula"].split("\n")] if told["formula"] else [told["sentence"]]
+    written = [told["sentence"], *told["formula"].split("\n")] if told["formula"] else [told["sentence"]]
     if told["reason"]:
-        found.append(told["reason"])
-    found += _open(told)
+        written.append(told["reason"])
+    written += _open(told)
     if "counterexample" in told:
         broken = told["counterexample"]
-        found.append(f"{'in' if is_still(told) else 'from'} {_state(broken['start_float64'])}")
-        found += [f"{agent}: {runs(actions)}" for agent, actions in broken["actions"].items()]
-        found += [f"choice of {name}: {runs(taken)}" for name, taken in broken.get("choices", {}).items()]
+        written.append(f"{'in' if is_still(told) else 'from'} {_state(broken['start_float64'])}")
+        written += [f"{agent}: {runs(actions)}" for agent, actions in broken["actions"].items()]
+        written += [f"choice of {name}: {runs(taken)}" for name, taken in broken.get("choices", {}).items()]
         if broken["step"]:
             last = {name: values[-1] for name, values in broken["states"].items()}
             when = f"{broken['seconds']} s" if "seconds" in broken else moment(broken["step"], told.get("dt"))
-            found.append(f"at {when}: {_state(last)}")
-        found += [told["replay"]] if "replay" in told else []
+            written.append(f"at {when}: {_state(last)}")
+        written += [told["replay"]] if "replay" in told else []
     if told["verdict"] == Verdict.PROVED.value:
         proof = told["certificate"]
         visited = counted(told["symbolic_states"], "symbolic state")
-        found.append(f"{sets(told) or visited}, {counted(proof['bytes'], 'byte')} of proof")
-    found += [_weak(told)] if _weak(told) else []
-    return found
+        written.append(f"{sets(told) or visited}, {counted(proof['bytes'], 'byte')} of proof")
+    written += [_weak(told)] if _weak(told) else []
+    return written
 
 
 def _weak(told: Mapping[str, Any]) -> str:

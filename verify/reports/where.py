@@ -38,24 +38,24 @@ Bounds = Mapping[tuple[str, str], tuple[Fraction, bool]]  # (a, b) -> most of a 
 
 def where_facts(profile: PolicyProfile, result: DecisionResult) -> dict[str, Any]:
     """What is known of where it holds, as plain data."""
-    found = result.evidence.where
-    assert found is not None
-    share = found.share
+    extent = result.evidence.where
+    assert extent is not None
+    share = extent.share
     between = {} if share is None or share.exact else {"between": [float(share.value), float(share.upper)]}
     return {
-        "reason": found.reason,
-        "everywhere": found.everywhere,
-        "zones": found.count,
+        "reason": extent.reason,
+        "everywhere": extent.everywhere,
+        "zones": extent.count,
         "goals": len(result.region.goals),
-        "complete": found.complete,
+        "complete": extent.complete,
         "exact": _exact(share.value) if share is not None and share.exact else None,
-        "exact_reason": found.share_reason,
+        "exact_reason": extent.share_reason,
         **between,
-        **({"overlapping": OVERLAPPING} if result.claim.eps and found.count else {}),
-        "leaves": _leaves(profile, found),
+        **({"overlapping": OVERLAPPING} if result.claim.eps and extent.count else {}),
+        "leaves": _leaves(profile, extent),
         "most": _most(profile, result),
-        "region": None if found.part is None else _part(result),
-        "region_reason": found.part_reason,
+        "region": None if extent.part is None else _part(result),
+        "region_reason": extent.part_reason,
     }
 
 
@@ -101,10 +101,10 @@ def _action(policy: AgentPolicy, leaf: int) -> str:
 
 def _most(profile: PolicyProfile, result: DecisionResult) -> list[dict[str, Any]]:
     """The combinations of leaves that make up most of what violates the claim, each with its largest zone in words."""
-    found = result.evidence.where
-    assert found is not None
+    extent = result.evidence.where
+    assert extent is not None
     together: dict[tuple[tuple[str, int], ...], list[Ranked]] = {}  # a claim may speak of other agents for each goal
-    for row in _ranked(found):
+    for row in _ranked(extent):
         together.setdefault(tuple(zip(row[0].agents, row[1][0], strict=True)), []).append(row)
     sums = {leaves: sum(row[2] or 0 for row in rows) for leaves, rows in together.items()}
     facts: list[dict[str, Any]] = []
@@ -114,7 +114,7 @@ def _most(profile: PolicyProfile, result: DecisionResult) -> list[dict[str, Any]
             {"agent": agent, "leaf": leaf, "action": _action(profile.policy(agent), leaf)} for agent, leaf in leaves
         ]
         words = needed_words(failing, zone, result.region)
-        share = None if found.share is None else sums[leaves] / found.share.region
+        share = None if extent.share is None else sums[leaves] / extent.share.region
         count = len(together[leaves])
         goal = goal_text(failing.goal)
         facts.append({"agents": agents, "zones": count, "share": share, "goal": goal, "words": words})
@@ -218,9 +218,9 @@ def _part(result: DecisionResult) -> dict[str, Any]:
 
 def zones_json(profile: PolicyProfile, result: DecisionResult) -> str:
     """Violating zones with their exact bounds, as a JSON text: all, the largest first; FIRST if they are not all."""
-    found = result.evidence.where
-    assert found is not None
-    ranked = _ranked(found)
+    extent = result.evidence.where
+    assert extent is not None
+    ranked = _ranked(extent)
     facts = {
         "zones": FORM,
         "profile": content_hash(profile),
@@ -229,12 +229,12 @@ def zones_json(profile: PolicyProfile, result: DecisionResult) -> str:
         "claim": result.claim.sentence,
         "semantics": result.semantics,
         "region": result.region.document(),
-        "complete": found.complete,
-        "share": rational_literal(found.share.value) if found.share is not None and found.share.exact else None,
-        "found": found.count,
+        "complete": extent.complete,
+        "share": rational_literal(extent.share.value) if extent.share is not None and extent.share.exact else None,
+        "found": extent.count,
         "violating": [
-            zone_facts(result.question.profile, result.region, failing, zone, _share(volume, found))
-            for failing, zone, volume in ranked[: None if found.complete else FIRST]
+            zone_facts(result.question.profile, result.region, failing, zone, _share(volume, extent))
+            for failing, zone, volume in ranked[: None if extent.complete else FIRST]
         ],
     }
     return layout(facts) + "\n"

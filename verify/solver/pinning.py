@@ -40,19 +40,19 @@ def _in_order(
     order: Sequence[str], question: Query, region: Region, model: Mapping[str, Fraction], budget: int
 ) -> tuple[dict[str, Fraction], int]:
     """As `pin_model`, coordinates in this order."""
-    found, values, spent, queries = dict(model), dict[str, Fraction](), 0, 0
+    pinned, values, spent, queries = dict(model), dict[str, Fraction](), 0, 0
     for name in order:
-        for value in _simpler(found[name], region.box[name]):
+        for value in _simpler(pinned[name], region.box[name]):
             if queries == MAX_ASKED:
                 break
             queries += 1
             answer = ask(settled(question, values | {name: value}), budget)
             spent += answer.resources
             if answer.model is not None:
-                found = answer.model
+                pinned = answer.model
                 break
-        values[name] = found[name]
-    return found, spent
+        values[name] = pinned[name]
+    return pinned, spent
 
 
 def _simpler(value: Fraction, bounds: Interval) -> Iterator[Fraction]:

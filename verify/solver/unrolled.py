@@ -175,19 +175,19 @@ def _stepped(profile: PolicyProfile, system: System, state: Values, after: Value
 
 def _moved(profile: PolicyProfile, piece: Piece, state: Values, after: Values, errors: Values, chosen: Choices) -> Test:
     """That a state may follow another one by a piece."""
-    found = _in_box(piece, state)
+    tests = _in_box(piece, state)
     nothing = number(Fraction(0))
     for name, variable in after.items():
         low, high = piece.error.get(name, (Fraction(0), Fraction(0)))
-        found += [errors[name] >= number(low), errors[name] <= number(high)]
+        tests += [errors[name] >= number(low), errors[name] <= number(high)]
         total = errors[name] + (_value(piece.move[name], state) if name in piece.move else nothing)
         for policy in profile.agents:
             for place, action in enumerate(policy.actions):
                 form = piece.effect.get((policy.agent, action.name), {}).get(name)
                 if form is not None:
                     total += terms.either_number(chosen[policy.agent, place], _value(form, state), nothing)
-        found.append(terms.equal(variable, total))
-    return conjunction(*found)
+        tests.append(terms.equal(variable, total))
+    return conjunction(*tests)
 
 
 def _in_ranges(system: System, state: Values) -> list[Test]:

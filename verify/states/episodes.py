@@ -237,13 +237,13 @@ def ways_of(profile: PolicyProfile, claim: EpisodeClaim, episode: Episode) -> tu
     landmarks = claim.marks(profile)
     apart = gaps(profile, claim, episode.coordinates)
     names, order = profile.world.coordinates(), [entity.name for entity in profile.world.agents]
-    found: list[Way] = []
+    ways: list[Way] = []
     for number, policy in enumerate(profile.team(claim.team)):
         own = claim.mark_of(profile, number, apart[:, number])
         distances = apart[:, number, own]
         columns = [names.index(f"{policy.agent}.{axis}") for axis in "xy"]
         actions = episode.actions[:, order.index(policy.agent)]
-        found.append(
+        ways.append(
             Way(
                 agent=policy.agent,
                 landmark=landmarks[own],
@@ -254,4 +254,4 @@ def ways_of(profile: PolicyProfile, claim: EpisodeClaim, episode: Episode) -> tu
                 places=tuple((float(x), float(y)) for x, y in episode.coordinates[:, columns]),
             )
         )
-    return tuple(found)
+    return tuple(ways)

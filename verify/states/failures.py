@@ -40,19 +40,19 @@ def failures(question: DecisionQuestion, most: int = MAX_NUMBER) -> list[State]:
     states for failures than are (JUDGED): in regions that lie within a rounding of a boundary.
     """
     question, profile, region = question.by(MACHINE), question.profile, question.region
-    found: list[State] = []
+    failing: list[State] = []
     left = JUDGED * most
     for draw in range(DRAWS):
         coordinates, goals = sample(region, profile.world, SAMPLES, FIRST_SEED + draw)
         rows = np.flatnonzero(violating(question, coordinates))
-        while rows.size and left and len(found) < most:
-            wanted, rows = np.split(rows, [min(left, most - len(found))])
+        while rows.size and left and len(failing) < most:
+            wanted, rows = np.split(rows, [min(left, most - len(failing))])
             left -= len(wanted)
             states = [state_at(region, profile.world, coordinates[row], int(goals[row])) for row in wanted]
-            found += _failing(question, [state for state in states if inside(region, state)])
-        if not left or len(found) == most:
+            failing += _failing(question, [state for state in states if inside(region, state)])
+        if not left or len(failing) == most:
             break
-    return found
+    return failing
 
 
 def fails(question: DecisionQuestion, states: Sequence[State]) -> Bool:

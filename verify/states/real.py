@@ -87,18 +87,18 @@ def _distilled(parts: Sequence[Float64]) -> list[Float64]:
     Each pass adds all parts up to the last one and leaves in every other place what that addition has lost, until
     nothing changes. Source: Rump, Ogita, Oishi (2008), Accurate floating-point summation I, section 2 (distillation).
     """
-    found = list(parts)
+    addends = list(parts)
     while True:
-        before = list(found)
-        for place in range(1, len(found)):
-            low, high = found[place - 1], found[place]
-            found[place - 1], found[place] = _lost(low, high), low + high
-        if all(np.array_equal(old, new) for old, new in zip(before, found, strict=True)):
+        before = list(addends)
+        for place in range(1, len(addends)):
+            low, high = addends[place - 1], addends[place]
+            addends[place - 1], addends[place] = _lost(low, high), low + high
+        if all(np.array_equal(old, new) for old, new in zip(before, addends, strict=True)):
             break
-    rest = np.zeros_like(found[-1])
-    for part in found[:-1]:  # ascending: the last one that is not 0 is larger than all before it together
+    rest = np.zeros_like(addends[-1])
+    for part in addends[:-1]:  # ascending: the last one that is not 0 is larger than all before it together
         rest = np.where(part != 0, part, rest)
-    return [found[-1], rest]
+    return [addends[-1], rest]
 
 
 def _lost(a: Float64, b: Float64) -> Float64:

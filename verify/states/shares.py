@@ -180,7 +180,7 @@ def conflicts(question: DecisionQuestion, coordinates: Float64) -> Bool | None:
         for agent, policy in team.items()
     }
     held = _Held(states)
-    found, moving = np.zeros(len(coordinates), dtype=bool), np.logical_and.reduce([*map(_any, willing.values())])
+    violating, moving = np.zeros(len(coordinates), dtype=bool), np.logical_and.reduce([*map(_any, willing.values())])
     for part in stated.parts if isinstance(stated, And) else (stated,):
         speaking = agents(part)
         acting = [agent for agent in team if agent in speaking]
@@ -191,8 +191,8 @@ def conflicts(question: DecisionQuestion, coordinates: Float64) -> Bool | None:
         for joint in product(*(range(len(willing[agent])) for agent in acting)):
             chosen_by = dict(zip(acting, joint, strict=True))
             possible = np.logical_and.reduce([moving, *(willing[agent][chosen_by[agent]] for agent in acting)])
-            found |= possible & ~held(part, chosen_by)
-    return found
+            violating |= possible & ~held(part, chosen_by)
+    return violating
 
 
 class _Held:

@@ -127,8 +127,8 @@ def difference(
         claim = OwnFormula(first.policy(names[0]).team, statement=alike(first, names))
         return Question(Game(pair), claim, region, semantics, budgets or Budgets())
 
-    found = [replace(_compared(asked(one), one), unmeasured=unstated(asked(one))) for one in agents]
-    proved = [one.agent for one in found if one.verdict is Verdict.PROVED and one.failing]
+    by_agent = [replace(_compared(asked(one), one), unmeasured=unstated(asked(one))) for one in agents]
+    proved = [one.agent for one in by_agent if one.verdict is Verdict.PROVED and one.failing]
     certificate, branches = None, 0
     if proved:
         outcome = _no_difference(asked(*proved))
@@ -137,10 +137,10 @@ def difference(
             branches = accepted(certificate, first, second)
         else:  # what is not certified is not proved
             answer = {"verdict": outcome.verdict, "reason": outcome.reason}
-            found = [replace(one, **answer) if one.agent in proved else one for one in found]
-    zoned = [one.agent for one in found if one.zones]
-    together = _together(found, asked(*zoned) if len(zoned) > 1 else None)
-    return Difference(first, second, asked(*agents), tuple(found), together, certificate, branches)
+            by_agent = [replace(one, **answer) if one.agent in proved else one for one in by_agent]
+    zoned = [one.agent for one in by_agent if one.zones]
+    together = _together(by_agent, asked(*zoned) if len(zoned) > 1 else None)
+    return Difference(first, second, asked(*agents), tuple(by_agent), together, certificate, branches)
 
 
 def _compared(question: DecisionQuestion, agent: str) -> AgentDifference:

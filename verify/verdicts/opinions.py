@@ -37,12 +37,12 @@ def by_zones(question: DecisionQuestion) -> Zoned:
     """The zone engine's opinion, within as many search nodes as the solver's units buy (UNITS_A_NODE)."""
     claim, region = question.claim, question.region
     try:
-        found = zones.decide(question.spending(max_nodes=max(1, question.budgets.solver_units // UNITS_A_NODE)))
+        outcome = zones.decide(question.spending(max_nodes=max(1, question.budgets.solver_units // UNITS_A_NODE)))
     except zones.BeyondZonesError as error:
         return Zoned(Opinion(ENGINE, Verdict.SKIPPED, 0, "search nodes"), beyond=str(error))
-    opinion = Opinion(ENGINE, found.verdict, found.nodes, "search nodes")
-    if found.verdict is not Verdict.PROVED:
-        return Zoned(opinion, found.goal, found.state, found.part)
+    opinion = Opinion(ENGINE, outcome.verdict, outcome.nodes, "search nodes")
+    if outcome.verdict is not Verdict.PROVED:
+        return Zoned(opinion, outcome.goal, outcome.state, outcome.part)
     named = claim if claim.says_all else None
     made = Certificate(
         content_hash(question.origin),
@@ -50,8 +50,8 @@ def by_zones(question: DecisionQuestion) -> Zoned:
         question.formula,
         region,
         question.semantics,
-        found.inhabitant,
-        found.proofs,
+        outcome.inhabitant,
+        outcome.proofs,
         eps=claim.eps,
         form=FORM if question.parts == (question,) else PARTED,
         view=None if question.viewed is None else question.viewed.view,

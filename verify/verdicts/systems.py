@@ -75,28 +75,28 @@ class JointQuestions:
         """The verdict on a question, by its number, as `verify_system`."""
         question = self._questions[number]
         flowing = is_flow(question)
-        found = flows.decide(question) if flowing else self._together.outcome(self._in_steps.index(number))
-        found = _confirmed(found, confirm)
-        settled = beside and found.verdict in SETTLED
+        outcome = flows.decide(question) if flowing else self._together.outcome(self._in_steps.index(number))
+        outcome = _confirmed(outcome, confirm)
+        settled = beside and outcome.verdict in SETTLED
         control = self._control(number) if settled else Verdict.SKIPPED
-        by_boxes = not found.states and found.certificate is not None
-        own = Opinion(ENGINE, found.verdict, found.states, UNIT)
-        own = Opinion(BOXES, found.verdict, found.boxes, BOXES) if by_boxes else own
-        own = Opinion(FLOWS, found.verdict, found.boxes, SETS) if flowing else own
+        by_boxes = not outcome.states and outcome.certificate is not None
+        own = Opinion(ENGINE, outcome.verdict, outcome.states, UNIT)
+        own = Opinion(BOXES, outcome.verdict, outcome.boxes, BOXES) if by_boxes else own
+        own = Opinion(FLOWS, outcome.verdict, outcome.boxes, SETS) if flowing else own
         evidence = SystemEvidence(
             control=control,
-            opinions=(own, _agreeing(question, found.verdict)) if settled and not flowing else (own,),
-            certificate=found.certificate,
-            branches=found.branches,
-            counterexample=found.counterexample,
-            approach=_approach(question, found) if beside else None,
-            open=found.open,
-            helps=found.helps,
-            programs=found.programs,
-            boxes=found.boxes,
+            opinions=(own, _agreeing(question, outcome.verdict)) if settled and not flowing else (own,),
+            certificate=outcome.certificate,
+            branches=outcome.branches,
+            counterexample=outcome.counterexample,
+            approach=_approach(question, outcome) if beside else None,
+            open=outcome.open,
+            helps=outcome.helps,
+            programs=outcome.programs,
+            boxes=outcome.boxes,
         )
-        cost = Cost(found.states, question.budgets.max_boxes // STATE, UNIT)
-        return Result(question, found.verdict, found.reason, evidence, cost)
+        cost = Cost(outcome.states, question.budgets.max_boxes // STATE, UNIT)
+        return Result(question, outcome.verdict, outcome.reason, evidence, cost)
 
     @cached_property
     def _together(self) -> Together:

@@ -291,7 +291,7 @@ def middle(
     """
     highest = [bounds[:: asked.sizes[component]] for component, bounds in enumerate(zones)]
     lowest = [bounds[: asked.sizes[component]] for component, bounds in enumerate(zones)]  # with the opposite sign
-    found: dict[str, Fraction] = {}
+    point: dict[str, Fraction] = {}
     for name in names:
         component, node = asked.places[name]
         bounds, size, high, low = zones[component], asked.sizes[component], highest[component], lowest[component]
@@ -302,8 +302,8 @@ def middle(
         to, past = bounds[node::size], bounds[node * size : node * size + size]
         highest[component] = [min(most, gap + value) for most, gap in zip(high, to, strict=True)]
         lowest[component] = [min(most, gap - value) for most, gap in zip(low, past, strict=True)]
-        found[name] = Fraction(value, asked.scale)
-    return found
+        point[name] = Fraction(value, asked.scale)
+    return point
 
 
 def _closed(bounds: list[int], size: int) -> list[int]:

@@ -97,7 +97,7 @@ class BestFirstTree:
 
     def _best(self, rows: Int, total: Float64) -> tuple[float, int, int]:
         """The split that lowers the loss most; of equals the first feature's lowest threshold."""
-        found, vectors, purity = (0.0, NO_FEATURE, 0), self.vectors[rows], self.purity
+        best, vectors, purity = (0.0, NO_FEATURE, 0), self.vectors[rows], self.purity
         for feature, edges in enumerate(self.bins.edges):
             if not len(edges):
                 continue
@@ -108,9 +108,9 @@ class BestFirstTree:
             gain = purity(left) + purity(total - left) - purity(total)
             gain = np.where((below > 0) & (below < len(rows)), gain, 0.0)
             place = int(gain.argmax())
-            if gain[place] > found[0]:
-                found = (float(gain[place]), feature, place)
-        return found
+            if gain[place] > best[0]:
+                best = (float(gain[place]), feature, place)
+        return best
 
     def _split(self, leaf: _Leaf) -> None:
         goes_left = self.codes[leaf.feature, leaf.rows] <= leaf.code

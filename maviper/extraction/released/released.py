@@ -266,17 +266,17 @@ def _starts(world: World, expert: Expert, settings: Settings, iteration: int) ->
     """
     rng = np.random.default_rng([settings.seed, iteration])
     wanted = settings.rollouts * world.spec.episode_steps
-    found: list[Met] = []
+    played: list[Met] = []
     if iteration == 0:
         first = settings.episodes(measures.ROLLOUT_SEEDS).start
-        found.append(_played(world, expert, [first]))
+        played.append(_played(world, expert, [first]))
         wanted -= min(wanted, FREE_STEPS)
     at_once, wanted = world.games or max(1, wanted), max(1, wanted)
     parts = [world.start(min(at_once, wanted - done), rng) for done in range(0, wanted, at_once)]
     state = parts[0] if len(parts) == 1 else type(parts[0]).joined(parts)
     observations = world.observe(state)
     acted = labels(expert, observations, state)
-    before = [met.data for met in found]
+    before = [met.data for met in played]
     seen = [
         np.concatenate([*(data.observations[agent] for data in before), each])
         for agent, each in enumerate(observations)

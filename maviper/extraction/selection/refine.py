@@ -80,19 +80,19 @@ def refined(
             own = replace(asked, examples=asked.examples.of_teams(team))
             tasks.append(_Task(own, team, members, trees))
     if jobs == 1:
-        found = [_team(task, on_progress) for task in tasks]
+        refined_teams = [_team(task, on_progress) for task in tasks]
     else:
-        found = []
+        refined_teams = []
         for each in side_by_side(_quietly, [(task,) for task in tasks], jobs):
-            found.append(each)
+            refined_teams.append(each)
             if each[2]:
                 on_progress(each[2])
     by_agent = {
         agent: tree
-        for task, (trees, *_) in zip(tasks, found, strict=True)
+        for task, (trees, *_) in zip(tasks, refined_teams, strict=True)
         for agent, tree in zip(task.agents, trees, strict=True)
     }
-    return [by_agent[agent] for agent in agents], {"refinement_episodes": sum(played for _, played, _ in found)}
+    return [by_agent[agent] for agent in agents], {"refinement_episodes": sum(played for _, played, _ in refined_teams)}
 
 
 def _quietly(task: _Task) -> tuple[Trees, int, Progress | None]:
@@ -165,27 +165,27 @@ def refine_once(
     it fulfils its claim, so that what it learned from them is not given away for play.
     """
     arena.scores([trees], FIRST)  # for what its agents observe
-    found = proposals(arena, trees, others, limits, rng)
-    found = [found[place] for place in rng.permutation(len(found))[:MOVES]]
-    if not found:  # too few observations for any
+    moves = proposals(arena, trees, others, limits, rng)
+    moves = [moves[place] for place in rng.permutation(len(moves))[:MOVES]]
+    if not moves:  # too few observations for any
         return trees, arena.values[0]
     kept = np.array(
-        [examples.fulfilled(arena.world, dict(zip(arena.agents, one, strict=True))) for one in (trees, *found)]
+        [examples.fulfilled(arena.world, dict(zip(arena.agents, one, strict=True))) for one in (trees, *moves)]
     )
     learned = KEPT * (kept[1:] - kept[0])[:, None]
-    gains = np.zeros((len(found), 0))
+    gains = np.zeros((len(moves), 0))
     episodes = FIRST
-    while found:
-        scored = arena.scores([trees, *found], episodes)  # the team as it is, then the moves
+    while moves:
+        scored = arena.scores([trees, *moves], episodes)  # the team as it is, then the moves
         gains = np.concatenate([gains, scored[1:] - scored[0] + learned], axis=1)
         if gains.shape[1] >= LAST:
             break
-        best = np.argsort(-gains.mean(axis=1), kind="stable")[: max(FEWEST, len(found) // GROWTH)]
-        found, gains, learned = [found[place] for place in best], gains[best], learned[best]
+        best = np.argsort(-gains.mean(axis=1), kind="stable")[: max(FEWEST, len(moves) // GROWTH)]
+        moves, gains, learned = [moves[place] for place in best], gains[best], learned[best]
         episodes = gains.shape[1] * (GROWTH - 1)
     best = int(gains.mean(axis=1).argmax())
     gain, error = gains[best].mean(), gains[best].std() / np.sqrt(gains.shape[1])
-    return (list(found[best]), arena.values[best + 1]) if gain > error else (trees, arena.values[0])
+    return (list(moves[best]), arena.values[best + 1]) if gain > error else (trees, arena.values[0])
 
 
 def proposals(

@@ -62,19 +62,19 @@ class Stack:
 def reaching(tree: GrownTree, obs: Float32) -> dict[int, Int]:
     """Which rows of `obs` pass through each node: node -> rows; every node from the root down that any row reaches."""
     threshold = round_down(tree.threshold)
-    found: dict[int, Int] = {ROOT: np.arange(len(obs))}
+    rows_at: dict[int, Int] = {ROOT: np.arange(len(obs))}
     stack = [ROOT]
     while stack:
         node = stack.pop()
         if tree.feature[node] == NO_FEATURE:
             continue
-        rows = found[node]
+        rows = rows_at[node]
         goes_left: Bool = obs[rows, tree.feature[node]] <= threshold[node]
         for child, part in ((int(tree.left[node]), rows[goes_left]), (int(tree.right[node]), rows[~goes_left])):
             if part.size:
-                found[child] = part
+                rows_at[child] = part
                 stack.append(child)
-    return found
+    return rows_at
 
 
 def with_leaf(tree: GrownTree, node: int, action: int) -> GrownTree:

@@ -118,14 +118,14 @@ def _rejoined(texts: Sequence[str]) -> list[str]:
 def experts_of(asked: Asked) -> tuple[list[Known], list[tuple[str, str]]]:
     """The experts that there are, and those that are missing, with what to do about it."""
     games = asked.games or (GAMES if asked.tier != QUICK else (DECEPTION,))
-    found: list[Known] = []
+    known: list[Known] = []
     missing: list[tuple[str, str]] = []
     for text in _rejoined(asked.experts):
         if text in (MAPPO, MADDPG):
             for game in games:
                 name = game if text == MAPPO else f"{game}@{MADDPG}"
                 if name in store.SHIPPED:
-                    found.append(_known(text, name))
+                    known.append(_known(text, name))
                 else:
                     train = f"maviper train {game} --algorithm {text} -o RUN"
                     missing.append((f"{text} for {game}", f"none is shipped; `{train}`, then --experts {text}=RUN"))
@@ -135,13 +135,13 @@ def experts_of(asked: Asked) -> tuple[list[Known], list[tuple[str, str]]]:
             label, where = "", text
         one = _known(label or _family(where), where)
         if one.game.partition(",")[0] in games:
-            found.append(one)
+            known.append(one)
         else:
             missing.append((one.label, f"it plays {one.game}, which is not asked for"))
-    if not found:
+    if not known:
         reasons = "; ".join(f"{what}: {why}" for what, why in missing)
         raise InputError("there is no expert to reproduce with", "--experts", reasons)
-    return _told_apart(found), missing
+    return _told_apart(known), missing
 
 
 def further(found: Sequence[Known]) -> list[Known]:

@@ -37,7 +37,7 @@ class Kept:
 
 def kept(store: Store, wanted: Collection[str], register: str) -> Kept:
     """The finished cells of this version and register; of two about the same, the one that is `wanted` now."""
-    found: dict[Cell, tuple[str, Document]] = {}
+    finished: dict[Cell, tuple[str, Document]] = {}
     other = doubled = 0
     failed: dict[str, Document] = {}
     for id_, document in store.documents():
@@ -47,11 +47,11 @@ def kept(store: Store, wanted: Collection[str], register: str) -> Kept:
         elif document.outcome == FAILED:
             failed[id_] = document
         elif document.outcome == DONE:
-            doubled += document.cell in found
-            if document.cell not in found or id_ in wanted:
-                found[document.cell] = id_, document
-    ordered = sorted(found, key=_place)
-    return Kept(dict(found[cell] for cell in ordered), other, doubled, failed)
+            doubled += document.cell in finished
+            if document.cell not in finished or id_ in wanted:
+                finished[document.cell] = id_, document
+    ordered = sorted(finished, key=_place)
+    return Kept(dict(finished[cell] for cell in ordered), other, doubled, failed)
 
 
 def _place(cell: Cell) -> tuple[int, Cell | tuple[str | int, ...]]:

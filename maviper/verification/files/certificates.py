@@ -64,17 +64,17 @@ def check_file(
     if world is not None:
         raise InputError("the certificate is not about a stated system", "--world", "leave it out")
     try:
-        found, about = _read(text, str(path)), find_profile(profile, beside=path)
-        if isinstance(found, Certificate):
-            other = _second(found, against, path)
-            closed, subject = certificate.accepted(found, about, other), _subject(found, about)
+        certified, about = _read(text, str(path)), find_profile(profile, beside=path)
+        if isinstance(certified, Certificate):
+            other = _second(certified, against, path)
+            closed, subject = certificate.accepted(certified, about, other), _subject(certified, about)
         else:
-            closed, subject = episode_certificates.accepted(found, about), _episodes(found, about)
+            closed, subject = episode_certificates.accepted(certified, about), _episodes(certified, about)
     except RejectedError as error:
         raise RefusedError(
             "the certificate is refused", f"{path}: {shown(error)}", "do not rely on it; run `maviper verify` again"
         ) from None
-    return Checked(subject, closed, found.size)
+    return Checked(subject, closed, certified.size)
 
 
 def _second(found: Certificate, against: PolicyProfile | Path | None, path: Path) -> PolicyProfile | None:

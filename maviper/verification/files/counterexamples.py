@@ -144,21 +144,23 @@ def _replayed_statement(path: Path, profile: PolicyProfile, world: Path | None) 
 
 
 def _replayed_state(path: Path, profile: PolicyProfile) -> Replayed:
-    found, state, claim = read_counterexample(path, profile)
-    origin, view = profile, None if found.view is None else view_from(found.view)
+    document, state, claim = read_counterexample(path, profile)
+    origin, view = profile, None if document.view is None else view_from(document.view)
     profile = origin if view is None else over(origin, view)
-    strange = sorted(set(found.actions) - {policy.agent for policy in profile.team(found.team)})
+    strange = sorted(set(document.actions) - {policy.agent for policy in profile.team(document.team)})
     if strange:
         what = "the counterexample is about another world"
         raise InputError(what, f"{path}: {', '.join(map(shown, strange[:5]))}", ADVICE)
-    did = replayed(origin, view, claim, found.team, state, found.semantics)
+    did = replayed(origin, view, claim, document.team, state, document.semantics)
     return Replayed(
-        property=named(found.property, claim, found.team, profile),
+        property=named(document.property, claim, document.team, profile),
         violated=not true_at(profile, claim, state, did.actions),
-        actions={policy.agent: policy.actions[did.actions[policy.agent]].name for policy in profile.team(found.team)},
-        before=found.actions,
+        actions={
+            policy.agent: policy.actions[did.actions[policy.agent]].name for policy in profile.team(document.team)
+        },
+        before=document.actions,
         by=did.by,
-        same_policy=content_hash(origin) == found.profile,
+        same_policy=content_hash(origin) == document.profile,
         says=did.says,
     )
 
@@ -212,22 +214,24 @@ def _strange_parts(claim: Formula, team: str, profile: PolicyProfile) -> list[st
 
 
 def _read(path: Path) -> tuple[CounterexampleJson, State]:
-    found = runs.decoded(path, MAX_BYTES, CounterexampleJson, "not a counterexample", ADVICE)
-    if found.counterexample not in FORMS:
-        raise InputError("a counterexample of another version", f"{path}: '{shown(found.counterexample[:40])}'", ADVICE)
+    document = runs.decoded(path, MAX_BYTES, CounterexampleJson, "not a counterexample", ADVICE)
+    if document.counterexample not in FORMS:
+        raise InputError(
+            "a counterexample of another version", f"{path}: '{shown(document.counterexample[:40])}'", ADVICE
+        )
     try:
         position, errors = (
-            {name: _value(value) for name, value in values.items()} for values in (found.position, found.errors)
+            {name: _value(value) for name, value in values.items()} for values in (document.position, document.errors)
         )
-        _ = found.view and view_from(found.view)
+        _ = document.view and view_from(document.view)
     except ValueError as error:
         raise InputError("not a counterexample", f"{path}: {shown(error)}", ADVICE) from None
-    state = State(position, goal_of(found.goal), errors)
-    semantics = MACHINE if found.counterexample == FORM else REAL
-    if found.semantics != semantics or (semantics == MACHINE and (found.deployed or not state.floats)):
-        what = f"'{shown(found.semantics[:20])}' where {found.counterexample} is of {semantics} arithmetic"
+    state = State(position, goal_of(document.goal), errors)
+    semantics = MACHINE if document.counterexample == FORM else REAL
+    if document.semantics != semantics or (semantics == MACHINE and (document.deployed or not state.floats)):
+        what = f"'{shown(document.semantics[:20])}' where {document.counterexample} is of {semantics} arithmetic"
         raise InputError("not a counterexample", f"{path}: {what}", ADVICE)
-    return found, state
+    return document, state
 
 
 def _value(stated: float | str) -> Value:

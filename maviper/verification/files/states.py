@@ -153,7 +153,7 @@ def read_failing(paths: Sequence[Path], world: ParticleWorld) -> tuple[list[Fail
 
     InputError for a file that is damaged or about another world, and where there is none.
     """
-    found: dict[tuple[str, Formula], Failing] = {}
+    failing: dict[tuple[str, Formula], Failing] = {}
     skipped: list[str] = []
     policies = blank(world)
     for path in paths:
@@ -172,11 +172,11 @@ def read_failing(paths: Sequence[Path], world: ParticleWorld) -> tuple[list[Fail
             if new is None:
                 raise InputError(f"the counterexample {ONLY_REAL}", str(file), ADVICE_REAL)
             key = new.claim.team, new.claim.statement
-            found[key] = _joined(found[key], new) if key in found else new
-    if not found:
+            failing[key] = _joined(failing[key], new) if key in failing else new
+    if not failing:
         what = "claims about whole episodes or in real arithmetic do not say which deployed decision is wrong"
         raise InputError(what, "; ".join(skipped), "give counterexamples of claims about single decisions")
-    return list(found.values()), skipped
+    return list(failing.values()), skipped
 
 
 def blank(world: ParticleWorld) -> PolicyProfile:

@@ -123,13 +123,13 @@ def replay(path: Path, profile: PolicyProfile, world: Path | None) -> tuple[Coun
     """A counterexample of a file, the claim in it, the episode that breaks it again (None where none does), and whether
     the system is the one that it was made of.
     """
-    found = runs.decoded(path, MAX_BYTES, CounterexampleJson, "not a readable counterexample", ADVICE)
+    document = runs.decoded(path, MAX_BYTES, CounterexampleJson, "not a readable counterexample", ADVICE)
     statement = read(world or path.parent / WORLD_FILE)
     ensure_plays(profile, statement)
     try:
-        claim = system_certificates.read_claim(found.claim)
-        start = {name: read_number(value) for name, value in found.start.items()}
-        errors = [{name: read_number(value) for name, value in each.items()} for each in found.errors]
+        claim = system_certificates.read_claim(document.claim)
+        start = {name: read_number(value) for name, value in document.start.items()}
+        errors = [{name: read_number(value) for name, value in each.items()} for each in document.errors]
         if set(start) != {each.name for each in statement.system.variables}:
             raise ValueError("its start names other variables than the world file")
         claim.ensure()
@@ -137,11 +137,11 @@ def replay(path: Path, profile: PolicyProfile, world: Path | None) -> tuple[Coun
             where = f"{path}: $.start: {statement.system.name}"
             raise InputError("the counterexample does not start where the world file has starts", where, ADVICE)
         if statement.system.flow is None or claim.about_decisions:
-            again = replayed(profile, statement.system, claim, Course(start, errors, found.pieces))
+            again = replayed(profile, statement.system, claim, Course(start, errors, document.pieces))
         else:
-            claim = replace(claim, at_samples=bool(found.at_samples))
+            claim = replace(claim, at_samples=bool(document.at_samples))
             course = FlowCourse(start, errors[0] if errors else {})
             again = flow_replayed(profile, statement.system, claim, course)
     except (ValueError, LookupError, TypeError, ZeroDivisionError) as error:
         raise InputError("not a readable counterexample", f"{path}: {shown(error)}", ADVICE) from None
-    return found, claim, again, found.system == documents.content_hash(statement.system)
+    return document, claim, again, document.system == documents.content_hash(statement.system)

@@ -51,7 +51,7 @@ def _array(pasts: list[Past]) -> Pasts:
 def copies_of(pasts: Pasts, make: Callable[[], Copy]) -> list[Copy]:
     """A copy of its own for each past. States of one episode in their order are played through only once."""
     walkers: dict[int, tuple[Copy, Past]] = {}  # by the past that an episode began with
-    found: list[Copy] = []
+    copies: list[Copy] = []
     for past in pasts:
         begun, missing = past, []
         at = walkers.get(id(_root(past)))
@@ -66,8 +66,8 @@ def copies_of(pasts: Pasts, make: Callable[[], Copy]) -> list[Copy]:
         for acted in reversed(missing):
             walker.ask("step", acted)
         walkers[id(_root(past))] = walker, past
-        found.append(deepcopy(walker))
-    return found
+        copies.append(deepcopy(walker))
+    return copies
 
 
 def _root(past: Past) -> Past:

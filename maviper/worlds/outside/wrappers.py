@@ -194,9 +194,9 @@ class Flattened(ParallelEnv[Any, Any, Any]):
         given = seen
         if isinstance(seen, Mapping):
             given = {key: part for key, part in seen.items() if key != MASK or not wanted or self.in_infos}
-        found = np.asarray(vector(self._spaces[agent], given), np.float32)
+        numbers = np.asarray(vector(self._spaces[agent], given), np.float32)
         if not wanted:
-            return found
+            return numbers
         mask = (info if self.in_infos else seen).get(MASK)
         if mask is None and agent not in self.agents:  # its last observation
             mask = np.zeros(wanted)
@@ -209,7 +209,7 @@ class Flattened(ParallelEnv[Any, Any, Any]):
             raise InputError(what, self.source.text, "give 1 where an action is legal, else 0")
         if not flags.any():
             self._stuck.add(agent)
-        return np.concatenate([found, flags], dtype=np.float32)
+        return np.concatenate([numbers, flags], dtype=np.float32)
 
     def render(self) -> Any:
         """As the environment does."""

@@ -115,18 +115,18 @@ class Reference:
 
 def _shown(statement: Statement) -> dict[str, tuple[int, int]]:
     """Which agent's which feature is each variable itself."""
-    found: dict[str, tuple[int, int]] = {}
+    places: dict[str, tuple[int, int]] = {}
     for agent, features in enumerate(statement.system.features.values()):
         for index, feature in enumerate(features.values()):
             match feature.form, feature.measure:
                 case Affine(((name, factor),), constant), Measure.VALUE if factor == 1 and not constant:
-                    found.setdefault(name, (agent, index))
+                    places.setdefault(name, (agent, index))
                 case _:
                     pass
-    hidden = [each.name for each in statement.system.variables if each.name not in found]
+    hidden = [each.name for each in statement.system.variables if each.name not in places]
     if hidden:
         what = f"nothing shows {', '.join(hidden)} of the reference"
         raise InputError(
             what, statement.system.reference, 'write state = "..." for an attribute that holds the variables in order'
         )
-    return found
+    return places

@@ -46,10 +46,10 @@ class _Play:
 
     def states(self, begun: State, near: Sequence[State], rng: np.random.Generator) -> list[State]:
         """The states of an episode."""
-        exact, found = begun, list[State]()
+        exact, played = begun, list[State]()
         try:
             for step in range(self._steps + 1):
-                found.append(exact)
+                played.append(exact)
                 state = {name: float(number) for name, number in exact.items()}
                 rules = self._moving.stated(state)
                 if piece_of(self._system, exact) is None or not rules:
@@ -61,7 +61,7 @@ class _Play:
                 exact = {name: Fraction(number) for name, number in state.items()}
         except (OverflowError, ZeroDivisionError, ValueError):  # no float64 is near, or sin of such a number
             pass
-        return found
+        return played
 
     def _joint(self, state: State) -> dict[str, str]:
         actions = chosen(self._system, self._profile, state)

@@ -34,19 +34,19 @@ def read_each(tables: list[tuple[Table, Place]], read: Callable[[Table, Place], 
     """What each table is read as. InputError that tells every table that cannot be read; PartlyReadError where others
     can be.
     """
-    found: list[Read] = []
+    claims: list[Read] = []
     faults: list[InputError] = []
     for table, place in tables:
         try:
-            found.append(read(table, place))
+            claims.append(read(table, place))
         except InputError as error:
             faults.append(error)
     if not faults:
-        return found
+        return claims
     first, several = faults[0], len(faults) > 1
     told = "\n".join(f"- {fault}".replace("\n", "\n  ") for fault in faults)
     what = f"{len(faults)} of {len(tables)} properties cannot be read" if several else first.what
     where, advice = (told, "") if several else (first.where, first.next_step)
-    if found:
-        raise PartlyReadError(what, where, advice, found)
+    if claims:
+        raise PartlyReadError(what, where, advice, claims)
     raise InputError(what, where, advice) if several else first
