@@ -98,18 +98,16 @@ class Landing:
     def __call__(self, agent: int, offset: Float64, velocity: Float64) -> Int:
         """The action of one agent, [batch]; `offset` to the target and `velocity`: [2, batch].
 
-        Games beside one another are often the same to an agent: branches of a state by what another does. Each run of
-        such games is looked at once.
+        Games are often the same to an agent: branches of a state by what another does. Each is looked at once.
         """
-        seen = np.concatenate([offset, velocity])
-        new = np.ones(seen.shape[1], dtype=bool)
-        new[1:] = (seen[:, 1:] != seen[:, :-1]).any(axis=0)
-        offset, velocity = np.split(seen[:, new], 2)
-        found = np.empty(offset.shape[1], dtype=np.int64)
-        for low in range(0, len(found), CACHED_GAMES):
+        seen = np.concatenate([offset, velocity]).T.copy()
+        _, once, place = np.unique(seen.view("V32")[:, 0], return_index=True, return_inverse=True)
+        offset, velocity = np.split(seen[once].T.copy(), 2)
+        actions = np.empty(len(once), dtype=np.int64)
+        for low in range(0, len(once), CACHED_GAMES):
             some = slice(low, low + CACHED_GAMES)
-            found[some] = self._first(self.force[agent], offset[:, some], velocity[:, some])
-        return found[np.cumsum(new) - 1]
+            actions[some] = self._first(self.force[agent], offset[:, some], velocity[:, some])
+        return actions[place]
 
     def _first(self, force: float, offset: Float64, velocity: Float64) -> Int:
         cost: Float64 | float = 0.0
