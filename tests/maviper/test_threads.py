@@ -70,7 +70,7 @@ def fitted_tree():
 
 def onnx_tree():
     pytest.importorskip("onnx")
-    files = maviper.compile(maviper.from_sklearn(fitted()), ["onnx-old"]).files
+    files = maviper.compile(maviper.from_sklearn(fitted()), ["onnx"]).files
     return policy_json.dumps(maviper.from_onnx(next(data for name, data in files.items() if name.endswith(".onnx"))))
 
 

@@ -15,15 +15,20 @@ import numpy as np
 from codegen.errors import InputError, MissingToolError
 from codegen.importers.folding import Asked, Folded, folded
 from codegen.importers.onnx.columns import FLOAT, MAIN, MAX_COLUMNS, ML, OPERATORS, Call, Column, Columns, followed
+from codegen.importers.onnx.ensemble import ENSEMBLE, NUMBER, WHOLE, numbered_of
 from codegen.importers.onnx.tree import ADVICE, LABELS, MAX_FEATURES, REGRESSOR, TREES, grown_of, shown
 from codegen.ir import NO_FEATURE, Bool, Float32, GrownTree
 
-UNDERSTOOD = {*((ML, each) for each in TREES), (ML, "ZipMap"), (MAIN, "Constant"), *OPERATORS}
+OPERATOR_TREES = (*TREES, ENSEMBLE)
+UNDERSTOOD = {
+    *((ML, each) for each in (*OPERATOR_TREES, "ZipMap")),
+    *((MAIN, each) for each in ("Constant", "Reshape")),
+    *OPERATORS,
+}
 OBSERVATION, SCORES, UNKNOWN = "the observation", "the tree's scores", "no value of this graph"
 GIVEN = "the tree's numbers"  # of a regressor, float32
-NEW_TREE = "TreeEnsemble"
-OLDER = "export it with ai.onnx.ml 3 (`maviper compile --target onnx-old`)"
-MAX_OPSET = 4  # of ai.onnx.ml; the operator ends there
+FLAT = "the tree's number, one for each observation"
+OLD_OPSETS, NEW_OPSETS = (1, 4), (5, 5)  # of ai.onnx.ml, in which the operators are
 MAX_WORK = 1 << 22  # columns of all operators together
 Value: TypeAlias = str | Columns | np.ndarray  # a text: in words what it is
 
@@ -59,7 +64,8 @@ def decision_tree(model: bytes, n_features: int = 0) -> OnnxTree:
     except Exception as error:  # ValidationError, or what the parser of types raises
         raise InputError("not a valid ONNX model", str(error)[:200], "export it again") from None
     found = _Flow(onnx, loaded.graph, n_features)
-    grown, labels, gives = grown_of(onnx, found.tree, found.double)
+    read = numbered_of if found.tree.op_type == ENSEMBLE else grown_of
+    grown, labels, gives = read(onnx, found.tree, found.double)
     n_columns = len(found.before) or found.width
     last = int(grown.feature.max())
     if 0 < n_columns <= last:
@@ -105,17 +111,17 @@ def _ensure_understood(loaded: Any) -> None:
         raise InputError("the model defines operators of its own", repr(loaded.functions[0].name), ADVICE)
     for node in loaded.graph.node:
         if _operator(node) not in UNDERSTOOD:
-            advice = OLDER if node.op_type == NEW_TREE else ADVICE
-            raise InputError(f"the model has a node that is not understood: {node.op_type!r}", shown(node), advice)
-    n_trees = sum(node.op_type in TREES for node in loaded.graph.node)
-    if n_trees != 1:
-        raise InputError(f"the model has {n_trees} nodes {' or '.join(TREES)}, one is needed", "", ADVICE)
+            raise InputError(f"the model has a node that is not understood: {node.op_type!r}", shown(node), ADVICE)
+    trees = [node.op_type for node in loaded.graph.node if node.op_type in OPERATOR_TREES]
+    if len(trees) != 1:
+        what = f"the model has {len(trees)} nodes {' or '.join(OPERATOR_TREES)}, one is needed"
+        raise InputError(what, "", ADVICE)
     versions = {each.version for each in loaded.opset_import if each.domain == ML}
-    if len(versions) != 1 or not 1 <= min(versions) <= MAX_OPSET:
+    least, most = NEW_OPSETS if trees == [ENSEMBLE] else OLD_OPSETS
+    if len(versions) != 1 or not least <= min(versions) <= most:
         found = ", ".join(map(str, sorted(versions))) or "none"
-        raise InputError(
-            f"version {found} of {ML} is not supported; 1 to {MAX_OPSET} are", "opset_import", "export it again"
-        )
+        what = f"version {found} of {ML} is not supported; {least} to {most} are"
+        raise InputError(what, "opset_import", "export it again")
 
 
 class _Flow:
@@ -128,7 +134,7 @@ class _Flow:
         self.before: Columns = ()  # what the tree is given; (): the observation itself
         self.double = False  # whether observations are float64
         self.nan = True  # whether it is known what becomes of a NaN
-        self.tree: Any = next(node for node in graph.node if node.op_type in TREES)
+        self.tree: Any = next(node for node in graph.node if node.op_type in OPERATOR_TREES)
         self.values: dict[str, Value] = {}
         for tensor in graph.initializer:
             self.values[tensor.name] = self.array(tensor, tensor.name)
@@ -178,9 +184,9 @@ class _Flow:
         """The name of an output that is the label. InputError for outputs that are something else."""
         found = {each.name: self.values.get(each.name, UNKNOWN) for each in graph.output}
         for name, value in found.items():
-            if not isinstance(value, str) or value not in (SCORES, GIVEN, *LABELS.values()):
+            if not isinstance(value, str) or value not in (SCORES, GIVEN, FLAT, *LABELS.values()):
                 raise InputError(f"an output of the model is {_words(value)}", repr(name), ADVICE)
-        label = next((name for name, value in found.items() if value in (GIVEN, *LABELS.values())), None)
+        label = next((name for name, value in found.items() if value in (GIVEN, FLAT, *LABELS.values())), None)
         if label is None:
             raise InputError("no output of the model is the tree's label", "graph.output", ADVICE)
         return label
@@ -192,8 +198,10 @@ class _Flow:
             return [self.constant(node, attributes)]
         given = [self.values.get(name, UNKNOWN) if name else None for name in node.input]
         texts = [each for each in given if isinstance(each, str)]
-        if node.op_type in TREES:
+        if node.op_type in OPERATOR_TREES:
             return self.decided(node, attributes, given)
+        if node.op_type == "Reshape" and _flattens(given):
+            return [FLAT]
         if not texts and _operator(node) in OPERATORS and len(node.output) == 1:
             return [self.columns(node, attributes, given)]
         if len(given) != 1 or not texts:
@@ -234,6 +242,8 @@ class _Flow:
             self.before = () if value == untouched else value
         if node.op_type == REGRESSOR:
             return [GIVEN]
+        if node.op_type == ENSEMBLE:
+            return [NUMBER]
         kinds = [words for name, words in LABELS.items() if name in attributes]
         return [*(kinds or [UNKNOWN]), SCORES]
 
@@ -247,12 +257,21 @@ class _Flow:
             raise InputError(what, shown(node), "give their names")
         if node.op_type == "Identity" or (node.op_type in ("ZipMap", "Cast") and origin == SCORES):
             return origin
+        if node.op_type == "Cast" and origin == NUMBER and _type(self.onnx, attributes["to"]) == "INT64":
+            return WHOLE
         if node.op_type == "Cast" and origin in LABELS.values():
             to = _type(self.onnx, attributes["to"])
             if origin.endswith(f", {to}"):
                 return origin
             raise InputError(f"a Cast makes {to} of {origin}", shown(node), "export the label as it is")
         raise InputError(f"a node works on {origin}: {node.op_type!r}", shown(node), ADVICE)
+
+
+def _flattens(given: Sequence[Any]) -> bool:
+    """Whether a Reshape makes one axis of the tree's whole numbers."""
+    if len(given) != len(("data", "shape")) or not isinstance(given[1], np.ndarray):
+        return False
+    return isinstance(given[0], str) and given[0] == WHOLE and given[1].tolist() == [-1]
 
 
 def _words(value: Value) -> str:
