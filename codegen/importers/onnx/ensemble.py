@@ -82,8 +82,7 @@ def _grown(given: dict[str, Any], actions: Int32, node: Any) -> GrownTree:
         return GrownTree(np.array([NO_FEATURE]), np.zeros(1), np.array([NO_CHILD]), np.array([NO_CHILD]), actions)
     if not within or Counter([*left.tolist(), *right.tolist()]) != Counter(range(1, n + n_leaves)):
         raise InputError("the nodes do not form a tree", shown(node), "export it again")
-    below = neighbour(splits, -np.inf, FLOAT64)
-    threshold = cast("Any", np.where(cast("Any", modes == LESS), below, splits))
+    threshold = cast("Any", np.where(modes == LESS, neighbour(splits, -np.inf, FLOAT64), splits))
     none, zero = np.full(n_leaves, NO_CHILD), np.zeros(n_leaves)
     return GrownTree(
         np.concatenate([features, np.full(n_leaves, NO_FEATURE)]),

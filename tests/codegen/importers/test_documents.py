@@ -228,7 +228,7 @@ def permitted(node, row):
 PREFER = ("right", "up", "left", "stay")
 
 
-@pytest.mark.parametrize("count", [15, pytest.param(1_000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [6, pytest.param(1_000, marks=pytest.mark.slow)])
 def test_linear_predicates_and_preferred_actions(count):
     for seed in range(count):
         rng = np.random.default_rng(seed)
@@ -278,7 +278,7 @@ def test_damaged_linear_predicates_are_refused(side):
         from_dtcontrol(json.dumps(tree).encode(), "default.json")
 
 
-@pytest.mark.parametrize("count", [6, pytest.param(300, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [3, pytest.param(300, marks=pytest.mark.slow)])
 def test_treelites_regressors(count):
     treelite = pytest.importorskip("treelite", reason="treelite is not installed")
     for seed in range(count):

@@ -16,7 +16,7 @@ from codegen.importers.products import Product, Tree
 
 pytestmark = pytest.mark.interop
 FULL = [pytest.mark.full, pytest.mark.timeout(3_600)]
-COUNTS = [6, pytest.param(150, marks=pytest.mark.slow), pytest.param(1_000, marks=FULL)]
+COUNTS = [3, pytest.param(150, marks=pytest.mark.slow), pytest.param(1_000, marks=FULL)]
 ROWS = 400  # of those at thresholds and neighbours, beside random ones
 
 

@@ -40,7 +40,7 @@ def agrees(profile):
     assert {item.agent for item in report.agreements} == {policy.agent for policy in profile.agents}
 
 
-@settings(max_examples=10)
+@settings(max_examples=5)
 @given(profiles())
 def test_random_profiles_agree(profile):
     agrees(profile)
