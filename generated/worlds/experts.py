@@ -97,5 +97,19 @@ def tanks() -> Script:
     return _script("tanks", valve=lambda of: (of["lower"] + (of["upper"] - 0.5) / 2 < 0.6).astype(int))
 
 
+def pendulum_v1() -> Script:
+    """It pushes against where the pole will be in 0.3 s, and not at all where that is small."""
+    return _script("pendulum_v1", agent=lambda of: 1 - (of["ahead"] > 0.02).astype(int) + (of["ahead"] < -0.02))
+
+
+def pendulum_v1_environment() -> Any:
+    """Gymnasium's Pendulum-v1 with one of three torques, which `pendulum_v1.toml` states."""
+    import gymnasium
+
+    torques = np.array([[-2.0], [0.0], [2.0]], dtype=np.float32)
+    env = gymnasium.make("Pendulum-v1")
+    return gymnasium.wrappers.TransformAction(env, lambda action: torques[action], gymnasium.spaces.Discrete(3))
+
+
 def _script(name: str, **rules: Rule) -> Script:
     return Script(find(f"system:{name}.toml"), rules)

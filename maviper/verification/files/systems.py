@@ -90,7 +90,7 @@ def checked(path: Path, profile: PolicyProfile | Path | None, world: Path | None
     except RejectedError as error:
         advice = "do not rely on it; run `maviper verify` again"
         raise RefusedError("an enclosure of the claim is refused", f"{path}: {shown(error)}", advice) from None
-    said = curve or f"{sentence(found.claim, statement, about)}, {report.sentence(statement.system)}"
+    said = f"{curve or sentence(found.claim, statement, about)}, {report.sentence(statement.system)}"
     return f"{called(found.claim)}: {said}", closed, found.size, found.unit
 
 
