@@ -11,8 +11,8 @@ WORLDS = Path(__file__).parents[3] / "generated" / "worlds"
 CLAIMS = """
 [[property]]
 label = "it pushes after a pole that falls further"
-formula = "angle*spin > 0.1 and angle > 0 implies acts(cart) == right"
-cuts = { angle = 20, spin = 20 }
+formula = "angle*spin > 0.5 and angle > 0 implies acts(cart) == right"
+cuts = { angle = 10, spin = 10 }
 
 [[property]]
 label = "to any side"
@@ -41,7 +41,7 @@ def test_verdicts_and_what_helps(answered):
     assert code == ExitCode.VIOLATED
     for words in (
         "1. it pushes after a pole that falls further: PROVED",
-        "formula    angle*spin > 0.1 and angle > 0 implies acts(cart) == right",
+        "formula    angle*spin > 0.5 and angle > 0 implies acts(cart) == right",
         "2. to any side: VIOLATED",
         "3. too fine for such wide cells: UNKNOWN",
         "holds or fails within what the enclosures of its products and functions leave open",
@@ -55,7 +55,7 @@ def test_a_certificate_is_checked_with_its_enclosures(answered, capsys):
     (certificate,) = out.glob("certificate-*.json")
     assert command(["check", str(certificate)]) == ExitCode.DONE
     told = capsys.readouterr().out
-    assert "angle*spin > 0.1 and angle > 0 implies acts(cart) == right, by 400 enclosures shown again" in told
+    assert "angle*spin > 0.5 and angle > 0 implies acts(cart) == right, by 100 enclosures shown again" in told
 
 
 def test_without_the_file_of_claims_a_check_says_what_was_proved_alone(answered, capsys):
@@ -63,7 +63,7 @@ def test_without_the_file_of_claims_a_check_says_what_was_proved_alone(answered,
     (certificate,) = out.glob("certificate-*.json")
     claims = out / "properties.toml"
     text = claims.read_text()
-    claims.write_text(text.replace("angle*spin > 0.1 and angle", "angle*spin > 0.2 and angle"))
+    claims.write_text(text.replace("angle*spin > 0.5 and angle", "angle*spin > 0.6 and angle"))
     try:
         assert command(["check", str(certificate)]) == ExitCode.DONE
         assert "enclosures shown again" not in capsys.readouterr().out
