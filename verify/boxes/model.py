@@ -15,6 +15,7 @@ import numpy as np
 
 from codegen.floats import FLOAT32, nearest_double, neighbour
 from codegen.ir import NO_FEATURE, AgentPolicy, Float64, Int64, PolicyProfile
+from verify.boxes.leaf_cells import MAX_LEAVES, LeafCells, SingleTests
 from verify.boxes.rows import Half, Rows, joined
 from verify.systems.system import Affine, HalfSpace, Measure, Piece, Polytope, System
 
@@ -54,6 +55,9 @@ class ModelTree:
                 least, most = map(nearest_double, feature.bounds)
                 end = inf if end >= most else -inf if end < least else end
             self._test(node, feature.form, end, columns)
+        tests = SingleTests(self._leaf, self._action, self._column, self._end, self._low, self._high)
+        single = not self._halves and int(self._leaf.sum()) <= MAX_LEAVES
+        self._cells = LeafCells(tests, len(columns)) if single else None
 
     def _equal(self, node: int, form: Affine, threshold: float, columns: Mapping[str, int]) -> None:
         """A test whether a form is 0: below 0, then above 0 by a node behind all others."""
@@ -94,6 +98,8 @@ class ModelTree:
 
     def acted(self, rows: Rows) -> Rows:
         """The boxes cut at the tests, with the action as one more digit of the joint one."""
+        if self._cells is not None:
+            return self._cells.met(rows, self.actions)
         found, here = [rows.at(np.zeros(0, dtype=np.int64))], _NodeRows(rows, np.zeros(rows.size, dtype=np.int64))
         while len(here.node):
             leaf = self._leaf[here.node]
@@ -133,7 +139,7 @@ def _end(threshold: float, numbers: str) -> float:
 
 
 class _Moves(NamedTuple):
-    """What one joint action does in a piece: [d, d] factors, and bounds of what is added, [d]."""
+    """What a joint action does in a piece: [d, d] factors, and bounds of what is added, [d], or of each box, [n, d]."""
 
     matrix: Float64
     low: Float64
@@ -190,13 +196,22 @@ class Model:
         return joined(found)
 
     def _moved(self, rows: Rows, number: int) -> Rows:
-        moved = [self._by(rows.at(rows.joint == joint), number, int(joint)) for joint in np.unique(rows.joint)]
-        return joined(moved) if moved else rows
+        if not rows.size:
+            return rows
+        joints, of = np.unique(rows.joint, return_inverse=True)
+        moves = [self._by(number, int(joint)) for joint in joints]
+        if all(np.array_equal(each.matrix, moves[0].matrix) for each in moves):  # actions add numbers alone
+            low, high = np.array([each.low for each in moves]), np.array([each.high for each in moves])
+            return self._shifted(rows, _Moves(moves[0].matrix, low[of], high[of]))
+        return joined([self._shifted(rows.at(of == place), each) for place, each in enumerate(moves)])
 
-    def _by(self, rows: Rows, number: int, joint: int) -> Rows:
+    def _by(self, number: int, joint: int) -> _Moves:
         if (number, joint) not in self._known:
             self._known[number, joint] = self._moves(self._pieces[number], joint)
-        moves = self._known[number, joint]
+        return self._known[number, joint]
+
+    @staticmethod
+    def _shifted(rows: Rows, moves: _Moves) -> Rows:
         up, down = np.maximum(moves.matrix, 0.0).T, np.minimum(moves.matrix, 0.0).T
         low = rows.low @ up + rows.high @ down + moves.low
         high = rows.high @ up + rows.low @ down + moves.high

@@ -59,6 +59,10 @@ class Half:
         }  # some are too small for a float
         self._end = end
 
+    def holds_all(self, low: Sequence[float], high: Sequence[float]) -> bool:
+        """Whether a box lies in it wholly, bounds by column."""
+        return sum(weight * (high if weight > 0 else low)[at] for at, weight in self._weights.items()) <= self._end
+
     def opposite(self) -> Half:
         """All other states, and the border."""
         return Half({column: -weight for column, weight in self._weights.items()}, -self._end)

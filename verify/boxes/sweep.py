@@ -179,8 +179,11 @@ def _within(rows: Rows, region: list[Half]) -> Rows:
 
 def _outside(rows: Rows, region: list[Half]) -> Rows:
     found = [rows.at(slice(0, 0))]
+    if not rows.size:
+        return rows
+    low, high = rows.low.min(axis=0).tolist(), rows.high.max(axis=0).tolist()
     for half in region:
-        if not half.holds(rows).all():
+        if not half.holds_all(low, high):
             found.append(_strictly(half.opposite().of(rows), half))
             rows = half.of(rows)
     return joined(found)
