@@ -75,7 +75,8 @@ def _lasting(certificate: InvariantCertificate) -> tuple[str, dict[str, Any]]:
 
 
 def _cut_region(one: InvariantRegion) -> dict[str, Any]:
-    return {"region": _region_document(one.region), "cuts": proof_lines(one.cuts)}
+    walk = {} if one.walk is None else {"walk": proof_lines(one.walk)}
+    return {"region": _region_document(one.region), "cuts": proof_lines(one.cuts), **walk}
 
 
 def _numbers_document(numbers: Mapping[str, Fraction]) -> dict[str, str]:

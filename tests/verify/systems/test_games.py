@@ -11,10 +11,13 @@ from tests.support.episode_cases import arriving
 from tests.support.game_files import world_file
 from tests.support.system_cases import decided
 from tests.support.teams import STAY, team, tree
+from verify.checker.reading import RejectedError
 from verify.claims.catalogue import find_claim
 from verify.claims.uncertified.starts import everywhere
 from verify.episodes.composition import decide as decided_by_zones
 from verify.question import Budgets, Question
+from verify.reach.forever.cells import Approach
+from verify.reach.forever.regions import RegionSearch
 from verify.result import Verdict
 from verify.subjects import Game
 from verify.systems.claims import Pattern, SystemClaim
@@ -113,3 +116,52 @@ def test_what_is_no_such_file(profile):
             region,
             "landmark_0",
         )
+
+
+# --- for ever
+
+ARENA = F(3)
+FASTEST, COASTING = F(2), F(2, 5)  # the top speed, and how far an agent coasts for each unit of speed
+
+
+def between(low, high, **terms):
+    """The half spaces of a sum between two numbers."""
+    total = Affine.of({name.replace("__", "."): F(factor) for name, factor in terms.items()})
+    return (HalfSpace(total.plus(Affine((), -high))), HalfSpace(Affine().plus(total, F(-1)).plus(Affine((), low))))
+
+
+def in_the_arena(agent, axis, edge):
+    """That an agent stays in the arena for ever, and why: where it would come to rest lies within an edge."""
+    place, speed = f"{agent}__{axis}", f"{agent}__v{axis}"
+    far = edge + COASTING * FASTEST
+    invariant = [*between(-edge, edge, **{place: 1, speed: COASTING}), *between(-FASTEST, FASTEST, **{speed: 1})]
+    invariant += between(-far, far, **{place: 1})
+    for mark in ("landmark_0", "landmark_1"):
+        invariant += between(F(-1), F(1), **{f"{mark}__{axis}": 1})
+    region = between(-ARENA, ARENA, **{place: 1})
+    return SystemClaim(Pattern.ALWAYS, (region,), 60, invariant=(tuple(invariant),))
+
+
+def system_of(profile, goal="landmark_0"):
+    return statement_of(world_file(profile, everywhere(profile), goal), "game.toml").system
+
+
+def test_an_extracted_team_stays_in_the_arena_for_ever(profile):
+    """Whatever all others do, from everywhere: beyond the landmarks the trees never push outwards."""
+    for goal, agent, axis in (("landmark_0", "agent_0", "x"), ("landmark_1", "agent_1", "y")):
+        claim = in_the_arena(agent, axis, F(11, 5))
+        (found,) = decided(profile, system_of(profile, goal), [claim], Budgets(max_boxes=4_000))
+        assert found.verdict is Verdict.PROVED
+        (part,) = found.certificate.parts
+        assert part.regions[0].walk is not None and found.certificate.accepted(profile, system_of(profile, goal)) > 0
+
+
+def test_a_team_that_leaves_the_arena(profile):
+    """Pushed to the right for ever, nobody stays; an edge that is too near is no invariant."""
+    right = [action.name for action in profile.policy("agent_0").actions].index("right")
+    runaway = team(profile, tree(right), tree(STAY))
+    (found,) = decided(runaway, system_of(runaway), [in_the_arena("agent_0", "x", F(11, 5))])
+    assert found.verdict is Verdict.VIOLATED and abs(found.counterexample.states[-1]["agent_0.x"]) > ARENA
+    near = in_the_arena("agent_0", "x", F(11, 10))
+    with pytest.raises(RejectedError, match="may leave"):
+        RegionSearch(profile, system_of(profile), near, near.invariant, 400).walked([Approach()])

@@ -28,7 +28,8 @@ from verify.checker.covers.invariants import MAX_SPAN, MAX_STEPS, InvariantSweep
 from verify.checker.covers.rounding import floor
 from verify.checker.envelope import REMAKE, ensure_whole, numbers, read_proof, undamaged
 from verify.checker.reading import RejectedError
-from verify.checker.systems.certificates import SystemClaimJson, ensure_asked, read_claim, read_region
+from verify.checker.systems.certificates import BITS, SystemClaimJson, ensure_asked, read_claim, read_region
+from verify.checker.systems.walk import FollowedPart, Proof, SystemQuestions
 from verify.claims.formula_json import read_number
 from verify.systems.claims import SystemClaim
 from verify.systems.system import Polytope, System, ensure_in_steps
@@ -41,10 +42,11 @@ WHOLE = bytes(1)  # cuts of a set that is not cut
 
 
 class InvariantRegion(NamedTuple):
-    """A region of an invariant, and how it is cut."""
+    """A region of an invariant, and how it is cut. `walk`: the proof of one step from it; None: boxes show it."""
 
     region: Polytope
     cuts: bytes
+    walk: bytes | None = None
 
 
 class InvariantPart(NamedTuple):
@@ -82,8 +84,9 @@ class InvariantCertificate:
 
     @property
     def size(self) -> int:
-        """Bytes of the cells and cuts."""
-        return sum(len(each) for part in self.parts for each in (part.cells, *(one.cuts for one in part.regions)))
+        """Bytes of the cells, cuts and walks."""
+        of_regions = [each.cuts + (each.walk or b"") for part in self.parts for each in part.regions]
+        return sum(map(len, (*(part.cells for part in self.parts), *of_regions)))
 
     @property
     def made_of(self) -> dict[str, Any]:
@@ -95,7 +98,10 @@ class InvariantCertificate:
         parts = [
             part._replace(
                 cells=reader(part.cells) if part.cells else part.cells,
-                regions=tuple(each._replace(cuts=reader(each.cuts)) for each in part.regions),
+                regions=tuple(
+                    each._replace(cuts=reader(each.cuts), walk=None if each.walk is None else reader(each.walk))
+                    for each in part.regions
+                ),
             )
             for part in self.parts
         ]
@@ -145,14 +151,26 @@ def _checked(
     start = list(numbers(part.cuts))
     if part.regions:
         regions = [each.region for each in part.regions]
-        by_regions = RegionSweep(profile, system, claim, regions, part.steps)
+        walks = [each.walk for each in part.regions if each.walk is not None]
+        if walks and (len(walks) < len(regions) or part.steps != 1):
+            raise RejectedError("one step is walked from all regions, or from none")
+        by_regions = RegionSweep(profile, system, claim, regions, 0 if walks else part.steps)
         cuts = [list(numbers(each.cuts)) for each in part.regions]
         arriving = by_regions.motion.arriving(start, joined)
-        return by_regions.check(arriving, cuts), by_regions.motion.shows
+        closed = sum(_walked(profile, *by_regions.one_step(number), walk) for number, walk in enumerate(walks))
+        return by_regions.check(arriving, cuts) + closed, by_regions.motion.shows
     sweep = InvariantSweep(profile, system, claim, {name: floor(width) for name, width in part.widths.items()})
     cells = read_cells(numbers(part.cells), len(part.widths))
     sweep.check(sweep.motion.arriving(start, joined), cells, part.steps, seen)
     return len(cells), sweep.motion.shows
+
+
+def _walked(profile: PolicyProfile, begun: System, claim: SystemClaim, part: FollowedPart, walk: bytes) -> int:
+    """How many branches a proof of one step closes. RejectedError where it does not hold."""
+    proof = Proof(numbers(walk, BITS))
+    SystemQuestions(profile, begun, claim, part, proof).run()
+    proof.ensure_read()
+    return proof.closed
 
 
 def read_cells(given: Iterator[int], variables: int) -> Int64:
@@ -183,11 +201,12 @@ def _digits(keys: Int64, lows: Sequence[int], spans: Sequence[int]) -> Int64:
 # --- the text
 
 
-class InvariantRegionJson(msgspec.Struct, forbid_unknown_fields=True):
+class InvariantRegionJson(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
     """A region of a part, in text."""
 
     region: list[dict[str, Any]]
     cuts: list[str]
+    walk: list[str] | None = None
 
 
 class InvariantPartJson(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
@@ -231,7 +250,12 @@ def _read_numbers(texts: Mapping[str, str]) -> dict[str, Fraction]:
 
 
 def _read_part(raw: InvariantPartJson) -> InvariantPart:
-    regions = [InvariantRegion(read_region(each.region), read_proof(each.cuts, "$.parts")) for each in raw.regions]
+    regions = list(map(_read_region, raw.regions))
     cuts = read_proof(raw.cuts, "$.parts") or WHOLE
     cells, joined = read_proof(raw.cells, "$.parts"), _read_numbers(raw.joined)
     return InvariantPart(_read_numbers(raw.widths), raw.steps, cells, tuple(regions), cuts, joined)
+
+
+def _read_region(raw: InvariantRegionJson) -> InvariantRegion:
+    walk = None if raw.walk is None else read_proof(raw.walk, "$.parts")
+    return InvariantRegion(read_region(raw.region), read_proof(raw.cuts, "$.parts"), walk)

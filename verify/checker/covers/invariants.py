@@ -14,7 +14,8 @@ then by induction all states from that step on meet the claim.
 
 Regions: all of their states meet the claim. If the states at the claim's first step and at those after it, `steps` in
 all, lie in the regions, and if after `steps` states in a row that do so comes another one, then by induction all states
-from that first step on lie in the regions (k-induction).
+from that first step on lie in the regions (k-induction). Boxes show the last of these, or a walk of one step by exact
+rows does (systems/walk.py), where a border of a region is met exactly.
 
 States outside of the regions that a claim assumes are dropped wherever they are met.
 """
@@ -38,7 +39,9 @@ from verify.checker.covers.rounding import ensure_arithmetic
 from verify.checker.covers.stated import StatedStates
 from verify.checker.covers.trees import TreeCuts, decided
 from verify.checker.reading import RejectedError
-from verify.systems.claims import SystemClaim
+from verify.checker.systems.certificates import needs_stated
+from verify.checker.systems.walk import FollowedPart, ways
+from verify.systems.claims import Pattern, SystemClaim
 from verify.systems.system import HalfSpace, Interval, Polytope, System
 
 MAX_STEPS = 8  # out of the list, or in the regions
@@ -226,7 +229,8 @@ class Known:
 
 class RegionSweep:
     """Regions, moved: whether `steps` states in a row in them are followed by another one. What is followed are the
-    variables that they name. RejectedError as of `FollowedMotion`, and for a region that does not bound each of these.
+    variables that they name; 0 `steps`: what follows is shown elsewhere. RejectedError as of `FollowedMotion`, and for
+    a region that does not bound each of these.
     """
 
     def __init__(
@@ -235,8 +239,9 @@ class RegionSweep:
         names = {name for region in regions for half in region for name in names_of(half)}
         self.motion = FollowedMotion(profile, system, claim, names)
         self.regions = [RegionCut(list(map(linear, region)), self.motion.columns) for region in regions]
-        self.parts = [Parts(_bounded(system, region, names)) for region in regions]
-        self._steps = steps
+        self._begun = [_bounded(system, region, names) for region in regions]
+        self.parts = [Parts(begun) for begun in self._begun]
+        self._all, self._names, self._steps = tuple(regions), names, steps
 
     def check(self, arriving: Iterator[BoxList], cuts: Sequence[Sequence[int]]) -> int:
         """How many boxes were asked about. `arriving`: at the claim's first step; `cuts`: of each region. RejectedError
@@ -244,7 +249,7 @@ class RegionSweep:
         """
         with np.errstate(all="ignore"):
             for boxes in arriving:
-                for step in range(self._steps):
+                for step in range(max(self._steps, 1)):
                     boxes = self.motion.moved(boxes) if step else boxes
                     if outside_of(self.regions, boxes).size:
                         raise RejectedError("the invariant does not hold all states at the first steps")
@@ -260,6 +265,8 @@ class RegionSweep:
         """The parts of which states may break the claim or leave the regions. RejectedError for infinite bounds."""
         boxes = self.motion.by_modes(self.motion.spoken_of(boxes))
         open_ = [self.motion.broken(boxes).part]
+        if not self._steps:
+            return np.unique(open_[0])
         for step in range(1, self._steps + 1):
             unknown = self.motion.unstated(boxes)
             open_.append(boxes.part[unknown])
@@ -267,6 +274,12 @@ class RegionSweep:
             if step < self._steps:
                 boxes = together([region.within(boxes) for region in self.regions])
         return np.unique(np.concatenate([*open_, outside_of(self.regions, boxes).part]))
+
+    def one_step(self, number: int) -> tuple[System, SystemClaim, FollowedPart]:
+        """A region as the start of a system, that one step of it ends in the regions, and what a proof of that is."""
+        begun, claim = self._begun[number], SystemClaim(Pattern.STAYS_IN, self._all, 1)
+        followed = tuple(one.name for one in begun.variables if one.name in self._names)
+        return begun, claim, FollowedPart(followed, tuple(range(ways(claim) + needs_stated(claim, begun))))
 
 
 def outside_of(regions: Sequence[RegionCut], boxes: BoxList) -> BoxList:

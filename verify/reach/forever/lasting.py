@@ -16,7 +16,7 @@ from codegen.policy_json import content_hash
 from verify.checker.covers.forever import InvariantCertificate, InvariantPart, accepted
 from verify.checker.covers.invariants import names_of
 from verify.checker.reading import RejectedError
-from verify.reach.forever.cells import CellSearch
+from verify.reach.forever.cells import Approach, CellSearch
 from verify.reach.forever.leaving import LeftError
 from verify.reach.forever.regions import RegionSearch
 from verify.reach.results import NO_STATE, ROOM, OpenState, ReachOutcome
@@ -51,7 +51,7 @@ class InvariantSearch:
     def found(self) -> Iterator[tuple[InvariantPart, ...]]:
         """Lists of parts, each of which may show the whole claim, in the order in which they are tried."""
         if self.claim.invariant:
-            part = self._of_regions(self.claim.invariant, IN_A_ROW, self._most)
+            part = self._walked(self.claim.invariant) or self._of_regions(self.claim.invariant, IN_A_ROW, self._most)
             self.given, self.left = self.left, None
             if part is not None:
                 yield (part,)
@@ -72,10 +72,23 @@ class InvariantSearch:
         later = usable and found is None
         return self._of_regions(asked, IN_A_ROW[1:], self._most // SHARE) if later else found
 
+    def _walked(self, regions: Sequence[Polytope]) -> InvariantPart | None:
+        """Regions as an invariant, where exact rows show one step from them."""
+        search = RegionSearch(self._profile, self.system, self.claim, regions, min(FEW, self._most))
+        try:
+            return search.walked(self._approaches(regions))
+        except RejectedError:
+            return None
+        finally:
+            self._by_regions += search.spent
+
+    def _approaches(self, regions: Sequence[Polytope]) -> list[Approach]:
+        named = {name for region in regions for half in region for name in names_of(half)}
+        return self._cells.approaches([one.name for one in self.system.variables if one.name in named])
+
     def _of_regions(self, regions: Sequence[Polytope], in_a_row: Sequence[int], most: int) -> InvariantPart | None:
         """Regions as an invariant, where they are one."""
-        named = {name for region in regions for half in region for name in names_of(half)}
-        approaches = self._cells.approaches([one.name for one in self.system.variables if one.name in named])
+        approaches = self._approaches(regions)
         for steps in in_a_row:
             search = RegionSearch(self._profile, self.system, self.claim, regions, most)
             try:

@@ -20,16 +20,20 @@ from verify.checker.covers.forever import InvariantPart, InvariantRegion
 from verify.checker.covers.invariants import RegionSweep, outside_of
 from verify.checker.covers.parts import StartBox, halves
 from verify.checker.reading import RejectedError
+from verify.checker.systems.rows import Branch
 from verify.claims.formula import conjunction, disjunction, holds
 from verify.progress import tell
 from verify.reach.forever.cells import Approach, arrived, bounds_of
 from verify.reach.forever.leaving import LeftError
 from verify.reach.replay import piece_of
+from verify.reach.search import ReachBudgetError, SystemProver
+from verify.reach.unfolding import Unfolding
 from verify.systems.claims import SystemClaim, atom
 from verify.systems.observing import chosen
 from verify.systems.system import Polytope, System
 
 MAX_PARTS = 1 << 14  # of one region
+MAX_STATES, MAX_PROGRAMS = 400, 1_500  # symbolic states and linear programs of one step from one region
 PLAYED, CORNERS = 2, 16  # parts of one level of which some states are played; corners of these
 ENDS = (Fraction(0), Fraction(-(10**18)), Fraction(10**18))  # of errors, each cut to its bounds
 State = Mapping[str, Fraction]
@@ -76,6 +80,25 @@ class RegionSearch:
         regions = tuple(map(InvariantRegion, self._regions, cuts))
         return InvariantPart({}, steps, b"", regions, approach.cuts, approach.joined)
 
+    def walked(self, approaches: Sequence[Approach]) -> InvariantPart:
+        """The same where one step is followed by exact rows. LeftError, RejectedError."""
+        sweep = RegionSweep(self._profile, self._system, self._claim, self._regions, 0)
+        with np.errstate(all="ignore"):
+            approach = self._approach(sweep, 1, approaches)
+            cuts = [self._cuts(sweep, number, 1) for number in range(len(self._regions))]
+        walks = [self._walk(sweep, number) for number in range(len(self._regions))]
+        regions = tuple(map(InvariantRegion, self._regions, cuts, walks))
+        return InvariantPart({}, 1, b"", regions, approach.cuts, approach.joined)
+
+    def _walk(self, sweep: RegionSweep, number: int) -> bytes:
+        """The proof of one step from a region. RejectedError where there is none."""
+        begun, claim, part = sweep.one_step(number)
+        prover = SystemProver(MAX_STATES, MAX_PROGRAMS, _refuse)
+        try:
+            return Unfolding(self._profile, begun, claim, part, prover).run(None).proof
+        except ReachBudgetError:
+            raise RejectedError("one step takes too many symbolic states") from None
+
     def _approach(self, sweep: RegionSweep, steps: int, approaches: Sequence[Approach]) -> Approach:
         """The first way to the first step that ends in the regions. LeftError, RejectedError of the last one."""
         for approach in approaches[:-1]:
@@ -109,7 +132,7 @@ class RegionSearch:
             open_ = [open_[place] for place in np.flatnonzero(left)]
             self._ensure_none_leaves(open_, steps)
             count += len(open_)
-            if count > MAX_PARTS or self.spent > self._most:
+            if open_ and (count > MAX_PARTS or self.spent > self._most):
                 raise self._leaving(sweep, number, open_[0])
             for node in open_:
                 node.column = self._column(sweep, node.box, whole)
@@ -181,6 +204,10 @@ class RegionSearch:
             error = {name: min(max(end, low), high) for name, (low, high) in piece.error.items()}
             states.append(piece.step(here, joint, error))
         return None
+
+
+def _refuse(branch: Branch, stated: bool) -> None:
+    raise RejectedError("a step may leave the regions")
 
 
 def _points(box: StartBox) -> Iterator[Float64]:

@@ -59,6 +59,7 @@ def test_a_given_invariant():
     assert found.verdict is Verdict.PROVED
     (part,) = found.certificate.parts
     assert part.regions[0].region == BOX and part.steps == 1 and not part.cells
+    assert part.regions[0].walk is not None
     halves = box(x=(F(-1), F(0)), y=(F(-1), F(1))), box(x=(F(0), F(1)), y=(F(-1), F(1)))
     found = answered(turning(), ever(WIDE, invariant=halves))
     assert len(found.certificate.parts[0].regions) == 2
@@ -110,6 +111,26 @@ def test_many_coupled_variables_need_a_region():
     system = System("coupled", variables, {"a": {}}, whole, (Piece({}, move),), 9)
     found = answered((system, team(policy("a", [], ["rest"], 0))), ever(whole))
     assert found.verdict is Verdict.PROVED and found.boxes < 100
+
+
+def test_a_border_that_is_met_exactly():
+    """What rests stays where it is, so the border of a region is met exactly: exact rows show that, boxes cannot."""
+    coasting = moving(form(x=1, y=F(1, 10)), form(y=F(3, 4)))
+    halves = [HalfSpace(form(-2, x=sign, y=sign * F(2, 5))) for sign in (1, -1)]
+    region = (*box(x=(F(-14, 5), F(14, 5)), y=(F(-2), F(2))), *halves)
+    claim = ever(box(x=(F(-3), F(3))), invariant=(region,))
+    found = answered(coasting, claim)
+    assert found.verdict is Verdict.PROVED and from_json(to_json(found.certificate)) == found.certificate
+    (part,) = found.certificate.parts
+    assert part.regions[0].walk
+    (one,) = part.regions
+    for steps, regions in (
+        (2, (one,)), (1, (one, one._replace(walk=None))), (1, (one._replace(walk=None),)),
+        (1, (one._replace(walk=b"\0"),)), (1, (one._replace(region=region[:-1]),)),
+    ):  # fmt: skip
+        with pytest.raises(RejectedError):
+            made = replace(found.certificate, parts=(part._replace(steps=steps, regions=regions),))
+            accepted(made, coasting[1], coasting[0])
 
 
 # --- a later step, and what is assumed
