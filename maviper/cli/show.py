@@ -93,9 +93,12 @@ def show(
 @click.command(cls=Verb, example="maviper play demo/profile.json")
 @PROFILE
 @WORLD
+@option("--certificate", type=PATH, default=None, help="Show its claim first, and what a monitor of its proof says.")
 @option("-o", "--output", type=PATH, default=None, help="The page (default: play.html beside the profile).")
 @click.pass_context
-def play(context: click.Context, profile: Path, world: str | None, output: Path | None) -> int:
+def play(
+    context: click.Context, profile: Path, world: str | None, certificate: Path | None, output: Path | None
+) -> int:
     """Open a page that plays PROFILE in the browser.
 
     As `maviper show --format html`, with the page opened. Where no browser can be opened, the line names the file.
@@ -107,20 +110,25 @@ def play(context: click.Context, profile: Path, world: str | None, output: Path 
     from maviper.page.page import FILE
 
     loaded = load(profile)
-    written = _write(loaded, runs.ensure_other(output or profile.parent / FILE, [profile]), context, world)
+    file = runs.ensure_other(output or profile.parent / FILE, [profile])
+    written = _write(loaded, file, context, world, certificate)
     if not webbrowser.open(written.resolve().as_uri()):
         console_of(context).line("", "no browser could be opened: open the file in one")
     return ExitCode.DONE
 
 
-def _write(profile: "PolicyProfile", file: Path, context: click.Context, world: str | None) -> Path:
+def _write(
+    profile: "PolicyProfile", file: Path, context: click.Context, world: str | None, certificate: Path | None = None
+) -> Path:
     from maviper.evaluation.players import playing
     from maviper.files import runs
     from maviper.page.document import usual_claims
     from maviper.page.page import contents_of, page
+    from maviper.page.results import proved_claim
 
+    first = () if certificate is None else (proved_claim(profile, certificate),)
     played = None if world is None else playing(profile, world, "--world")
-    written = runs.write(file, page(profile, contents_of(profile, usual_claims(profile), played=played)))
+    written = runs.write(file, page(profile, contents_of(profile, (*first, *usual_claims(profile)), played=played)))
     console_of(context).line("page", str(written))
     return written
 

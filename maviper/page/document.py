@@ -19,6 +19,7 @@ from codegen import ir
 from codegen.errors import InputError
 from codegen.floats import deciding_double, rational_literal
 from codegen.policy_json import content_hash
+from codegen.region import RegionSpec
 from maviper.experts.network import ACTOR, LAYERS, VALUE, NetworkExpert
 from maviper.page.games import Recorded, about, shown_ranges
 from verify.claims.catalogue import NAMES, Claim, find_claim
@@ -36,10 +37,13 @@ MAX_ATOMS = 20_000  # of a formula that a page evaluates while somebody drags an
 
 @dataclass(frozen=True)
 class Shown:
-    """A claim on the page. `verdict`: in words, with the region that it is about; "" where nobody asked."""
+    """A claim on the page. `verdict`: in words, with the region that it is about; "" where nobody asked. `proved`: the
+    region, where a monitor can be made from the proof.
+    """
 
     claim: Claim
     verdict: str = ""
+    proved: RegionSpec | None = None
 
 
 @dataclass(frozen=True)
@@ -265,9 +269,19 @@ def _claim(profile: ir.PolicyProfile, shown: Shown) -> dict[str, Any]:
         "eps": None,
         "episode": None,
         "unjudged": "about no single state",
+        "region": None if shown.proved is None else _region(shown.proved),
     }
     judged = JUDGED.get(claim.kind)
     return found if judged is None else found | judged(profile, claim)
+
+
+def _region(spec: RegionSpec) -> dict[str, Any]:
+    """A region as a monitor compares it."""
+    return {
+        "bounds": [list(bound) for bound in spec.bounds()],
+        "apart": [list(pair) for pair in spec.distances()],
+        "goals": list(spec.goals),
+    }
 
 
 def _alike(profile: ir.PolicyProfile, second: Second | None) -> list[dict[str, Any]]:
@@ -281,7 +295,7 @@ def _alike(profile: ir.PolicyProfile, second: Second | None) -> list[dict[str, A
         for agent, place, verdict in zip(second.agents, places, second.verdicts, strict=True)
     ]
     everyone = [{"title": "all agents act alike", "alike": places, "verdict": ""}] if len(each) > 1 else []
-    unsaid: dict[str, Any] = {"name": ALIKE, "team": "", "formula": None, "eps": None, "episode": None}
+    unsaid: dict[str, Any] = {"name": ALIKE, "team": "", "formula": None, "eps": None, "episode": None, "region": None}
     said = "the same action in both profiles"
     return [unsaid | {"sentence": said, "unjudged": ""} | one for one in (*everyone, *each)]
 

@@ -6,10 +6,18 @@ Does not: decide.
 """
 
 from collections.abc import Sequence
+from pathlib import Path
 
 from codegen import ir
+from codegen.errors import InputError
+from codegen.region import RegionSpec
+from maviper.compilation.monitors import proved_by, spec_of
 from maviper.page.document import Shown, Stored
 from maviper.page.page import contents_of, page
+from verify.checker.decisions.certificates import Certificate, from_json
+from verify.claims.formula import agents
+from verify.claims.region import Region
+from verify.claims.uncertified.own import OwnFormula
 from verify.claims.uncertified.starts import START, called
 from verify.result import AnyResult, Verdict
 from verify.semantics import MACHINE
@@ -19,14 +27,35 @@ def page_of(profile: ir.PolicyProfile, results: Sequence[AnyResult]) -> str:
     """The page of a profile with these results; without those over observations, which are not about its states."""
     results = [one for one in results if one.viewed is None]
     states = [_stored(number, result) for number, result in enumerate(results)]
-    shown = tuple(Shown(result.claim, _verdict(profile, result)) for result in results)
+    shown = tuple(Shown(result.claim, _verdict(profile, result), _proved(result)) for result in results)
     return page(profile, contents_of(profile, shown, tuple(filter(None, states))))
 
 
+def proved_claim(profile: ir.PolicyProfile, certificate: Path) -> Shown:
+    """The claim of a certificate, with the region of its proof. InputError and RefusedError as for a monitor."""
+    proved = proved_by(certificate, profile)
+    if not isinstance(proved.region, RegionSpec):
+        what = "the certificate is about a stated system, whose states a page does not show"
+        raise InputError(what, str(certificate), "leave --certificate out; `maviper check` says what it proves")
+    found = from_json(certificate.read_bytes(), str(certificate))
+    claim = found.claim or OwnFormula(profile.policy(min(agents(found.formula))).team, statement=found.formula)
+    return Shown(claim, f"{Verdict.PROVED.value} in {_named(profile, found.region)}", proved.region)
+
+
+def _proved(result: AnyResult) -> RegionSpec | None:
+    """The region of a proof that a monitor can be made from."""
+    watched = result.verdict is Verdict.PROVED and result.semantics == MACHINE
+    return spec_of(result.region) if watched and isinstance(result.certificate, Certificate) else None
+
+
 def _verdict(profile: ir.PolicyProfile, result: AnyResult) -> str:
-    name = called(profile, result.region)
-    region = "the start region" if name == START else f"the region {name}" if name else "a region of its own"
-    return f"{result.verdict.value} in {region}" + ("" if result.semantics == MACHINE else ", in real arithmetic")
+    said = f"{result.verdict.value} in {_named(profile, result.region)}"
+    return said + ("" if result.semantics == MACHINE else ", in real arithmetic")
+
+
+def _named(profile: ir.PolicyProfile, region: Region) -> str:
+    name = called(profile, region)
+    return "the start region" if name == START else f"the region {name}" if name else "a region of its own"
 
 
 def _stored(number: int, result: AnyResult) -> Stored | None:

@@ -7,6 +7,8 @@
   const get = (id) => document.getElementById(id);
   const placed = entities.length > 0 && game.observed.every((terms) => terms !== null);
   const judges = data.claims.map((claim) => (placed ? Engine.judge(game, claim) : null));
+  const LOOKS = { OK: "holds", LEAVING: "other", OUTSIDE: "fails" };
+  const monitors = data.claims.map((claim) => (placed && claim.region ? Engine.monitor(game, claim.region) : null));
   const COLOURS = ["#c9ced6", "#8ecdf0", "#f2b84b", "#dfa5c8", "#6cc7a4", "#e8e07a", "#d98c6b", "#9aa9e8"];
   const CELLS = 120; // of the coloured ground, on each axis
   const SHOWN = 64; // leaves that a tree shows before it folds
@@ -404,6 +406,12 @@
     const asked = data.claims[claim];
     if (!asked) return;
     const judge = judges[claim];
+    get("word").hidden = monitors[claim] === null;
+    if (monitors[claim]) {
+      const word = monitors[claim](now());
+      get("word").className = `badge ${LOOKS[word]}`;
+      get("word").textContent = `monitor: ${word}`;
+    }
     get("sentence").textContent = `${asked.sentence}${asked.verdict ? ` \u2014 ${asked.verdict}` : ""}`;
     if (judge === null) {
       badge.className = "badge other";

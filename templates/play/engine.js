@@ -333,7 +333,26 @@ const Engine = (() => {
     return claim.formula ? decisions(game, claim) : null;
   }
 
-  return { prepared, coordinates, observe, path, actions, step, episode, judge, comparison };
+  /** What a run-time monitor says of a state: OK, LEAVING or OUTSIDE, by the region of a proof, rounded inward. */
+  function monitor(game, region) {
+    const { place, world } = game;
+    const gap = (at, first, second) => at[place[first]] - (second ? at[place[second]] : 0);
+    const inside = (at) =>
+      region.bounds.every(([first, second, low, high]) => gap(at, first, second) >= low && gap(at, first, second) <= high) &&
+      region.apart.every(([a, b, least]) => ["x", "y"].some((axis) => Math.abs(gap(at, `${a}.${axis}`, `${b}.${axis}`)) >= least)) &&
+      (!region.goals.length || region.goals.some((goal) => ["x", "y"].every((axis) => at[place[`goal.${axis}`]] === at[place[`${goal}.${axis}`]])));
+    return (state) => {
+      const at = coordinates(game, state);
+      if (!inside(at)) return "OUTSIDE";
+      const after = at.slice();
+      for (const { name } of world.agents) {
+        for (const axis of ["x", "y"]) after[place[`${name}.${axis}`]] += world.dt * at[place[`${name}.v${axis}`]];
+      }
+      return inside(after) ? "OK" : "LEAVING";
+    };
+  }
+
+  return { prepared, coordinates, observe, path, actions, step, episode, judge, monitor, comparison };
 })();
 
 /* The networks that the trees were made from: two hidden layers of rectifiers. */

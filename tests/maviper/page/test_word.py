@@ -1,0 +1,80 @@
+"""The page says of a state what a monitor made from the proof says of it."""
+
+import numpy as np
+import pytest
+
+from codegen.errors import InputError
+from maviper.compilation.monitors import proved_by
+from maviper.page.document import Contents, Shown, usual_claims
+from maviper.page.page import page
+from maviper.page.results import proved_claim
+from tests.maviper.page.browsers import in_chromium, in_node
+from tests.support.monitors import LEAVING, OK, OUTSIDE, Twin, files
+from tests.support.pages import GENERATED, STATE, committed
+
+WORDS = {OK: "OK", LEAVING: "LEAVING", OUTSIDE: "OUTSIDE"}
+ASKED = (
+    STATE
+    + """
+  const word = Engine.monitor(game, data.claims[0].region);
+  return given.map(([at, goal]) => word(stateIn(game)(at, goal)));
+"""
+)
+SHOWN = "const word = document.getElementById('word'); return [word.hidden, word.textContent, word.className];"
+
+
+def asked(profile, spec, count, seed):
+    """States within a region, at its border and beside it, as coordinates by name with the goal's name, and as rows."""
+    rng, names = np.random.default_rng(seed), list(profile.world.coordinates())
+    w = rng.uniform(-1.0, 1.0, (count, len(names)))
+    at_end = rng.random(w.shape) < 0.01
+    w[at_end] = rng.choice([1.0, -1.0, np.nextafter(1.0, 2.0), np.nextafter(-1.0, -2.0)], at_end.sum())
+    goals = rng.choice(spec.goals, count)
+    for axis in "xy":
+        w[:, names.index(f"goal.{axis}")] = w[np.arange(count), [names.index(f"{goal}.{axis}") for goal in goals]]
+    return w, [(dict(zip(names, row, strict=True)), goal) for row, goal in zip(w.tolist(), goals, strict=True)]
+
+
+def test_the_word_is_the_monitors(tmp_path):
+    folder = GENERATED / "verdicts" / "physical_deception"
+    profile = committed("verdicts/physical_deception")
+    spec = proved_by(folder / "certificate-1-distinct_targets.json", profile).region
+    w, given = asked(profile, spec, 400, 2)
+    _, watched = files(profile, spec, ["python"])
+    twin, wanted = Twin(profile, spec, watched), []
+    for row in w:
+        twin.start()
+        wanted.append(WORDS[twin.step(row, np.ones(len(row)), profile.world.dt)])
+    assert set(wanted) == set(WORDS.values())
+    assert in_node((folder / "play.html").read_text(encoding="utf-8"), ASKED, given, tmp_path) == wanted
+
+
+@pytest.mark.parametrize("proved", [True, False])
+def test_the_word_stands_beside_a_claim_that_is_proved(proved, tmp_path):
+    folder, profile = GENERATED / "proved_defenders", committed("proved_defenders")
+    spec = proved_by(folder / "certificate-1-distinct_targets.json", profile).region
+    (claim, *_) = usual_claims(profile)
+    html = page(profile, Contents((Shown(claim.claim, "PROVED", spec if proved else None),)))
+    hidden, text, name = in_chromium(html, SHOWN, [], tmp_path)
+    assert hidden is not proved
+    assert (text, name) == (("monitor: OK", "badge holds") if proved else ("", "badge other"))
+
+
+@pytest.mark.parametrize("name", ["1-formula", "7-keeps_apart"])
+def test_play_shows_the_claim_of_a_certificate(name):
+    profile = committed("verdicts/predator_prey")
+    certificate = GENERATED / "verdicts" / "predator_prey" / f"certificate-{name}.json"
+    if name == "7-keeps_apart":
+        with pytest.raises(InputError, match="no region that holds at every step"):
+            proved_claim(profile, certificate)
+        return
+    shown = proved_claim(profile, certificate)
+    assert shown.verdict == "PROVED in a region of its own" and shown.proved is not None
+    text = page(profile, Contents((shown,)))
+    assert '"region":{"bounds":[["' in text and "PROVED in a region" in text
+
+
+@pytest.mark.parametrize("folder", ["physical_deception", "proved_defenders", "proved_navigation"])
+def test_committed_pages_have_the_regions_of_their_proofs(folder):
+    text = (GENERATED / folder / "play.html").read_text(encoding="utf-8")
+    assert text.count('"region":{"bounds":[["') == 1
