@@ -5,7 +5,7 @@ Assumes: a checked profile; for a region, world states with coordinates; a proof
 Does not: write text (codegen/targets/monitor.py), or read a certificate.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from codegen import ir
@@ -68,6 +68,7 @@ class Watch:
     places: Mapping[str, Place]  # of all numbers of a state, by upper-case name
     size: str  # how many there are, in C
     dt: str  # seconds of a step
+    ahead: Model | None = None  # with what of the region moves until the next step; None: nothing does, or a cover
     lookup: Lookup | None = None  # of a cover; None: of a region
     ever: bool = True  # whether what is proved holds at every step
     early: str = "0.0"  # seconds before which a step comes too soon
@@ -110,8 +111,8 @@ class Watch:
         """How many comparisons one step makes, whatever the state: no path is longer or shorter."""
         if self.lookup is not None:
             return 2 + 3 * len(self.watched) + self.lookup.comparisons
-        within = 2 * len(self.region.bounds) + 4 * len(self.region.apart) + 4 * len(self.region.goals)
-        return 2 + 3 * len(self.watched) + 2 * within
+        ahead = _comparisons(self.ahead.region if self.ahead else None)
+        return 2 + 3 * len(self.watched) + _comparisons(self.region) + ahead
 
 
 def watch(profile: ir.PolicyProfile, model: Model, spec: RegionSpec, certificate: str, claim: str) -> Watch:
@@ -141,10 +142,26 @@ def watch(profile: ir.PolicyProfile, model: Model, spec: RegionSpec, certificate
     names = replace(model.names, in_region=f"{model.prefix}_monitor_within")
     own = replace(model, region=region, names=names)
     age = decimal_literal(LATE * profile.world.dt)
-    made = Watch(
-        own, model.names.guard, certificate, claim, watched, moved, tuple(fallbacks), age, model.places, "", ""
-    )
-    return replace(made, size=model.names.n_coordinates, dt=model.dt)
+    whole = model.places, model.names.n_coordinates, model.dt, _ahead(own, moved)
+    return Watch(own, model.names.guard, certificate, claim, watched, moved, tuple(fallbacks), age, *whole)
+
+
+def _ahead(model: Model, moved: Sequence[Moved]) -> Model | None:
+    """A model whose region is what of a region may fail once positions have moved, where it held before."""
+    names, region = {each.place.upper for each in moved}, model.region
+    if region is None or not names:
+        return None
+    bounds = tuple(bound for bound in region.bounds if {bound[0], bound[1]} & names)
+    apart = tuple(pair for pair in region.apart if {f"{one}_{axis}" for one in pair[:2] for axis in "XY"} & names)
+    moving = {f"{one}_{axis}" for one in (*region.goals, "GOAL") for axis in "XY"} & names
+    part = Region(bounds, apart, region.goals if moving else ())
+    return replace(model, region=part, names=replace(model.names, in_region=f"{model.prefix}_monitor_ahead"))
+
+
+def _comparisons(region: Region | None) -> int:
+    if region is None:
+        return 0
+    return 2 * len(region.bounds) + 4 * len(region.apart) + 4 * len(region.goals)
 
 
 def watch_cover(model: Model, cover: Cover, certificate: str, claim: str) -> Watch:

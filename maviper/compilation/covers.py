@@ -74,6 +74,8 @@ def covered_by(certificate: Path, profile: PolicyProfile) -> Covered:
         steps = [[_together(lists[step])] for step in range(claim.steps + 1)]
     ever = claim.about_decisions or claim.says.ever
     dt = nearest_double(Fraction(period(statement) or 1))
+    if not claim.about_decisions:
+        ranges = _reaching(ranges, steps)
     cover = Cover(ranges, tuple(map(tuple, steps)), ever, not claim.about_decisions, dt, _rests(statement))
     return Covered(cover, sentence(replace(claim, label=""), statement, profile))
 
@@ -117,6 +119,19 @@ def _ranges(statement: Statement) -> tuple[Variable, ...]:
     """The ranges of the variables, rounded inward."""
     ends = ((one.name, ceiling(one.range[0]) + 0.0, floor(one.range[1]) + 0.0) for one in statement.system.variables)
     return tuple(Variable(*each) for each in ends)
+
+
+def _reaching(ranges: Sequence[Variable], steps: Sequence[Sequence[Boxes]]) -> tuple[Variable, ...]:
+    """The ranges, wide enough for all boxes: a state that a proof leads to is no invalid one. What a proof does not
+    follow may be any finite number.
+    """
+    most = float(np.finfo(np.float64).max)
+    found: list[Variable] = []
+    for at, one in enumerate(ranges):
+        low = min(float(part.low[:, at].min(initial=one.low)) for parts in steps for part in parts)
+        high = max(float(part.high[:, at].max(initial=one.high)) for parts in steps for part in parts)
+        found.append(Variable(one.name, max(low, -most), min(high, most)))
+    return tuple(found)
 
 
 def _within(statement: Statement, regions: Sequence[Polytope], ranges: Sequence[Variable]) -> Boxes:

@@ -1,108 +1,79 @@
 """What a run-time monitor costs, how often it refuses noisy states, and whether its words hold.
 
-    python -m tests.benchmarks.monitor [--json] [--states N]
+    python -m tests.benchmarks.monitor [--json] [--states N] [--only WORD]
 
-Of the committed proof that two defenders have distinct targets. Cost: a step of the monitor beside the decision of all
-agents from the same world state, in C, in turn, over states of episodes. Words: episodes in which every velocity is
-pushed at random after each step; the claim is judged by numpy alone, from its definition. Noise: the monitor is given
-positions of agents that are off by a normal error of 1/1000 of the region's side, and a false alarm is a word other
-than OK where the true state has OK. Warning: the share of departures that LEAVING comes one
-step before. Control: a team that breaks the claim, so that the judge is seen to say so.
+Of all committed proofs that have a monitor, and of proofs for ever of three committed worlds, which are made first.
+
+Cost: a step of the monitor beside the decision of all agents from the same state, in C, in turn, over states of
+episodes; the decision makes its observations from the state, too. Refused: states of unperturbed episodes for which the
+monitor does not vouch (of games: states within the region). Words: episodes in which every state is pushed at random
+after each step. A word of a game is judged by numpy from the claim's formula; one of a stated system also by what the
+file makes of the state one step on: that must be vouched for again, and keep the claim. Noise: the monitor is given
+numbers that are off by a normal error of 1/1000 of the side of the region, or of the hull of the proof's boxes; a false
+alarm is a word that does not vouch for a state that is vouched for. Warning: of a game, the share of departures that
+LEAVING comes before; of a system, how many steps before the claim breaks the monitor stops to vouch, on average.
+Control: the same states with other trees, which must be seen to fail.
 """
 
 import argparse
-import ctypes
 import json
-import subprocess
+import shutil
 import tempfile
+from collections.abc import Iterator
 from dataclasses import replace
-from itertools import permutations
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from codegen import ir
-from codegen.agreement.compiled import STRICT, find_compiler
-from codegen.lowering.lower import lower
-from codegen.lowering.watching import Watch, watch
-from codegen.observe import observe
-from codegen.region import RegionSpec
-from codegen.targets import emit, monitor
-from maviper import load
+from codegen.ir import act
+from maviper import load, verify_system
 from maviper.compilation.monitors import proved_by
+from maviper.worlds.stated.certified import read_certificate
+from tests.support.monitored import acting, compiled, formula_of, meets
+from tests.support.stated_play import Played
 
-FOLDER = Path(__file__).parents[2] / "generated" / "verdicts" / "physical_deception"
-CERTIFICATE = FOLDER / "certificate-1-distinct_targets.json"
+GENERATED = Path(__file__).parents[2] / "generated"
+GAMES = (
+    "physical_deception/certificate-1-distinct_targets",
+    "physical_deception/certificate-2-own_target",
+    "cooperative_navigation/certificate-1-distinct_targets",
+    "predator_prey/certificate-1-formula",
+    "predator_prey/certificate-2-formula",
+)
+SYSTEMS = (
+    "worlds/cart_pole/certificate-1-stays_in",
+    "worlds/cart_pole/certificate-2-stays_in",
+    "worlds/corridor/certificate-1-avoids",
+    "worlds/crossing/certificate-1-stays_in",
+    "worlds/pendulum/certificate-1-stays_in",
+    "worlds/pendulum/certificate-2-decides",
+    "worlds/quadrotor/certificate-1-stays_in",
+    "worlds/quadrotor/certificate-2-reaches_and_stays",
+    "arch/acc/certificate-1-stays_in",
+    "arch/pendulum/certificate-1-reaches_and_stays",
+)
+FOR_EVER = {
+    "quadrotor": "x = [-0.6, 0.6], y = [-0.6, 0.6], z = [-0.6, 0.6]",
+    "pendulum": "angle = [-0.15, 0.15]",
+    "crossing": "north = [0, 6], east = [0, 6]",
+}
 STATES = 1_000_000
-STEPS = 25
-NOISE = 2e-3  # of a position: 1/1000 of the side of the region
-PUSH = 0.3  # standard deviation of what is added to a velocity after each step
-ROUNDS = 7
-PROGRAM = """#include "{p}_monitor.h"
-#include <time.h>
-static double now(void)
-{{
-    struct timespec t;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}}
-void cost(const double *w, long n, int *kept, double *seconds);
-void cost(const double *w, long n, int *kept, double *seconds)
-{{
-    int actions[{agents}];
-    {p}_monitor m;
-    double start = now();
-    long i;
-    int k;
-    for (i = 0; i < n; i++) {{
-        {p}_act_team(w + i * {N}, actions);
-        for (k = 0; k < {agents}; k++) {{
-            *kept += actions[k];
-        }}
-    }}
-    seconds[0] = now() - start;
-    {p}_monitor_start(&m);
-    start = now();
-    for (i = 0; i < n; i++) {{
-        {p}_monitor_renew_all(&m);
-        *kept += {p}_monitor_step(&m, w + i * {N}, {P}_DT);
-        m.latched = 0;
-    }}
-    seconds[1] = now() - start;
-}}
-void words(const double *w, long n, int *found);
-void words(const double *w, long n, int *found)
-{{
-    {p}_monitor m;
-    long i;
-    for (i = 0; i < n; i++) {{
-        {p}_monitor_start(&m);
-        {p}_monitor_renew_all(&m);
-        found[i] = {p}_monitor_step(&m, w + i * {N}, {P}_DT);
-    }}
-}}
-"""
+STEPS, LONG = 25, 60  # of episodes of games, and of claims for ever
+NOISE = 1e-3  # of a number: of the side of the region
+PUSH = 0.3  # of games: standard deviation of what is added to a velocity after each step
+SHIFT = 0.02  # of systems: the same of a variable, for the side of the hull of the proof's boxes
+COSTED = 20_000  # states whose decisions are timed
+FIGURES = (
+    *("ratio", "decision_ns", "step_ns", "vouched", "fails_while_vouched", "fails_elsewhere", "control_fails"),
+    *("refused", "false_alarms", "warning"),
+)
 
 
-def library(texts: dict[str, Any], watched: Watch, folder: Path) -> ctypes.CDLL:
-    """The monitor and the decisions, compiled."""
-    p = watched.model.prefix
-    for name, text in texts.items():
-        (folder / name).write_text(text)
-    names = {"p": p, "P": p.upper(), "N": len(watched.model.places), "agents": len(watched.model.agents)}
-    (folder / "bench.c").write_text("#define _POSIX_C_SOURCE 199309L\n" + PROGRAM.format(**names))
-    flags = [*(each for each in STRICT if "pedantic" not in each), "-O3", "-shared", "-fPIC"]
-    subprocess.run([*(find_compiler() or ["cc"]), *flags, "bench.c", "-o", "bench.so"], cwd=folder, check=True)
-    return ctypes.CDLL(str(folder / "bench.so"))
+# --- games
 
 
-def pointer(array: Any) -> ctypes.c_void_p:
-    """Of a contiguous array."""
-    return array.ctypes.data_as(ctypes.c_void_p)
-
-
-def episodes(profile: ir.PolicyProfile, count: int, seed: int) -> Any:
+def episodes(profile: Any, count: int, seed: int) -> Any:
     """World states [count, STEPS, n_coordinates] of episodes from the start box, every step of which is perturbed."""
     rng, world = np.random.default_rng(seed), profile.world
     at = {name: place for place, name in enumerate(world.coordinates())}
@@ -110,117 +81,227 @@ def episodes(profile: ir.PolicyProfile, count: int, seed: int) -> Any:
     for entity in world.agents + world.landmarks:
         for axis in "xy":
             w[:, at[f"{entity.name}.{axis}"]] = rng.uniform(world.start_low, world.start_high, count)
-    goal = rng.integers(len(world.goals), size=count)
-    for axis in "xy":
-        w[:, at[f"goal.{axis}"]] = np.choose(goal, [w[:, at[f"{name}.{axis}"]] for name in world.goals])
+    if world.goals:
+        goal = rng.integers(len(world.goals), size=count)
+        for axis in "xy":
+            w[:, at[f"goal.{axis}"]] = np.choose(goal, [w[:, at[f"{name}.{axis}"]] for name in world.goals])
     found = np.empty((count, STEPS, len(at)))
+    effects = {
+        policy.agent: np.array([each.effect or (0.0, 0.0) for each in policy.actions]) for policy in profile.agents
+    }
     for step in range(STEPS):
         found[:, step] = w
-        pushes = {
-            policy.agent: np.array([each.effect or (0.0, 0.0) for each in policy.actions])[acted(profile, policy, w)]
-            for policy in profile.agents
-        }
+        acted = acting(profile, w)
         for entity in world.agents:
+            speeds = [at[f"{entity.name}.v{axis}"] for axis in "xy"]
             for k, axis in enumerate("xy"):
-                place, speed = at[f"{entity.name}.{axis}"], at[f"{entity.name}.v{axis}"]
-                w[:, place] += world.dt * w[:, speed]
-                w[:, speed] *= 1.0 - world.damping
-                w[:, speed] += world.dt * entity.force * pushes[entity.name][:, k] + PUSH * rng.normal(size=count)
+                w[:, at[f"{entity.name}.{axis}"]] += world.dt * w[:, speeds[k]]
+                pushed = world.dt * entity.force * effects[entity.name][acted[entity.name]][:, k]
+                w[:, speeds[k]] = (1.0 - world.damping) * w[:, speeds[k]] + pushed + PUSH * rng.normal(size=count)
+            if entity.max_speed is not None:
+                speed = np.hypot(*(w[:, place] for place in speeds))
+                w[:, speeds] *= np.minimum(1.0, entity.max_speed / np.maximum(speed, 1e-9))[:, None]
     return found
 
 
-def acted(profile: ir.PolicyProfile, policy: ir.AgentPolicy, w: Any) -> Any:
-    """The action of an agent in each state."""
-    return ir.act(policy, observe(policy.features, w, profile.world, policy.numbers))
-
-
-def fails(profile: ir.PolicyProfile, w: Any) -> Any:
-    """Where no matching of defenders and landmarks has each defender close in on its own, or be at it: the claim."""
-    at = {name: place for place, name in enumerate(profile.world.coordinates())}
-    team, landmarks = profile.team("defenders"), [each.name for each in profile.world.landmarks]
-    engaged = {}
-    for policy in team:
-        effect = np.array([each.effect or (0.0, 0.0) for each in policy.actions])[acted(profile, policy, w)]
-        for name in landmarks:
-            offset = np.stack([w[:, at[f"{name}.{axis}"]] - w[:, at[f"{policy.agent}.{axis}"]] for axis in "xy"], 1)
-            engaged[policy.agent, name] = ((effect * offset).sum(1) > 0.0) | (np.abs(offset).max(1) <= 0.1)
-    holds = np.zeros(len(w), dtype=bool)
-    for order in permutations(landmarks, len(team)):
-        holds |= np.logical_and.reduce([engaged[each.agent, name] for each, name in zip(team, order, strict=True)])
-    return ~holds
-
-
-def measured(states: int) -> dict[str, float]:
-    """The figures."""
-    profile, proved = load(FOLDER / "profile.json"), proved_by(CERTIFICATE, load(FOLDER / "profile.json"))
-    model = lower(profile)
-    watched = watch(profile, model, proved.region, proved.certificate, proved.claim)
-    texts = {**emit(profile, ["c"]), **monitor.emit(watched, ["c"])}
-    with tempfile.TemporaryDirectory(prefix="maviper-") as scratch:
-        made = library(texts, watched, Path(scratch))
-        played = episodes(profile, -(-states // STEPS), 0)
-        w = np.ascontiguousarray(played.reshape(-1, played.shape[-1])[:states])
-        found = words_of(made, w)
-        return (
-            costs(made, w[:20_000])
-            | said(profile, proved.region, w, found)
-            | noisy(profile, made, w, found)
-            | warned(found[: len(found) // STEPS * STEPS].reshape(-1, STEPS))
-        )
-
-
-def words_of(made: ctypes.CDLL, w: Any) -> Any:
-    """The word of each state, by a monitor that has just been started."""
-    found = np.zeros(len(w), np.int32)
-    made.words(pointer(w), ctypes.c_long(len(w)), pointer(found))
-    return found
-
-
-def costs(made: ctypes.CDLL, w: Any) -> dict[str, float]:
-    """Processor time of a step beside that of the decisions: the median of rounds in turn."""
-    kept, seconds, ratios = np.zeros(1, np.int32), np.zeros(2), []
-    for _ in range(ROUNDS):
-        made.cost(pointer(w), ctypes.c_long(len(w)), pointer(kept), pointer(seconds))
-        ratios.append((seconds[1] / seconds[0], seconds[1] / len(w)))
-    return {"ratio": float(np.median([each for each, _ in ratios])), "step_ns": 1e9 * min(each for _, each in ratios)}
-
-
-def said(profile: ir.PolicyProfile, region: RegionSpec, w: Any, found: Any) -> dict[str, float]:
-    """How often the monitor vouches, and how often the claim fails where it does and where it does not."""
-    failing, vouched = fails(profile, w), found <= 1
-    within = region.holds(w, profile.world.coordinates())
-    return {
+def game(name: str, states: int) -> dict[str, Any]:
+    """The figures of a claim about decisions of a game."""
+    certificate = GENERATED / "verdicts" / f"{name}.json"
+    profile = load(certificate.parent / "profile.json")
+    proved, formula = proved_by(certificate, profile), formula_of(certificate)
+    names = profile.world.coordinates()
+    played = episodes(profile, -(-states // STEPS), 0)
+    w = np.ascontiguousarray(played.reshape(-1, len(names))[:states])
+    at = dict(zip(names, w.T, strict=True))
+    goal = {axis: at[f"goal.{axis}"] for axis in "xy"} if profile.world.goals else {}
+    acted = acting(profile, w)
+    failing = ~meets(formula, at, acted, goal)
+    wrong = {policy.agent: (acted[policy.agent] + 1) % len(policy.actions) for policy in profile.agents}
+    within = proved.region.holds(w, names)
+    with compiled(profile, proved) as made:
+        step = np.zeros(len(w), np.int32)
+        found = made.words(w, step)
+        vouched = found <= 1
+        seen, rng = w.copy(), np.random.default_rng(1)
+        moving = [names.index(f"{agent.name}.{axis}") for agent in profile.world.agents for axis in "xy"]
+        side = profile.world.start_high - profile.world.start_low
+        seen[:, moving] += rng.normal(scale=NOISE * side, size=(len(w), len(moving)))
+        noisy = made.words(seen, step)
+        figures = made.costs(w[:COSTED], step[:COSTED])
+    whole = found[: len(found) // STEPS * STEPS].reshape(-1, STEPS)
+    out = (whole[:, 1:] == 2) & (whole[:, :-1] <= 1)
+    return figures | {
         "states": len(w),
         "vouched": float(vouched.mean()),
         "fails_while_vouched": int((failing & vouched).sum()),
         "fails_elsewhere": int((failing & ~vouched).sum()),
-        "control_fails": int((fails(_alike(profile), w) & vouched).sum()),
-        "inside_but_refused": int((within & ~vouched).sum()),
+        "control_fails": int((~meets(formula, at, wrong, goal) & vouched).sum()),
+        "refused": int((within & ~vouched).sum()),
+        "false_alarms": float((noisy[found == 0] != 0).mean()),
+        "warning": float((whole[:, :-1] == 1)[out].mean()) if out.any() else 1.0,
     }
 
 
-def _alike(profile: ir.PolicyProfile) -> ir.PolicyProfile:
-    """A control that must fail: both defenders act by the first one's tree."""
-    first, _ = team = profile.team("defenders")
-    changed = tuple(replace(each, tree=first.tree) if each in team else each for each in profile.agents)
-    return replace(profile, agents=changed)
+# --- stated systems
 
 
-def noisy(profile: ir.PolicyProfile, made: ctypes.CDLL, w: Any, found: Any) -> dict[str, float]:
-    """The share of states with OK that the monitor does not call so from noisy positions of the agents."""
-    rng, seen, names = np.random.default_rng(1), w.copy(), profile.world.coordinates()
-    positions = [names.index(f"{agent.name}.{axis}") for agent in profile.world.agents for axis in "xy"]
-    seen[:, positions] += rng.normal(scale=NOISE, size=(len(w), len(positions)))
-    again = words_of(made, np.ascontiguousarray(seen))
-    calm = found == 0
-    return {"false_alarms": float((again[calm] != 0).mean())}
+def for_ever(name: str, folder: Path) -> Path:
+    """The proof that a committed world keeps a claim for ever, made anew."""
+    for file in ("profile.json", "world.toml"):
+        shutil.copy(GENERATED / "worlds" / name / file, folder)
+    (folder / "ever.toml").write_text(f'[[property]]\nname = "always"\nregion = {{ box = {{ {FOR_EVER[name]} }} }}\n')
+    found = verify_system(load(folder / "profile.json"), folder / "world.toml", folder / "ever.toml")
+    ((_, text),) = found.certificates.items()
+    (folder / "certificate.json").write_text(text)
+    return folder / "certificate.json"
 
 
-def warned(found: Any) -> dict[str, float]:
-    """The share of departures that LEAVING comes before, and the steps between."""
-    out = (found[:, 1:] == 2) & (found[:, :-1] <= 1)
-    before = found[:, :-1] == 1
-    return {"departures": int(out.sum()), "warned_one_step_before": float(before[out].mean()) if out.any() else 1.0}
+class Watching:
+    """A certificate about a stated system, with its monitor and a judge."""
+
+    def __init__(self, certificate: Path, made: Any, proved: Any, profile: Any) -> None:
+        found, statement = read_certificate(certificate)
+        self.claim, self.cover, self.made, self.profile = found.claim, proved.region, made, profile
+        self.played = Played(statement, profile)
+        self.last = LONG if self.cover.ever else len(self.cover.steps) - 1
+        self.ranges = np.array([[float(end) for end in one.range] for one in statement.system.variables]).T
+
+    def sides(self, step: int) -> Any:
+        """Of the hull of the proof's boxes at a step, by variable; of what no box bounds, of its range."""
+        parts = self.cover.steps[0 if self.cover.ever else step]
+        low = np.max([part.low.min(axis=0) for part in parts], axis=0)
+        high = np.min([part.high.max(axis=0) for part in parts], axis=0)
+        return np.minimum(high, self.ranges[1]) - np.maximum(low, self.ranges[0])
+
+    def vouched(self, w: Any, step: int) -> Any:
+        """For which states of a step the monitor vouches."""
+        return self.made.words(w, np.full(len(w), 0 if self.cover.ever else step)) <= 1
+
+    def broken(self, w: Any, step: int) -> Any:
+        """Which states of a step break the claim."""
+        if self.claim.about_decisions:
+            acted = {policy.agent: acting_of(self.played, w, policy) for policy in self.profile.agents}
+            return ~meets(self.claim.formula, self.played.at(w), acted, {})
+        inside = self.played.inside(w, self.claim.regions)
+        if self.claim.says.avoided:
+            return inside
+        return ~inside if not self.claim.says.first or step >= self.claim.by else np.zeros(len(w), dtype=bool)
+
+    def starts(self, rng: Any, count: int) -> Any:
+        """Where episodes start; of claims about decisions, anywhere."""
+        if not self.claim.about_decisions:
+            return self.played.starts(rng, count)
+        return self.ranges[0] + rng.random((count, self.ranges.shape[1])) * (self.ranges[1] - self.ranges[0])
+
+    def ahead(self, w: Any, step: int, rng: Any) -> Any:
+        """Of which states the next one is not vouched for, or breaks the claim."""
+        if self.claim.about_decisions or step == self.last:
+            return np.zeros(len(w), dtype=bool)
+        after = self.played.moved(w, rng)
+        return ~self.vouched(after, step + 1) | self.broken(after, step + 1)
+
+
+def acting_of(played: Played, w: Any, policy: Any) -> Any:
+    """The action of an agent in each state."""
+    return act(policy, played.observed(w, policy))
+
+
+def shuffled(profile: Any) -> Any:
+    """A control that must fail: every leaf has the next action."""
+    return replace(
+        profile,
+        agents=tuple(
+            replace(
+                each,
+                tree=replace(
+                    each.tree,
+                    action=np.where(
+                        each.tree.action >= 0, (each.tree.action + 1) % len(each.actions), each.tree.action
+                    ),
+                ),
+            )
+            for each in profile.agents
+        ),
+    )
+
+
+def system(certificate: Path, states: int) -> dict[str, Any]:
+    """The figures of a claim about a stated system."""
+    profile = load(certificate.parent / "profile.json")
+    proved = proved_by(certificate, profile)
+    _, statement = read_certificate(certificate)
+    with compiled(profile, proved, statement.system) as made:
+        watching = Watching(certificate, made, proved, profile)
+        calm, refused = unperturbed(watching, max(100, states // 200))
+        at = np.concatenate([np.full(len(w), 0 if watching.cover.ever else step) for step, w in enumerate(calm)])
+        order = np.random.default_rng(3).permutation(len(at))[:COSTED]
+        return made.costs(np.concatenate(calm)[order], at[order]) | {"refused": refused} | perturbed(watching, states)
+
+
+def unperturbed(watching: Watching, count: int) -> tuple[list[Any], int]:
+    """The states of episodes that nobody pushes, by step, and how many of them the monitor does not vouch for."""
+    rng, refused, found = np.random.default_rng(2), 0, []
+    w = watching.starts(rng, count)
+    for step in range(watching.last + 1):
+        found.append(w)
+        if watching.claim.about_decisions:
+            return found, 0
+        refused += int((~watching.vouched(w, step)).sum())
+        if step < watching.last:
+            w = watching.played.moved(w, rng)
+    return found, refused
+
+
+def perturbed(watching: Watching, states: int) -> dict[str, Any]:
+    """What episodes show in which every state is pushed."""
+    rng, count = np.random.default_rng(0), -(-states // (watching.last + 1))
+    control = Watching.__new__(Watching)
+    control.__dict__.update(watching.__dict__)
+    control.played = Played(watching.played.statement, shuffled(watching.profile))
+    control.profile = control.played.profile
+    w, seen = watching.starts(rng, count), dict.fromkeys(("states", "vouched", "fails", "elsewhere", "control"), 0)
+    alarms, left, broke = 0, np.full(count, -1), np.full(count, -1)
+    for step in range(watching.last + 1):
+        w = w[np.isfinite(w).all(axis=1)] if watching.claim.about_decisions else np.nan_to_num(w, nan=0.0)
+        vouched, broken = watching.vouched(w, step), watching.broken(w, step)
+        failing = broken.copy()
+        failing[vouched] |= watching.ahead(w[vouched], step, rng)
+        wrong = control.broken(w, step) if watching.claim.about_decisions else broken
+        seen["control"] += int(wrong[vouched].sum() + control.ahead(w[vouched], step, rng).sum())
+        noisy = w[vouched] + NOISE * watching.sides(step) * rng.normal(size=w[vouched].shape)
+        alarms += int((~watching.vouched(noisy, step)).sum())
+        for key, found in (("states", np.ones_like(vouched)), ("vouched", vouched), ("fails", failing & vouched),
+                           ("elsewhere", broken & ~vouched)):  # fmt: skip
+            seen[key] += int(found.sum())
+        left[(left < 0) & ~vouched] = step
+        broke[(broke < 0) & broken] = step
+        if step < watching.last:
+            w = watching.starts(rng, count) if watching.claim.about_decisions else watching.played.moved(w, rng)
+            w = w + SHIFT * watching.sides(step + 1) * rng.normal(size=w.shape)
+    both = broke >= 0
+    return {
+        "states": seen["states"],
+        "vouched": seen["vouched"] / seen["states"],
+        "fails_while_vouched": seen["fails"],
+        "fails_elsewhere": seen["elsewhere"],
+        "control_fails": seen["control"],
+        "false_alarms": alarms / max(1, seen["vouched"]),
+        "warning": float((broke - left)[both].mean()) if both.any() and not watching.claim.about_decisions else 0.0,
+    }
+
+
+def measured(states: int, only: str = "") -> Iterator[tuple[str, dict[str, Any]]]:
+    """The figures of each proof, by its name."""
+    for name in GAMES:
+        if only in name:
+            yield name, game(name, states)
+    for name in SYSTEMS:
+        if only in name:
+            yield name, system(GENERATED / f"{name}.json", states)
+    for name in FOR_EVER:
+        if only in f"worlds/{name}/always":
+            with tempfile.TemporaryDirectory(prefix="maviper-") as folder:
+                yield f"worlds/{name}/always", system(for_ever(name, Path(folder)), states)
 
 
 def main() -> None:
@@ -228,18 +309,21 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--states", type=int, default=STATES)
+    parser.add_argument("--only", default="", metavar="WORD", help="proofs whose name holds it")
     given = parser.parse_args()
-    found = measured(given.states)
     if given.json:
-        targets = {"ratio": 2.0, "fails_while_vouched": 0, "false_alarms": 0.05}
+        found = dict(measured(given.states, given.only))
+        targets = {"ratio": 2.0, "fails_while_vouched": 0, "refused": 0, "false_alarms": 0.05}
         figures = [
-            {"name": name, "value": found[name], "reach": reach, "stretch": reach, "better": "lower"}
+            {"name": f"{proof}: {name}", "value": row[name], "reach": reach, "stretch": reach, "better": "lower"}
+            for proof, row in found.items()
             for name, reach in targets.items()
         ]
         print(json.dumps({"figures": figures}))
         return
-    for name, value in found.items():
-        print(f"{name:24} {value:,.4g}")
+    print(f"{'':50}" + "".join(f"{name:>20}" for name in FIGURES), flush=True)
+    for proof, row in measured(given.states, given.only):
+        print(f"{proof:50}" + "".join(f"{row[name]:20,.4g}" for name in FIGURES), flush=True)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,7 @@
 """Monitors of proofs about stated systems: they vouch for the states of the proof, in all languages alike."""
 
 import json
+import math
 import shutil
 
 import numpy as np
@@ -167,20 +168,59 @@ def test_nothing_is_rounded_where_boxes_are_joined():
         wanted = boxes.holds(states)
         assert (merged(boxes).holds(states) == wanted).all() and wanted.any()
         found = lookup([[boxes]], "here")
-        assert [searched(found, state) for state in states] == wanted.tolist()
+        told = [searched(found, state) for state in states]
+        assert [inside for inside, _ in told] == wanted.tolist()
+        assert max(compared for _, compared in told) <= found.comparisons  # no path is longer than is said
 
 
 def searched(found, state):
-    """What a reader of the rows says, for the first list."""
+    """What a reader of the rows says, for the first list, and how many numbers it compared."""
     at, (columns, *_) = found.begins[0], found.columns
+    compared = 0
     while at < found.begins[1]:
         row = found.rows[at]
+        compared += 2 * found.width
         ends = [(float(low.decimal), float(high.decimal)) for low, high in row.ends]
         inside = all(low <= state[column] <= high for column, (low, high) in zip(columns, ends, strict=True))
         if inside and row.skip == at + 1:
-            return True
+            return True, compared
         at = at + 1 if inside else row.skip
-    return False
+    return False, compared
+
+
+# --- PX4's list for networks that fly: shape, validity, age, finiteness, output range; then the mode is left
+
+FAULTS = {
+    "shape": lambda found, w: found.step(w[:-1], 0.05),
+    "number": lambda found, w: found.step([None, *w[1:]], 0.05),
+    "not a number": lambda found, w: found.step([math.nan, *w[1:]], 0.05),
+    "infinite": lambda found, w: found.step([*w[:-1], math.inf], 0.05),
+    "range": lambda found, w: found.step([*w[:-1], 6.0], 0.05),  # the spin, whose range ends at 5
+    "late": lambda found, w: found.step(w, 0.1),
+    "early": lambda found, w: found.step(w, 0.02),
+    "output": lambda found, w: (found.act("cart", 3), found.word)[1],
+}
+
+
+@pytest.mark.parametrize("fault", [*FAULTS, "age"])
+def test_a_fault_leaves_the_mode_for_good(fault, for_ever):
+    _, _, watched = made(for_ever, "certificate-1-always.json")
+    (text,) = monitor.emit(watched, ["python"]).values()
+    space = {}
+    exec(compile(text, "monitor", "exec"), space)
+    found, w, rest = space["Monitor"](), [0.0] * 4, space["FALLBACK"]["cart"]
+    found.renew_all()
+    assert found.step(w, 0.05) == OK and found.act("cart", 2) == 2 != rest
+    if fault == "age":  # a step without news is allowed, two are not
+        assert found.step(w, 0.05) == OK and found.step(w, 0.05) == INVALID
+    else:
+        found.renew_all()
+        assert FAULTS[fault](found, w) == INVALID
+    found.renew_all()
+    assert found.step(w, 0.05) == INVALID and found.act("cart", 2) == rest
+    found.start()
+    found.renew_all()
+    assert found.step([1e6, -1e6, 0.0, 0.0], 0.05) == OK  # where the cart is does not matter to this proof
 
 
 def test_too_many_boxes_and_names_that_meet_are_refused(monkeypatch):

@@ -1,0 +1,190 @@
+"""Monitors under measurement: C that tells words and times for many states, and judges that share no code with proofs.
+
+A *case* is a certificate with its monitor. States are rows; each has the step of the proof that it is at.
+"""
+
+import ctypes
+import json
+import subprocess
+import tempfile
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from codegen import ir
+from codegen.agreement.compiled import STRICT, find_compiler
+from codegen.lowering.lower import lower
+from codegen.observe import observe
+from codegen.targets import emit, monitor
+from maviper.compilation.monitors import watched_by
+from verify.claims.formula import Acts, And, Goal, Linear, Not, Or
+from verify.claims.formula_json import read_formula
+from verify.systems.system import Measure
+
+ROUNDS = 7
+PROGRAM = """#include "{p}_monitor.h"
+#include <time.h>
+static double now(void)
+{{
+    struct timespec t;
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}}
+{decide}
+void cost(const double *w, const int *at, long n, int *kept, double *seconds);
+void cost(const double *w, const int *at, long n, int *kept, double *seconds)
+{{
+    {p}_monitor m;
+    double start = now();
+    long i;
+    for (i = 0; i < n; i++) {{
+        *kept += decide(w + i * {N});
+    }}
+    seconds[0] = now() - start;
+    {p}_monitor_start(&m);
+    start = now();
+    for (i = 0; i < n; i++) {{
+        {p}_monitor_renew_all(&m);
+        {step}
+        *kept += {p}_monitor_step(&m, w + i * {N}, {dt});
+        m.latched = 0;
+    }}
+    seconds[1] = now() - start;
+}}
+void words(const double *w, const int *at, long n, int *found);
+void words(const double *w, const int *at, long n, int *found)
+{{
+    {p}_monitor m;
+    long i;
+    for (i = 0; i < n; i++) {{
+        {p}_monitor_start(&m);
+        {p}_monitor_renew_all(&m);
+        {step}
+        found[i] = {p}_monitor_step(&m, w + i * {N}, {dt});
+    }}
+}}
+"""
+
+
+@dataclass
+class Made:
+    """A compiled monitor."""
+
+    library: ctypes.CDLL
+
+    def words(self, w, at):
+        """The word of each state, by a monitor that has just been started, at these steps of the proof."""
+        w, at, found = np.ascontiguousarray(w), np.ascontiguousarray(at, np.int32), np.zeros(len(w), np.int32)
+        self.library.words(_pointer(w), _pointer(at), ctypes.c_long(len(w)), _pointer(found))
+        return found
+
+    def costs(self, w, at):
+        """Processor time of a step beside that of the decisions of all agents: the least of rounds in turn."""
+        w, at = np.ascontiguousarray(w), np.ascontiguousarray(at, np.int32)
+        kept, seconds, found = np.zeros(1, np.int32), np.zeros(2), []
+        for _ in range(ROUNDS):
+            self.library.cost(_pointer(w), _pointer(at), ctypes.c_long(len(w)), _pointer(kept), _pointer(seconds))
+            found.append(1e9 * seconds / len(w))
+        decision, step = np.min(found, axis=0).tolist()
+        return {"ratio": step / decision, "decision_ns": decision, "step_ns": step}
+
+
+def _pointer(array):
+    return array.ctypes.data_as(ctypes.c_void_p)
+
+
+@contextmanager
+def compiled(profile, proved, system=None):
+    """The monitor of what is proved, and the decisions from the same states, compiled with -O3."""
+    model = lower(profile)
+    watched = watched_by(profile, model, proved)
+    p, upper = model.prefix, model.prefix.upper()
+    names = {
+        "p": p,
+        "N": watched.size,
+        "dt": f"{upper}_DT" if watched.lookup is None else f"{upper}_M_DT",
+        "step": "m.step = at[i];" if watched.lookup else "(void)at;",
+        "decide": _game(model) if system is None else _system(model, profile, system),
+    }
+    texts = {**emit(profile, ["c"]), **monitor.emit(watched, ["c"])}
+    texts["bench.c"] = "#define _POSIX_C_SOURCE 199309L\n" + PROGRAM.format(**names)
+    with tempfile.TemporaryDirectory(prefix="maviper-") as scratch:
+        for name, text in texts.items():
+            (Path(scratch) / name).write_text(text)
+        flags = [*(each for each in STRICT if "pedantic" not in each), "-O3", "-shared", "-fPIC"]
+        command = [*(find_compiler() or ["cc"]), *flags, "bench.c", "-o", "bench.so"]
+        subprocess.run(command, cwd=scratch, check=True)
+        yield Made(ctypes.CDLL(str(Path(scratch) / "bench.so")))
+
+
+def _game(model):
+    """All agents' decisions from a world state."""
+    p, count = model.prefix, len(model.agents)
+    total = " + ".join(f"actions[{k}]" for k in range(count))
+    return (
+        f"static int decide(const double *w)\n{{\n    int actions[{count}];\n"
+        f"    {p}_act_team(w, actions);\n    return {total};\n}}"
+    )
+
+
+def _system(model, profile, system):
+    """All agents' decisions from a state: features in double as the file has them, rounded to what is compared."""
+    names = [one.name for one in system.variables]
+    lines, calls = [], []
+    for agent, policy in zip(model.agents, profile.agents, strict=True):
+        rows = [_feature(system.features[policy.agent][spec.name], names) for spec in policy.features]
+        kind = agent.tables.threshold_type
+        lines.append(f"    const {kind} x_{agent.lower}[{len(rows)}] = {{")
+        lines += [f"        ({kind})({row})," for row in rows]
+        lines.append("    };")
+        calls.append(f"{agent.names.act}(x_{agent.lower})")
+    return "\n".join(["static int decide(const double *w)", "{", *lines, f"    return {' + '.join(calls)};", "}"])
+
+
+def _feature(feature, names):
+    terms = [
+        f"w[{names.index(name)}]" if factor == 1 else f"{float(factor)!r} * w[{names.index(name)}]"
+        for name, factor in feature.form.terms
+    ]
+    form = " + ".join([*terms, *([repr(float(feature.form.constant))] if feature.form.constant or not terms else [])])
+    if feature.measure is Measure.VALUE:
+        return form
+    return f"({form}) > 0.0 ? 1.0 : (({form}) < 0.0 ? -1.0 : 0.0)"  # as dear as any other measure
+
+
+# --- judges
+
+
+def meets(formula, at, acted, goal):
+    """Where a formula holds. `at`: coordinates by name, `acted`: actions by agent, `goal`: the goal's place by axis."""
+    match formula:
+        case Linear(terms, bound, strict):
+            total = sum(float(weight) * at[name] for weight, name in terms)
+            return total < float(bound) if strict else total <= float(bound)
+        case Acts(agent, action):
+            return acted[agent] == action
+        case Goal(landmark):
+            return np.logical_and.reduce([goal[axis] == at[f"{landmark}.{axis}"] for axis in "xy"])
+        case And():
+            whole = np.ones(len(next(iter(at.values()))), dtype=bool)
+            return np.logical_and.reduce([whole, *(meets(part, at, acted, goal) for part in formula.parts)])
+        case Or():
+            none = np.zeros(len(next(iter(at.values()))), dtype=bool)
+            return np.logical_or.reduce([none, *(meets(part, at, acted, goal) for part in formula.parts)])
+        case Not(part):
+            return ~meets(part, at, acted, goal)
+
+
+def acting(profile, w):
+    """The action of every agent in each state of a game."""
+    return {
+        policy.agent: ir.act(policy, observe(policy.features, w, profile.world, policy.numbers))
+        for policy in profile.agents
+    }
+
+
+def formula_of(certificate: Path):
+    """The formula of a certificate about decisions."""
+    return read_formula(json.loads(certificate.read_text())["formula"])
