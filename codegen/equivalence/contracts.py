@@ -46,6 +46,7 @@ class Contract:
     name: str
     kind: str  # of an observation's numbers: float or double
     n_features: int
+    tested: tuple[int, ...]  # features; what is said of others costs a prover its time
     leaves: tuple[Leaf, ...]
 
     @property
@@ -89,7 +90,9 @@ def contracts_of(profile: ir.PolicyProfile, model: Model) -> Contracts:
         what = f"contracts are for the styles {NESTED} and {ORDERED}: the loops of {WALK} have no invariants"
         raise InputError(what, "--contracts", f"use --style {NESTED}, or leave it out")
     functions = [
-        Contract(agent.names.act, KINDS[policy.numbers], len(policy.features), table_of(policy.tree))
+        Contract(
+            agent.names.act, KINDS[policy.numbers], len(policy.features), _tested(policy.tree), table_of(policy.tree)
+        )
         for policy, agent in zip(profile.agents, model.agents, strict=True)
     ]
     ordered = model.style == ORDERED
@@ -108,6 +111,11 @@ def contracts_of(profile: ir.PolicyProfile, model: Model) -> Contracts:
 def frama_c(source: str, functions: Iterable[str]) -> tuple[str, ...]:
     """The command that proves the contracts of a file. Floats are IEEE 754's, with NaN and infinities."""
     return ("frama-c", *OPTIONS, "-wp-fct", ",".join(functions), source)
+
+
+def _tested(tree: ir.Tree) -> tuple[int, ...]:
+    """The features that a tree tests, each once."""
+    return tuple(np.unique(tree.feature[tree.feature != ir.NO_FEATURE]).tolist())
 
 
 def table_of(tree: ir.Tree) -> tuple[Leaf, ...]:
