@@ -15,6 +15,7 @@ from codegen.floats import decimal_literal, short_hex
 from codegen.lowering.covering import Cover, Lookup, lookup
 from codegen.lowering.lower import region_of
 from codegen.lowering.model import Agent, Double, Model, Place, Region
+from codegen.lowering.tracking import Start, Track, track
 from codegen.region import RegionSpec
 
 ROUNDED = 1.0 + 2.0**-20  # by which a speed at its limit may be above it: simulators round where they cut it
@@ -72,28 +73,35 @@ class Watch:
     lookup: Lookup | None = None  # of a cover; None: of a region
     ever: bool = True  # whether what is proved holds at every step
     early: str = "0.0"  # seconds before which a step comes too soon
+    track: Track | None = None  # of episodes from the region: `moved` and `ahead` are empty then
 
     @property
     def says(self) -> Mapping[str, str]:
         """What the words OK, LEAVING, OUTSIDE and INVALID say of a state w."""
         invalid = "a number is missing, too old, not finite or out of its range, or the step came late"
-        if self.lookup is None:
-            inside, leaving = (
-                "w is in the region of the proof, and so are the positions one step on",
-                "w is, but the positions one step on are not",
-            )
+        leaving = "w is, and this is the last step of the proof"
+        if self.track is not None:
+            inside = "w is a start of the proof, or follows from the state before by the actions and the rules"
+        elif self.lookup is None:
+            inside = "w is in the region of the proof, and so are the positions one step on"
+            leaving = "w is, but the positions one step on are not"
         else:
-            inside = "w is in a set of which the claim is proved, " + (
-                "for ever" if self.ever else "until the last step"
-            )
-            leaving = "never" if self.ever else "w is, and this is the last step of the proof"
-            invalid += "" if self.early == "0.0" else " or early"
+            inside = f"w is in a set of which the claim is proved, {'for ever' if self.ever else 'until the last step'}"
+            leaving = "never" if self.ever else leaving
+        invalid += "" if self.early == "0.0" else " or early"
         return {"OK": inside, "LEAVING": leaving, "OUTSIDE": "w is not: nothing is proved there", "INVALID": invalid}
 
     @property
     def last(self) -> int:
         """The last step of a cover, from 0."""
+        if self.track is not None:
+            return self.track.steps
         return 0 if self.lookup is None else self.lookup.steps - 1
+
+    @property
+    def counted(self) -> bool:
+        """Whether steps are counted since the start."""
+        return self.track is not None or (self.lookup is not None and not self.ever)
 
     @property
     def region(self) -> Region:
@@ -111,6 +119,9 @@ class Watch:
         """How many comparisons one step makes, whatever the state: no path is longer or shorter."""
         if self.lookup is not None:
             return 2 + 3 * len(self.watched) + self.lookup.comparisons
+        if self.track is not None:
+            moved = sum(4 + 4 * len(each.pushes) for each in self.track.agents) + 2 * len(self.track.still)
+            return 2 + 3 * len(self.watched) + max(moved, _comparisons(self.region) + 4 * len(self.track.agents))
         ahead = _comparisons(self.ahead.region if self.ahead else None)
         return 2 + 3 * len(self.watched) + _comparisons(self.region) + ahead
 
@@ -144,6 +155,19 @@ def watch(profile: ir.PolicyProfile, model: Model, spec: RegionSpec, certificate
     age = decimal_literal(LATE * profile.world.dt)
     whole = model.places, model.names.n_coordinates, model.dt, _ahead(own, moved)
     return Watch(own, model.names.guard, certificate, claim, watched, moved, tuple(fallbacks), age, *whole)
+
+
+def watch_start(profile: ir.PolicyProfile, model: Model, start: Start, certificate: str, claim: str) -> Watch:
+    """The monitor of a profile for episodes from the starts of a certificate. InputError as `watch` and `track`."""
+    made = watch(profile, model, start.region, certificate, claim)
+    ranges = _ranges(profile.world)
+    watched = tuple(
+        Watched(place, _double(ranges[place.name][0]), _double(ranges[place.name][1]))
+        for place in model.places.values()
+    )
+    early = decimal_literal(EARLY * profile.world.dt)
+    followed = track(profile, model, start)
+    return replace(made, watched=watched, moved=(), ahead=None, ever=False, early=early, track=followed)
 
 
 def _ahead(model: Model, moved: Sequence[Moved]) -> Model | None:

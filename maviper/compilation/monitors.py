@@ -16,11 +16,13 @@ from codegen.errors import InputError, RefusedError, shown
 from codegen.ir import PolicyProfile
 from codegen.lowering.covering import Cover
 from codegen.lowering.model import Model
-from codegen.lowering.watching import Watch, watch, watch_cover
+from codegen.lowering.tracking import Start
+from codegen.lowering.watching import Watch, watch, watch_cover, watch_start
 from codegen.region import RegionSpec
 from codegen.targets import monitor
 from maviper.files import kinds, runs
 from verify.checker.decisions import certificates as decisions
+from verify.checker.episodes import certificates as episodes
 from verify.checker.reading import RejectedError
 from verify.claims.region import Region
 from verify.exact import plain
@@ -46,7 +48,7 @@ def parted(targets: Sequence[str], certificate: Path | None) -> tuple[bool, tupl
 class Proved:
     """What an accepted certificate says: in which states its claim is proved."""
 
-    region: RegionSpec | Cover
+    region: RegionSpec | Cover | Start
     certificate: str  # content hash
     claim: str  # in words
 
@@ -58,12 +60,16 @@ def proved_by(certificate: Path, profile: PolicyProfile) -> Proved:
     RefusedError where its proof does not hold.
     """
     text = runs.read(certificate, decisions.MAX_BYTES)
-    _ensure_watchable(text, certificate)
-    if kinds.kind_of(text) is kinds.SYSTEM_CERTIFICATE:
+    kind = kinds.kind_of(text)
+    if kind not in (kinds.SYSTEM_CERTIFICATE, kinds.EPISODE_CERTIFICATE):
+        kinds.ensure(text, str(certificate), kinds.CERTIFICATE.called, kinds.CERTIFICATE)
+    if kind is kinds.SYSTEM_CERTIFICATE:
         from maviper.compilation.covers import covered_by  # here, since most profiles are of games
 
         covered = covered_by(certificate, profile)
         return Proved(covered.cover, _hash(text), covered.claim)
+    if kind is kinds.EPISODE_CERTIFICATE:
+        return _episodes(text, certificate, profile)
     try:
         found = decisions.from_json(text, str(certificate))
         if found.against:
@@ -82,6 +88,19 @@ def proved_by(certificate: Path, profile: PolicyProfile) -> Proved:
     return Proved(spec_of(found.region), _hash(text), claim)
 
 
+def _episodes(text: bytes, where: Path, profile: PolicyProfile) -> Proved:
+    """What a certificate about episodes proves: where they start, and whose actions it is about."""
+    try:
+        found = episodes.from_json(text, str(where))
+        episodes.accepted(found, profile)
+    except RejectedError as error:
+        advice = "do not rely on it; run `maviper verify` again"
+        raise RefusedError("the certificate is refused", f"{where}: {shown(error)}", advice) from None
+    followed = frozenset(name for part in found.parts for name in part.followed)
+    claim = f"{found.claim.name} of the {found.claim.team} in {found.claim.steps} steps"
+    return Proved(Start(spec_of(found.region), found.claim.steps, followed), _hash(text), claim)
+
+
 def files_of(build: Build, proved: Proved, targets: Sequence[str]) -> dict[str, str]:
     """The monitors of a build by file name, one for each language among its targets. InputError as `watch`."""
     return monitor.emit(watched_by(build.profile, build.model, proved), targets)
@@ -89,6 +108,8 @@ def files_of(build: Build, proved: Proved, targets: Sequence[str]) -> dict[str, 
 
 def watched_by(profile: PolicyProfile, model: Model, proved: Proved) -> Watch:
     """The lowered monitor of what is proved. InputError as `watch` and `watch_cover`."""
+    if isinstance(proved.region, Start):
+        return watch_start(profile, model, proved.region, proved.certificate, proved.claim)
     if isinstance(proved.region, Cover):
         return watch_cover(model, proved.region, proved.certificate, proved.claim)
     return watch(profile, model, proved.region, proved.certificate, proved.claim)
@@ -102,16 +123,6 @@ def spec_of(region: Region) -> RegionSpec:
         {f"{a} - {b}": (plain(low), plain(high)) for a, b, (low, high) in region.differences},
         {f"{a} - {b}": plain(least) for a, b, least in region.apart},
     )
-
-
-def _ensure_watchable(text: bytes, where: Path) -> None:
-    """InputError for a certificate that says of later steps only what follows from the start."""
-    kind = kinds.kind_of(text)
-    if kind is kinds.EPISODE_CERTIFICATE:
-        what = "a certificate about episodes has no region that holds at every step, to compare a state with"
-        advice = "a monitor needs the certificate of a claim about single decisions"
-        raise InputError(what, str(where), advice)
-    kinds.ensure(text, str(where), kinds.CERTIFICATE.called, kinds.CERTIFICATE, kinds.SYSTEM_CERTIFICATE)
 
 
 def _hash(text: bytes) -> str:

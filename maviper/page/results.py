@@ -35,7 +35,7 @@ def proved_claim(profile: ir.PolicyProfile, certificate: Path) -> Shown:
     """The claim of a certificate, with the region of its proof. InputError and RefusedError as for a monitor."""
     proved = proved_by(certificate, profile)
     if not isinstance(proved.region, RegionSpec):
-        what = "the certificate is about a stated system, whose states a page does not show"
+        what = "the certificate is not about single decisions in a game, of which alone a page says a word"
         raise InputError(what, str(certificate), "leave --certificate out; `maviper check` says what it proves")
     found = from_json(certificate.read_bytes(), str(certificate))
     claim = found.claim or OwnFormula(profile.policy(min(agents(found.formula))).team, statement=found.formula)

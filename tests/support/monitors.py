@@ -4,6 +4,7 @@ import ctypes
 import json
 import subprocess
 from fractions import Fraction
+from itertools import product
 
 import numpy as np
 
@@ -101,7 +102,7 @@ def asked_of_cover(cover, count, seed):
         start = int(twin.stays or rng.random() < 0.02)
         if start:
             twin.start()
-        w = np.array([rng.uniform(one.low, one.high) for one in cover.variables])
+        w = np.array([rng.uniform(max(one.low, -1e6), min(one.high, 1e6)) for one in cover.variables])
         for boxes in cover.steps[0 if cover.ever else min(twin.at, len(cover.steps) - 1)]:
             row = rng.integers(len(boxes.low))
             bounded = np.flatnonzero(np.isfinite(boxes.low[row]))
@@ -121,6 +122,89 @@ def asked_of_cover(cover, count, seed):
     return w, fresh, dt, starts.astype(np.int32)
 
 
+class TrackTwin:
+    """What the monitor of episodes must say: the motion of the game by a few lines of its own."""
+
+    def __init__(self, profile, start):
+        self.profile, self.proved, self.world = profile, start, profile.world
+        self.names = list(self.world.coordinates())
+        self.start()
+
+    def start(self):
+        self.age, self.word, self.stays, self.at = np.full(len(self.names), np.inf), INVALID, False, 0
+        self.last, self.acts = None, None
+
+    def moved(self, w, acts):
+        """The state one step on."""
+        after, world = w.copy(), self.world
+        for policy, act in zip(self.profile.agents, acts, strict=True):
+            (entity,) = (one for one in world.agents if one.name == policy.agent)
+            for axis, push in zip("xy", policy.actions[act].effect or (0.0, 0.0), strict=True):
+                place, speed = self.names.index(f"{policy.agent}.{axis}"), self.names.index(f"{policy.agent}.v{axis}")
+                after[place] = w[place] + world.dt * w[speed]
+                after[speed] = w[speed] * (1.0 - world.damping) + push * entity.force * world.dt
+        return after
+
+    def step(self, w, fresh, dt):
+        self.age = np.where(fresh, 0.0, self.age + dt)
+        if self.stays:
+            return self.word
+        step = self.world.dt
+        if not 0.5 * step <= dt <= 1.5 * step or not ((self.age <= 1.5 * step) & (np.abs(w) <= 1e9)).all():
+            self.word = INVALID
+        elif self.at > self.proved.steps or not (self.follows(w) if self.at else self.starts(w)):
+            self.word = OUTSIDE
+        else:
+            self.word = OK if self.at < self.proved.steps else LEAVING
+            self.at, self.last = self.at + 1, w
+        self.stays = self.word in (OUTSIDE, INVALID)
+        return self.word
+
+    def starts(self, w):
+        resting = all(w[at] == 0.0 for at, name in enumerate(self.names) if ".v" in name)
+        return resting and self.proved.region.holds(np.array([w]), tuple(self.names))[0]
+
+    def follows(self, w):
+        ways = [
+            [act] if policy.agent in self.proved.followed else range(len(policy.actions))
+            for policy, act in zip(self.profile.agents, self.acts, strict=True)
+        ]
+        still = [at for at, name in enumerate(self.names) if name.startswith(("landmark", "goal"))]
+        if (w[still] != self.last[still]).any():
+            return False
+        return any((np.abs(self.moved(self.last, way) - w) <= 2.0**-40).all() for way in product(*ways))
+
+
+def asked_of_episodes(profile, start, count, seed):
+    """Starts, what follows from them by random actions, and what does not quite: w, fresh, dt, start, actions."""
+    rng, twin, rows = np.random.default_rng(seed), TrackTwin(profile, start), []
+    size, names = len(twin.names), twin.names
+    for _ in range(count):
+        begun = int(twin.stays or rng.random() < 0.01)
+        if begun:
+            twin.start()
+        if twin.at == 0:
+            w = np.zeros(size)
+            for name, (low, high) in start.region.box.items():
+                w[names.index(name)] = rng.uniform(float(Fraction(low)), float(Fraction(high)))
+            goal = rng.choice(start.region.goals)
+            for axis in "xy":
+                w[names.index(f"goal.{axis}")] = w[names.index(f"{goal}.{axis}")]
+            if rng.random() < 0.1:
+                w[rng.integers(size)] = rng.choice([1.5, 1e-300, np.nan])
+        else:
+            w = twin.moved(twin.last, twin.acts)
+            if rng.random() < 0.03:
+                w[rng.integers(size)] += rng.choice([2.0**-39, -(2.0**-39), 2.0**-42, 1e-3, np.inf])
+        fresh = (rng.random(size) > 0.0005).astype(np.int32)
+        dt = rng.choice([profile.world.dt, 0.0, np.nan, 9.0], p=[0.991, 0.003, 0.003, 0.003])
+        twin.step(w, fresh, dt)
+        twin.acts = [int(rng.integers(len(policy.actions))) for policy in profile.agents]
+        rows.append((w, fresh, dt, begun, twin.acts))
+    w, fresh, dt, starts, acts = map(np.array, zip(*rows, strict=True))
+    return w, fresh, dt, starts.astype(np.int32), acts.astype(np.int32)
+
+
 def inside(spec, names, w):
     """Whether a state is in a region, in exact arithmetic."""
     at = {name: Fraction(value) for name, value in zip(names, map(float, w), strict=True)}
@@ -137,9 +221,19 @@ def inside(spec, names, w):
     return boxes and goal
 
 
+def actions(watched, asked):
+    """What every agent does after each state, [n, agents]: the fifth of what is asked, or the first agent's turn."""
+    if len(asked) > 4:
+        return np.ascontiguousarray(asked[4], np.int32)
+    found = np.zeros((len(asked[0]), len(watched.model.agents)), np.int32)
+    found[:, 0] = np.arange(len(found)) % len(watched.model.agents[0].actions)
+    return found
+
+
 PROGRAM = """#include "{p}_monitor.h"
-void run(const double *w, const int *fresh, const double *dt, const int *start, long n, int *words, int *acted);
-void run(const double *w, const int *fresh, const double *dt, const int *start, long n, int *words, int *acted)
+#define GIVEN const double *w, const int *fresh, const double *dt, const int *start, const int *acts, long n
+void run(GIVEN, int *words, int *acted);
+void run(GIVEN, int *words, int *acted)
 {{
     {p}_monitor m;
     long i;
@@ -155,7 +249,7 @@ void run(const double *w, const int *fresh, const double *dt, const int *start, 
             }}
         }}
         words[i] = {p}_monitor_step(&m, w + i * {N}, dt[i]);
-        acted[i] = {p}_monitor_{a}(&m, (int)(i % {A}));
+        {calls}
     }}
 }}
 """
@@ -163,8 +257,10 @@ void run(const double *w, const int *fresh, const double *dt, const int *start, 
 
 def run_c(texts, watched, folder, asked):
     """Words and actions of the first agent, by the C."""
-    p, agent = watched.model.prefix, watched.model.agents[0]
-    names = {"p": p, "a": agent.lower, "N": watched.size, "A": agent.names.n_actions}
+    p, agents = watched.model.prefix, watched.model.agents
+    calls = [f"{p}_monitor_{agent.lower}(&m, acts[i * {len(agents)} + {k}])" for k, agent in enumerate(agents)]
+    text = " ".join([f"acted[i] = {calls[0]};", *(f"(void){call};" for call in calls[1:])])
+    names = {"p": p, "N": watched.size, "calls": text}
     (folder / "run.c").write_text(PROGRAM.format(**names))
     for name, text in texts.items():
         if name.endswith(".h"):
@@ -173,9 +269,9 @@ def run_c(texts, watched, folder, asked):
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     library = ctypes.CDLL(str(folder / "run.so"))
-    w, fresh, dt, start = (np.ascontiguousarray(each) for each in asked)
+    w, fresh, dt, start = (np.ascontiguousarray(each) for each in asked[:4])
     words, acted = np.zeros(len(w), np.int32), np.zeros(len(w), np.int32)
-    pointers = [each.ctypes.data_as(ctypes.c_void_p) for each in (w, fresh, dt, start)]
+    pointers = [each.ctypes.data_as(ctypes.c_void_p) for each in (w, fresh, dt, start, actions(watched, asked))]
     library.run(*pointers, ctypes.c_long(len(w)), *(each.ctypes.data_as(ctypes.c_void_p) for each in (words, acted)))
     return words.tolist(), acted.tolist()
 
@@ -184,15 +280,16 @@ def run_python(texts, watched, asked):
     """The same by the Python."""
     space = {}
     exec(compile(texts[f"{watched.model.prefix}_monitor.py"], "monitor", "exec"), space)
-    found, agent = space["Monitor"](), watched.model.agents[0]
+    found, agents = space["Monitor"](), watched.model.agents
     words, acted = [], []
-    for i, (w, fresh, dt, start) in enumerate(zip(*asked, strict=True)):
+    for w, fresh, dt, start, acts in zip(*asked[:4], actions(watched, asked), strict=True):
         if start:
             found.start()
         for place in np.flatnonzero(fresh):
             found.renew(int(place))
         words.append(int(found.step(w.tolist(), float(dt))))
-        acted.append(found.act(agent.name, i % len(agent.actions)))
+        told = [found.act(agent.name, act) for agent, act in zip(agents, acts.tolist(), strict=True)]
+        acted.append(told[0])
     return words, acted
 
 
@@ -201,11 +298,11 @@ import { readFileSync } from "node:fs";
 const number = (each) => ({ NaN: NaN, inf: Infinity, "-inf": -Infinity })[each] ?? each;
 const m = new Monitor();
 const words = [], acted = [];
-for (const [i, [w, fresh, dt, start]] of JSON.parse(readFileSync("asked.json")).entries()) {
+for (const [w, fresh, dt, start, acts] of JSON.parse(readFileSync("asked.json"))) {
   if (start) m.start();
   fresh.forEach((each, place) => each && m.renew(place));
   words.push(m.step(w.map(number), number(dt)));
-  acted.push(m.act("AGENT", i % N_ACTIONS));
+  acted.push(NAMES.map((agent, k) => m.act(agent, acts[k]))[0]);
 }
 console.log(JSON.stringify([words, acted]));
 """
@@ -213,11 +310,11 @@ console.log(JSON.stringify([words, acted]));
 
 def run_javascript(texts, watched, folder, asked):
     """The same by the JavaScript, under node."""
-    name, agent = f"{watched.model.prefix}_monitor.mjs", watched.model.agents[0]
+    name, agents = f"{watched.model.prefix}_monitor.mjs", [agent.name for agent in watched.model.agents]
     (folder / name).write_text(texts[name])
-    script = SCRIPT.replace("MODULE", name).replace("AGENT", agent.name).replace("N_ACTIONS", str(len(agent.actions)))
+    script = SCRIPT.replace("MODULE", name).replace("NAMES", json.dumps(agents))
     (folder / "run.mjs").write_text(script)
-    rows = [[_told(each) for each in row] for row in zip(*asked, strict=True)]
+    rows = [[_told(each) for each in row] for row in zip(*asked[:4], actions(watched, asked), strict=True)]
     (folder / "asked.json").write_text(json.dumps(rows))
     done = subprocess.run(["node", "run.mjs"], cwd=folder, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
@@ -237,7 +334,7 @@ fn main() {
     let mut text = String::new();
     std::io::stdin().read_to_string(&mut text).unwrap();
     let mut m = monitor::Monitor::default();
-    for (i, line) in text.lines().enumerate() {
+    for line in text.lines() {
         let n: Vec<f64> = line.split(' ').map(|each| f64::from_bits(each.parse().unwrap())).collect();
         let mut w = [0.0; monitor::SIZE];
         w.copy_from_slice(&n[2..2 + monitor::SIZE]);
@@ -249,7 +346,10 @@ fn main() {
                 m.renew(place);
             }
         }
-        println!("{} {}", m.step(&w, n[0]) as usize, m.AGENT(i % N_ACTIONS));
+        let word = m.step(&w, n[0]) as usize;
+        let acts: Vec<usize> = n[2 + 2 * monitor::SIZE..].iter().map(|each| *each as usize).collect();
+        let told = [CALLS];
+        println!("{} {}", word, told[0]);
     }
 }
 """
@@ -257,10 +357,10 @@ fn main() {
 
 def run_rust(texts, watched, folder, asked):
     """The same by the Rust."""
-    agent = watched.model.agents[0]
     (folder / "monitor.rs").write_text(texts[f"{watched.model.prefix}_monitor.rs"])
     size = "N_VARIABLES" if watched.lookup else "N_COORDINATES"
-    main = RUST.replace("AGENT", agent.names.module).replace("SIZE", size).replace("N_ACTIONS", str(len(agent.actions)))
+    calls = ", ".join(f"m.{agent.names.module}(acts[{k}])" for k, agent in enumerate(watched.model.agents))
+    main = RUST.replace("CALLS", calls).replace("SIZE", size)
     (folder / "main.rs").write_text(main)
     done = subprocess.run(
         ["rustc", "--edition", "2021", "-A", "dead_code", "main.rs"],
@@ -270,8 +370,8 @@ def run_rust(texts, watched, folder, asked):
         check=False,
     )
     assert done.returncode == 0, done.stderr
-    w, fresh, dt, start = asked
-    rows = np.column_stack([dt, start, w, fresh]).astype(np.float64)
+    w, fresh, dt, start = asked[:4]
+    rows = np.column_stack([dt, start, w, fresh, actions(watched, asked)]).astype(np.float64)
     text = "\n".join(" ".join(map(str, row)) for row in rows.view(np.uint64).tolist())
     done = subprocess.run([str(folder / "main")], input=text, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr

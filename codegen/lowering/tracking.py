@@ -1,0 +1,87 @@
+"""The lowered motion of a game: what follows a start of which something is proved, as long as all moves as stated.
+
+Does: joins a lowered profile with the motion of its world, for monitors of claims about episodes.
+Assumes: a checked profile of a world in which nobody pushes anybody and no speed has a limit.
+Does not: know what is proved, or write text (codegen/targets/monitor.py).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from codegen import ir
+from codegen.dynamics import accelerations, partners
+from codegen.errors import InputError
+from codegen.floats import decimal_literal, short_hex
+from codegen.lowering.model import Agent, Double, Model, Place
+from codegen.region import RegionSpec
+
+OFF = 2.0**-40  # by which a number may be off: proofs leave 2^-30 for all that adds up in an episode
+MAX_STEPS = 100  # in which that adds up to less than 2^-30
+
+
+@dataclass(frozen=True)
+class Start:
+    """Where episodes start of which something is proved, at rest, and whose actions count: of all others none does."""
+
+    region: RegionSpec
+    steps: int
+    followed: frozenset[str]
+
+
+@dataclass(frozen=True)
+class Tracked:
+    """An agent: its positions, velocities, and what each of its actions adds to these, by axis."""
+
+    agent: Agent
+    number: int
+    positions: tuple[Place, Place]
+    velocities: tuple[Place, Place]
+    pushes: tuple[tuple[Double, Double], ...]
+    followed: bool
+
+
+@dataclass(frozen=True)
+class Track:
+    """How a world moves."""
+
+    steps: int
+    agents: tuple[Tracked, ...]
+    still: tuple[Place, ...]  # what does not move
+    kept: Double  # the share of a velocity that is left after a step
+    off: Double
+
+
+def track(profile: ir.PolicyProfile, model: Model, start: Start) -> Track:
+    """How a profile's world moves after a start. InputError for worlds whose motion is not followed, and for episodes
+    in which too much may add up.
+    """
+    world = profile.world
+    if partners(world) or any(agent.max_speed is not None for agent in world.agents):
+        what = "the proof is about episodes in which agents push each other or have a speed limit"
+        raise InputError(what, "--certificate", "a monitor follows episodes without these only")
+    if start.steps > MAX_STEPS:
+        what = f"the proof is about {start.steps} steps, in which too much adds up"
+        raise InputError(what, "--certificate", f"a monitor follows at most {MAX_STEPS} steps")
+    agents = tuple(_tracked(profile, model, number, start) for number in range(len(profile.agents)))
+    moving = {place.upper for each in agents for place in (*each.positions, *each.velocities)}
+    still = tuple(place for upper, place in model.places.items() if upper not in moving)
+    return Track(start.steps, agents, still, _double(1.0 - world.damping), _double(OFF))
+
+
+def _tracked(profile: ir.PolicyProfile, model: Model, number: int, start: Start) -> Tracked:
+    policy, world = profile.agents[number], profile.world
+    (entity,) = (one for one in world.agents if one.name == policy.agent)
+    added = accelerations(entity, policy.actions) * world.dt
+    pushes = tuple((_double(x), _double(y)) for x, y in added.tolist())
+    positions, velocities = (_places(model, policy.agent, name) for name in (("x", "y"), ("vx", "vy")))
+    followed = policy.agent in start.followed
+    return Tracked(model.agents[number], number, positions, velocities, pushes, followed)
+
+
+def _places(model: Model, agent: str, axes: Sequence[str]) -> tuple[Place, Place]:
+    by_name = {place.name: place for place in model.places.values()}
+    return by_name[f"{agent}.{axes[0]}"], by_name[f"{agent}.{axes[1]}"]
+
+
+def _double(value: float) -> Double:
+    return Double(short_hex(value + 0.0), decimal_literal(value + 0.0))
