@@ -12,7 +12,8 @@ file makes of the state one step on: that must be vouched for again, and keep th
 numbers that are off by a normal error of 1/1000 of the side of the region, or of the hull of the proof's boxes; a false
 alarm is a word that does not vouch for a state that is vouched for. Warning: of a game, the share of departures that
 LEAVING comes before; of a system, how many steps before the claim breaks the monitor stops to vouch, on average.
-Control: the same states with other trees, which must be seen to fail.
+Control: the same states with other trees, which must be seen to fail. Of claims about episodes of games whole episodes
+are played: they fail while vouched for if no word was another; the control has the landmarks of other episodes.
 """
 
 import argparse
@@ -30,6 +31,7 @@ from codegen.ir import act
 from maviper import load, verify_system
 from maviper.compilation.monitors import proved_by
 from maviper.worlds.stated.certified import read_certificate
+from tests.support.followed import arriving
 from tests.support.monitored import acting, compiled, formula_of, meets
 from tests.support.stated_play import Played
 
@@ -41,11 +43,13 @@ GAMES = (
     "predator_prey/certificate-1-formula",
     "predator_prey/certificate-2-formula",
 )
+EPISODES = ("physical_deception/certificate-7-reaches", "physical_deception/certificate-8-reaches")
 SYSTEMS = (
     "worlds/cart_pole/certificate-1-stays_in",
     "worlds/cart_pole/certificate-2-stays_in",
     "worlds/corridor/certificate-1-avoids",
     "worlds/crossing/certificate-1-stays_in",
+    "worlds/mountain_car/certificate-1-stays_in",
     "worlds/pendulum/certificate-1-stays_in",
     "worlds/pendulum/certificate-2-decides",
     "worlds/quadrotor/certificate-1-stays_in",
@@ -295,6 +299,9 @@ def measured(states: int, only: str = "") -> Iterator[tuple[str, dict[str, Any]]
     for name in GAMES:
         if only in name:
             yield name, game(name, states)
+    for name in EPISODES:
+        if only in name:
+            yield name, arriving(GENERATED / "verdicts" / f"{name}.json", states)
     for name in SYSTEMS:
         if only in name:
             yield name, system(GENERATED / f"{name}.json", states)
