@@ -54,6 +54,9 @@ SYSTEMS = (
     "worlds/pendulum/certificate-2-decides",
     "worlds/quadrotor/certificate-1-stays_in",
     "worlds/quadrotor/certificate-2-reaches_and_stays",
+    "worlds/tanks/certificate-1-stays_in",
+    "worlds/tanks/certificate-2-always",
+    "worlds/tanks/certificate-3-decides",
     "arch/acc/certificate-1-stays_in",
     "arch/pendulum/certificate-1-reaches_and_stays",
 )

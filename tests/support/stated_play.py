@@ -7,8 +7,10 @@ import numpy as np
 
 from codegen.ir import act
 from maviper.worlds.stated.flowing import PARTS
-from verify.systems.language.expressions import Call, Name, Number, Power, Product, Quotient, Sum
+from verify.systems.language.expressions import Call, Name, Number, Pi, Power, Product, Quotient, Sum
 from verify.systems.system import Measure
+
+FUNCTIONS = {"sin": np.sin, "cos": np.cos, "tan": np.tan, "exp": np.exp, "sqrt": np.sqrt}
 
 
 def value(expression, at):
@@ -23,7 +25,9 @@ def value(expression, at):
         case Call(_, argument, bounds) if bounds is not None:
             return np.clip(value(argument, at), *map(float, bounds))
         case Call(called, argument, _):
-            return {"sin": np.sin, "cos": np.cos}[called](value(argument, at))
+            return FUNCTIONS[called](value(argument, at))
+        case Pi():
+            return np.pi
         case Sum(left, right):
             return value(left, at) + value(right, at)
         case Product(left, right):
