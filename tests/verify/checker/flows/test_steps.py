@@ -10,14 +10,16 @@ from verify.checker.flows.series import FlowReading
 from verify.checker.flows.spans import Spans
 from verify.checker.flows.steps import FlowStep, Stepping, framed
 from verify.checker.reading import RejectedError
-from verify.systems.language.expressions import Call, Name, Number, Product, Quotient, Sum
+from verify.language.units import PURE
+from verify.systems.language.expressions import Call, Name, Number, Product, Quotient
+from verify.systems.language.parsing import Names, expression_of
 from verify.systems.system import Flow
 
 mpmath = pytest.importorskip("mpmath")
-X, Y = Name("x"), Name("y")
-ALL = {  # every function, also those that files cannot hold yet
-    "x": Sum(Call("exp", Product(Number(F(-1)), Y)), Call("tan", Product(Number(F(1, 5)), X))),
-    "y": Quotient(Call("sqrt", Sum(X, Number(F(2)))), Sum(Number(F(3)), Call("cos", Y))),
+X, NAMES = Name("x"), Names({"x": PURE, "y": PURE})
+ALL = {  # every function of files
+    name: expression_of(text, NAMES, "").value
+    for name, text in (("x", "exp(-y) + tan(0.2*x) - pi/8"), ("y", "sqrt(x + 2)/(3 + cos(y))"))
 }
 
 
