@@ -190,7 +190,7 @@ def _identity(size: int) -> bytes:
     helper, double = onnx.helper, onnx.TensorProto.DOUBLE
     taken, given = (helper.make_tensor_value_info(name, double, [size]) for name in (STATE, f"{STATE}_same"))
     graph = helper.make_graph([helper.make_node("Identity", [taken.name], [given.name])], WORLD, [taken], [given])
-    opsets = [helper.make_opsetid("", models.OPSETS[""])]
-    made = helper.make_model(graph, opset_imports=opsets, ir_version=models.IR_VERSION)
+    opsets = [helper.make_opsetid("", models.OLD_OPSETS[""])]
+    made = helper.make_model(graph, opset_imports=opsets, ir_version=models.OLD_IR)
     onnx.checker.check_model(made, full_check=True)
     return made.SerializeToString(deterministic=True)
