@@ -34,7 +34,7 @@ COMPILERS = [
 def test_every_target_has_its_golden_file(golden):
     profile = small_profile()
     files = emit(profile, TARGETS)
-    assert len(files) == len(TARGETS) + 1 - 2 + 2 * len(profile.agents), "a reader; a picture and a model an agent"
+    assert len(files) == len(TARGETS) + 1 - 3 + 3 * len(profile.agents), "a reader; a picture and two models an agent"
     files |= {f"walk_{name}": text for name, text in emit(profile, ["c"], style="walk").items()}
     files |= {f"ordered_{name}": text for name, text in emit(profile, ["c"], style="ordered").items()}
     files |= vectors.files(build(profile, TARGETS), TARGETS)
