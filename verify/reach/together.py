@@ -185,9 +185,10 @@ class Together:
             return
         most = min(self.spending.left, LASTING)
         outcome = lasting(self.profile, self.system, self.claims[number], most)
-        self.spending.take(outcome.boxes)
-        if outcome.verdict is Verdict.UNKNOWN:
-            self._play((number,), Starts(self.budgets.samples))
+        with suppress(BudgetSpentError):  # the outcome says more than that: which state leaves, and where it goes
+            self.spending.take(outcome.boxes)
+            if outcome.verdict is Verdict.UNKNOWN:
+                self._play((number,), Starts(self.budgets.samples))
         if number in self._left:
             self._settle(number, outcome)
 

@@ -212,6 +212,8 @@ def test_unstated():
     system, profile = thermostat()
     short = replace(system, pieces=(replace(system.pieces[0], where={"warm": (F(16), F(30))}),))
     assert answered((short, profile), always(warm=(F(0), F(40))), samples=0).verdict is Verdict.UNKNOWN
+    spent = answered((short, profile), always(warm=(F(0), F(40))), max_boxes=60_000)
+    assert spent.verdict is Verdict.UNKNOWN and "no invariant was found" in spent.reason
 
 
 @pytest.mark.parametrize("number", range(len(FAULTS)))
