@@ -51,17 +51,22 @@ class Track:
     off: Double
 
 
+def ensure_followed(world: ir.WorldSpec, steps: int) -> None:
+    """InputError for worlds whose motion is not followed, and for episodes in which too much may add up."""
+    if partners(world) or any(agent.max_speed is not None for agent in world.agents):
+        what = "the proof is about episodes in which agents push each other or have a speed limit"
+        raise InputError(what, "--certificate", "a monitor follows episodes without these only")
+    if steps > MAX_STEPS:
+        what = f"the proof is about {steps} steps, in which too much adds up"
+        raise InputError(what, "--certificate", f"a monitor follows at most {MAX_STEPS} steps")
+
+
 def track(profile: ir.PolicyProfile, model: Model, start: Start) -> Track:
     """How a profile's world moves after a start. InputError for worlds whose motion is not followed, and for episodes
     in which too much may add up.
     """
+    ensure_followed(profile.world, start.steps)
     world = profile.world
-    if partners(world) or any(agent.max_speed is not None for agent in world.agents):
-        what = "the proof is about episodes in which agents push each other or have a speed limit"
-        raise InputError(what, "--certificate", "a monitor follows episodes without these only")
-    if start.steps > MAX_STEPS:
-        what = f"the proof is about {start.steps} steps, in which too much adds up"
-        raise InputError(what, "--certificate", f"a monitor follows at most {MAX_STEPS} steps")
     agents = tuple(_tracked(profile, model, number, start) for number in range(len(profile.agents)))
     moving = {place.upper for each in agents for place in (*each.positions, *each.velocities)}
     still = tuple(place for upper, place in model.places.items() if upper not in moving)

@@ -16,7 +16,7 @@ from codegen.errors import InputError, RefusedError, shown
 from codegen.ir import PolicyProfile
 from codegen.lowering.covering import Cover
 from codegen.lowering.model import Model
-from codegen.lowering.tracking import Start
+from codegen.lowering.tracking import Start, ensure_followed
 from codegen.lowering.watching import Watch, watch, watch_cover, watch_start
 from codegen.region import RegionSpec
 from codegen.targets import monitor
@@ -92,6 +92,7 @@ def _episodes(text: bytes, where: Path, profile: PolicyProfile) -> Proved:
     """What a certificate about episodes proves: where they start, and whose actions it is about."""
     try:
         found = episodes.from_json(text, str(where))
+        ensure_followed(profile.world, found.claim.steps)  # first: to check a proof about contacts takes seconds
         episodes.accepted(found, profile)
     except RejectedError as error:
         advice = "do not rely on it; run `maviper verify` again"

@@ -192,7 +192,7 @@ def test_hashes_and_claim_are_in_the_code(proved):
     ("folder", "certificate", "said"),
     [
         ("physical_deception", "cooperative_navigation/certificate-1-distinct_targets.json", "profile"),
-        ("physical_deception", "predator_prey/certificate-7-keeps_apart.json", "profile"),
+        ("physical_deception", "../arch/acc/certificate-1-stays_in.json", "agent"),
         ("physical_deception", "../worlds/cart_pole/certificate-1-stays_in.json", "unknown agent"),
         ("physical_deception", "physical_deception/report.json", "certificate"),
     ],

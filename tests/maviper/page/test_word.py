@@ -65,7 +65,7 @@ def test_play_shows_the_claim_of_a_certificate(name):
     profile = committed("verdicts/predator_prey")
     certificate = GENERATED / "verdicts" / "predator_prey" / f"certificate-{name}.json"
     if name == "7-keeps_apart":
-        with pytest.raises(InputError, match="about single decisions"):
+        with pytest.raises(InputError, match="push each other"):
             proved_claim(profile, certificate)
         return
     shown = proved_claim(profile, certificate)
