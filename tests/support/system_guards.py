@@ -35,7 +35,7 @@ from verify.systems import documents
 from verify.systems.claims import Pattern, SystemClaim
 from verify.systems.system import Feature, HalfSpace, Measure, Piece, System, Variable
 
-SEARCHED = Budgets(max_boxes=2_000_000, covers=False, samples=0)  # by proofs alone
+SEARCHED = Budgets(max_boxes=40_000, covers=False, samples=0)  # by proofs alone
 PLAYED = Budgets(max_boxes=2_000_000, covers=False)
 BROKEN, HELD, FORGED = "a broken claim is proved", "a true claim is lost", "a forgery passes"
 ANSWERED, POINTS, JUDGED = "a verdict turns", "points are lost", "an episode is judged otherwise"
