@@ -53,6 +53,7 @@ NAMED = {
     "zones": ZONES,
     "verification": REPORT,
     "difference": DIFFERENCE,
+    "difference-outputs": DIFFERENCE,
     "extraction": CONFIG,
     "cell": CELL,
 }

@@ -127,10 +127,10 @@ def _episodes(path: Path) -> dict[tuple[str, str], Values]:
         raise InputError("the table lacks columns", f"{path}: {', '.join(EPISODE_COLUMNS)}", AGAIN)
     found: dict[tuple[str, str], tuple[list[float], list[float]]] = {}
     try:
-        for lineup, measure, episode, value in lines:
+        for lineup, measure, episode, *columns in lines:  # a record packs episodes that follow one another in one row
             seeds, values = found.setdefault((lineup, measure), ([], []))
-            seeds.append(int(episode))
-            values.append(float(value))
+            seeds.extend(range(int(episode), int(episode) + len(columns)))
+            values.extend(map(float, columns))
     except ValueError as error:
         raise InputError("a row of the episodes is damaged", f"{path}: line {lines.line_num}: {error}", AGAIN) from None
     return {key: _sorted(np.array(seeds, dtype=np.float64), np.array(values)) for key, (seeds, values) in found.items()}

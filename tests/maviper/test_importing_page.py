@@ -30,12 +30,12 @@ def python(*lines):
     return "policy.py", "def act(x):\n" + "".join(f"    {line}\n" for line in (*lines, "return 0"))
 
 
-def onnx(*steps):
+def onnx(*steps, wanted=Y):
     from skl2onnx import convert_sklearn
     from skl2onnx.common.data_types import FloatTensorType
 
     pytest.importorskip("skl2onnx", reason="skl2onnx is not installed")
-    fitted = make_pipeline(*steps).fit(X, Y)
+    fitted = make_pipeline(*steps).fit(X, wanted)
     return "tree.onnx", convert_sklearn(fitted, initial_types=[("x", FloatTensorType([None, 3]))]).SerializeToString()
 
 
@@ -112,6 +112,12 @@ CASES = [  # from, what, what happens, what it is: a file's name and content, or
     ("if/else Python", "state between calls, randomness, files, loops without an end", REFUSED,
      lambda: ("policy.py", "SEEN = []\ndef act(x):\n    SEEN.append(x[0])\n    return len(SEEN)\n")),
     ("ONNX", "one decision tree classifier", EXACT, lambda: onnx(DecisionTreeClassifier(max_depth=3))),
+    (
+        "ONNX",
+        "one decision tree regressor, also of several outputs",
+        EXACT,
+        lambda: onnx(DecisionTreeRegressor(max_depth=3), wanted=X[:, :2]),
+    ),
     ("ONNX", "scalers, sums and products with constants, clipping before it", EXACT,
      lambda: onnx(StandardScaler(), MinMaxScaler(clip=True), DecisionTreeClassifier(max_depth=3))),
     ("ONNX", "selections, casts, `Concat`, comparisons with constants before it", EXACT,

@@ -62,7 +62,7 @@ def test_the_wrong_kind_is_answered_in_three_lines(tmp_path, monkeypatch, capsys
 def test_what_the_manual_lists_is_known():
     forms = re.findall(r"`(maviper-[a-z-]+-\d)`", TABLE.read_text())
     members = {"states": "states", "zones": "zones", "verification": "report", "cell": "format"}
-    members["system-verification"] = "report"
+    members |= {"system-verification": "report", "difference-outputs": "difference"}
     for form in forms:
         stem = form[len("maviper-") : -2]
         if stem == "claims":  # TOML, in the package alone
