@@ -150,7 +150,7 @@ def test_an_extracted_team_stays_in_the_arena_for_ever(profile):
     """Whatever all others do, from everywhere: beyond the landmarks the trees never push outwards."""
     for goal, agent, axis in (("landmark_0", "agent_0", "x"), ("landmark_1", "agent_1", "y")):
         claim = in_the_arena(agent, axis, F(11, 5))
-        (found,) = decided(profile, system_of(profile, goal), [claim], Budgets(max_boxes=4_000))
+        (found,) = decided(profile, system_of(profile, goal), [claim], Budgets(max_boxes=20_000))  # 15,616 are played
         assert found.verdict is Verdict.PROVED
         (part,) = found.certificate.parts
         assert part.regions[0].walk is not None and found.certificate.accepted(profile, system_of(profile, goal)) > 0
