@@ -163,7 +163,7 @@ def test_a_world_without_dynamics():
         # motion
         (changed('v = "v + dt*cart.a"', ""), "nothing says how v moves", "dynamics.next"),
         (changed("dt*cart.a", "dt*cart.a/(1[1/m]*x)"), "a denominator may be 0", "dynamics"),
-        (changed("dt*cart.a", "dt*cart.a/sin(1[1/m]*x)"), "a denominator may be 0", "dynamics: x in [-10, 10]"),
+        (changed("dt*cart.a", "dt*cart.a/sin(1[1/m]*x)"), "a denominator may be 0", "dynamics.next.v: x in [-10, 10]"),
         (CART + "[dynamics.cuts]\nx = 0\n", "not a whole number from 1 to", "cuts.x"),
         (changed("steps = 10", ""), "not a whole number", "steps"),
         # features and agents
