@@ -110,6 +110,11 @@ class Lookup:
         return len(self.columns[0])
 
     @property
+    def ends(self) -> int:
+        """How many numbers a row has: the least and most of each variable."""
+        return 2 * self.width
+
+    @property
     def steps(self) -> int:
         """How many lists there are."""
         return (len(self.begins) - 1) // self.parts
@@ -118,7 +123,7 @@ class Lookup:
     def comparisons(self) -> int:
         """The most that one step takes."""
         sizes = np.diff(np.array(self.begins)).reshape(self.steps, self.parts)
-        return 2 * self.width * int(sizes.sum(axis=1).max())
+        return self.ends * int(sizes.sum(axis=1).max())
 
 
 def lookup(steps: Sequence[Sequence[Boxes]], where: str) -> Lookup:

@@ -92,6 +92,11 @@ class Watch:
         return {"OK": inside, "LEAVING": leaving, "OUTSIDE": "w is not: nothing is proved there", "INVALID": invalid}
 
     @property
+    def word_width(self) -> int:
+        """How many characters the longest of the words has in C: PREFIX_M_LEAVING."""
+        return len(self.model.prefix.upper()) + len("_M_") + max(map(len, WORDS))
+
+    @property
     def last(self) -> int:
         """The last step of a cover, from 0."""
         if self.track is not None:

@@ -30,6 +30,11 @@ class Row:
     y: float  # the text's base line
     bar: tuple[float, float] | None  # the bar's left end and how far it reaches
 
+    @property
+    def bar_y(self) -> float:
+        """The top of its bar."""
+        return self.y + 3
+
 
 @dataclass(frozen=True)
 class Box:
@@ -59,6 +64,11 @@ class Box:
     def lines(self) -> tuple[float, ...]:
         """The base lines of its texts."""
         return (self.y - 1, self.y + 11) if self.split else (self.y + 4,)
+
+    @property
+    def share_dy(self) -> int:
+        """How far below its middle the share of a leaf stands: under its frame."""
+        return self.height // 2 + 12
 
 
 @dataclass(frozen=True)
