@@ -88,14 +88,12 @@ class StatedWorld:
     @property
     def asked(self) -> list[Asked]:
         """The questions, each with the command that asks them all again, in the folder of the report."""
-        options, subject = self.options, ClosedLoop(self.profile, self.statement.system)
+        options = self.options
         words = ["maviper", "verify", runs.PROFILE_FILE, "--world", WORLD_FILE]
         words += [] if options.file is None else ["--properties", PROPERTY_FILE]
         words += [] if options.max_boxes is None else ["--max-boxes", str(options.max_boxes)]
         command = shlex.join([*words, *(["--run-reference"] if options.run_reference else [])])
-        budgets = options.budgets(None)
-        asked = (Question(subject, claim, UNBOUNDED, MACHINE, budgets) for claim in self.claims)
-        return [Asked(question, command, self.about) for question in asked]
+        return [Asked(question, command, self.about) for question in self._questions]
 
     @property
     def said(self) -> list[tuple[str, str]]:
@@ -123,7 +121,7 @@ class StatedWorld:
         measured_steps = self.reference.get("steps")  # first, since a wrong statement is not worth a proof
         bent = not question.claim.about_decisions and any(map(curved, self.statement.rules))
         confirm = partial(_by_rules, self.statement, self.profile, question.claim) if bent else None
-        result = self._questions.verified(self.claims.index(question.claim), confirm, beside)
+        result = self._together.verified(self.claims.index(question.claim), confirm, beside)
         if result.verdict is Verdict.PROVED:
             _ = self._shown
         said = replay_words(self.statement, self.profile, result) if measured_steps else ""
@@ -139,7 +137,7 @@ class StatedWorld:
         except RejectedError as error:
             where = f"claim {question.claim.shown}: {error}"
             raise InputError("an enclosure was not shown again", where, "cut its ranges into more parts") from None
-        found = self._questions.verified(self.claims.index(question.claim), None, beside)
+        found = self._together.verified(self.claims.index(question.claim), None, beside)
         if found.verdict in (Verdict.PROVED, Verdict.VACUOUS):
             return found
         other = verify_system(replace(question, claim=curved.weaker), None, beside)
@@ -149,9 +147,14 @@ class StatedWorld:
         return replace(found, verdict=Verdict.UNKNOWN, reason=BENT, evidence=open_)
 
     @cached_property
-    def _questions(self) -> JointQuestions:
+    def _questions(self) -> list[Question[SystemClaim]]:
+        subject, budgets = ClosedLoop(self.profile, self.statement.system), self.options.budgets(None)
+        return [Question(subject, claim, UNBOUNDED, MACHINE, budgets) for claim in self.claims]
+
+    @cached_property
+    def _together(self) -> JointQuestions:
         """All questions, which one search decides."""
-        return JointQuestions([one.question for one in self.asked])
+        return JointQuestions(self._questions)
 
     @cached_property
     def _shown(self) -> None:
