@@ -133,6 +133,8 @@ def _episodes(path: Path) -> dict[tuple[str, str], Values]:
             values.extend(map(float, columns))
     except ValueError as error:
         raise InputError("a row of the episodes is damaged", f"{path}: line {lines.line_num}: {error}", AGAIN) from None
+    if any(len(set(seeds)) < len(seeds) for seeds, _ in found.values()):
+        raise InputError("a row of the episodes is damaged", f"{path}: an episode stands there twice", AGAIN)
     return {key: _sorted(np.array(seeds, dtype=np.float64), np.array(values)) for key, (seeds, values) in found.items()}
 
 

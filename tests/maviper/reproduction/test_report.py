@@ -250,7 +250,8 @@ def test_an_empty_table_is_reported_as_one(tmp_path):
         ("cells.csv", ",extraction,", ",extracted,", "extracted"),
         ("cells.csv", ",paper,maviper,4,", ",paper,maviper,four,", "four"),
         ("episodes/*.csv", "lineup,measure", "measure,lineup", "lacks columns"),
-        ("episodes/*.csv", "3000001", "3000001,3", "damaged"),
+        ("episodes/*.csv", "3000001", "3000001,3", "twice"),
+        ("episodes/*.csv", "3000001", "three", "damaged"),
         ("facts/*.json", "{", "[", "no JSON object"),
     ],
 )
