@@ -2,6 +2,7 @@
 
 import ctypes
 import json
+import shutil
 import subprocess
 from fractions import Fraction
 from itertools import product
@@ -253,6 +254,17 @@ void run(GIVEN, int *words, int *acted)
     }}
 }}
 """
+
+
+def ensure_said_by_all(texts, watched, folder, asked, said, languages=("javascript", "rust")):
+    """Python, C and those of `languages` that can be run here give the same words and actions."""
+    assert run_python(texts, watched, asked) == said
+    if find_compiler() is not None:
+        assert run_c(texts, watched, folder, asked) == said
+    if "javascript" in languages and shutil.which("node"):
+        assert run_javascript(texts, watched, folder, asked) == said
+    if "rust" in languages and shutil.which("rustc"):
+        assert run_rust(texts, watched, folder, asked) == said
 
 
 def run_c(texts, watched, folder, asked):

@@ -7,7 +7,6 @@ import shutil
 import numpy as np
 import pytest
 
-from codegen.agreement.compiled import find_compiler
 from codegen.errors import InputError, RefusedError
 from codegen.lowering import covering
 from codegen.lowering.covering import Boxes, Cover, Variable, lookup, merged
@@ -88,13 +87,7 @@ def test_all_languages_say_what_the_proof_says(form, languages, for_ever, tmp_pa
     assert (LEAVING in wanted) is not proved.region.ever
     n, rest = len(watched.model.agents[0].actions), watched.fallbacks[0].action
     acted = [i % n if word in (OK, LEAVING) else rest for i, word in enumerate(wanted)]
-    assert monitors.run_python(texts, watched, rows) == (wanted, acted)
-    if find_compiler() is not None:
-        assert monitors.run_c(texts, watched, tmp_path, rows) == (wanted, acted)
-    if "javascript" in languages and shutil.which("node"):
-        assert monitors.run_javascript(texts, watched, tmp_path, rows) == (wanted, acted)
-    if "rust" in languages and shutil.which("rustc"):
-        assert monitors.run_rust(texts, watched, tmp_path, rows) == (wanted, acted)
+    monitors.ensure_said_by_all(texts, watched, tmp_path, rows, (wanted, acted), languages)
 
 
 @pytest.mark.parametrize(
