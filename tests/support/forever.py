@@ -1,9 +1,13 @@
-"""Claims for ever, answered; a room with a heater."""
+"""Claims for ever, answered; invariants given to the checker; a room with a heater."""
 
 from fractions import Fraction as F
 
+from codegen.policy_json import content_hash
 from tests.support.system_cases import box, decided, form, policy, team
+from verify.checker.covers.forever import InvariantCertificate, accepted
+from verify.checker.reading import RejectedError
 from verify.question import Budgets
+from verify.systems import documents
 from verify.systems.claims import Pattern, SystemClaim
 from verify.systems.system import Feature, Piece, System, Variable
 
@@ -26,3 +30,16 @@ def answered(asked, claim, **budgets):
     system, profile = asked
     (found,) = decided(profile, system, [claim], Budgets(**budgets))
     return found
+
+
+def any_taken(asked, claim, state, lists):
+    """Whether the checker takes one of several lists of parts for an invariant that shows the claim."""
+    system, profile = asked
+    hashes = content_hash(profile), documents.content_hash(system)
+    taken = []
+    for parts in lists:
+        try:
+            taken.append(accepted(InvariantCertificate(*hashes, claim, state, parts), profile, system) > 0)
+        except RejectedError:
+            taken.append(False)
+    return any(taken)

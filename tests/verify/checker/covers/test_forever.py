@@ -9,24 +9,22 @@ import numpy as np
 import pytest
 
 from codegen.errors import InputError
-from codegen.policy_json import content_hash
 from tests.support.covers import question
 from tests.support.exact_play import refuted, start
-from tests.support.forever import always, answered, thermostat
+from tests.support.forever import always, answered, any_taken, thermostat
 from tests.support.system_cases import box, double_integrator, form, policy, switching, team
 from tests.verify.reach import random_modes
 from verify.certificates.proofs import encode_numbers
 from verify.certificates.systems import to_json
 from verify.checker.covers import forever, invariants
 from verify.checker.covers.certificates import CoverCertificate, from_json
-from verify.checker.covers.forever import InvariantCertificate, InvariantPart, accepted
+from verify.checker.covers.forever import InvariantPart, accepted
 from verify.checker.covers.invariants import InvariantSweep
 from verify.checker.envelope import body_hash
 from verify.checker.reading import RejectedError
 from verify.checker.systems.certificates import SystemCertificate
 from verify.reach.forever.lasting import InvariantSearch
 from verify.result import Verdict
-from verify.systems import documents
 from verify.systems.claims import Pattern, SystemClaim
 from verify.systems.system import Piece, System, Variable
 
@@ -99,18 +97,12 @@ def attacked(seeds, each=4):
         if state is None:
             continue
         parts = next(InvariantSearch(profile, system, claim, 4_000).found(), None)
-        hashes = content_hash(profile), documents.content_hash(system)
         lists = [(forged(random, system, claim),) for _ in range(each)] + ([parts] if parts else [])
-        taken = []
-        for made in lists:
-            try:
-                taken.append(accepted(InvariantCertificate(*hashes, claim, state, made), profile, system) > 0)
-            except RejectedError:
-                taken.append(False)
-        broken = refuted(random, (system, profile, claim), 40 if any(taken) else 12)
-        assert not (any(taken) and broken), (seed, claim)
+        taken = any_taken((system, profile), claim, state, lists)
+        broken = refuted(random, (system, profile, claim), 40 if taken else 12)
+        assert not (taken and broken), (seed, claim)
         met["forgeries"] += each * broken
-        met["proved"] += any(taken)
+        met["proved"] += taken
     return met
 
 

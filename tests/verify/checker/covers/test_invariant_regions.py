@@ -11,7 +11,7 @@ from codegen.errors import InputError
 from codegen.policy_json import content_hash
 from tests.support.covers import question
 from tests.support.exact_play import refuted, start
-from tests.support.forever import always, answered, thermostat
+from tests.support.forever import always, answered, any_taken, thermostat
 from tests.support.system_cases import box, double_integrator, form, policy, switching, team
 from tests.verify.reach import random_modes, random_systems
 from verify.certificates.proofs import encode_numbers
@@ -199,21 +199,15 @@ def attacked(seeds, each=4):
         if state is None or (assuming and not all(half.holds(state) for half in assuming[0])):
             continue
         parts = next(InvariantSearch(profile, system, claim, 2_000).found(), None)
-        hashes = content_hash(profile), documents.content_hash(system)
         lists = [
             (InvariantPart({}, int(random.integers(1, 4)), b"", tuple(forged(random, names) for _ in range(count))),)
             for count in random.integers(1, 3, each)
         ] + ([parts] if parts else [])
-        taken = []
-        for made in lists:
-            try:
-                taken.append(accepted(InvariantCertificate(*hashes, claim, state, made), profile, system) > 0)
-            except RejectedError:
-                taken.append(False)
-        broken = refuted(random, (system, profile, claim), 40 if any(taken) else 12)
-        assert not (any(taken) and broken), (seed, claim)
+        taken = any_taken((system, profile), claim, state, lists)
+        broken = refuted(random, (system, profile, claim), 40 if taken else 12)
+        assert not (taken and broken), (seed, claim)
         met["forgeries"] += each * broken
-        met["proved"] += any(taken)
+        met["proved"] += taken
     return met
 
 
