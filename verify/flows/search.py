@@ -8,7 +8,6 @@ Does not: prove: a plan that is found here is run again as a certificate.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
 from fractions import Fraction
 from math import floor, log2
 from typing import NamedTuple
@@ -20,6 +19,7 @@ from verify.checker.covers.parts import StartBox, halves
 from verify.checker.flows.sweep import FlowSweep, Plan, SeenStep
 from verify.checker.reading import RejectedError
 from verify.progress import tell
+from verify.reach.cutting import CutPart
 from verify.systems.claims import SystemClaim
 from verify.systems.language.expressions import affine, names
 from verify.systems.system import System
@@ -41,30 +41,6 @@ class FoundPlan(NamedTuple):
 
     plan: Plan
     widths: dict[str, Fraction]
-
-
-@dataclass
-class CutPart:
-    """A part of the start, with its two halves once it is cut."""
-
-    box: StartBox
-    depth: int = 0
-    column: int = -1
-    halves: list[CutPart] = field(default_factory=list["CutPart"])
-
-    def cut(self, column: int) -> list[CutPart]:
-        """Its halves."""
-        self.column = column
-        self.halves = [CutPart(half, self.depth + 1) for half in halves(self.box, column)]
-        return self.halves
-
-    def cuts(self) -> Iterator[int]:
-        """All cuts in it, in the order in which the checker reads them."""
-        pending: list[CutPart] = [self]
-        while pending:
-            part = pending.pop()
-            yield part.column + 1
-            pending += reversed(part.halves)
 
 
 class _Cutting:

@@ -18,11 +18,12 @@ from codegen.ir import Bool, Float64, PolicyProfile
 from verify.certificates.proofs import encode_numbers
 from verify.checker.covers.forever import InvariantPart, InvariantRegion
 from verify.checker.covers.invariants import RegionSweep, outside_of
-from verify.checker.covers.parts import StartBox, halves
+from verify.checker.covers.parts import StartBox
 from verify.checker.reading import RejectedError
 from verify.checker.systems.rows import Branch
 from verify.claims.formula import conjunction, disjunction, holds
 from verify.progress import tell
+from verify.reach.cutting import CutPart
 from verify.reach.forever.cells import Approach, arrived, bounds_of
 from verify.reach.forever.leaving import LeftError
 from verify.reach.replay import piece_of
@@ -37,24 +38,6 @@ MAX_STATES, MAX_PROGRAMS = 400, 1_500  # symbolic states and linear programs of 
 PLAYED, CORNERS = 2, 16  # parts of one level of which some states are played; corners of these
 ENDS = (Fraction(0), Fraction(-(10**18)), Fraction(10**18))  # of errors, each cut to its bounds
 State = Mapping[str, Fraction]
-
-
-class RegionHalf:
-    """A part of a region: where it was cut, and the halves."""
-
-    def __init__(self, box: StartBox) -> None:
-        self.box, self.column = box, -1
-        self.halves: list[RegionHalf] = []
-
-    def numbers(self) -> list[int]:
-        """The cuts, as certificates have them."""
-        found = list[int]()
-        pending: list[RegionHalf] = [self]
-        while pending:
-            one = pending.pop()
-            found.append(one.column + 1)
-            pending.extend(reversed(one.halves))
-        return found
 
 
 class RegionSearch:
@@ -125,8 +108,8 @@ class RegionSearch:
         whole = sweep.parts[number].whole
         if whole is None:
             raise RejectedError("a region of the invariant is empty")
-        root, count = RegionHalf(whole), 1
-        open_: list[RegionHalf] = [root]
+        root, count = CutPart(whole), 1
+        open_: list[CutPart] = [root]
         while open_:
             left = self._left(sweep, number, open_)
             open_ = [open_[place] for place in np.flatnonzero(left)]
@@ -135,12 +118,11 @@ class RegionSearch:
             if open_ and (count > MAX_PARTS or self.spent > self._most):
                 raise self._leaving(sweep, number, open_[0])
             for node in open_:
-                node.column = self._column(sweep, node.box, whole)
-                node.halves = [RegionHalf(each) for each in halves(node.box, node.column)]
+                node.cut(self._column(sweep, node.box, whole))
             open_ = [each for node in open_ for each in node.halves]
-        return encode_numbers(root.numbers())
+        return encode_numbers(root.cuts())
 
-    def _left(self, sweep: RegionSweep, number: int, nodes: Sequence[RegionHalf]) -> Bool:
+    def _left(self, sweep: RegionSweep, number: int, nodes: Sequence[CutPart]) -> Bool:
         """Which parts may leave, [n]."""
         boxes = sweep.parts[number].started([node.box for node in nodes])
         self.spent += boxes.size
@@ -155,7 +137,7 @@ class RegionSearch:
         widths = np.where(whole.high > whole.low, (box.high - box.low) / (whole.high - whole.low), 0.0)[columns]
         return int(columns[int(widths.argmax())])
 
-    def _leaving(self, sweep: RegionSweep, number: int, node: RegionHalf) -> LeftError:
+    def _leaving(self, sweep: RegionSweep, number: int, node: CutPart) -> LeftError:
         """A part that may leave, and where it may go."""
         boxes = sweep.motion.by_modes(sweep.motion.spoken_of(sweep.parts[number].started([node.box])))
         if sweep.motion.broken(boxes).size:
@@ -170,7 +152,7 @@ class RegionSearch:
 
     # --- states of parts, in exact numbers
 
-    def _ensure_none_leaves(self, nodes: Sequence[RegionHalf], steps: int) -> None:
+    def _ensure_none_leaves(self, nodes: Sequence[CutPart], steps: int) -> None:
         """LeftError for a state of a part that stays in the regions for some steps, and then leaves."""
         for node in nodes[:PLAYED]:
             for point, end in product(_points(node.box), ENDS if self._erring else ENDS[:1]):
