@@ -16,10 +16,8 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[2]))  # for tests.*, also when run by this path
 
 import numpy as np
-from sklearn.tree import DecisionTreeClassifier
 
-from codegen.floats import round_down
-from tests.benchmarks.sweep import timed
+from tests.benchmarks.sweep import fitted, timed
 from tests.support import system_cases as cases
 from verify.boxes.model import Model
 from verify.boxes.sweep import Sweep
@@ -33,24 +31,6 @@ ROWS = {
 }
 WORDS = {"steps": "steps", "leaves": "leaves", "width": "width of the start, m", "axes": "variables"}
 ROUNDS, MOST = 3, 10**7
-
-
-def fitted(axes, leaves):
-    """A tree on the positions and velocities of some axes, fitted to a switching expert."""
-    random = np.random.default_rng(0)
-    seen = random.uniform(-1, 1, (20_000, 2 * axes)) * np.array([0.5] * axes + [0.3] * axes)
-    wanted = ((seen[:, :axes] + 2 * seen[:, axes:] <= 0) * 2 ** np.arange(axes)).sum(axis=1)
-    grown = DecisionTreeClassifier(max_leaf_nodes=leaves, random_state=0).fit(seen.astype(np.float32), wanted)
-
-    def nested(node):
-        tree = grown.tree_
-        if tree.children_left[node] < 0:
-            return int(grown.classes_[np.argmax(tree.value[node])])
-        test = int(tree.feature[node]), float(round_down(tree.threshold[node]))
-        return test, nested(tree.children_left[node]), nested(tree.children_right[node])
-
-    names = [*"xyz"[:axes], *(f"v{name}" for name in "xyz"[:axes])]
-    return cases.team(cases.policy("drone", names, [f"push{n}" for n in range(2**axes)], nested(0)))
 
 
 def swept(steps, leaves, width, axes):

@@ -119,12 +119,12 @@ region = { box = { position = [0.5, 10] } }
 CLIMBING = ((1, 0.01923), ((1, -0.00015), ((0, -0.94281), 1, 0), ((0, -0.38912), 1, 0)), 1)  # vgarciasc/erltrees
 
 
-def fitted():
-    """A tree of 90 leaves on six variables, fitted to a switching expert."""
+def fitted(axes=3, leaves=90):
+    """A tree on the positions and velocities of some axes, fitted to a switching expert."""
     random = np.random.default_rng(0)
-    seen = random.uniform(-1, 1, (20_000, 6)) * np.array([0.5] * 3 + [0.3] * 3)
-    wanted = ((seen[:, :3] + 2 * seen[:, 3:] <= 0) * np.array([1, 2, 4])).sum(axis=1)
-    grown = DecisionTreeClassifier(max_leaf_nodes=90, random_state=0).fit(seen.astype(np.float32), wanted)
+    seen = random.uniform(-1, 1, (20_000, 2 * axes)) * np.array([0.5] * axes + [0.3] * axes)
+    wanted = ((seen[:, :axes] + 2 * seen[:, axes:] <= 0) * 2 ** np.arange(axes)).sum(axis=1)
+    grown = DecisionTreeClassifier(max_leaf_nodes=leaves, random_state=0).fit(seen.astype(np.float32), wanted)
 
     def nested(node):
         tree = grown.tree_
@@ -133,9 +133,8 @@ def fitted():
         test = int(tree.feature[node]), float(round_down(tree.threshold[node]))
         return test, nested(tree.children_left[node]), nested(tree.children_right[node])
 
-    return cases.team(
-        cases.policy("drone", ["x", "y", "z", "vx", "vy", "vz"], [f"push{n}" for n in range(8)], nested(0))
-    )
+    names = [*"xyz"[:axes], *(f"v{name}" for name in "xyz"[:axes])]
+    return cases.team(cases.policy("drone", names, [f"push{n}" for n in range(2**axes)], nested(0)))
 
 
 def plain(tree):

@@ -18,20 +18,12 @@ from codegen.lowering.lower import lower
 from codegen.targets import emit, monitor
 from maviper import load
 from maviper.compilation.monitors import proved_by, watched_by
-from tests.support.monitored import acting
+from tests.support.monitored import WITH_CLOCK, acting
 
 NOISE = 1e-3  # of the side of the region
 PUSH = 0.3  # standard deviation of what is added to a velocity
 ROUNDS = 7
-PROGRAM = """#include "{p}_monitor.h"
-#include <time.h>
-static double now(void)
-{{
-    struct timespec t;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}}
-void follow(const double *w, const int *acts, long episodes, long steps, int *found, double *seconds);
+PROGRAM = """void follow(const double *w, const int *acts, long episodes, long steps, int *found, double *seconds);
 void follow(const double *w, const int *acts, long episodes, long steps, int *found, double *seconds)
 {{
     {p}_monitor m;
@@ -79,7 +71,7 @@ class Followed:
         )
         names = {"p": p, "P": p.upper(), "N": watched.size, "K": len(agents), "calls": calls}
         texts = {**emit(self.profile, ["c"]), **monitor.emit(watched, ["c"])}
-        texts["bench.c"] = "#define _POSIX_C_SOURCE 199309L\n" + PROGRAM.format(**names)
+        texts["bench.c"] = (WITH_CLOCK + PROGRAM).format(**names)
         for name, text in texts.items():
             (folder / name).write_text(text)
         flags = [*(each for each in STRICT if "pedantic" not in each), "-O3", "-shared", "-fPIC"]

@@ -24,7 +24,8 @@ from verify.claims.formula_json import read_formula
 from verify.systems.system import Measure
 
 ROUNDS = 7
-PROGRAM = """#include "{p}_monitor.h"
+WITH_CLOCK = """#define _POSIX_C_SOURCE 199309L
+#include "{p}_monitor.h"
 #include <time.h>
 static double now(void)
 {{
@@ -32,7 +33,8 @@ static double now(void)
     clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }}
-{decide}
+"""  # what a program begins with, before it is filled in
+PROGRAM = """{decide}
 void cost(const double *w, const int *at, long n, int *kept, double *seconds);
 void cost(const double *w, const int *at, long n, int *kept, double *seconds)
 {{
@@ -109,7 +111,7 @@ def compiled(profile, proved, system=None):
         "decide": _game(model) if system is None else _system(model, profile, system),
     }
     texts = {**emit(profile, ["c"]), **monitor.emit(watched, ["c"])}
-    texts["bench.c"] = "#define _POSIX_C_SOURCE 199309L\n" + PROGRAM.format(**names)
+    texts["bench.c"] = (WITH_CLOCK + PROGRAM).format(**names)
     with tempfile.TemporaryDirectory(prefix="maviper-") as scratch:
         for name, text in texts.items():
             (Path(scratch) / name).write_text(text)
