@@ -68,3 +68,24 @@ def test_the_committed_record_is_what_its_cells_say(tmp_path):
     roles.recorded(REGISTER, DIGEST, found, tmp_path / "again")
     for path in record.iterdir():
         assert path.read_bytes() == (tmp_path / "again" / path.name).read_bytes()
+
+
+def test_the_manual_says_what_the_committed_record_says():
+    root = roles.FILE.parents[2]
+    tables = (root / "generated" / "reproduction" / "roles" / "tables.txt").read_text().splitlines()
+    page = (root / "maviper" / "manual" / "theory.md").read_text()
+    cells = {(row[0], row[1]): row for row in map(str.split, tables) if len(row) == 9 and row[0].isdigit()}
+    words = {line.split(":")[0].strip(): line.split(":")[1].split() for line in tables if line.startswith("  H")}
+    rows = {row[0]: row[1:] for row in (line.strip("| ").split("|") for line in page.splitlines()) if len(row) == 7}
+    for agents in map(str, REGISTER["agents"]):
+        none, all_of = cells[agents, "0"], cells[agents, "1"]
+        slope = words[f"H1 joint by share, {agents} agents"]
+        told = [none[3], all_of[3], none[7], all_of[7], " ".join(slope[:3]), slope[3]]
+        found = next(row for name, row in rows.items() if name.strip() == agents)
+        assert [cell.strip() for cell in found] == [cell.replace("+", "").replace("0.", ".") for cell in told]
+    shift, fewest = words["H2 joint by shift"], words["H4 shift less interaction, 2 agents"]
+    assert " ".join(shift[:3]).replace("+", "").replace("0.", ".") in " ".join(page.split()) and shift[3] == "OPEN"
+    assert fewest[3] == "REFUTED" and ".215 [.144, .285]" in page and fewest[:3] == ["-0.215", "[-0.285,", "-0.144]"]
+    shifts = [float(row[5]) for row in cells.values()]
+    assert sum(value < 0 for value in shifts) == 18 and len(shifts) == 20
+    assert [word for name, (*_, word) in words.items() if name[:2] in ("H2", "H3")] == ["OPEN"] * 3
