@@ -18,7 +18,6 @@ ACTS, GIVES = KINDS["actions, double sums"], KINDS["outputs, double sums"]
 REFUSED = "does not take sums yet"
 # commands whose argument PROFILE is a policy profile, with what else they need; the others are listed below
 GIVEN = {
-    "show": [["--format", "html"]],
     "compile": [
         ["--target", "smt", "-o", "out"],
         ["--prove", "-o", "out"],
@@ -29,11 +28,11 @@ GIVEN = {
     "evaluate": [[]],
     "exploit": [["team"]],
     "repair": [["-o", "out"]],
-    "play": [[]],
     "robust": [["rows.csv"]],
     "properties": [[]],
 }
-# replay and check find the profile beside another file; extract and properties take experts and worlds, diff takes sums
+# replay and check find the profile beside another file; extract and properties take experts and worlds; diff, play and
+# show take sums
 OTHERS = {
     "check",
     "diff",
@@ -41,10 +40,12 @@ OTHERS = {
     "extract",
     "guide",
     "import",
+    "play",
     "properties",
     "replay",
     "reproduce",
     "schema",
+    "show",
     "train",
     "worlds",
 }

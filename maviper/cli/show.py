@@ -60,15 +60,12 @@ def show(
     does, where a claim fails, and how an episode goes on.
     """
     from codegen.errors import InputError
-    from codegen.sum_rules import ensure_plain
     from maviper.console import say
     from maviper.files import runs
     from maviper.files.profiles import load
     from maviper.page.page import FILE
 
     loaded = load(profile, sums=True)
-    if form == HTML:
-        ensure_plain(loaded, f"--format {form}")
     if output is not None:
         runs.ensure_other(output, [profile])
     if form == HTML:
@@ -109,7 +106,7 @@ def play(
     from maviper.files.profiles import load
     from maviper.page.page import FILE
 
-    loaded = load(profile)
+    loaded = load(profile, sums=True)
     file = runs.ensure_other(output or profile.parent / FILE, [profile])
     written = _write(loaded, file, context, world, certificate)
     if not webbrowser.open(written.resolve().as_uri()):

@@ -17,11 +17,12 @@ import numpy as np
 
 from codegen import ir
 from codegen.errors import InputError
-from codegen.floats import deciding_double, rational_literal
+from codegen.floats import FLOAT32, deciding_double, rational_literal
 from codegen.policy_json import content_hash
 from codegen.region import RegionSpec
 from maviper.experts.network import ACTOR, LAYERS, VALUE, NetworkExpert
 from maviper.page.games import Recorded, about, shown_ranges
+from maviper.page.outputs import outputs_data, plane, tree_data
 from verify.claims.catalogue import NAMES, Claim, find_claim
 from verify.claims.claim import teams
 from verify.claims.decisions import DecisionClaim, formula
@@ -82,6 +83,8 @@ def usual_claims(profile: ir.PolicyProfile) -> tuple[Shown, ...]:
     """The built-in claims that can be made about a profile without saying more; where there are none, that each team
     keeps apart from the others.
     """
+    if any(policy.outputs for policy in profile.agents):
+        return ()  # these claims speak of actions and of episodes
     found: list[Claim] = []
     for name in NAMES:
         try:
@@ -95,6 +98,13 @@ def usual_claims(profile: ir.PolicyProfile) -> tuple[Shown, ...]:
         if others and profile.world.contact_force:
             found.append(find_claim(KeepsApart.title, profile, team, others=others))
     return tuple(map(Shown, found))
+
+
+def placed(profile: ir.PolicyProfile) -> bool:
+    """Whether a page knows how everybody moves: entities with places, observations made of them, actions that push."""
+    known = all(feature.meaning for policy in profile.agents for feature in policy.features)
+    entities = profile.world.agents + profile.world.landmarks
+    return bool(entities) and known and not any(policy.outputs for policy in profile.agents)
 
 
 def document(profile: ir.PolicyProfile, contents: Contents) -> dict[str, Any]:
@@ -113,7 +123,7 @@ def document(profile: ir.PolicyProfile, contents: Contents) -> dict[str, Any]:
         "agents": [
             _agent(policy, contents.visits.get(policy.agent), second)
             | {"cuts": _cuts(policy) if policy.team in erring else None}
-            | {"shown": shown_ranges(policy, None if contents.recorded is None else contents.recorded.seen[place])}
+            | _numbers(policy, shown_ranges(policy, contents.recorded and contents.recorded.seen[place]))
             for place, policy in enumerate(profile.agents)
         ],
         "claims": [*_alike(profile, second), *claims],
@@ -123,6 +133,16 @@ def document(profile: ir.PolicyProfile, contents: Contents) -> dict[str, Any]:
         ],
         "experts": experts,
     }
+
+
+def _numbers(policy: ir.AgentPolicy, shown: list[tuple[float, float]]) -> dict[str, Any]:
+    """The ranges of an agent's sliders; what it observes, where that is not float32; what it gives."""
+    found: dict[str, Any] = {"shown": shown}
+    if policy.numbers != FLOAT32:
+        found["numbers"] = policy.numbers
+    if policy.outputs:
+        found |= {"outputs": outputs_data(policy, shown), "plane": plane(policy)}
+    return found
 
 
 def _recorded(episode: Recorded | None) -> dict[str, Any] | None:
@@ -172,7 +192,7 @@ def _agent(policy: ir.AgentPolicy, visits: Sequence[int] | None, second: Second 
         "team": policy.team,
         "features": [_feature(feature) for feature in policy.features],
         "actions": [{"name": action.name, "effect": action.effect} for action in policy.actions],
-        "tree": _tree(policy.tree, visits),
+        "tree": _tree(policy.tree, visits) | tree_data(policy),
         **other,
     }
 
@@ -308,6 +328,8 @@ def _decisions(profile: ir.PolicyProfile, claim: DecisionClaim) -> dict[str, Any
         return {"unjudged": f"not judged here: more than {MAX_ATOMS:,} inequalities and actions"}
     if not claim.eps:
         return {"formula": formula_document(stated)}
+    if any(policy.tree.sums or policy.numbers != FLOAT32 for policy in profile.team(claim.team)):
+        return {"unjudged": "not judged here: errors of features that sums or float64 tests read"}
     return {"formula": formula_document(stated), "eps": rational_literal(claim.eps)}
 
 

@@ -6,13 +6,13 @@ Assumes: a checked profile, and a world that it plays.
 Does not: write HTML or play in the browser.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from codegen import ir
-from codegen.ir import Floats
+from codegen.ir import CONSTANT, Floats
 from codegen.wording import counted
 from maviper.episodes import measures
 from maviper.episodes.play import play, tree_policies
@@ -20,6 +20,7 @@ from maviper.worlds import World
 
 BOUNDED = 1e6  # a range that is wider on one side says nothing of what is seen
 MARGIN = 0.5  # of the thresholds' span, beyond them
+NO_UNIT = ("", "none")
 MAX_NAMED = 8  # features or actions that a paragraph names
 
 
@@ -53,20 +54,14 @@ def about(profile: ir.PolicyProfile) -> str:
     if len(teams) > 1:
         who += f" in {len(teams)} teams ({', '.join(teams)})"
     first = profile.agents[0]
-    alike = all(policy.actions == first.actions for policy in profile.agents)
+    alike = all((each.actions, each.outputs) == (first.actions, first.outputs) for each in profile.agents)
     observed = {len(policy.features) for policy in profile.agents}
     each = "It" if len(agents) == 1 else "Each"
     sees = f"{each} observes {counted(max(observed), 'number')}" if len(observed) == 1 else "They observe"
     sees += f" ({_named([feature.name for feature in first.features])})" if len(agents) == 1 else ""
     if len(observed) > 1:
         sees += f" {min(observed)} to {max(observed)} numbers"
-    names = _named([action.name for action in first.actions])
-    chooses = "chooses" if len(observed) == 1 else "each chooses"
-    does = (
-        f"and {chooses} one of {counted(len(first.actions), 'action')} ({names})"
-        if alike
-        else f"and {chooses} an action"
-    )
+    does = f"and {'' if len(observed) == 1 else 'each '}{_does(first, alike)}"
     moment = f"every {world.dt:g} s" if world.dt else "at each step"
     length = f", for at most {counted(world.episode_steps, 'step')}" if world.episode_steps > 1 else ""
     places = f" and {counted(len(world.landmarks), 'landmark')}" if world.landmarks else ""
@@ -78,9 +73,38 @@ def about(profile: ir.PolicyProfile) -> str:
     return f"{game}. {sees} {does} {moment}{length}."
 
 
+def _does(policy: ir.AgentPolicy, alike: bool) -> str:
+    """What an agent chooses or gives; `alike`: as do all others."""
+    if not alike:
+        return "chooses an action or gives numbers" if policy.outputs else "chooses an action"
+    if not policy.outputs:
+        names = _named([action.name for action in policy.actions])
+        return f"chooses one of {counted(len(policy.actions), 'action')} ({names})"
+    named = [each.name + (f" in {each.unit}" if each.unit not in NO_UNIT else "") for each in policy.outputs]
+    return f"gives {counted(len(policy.outputs), 'number')} ({_named(named)})"
+
+
 def _named(names: Sequence[str]) -> str:
     shown = list(names[:MAX_NAMED])
     return ", ".join(shown) + (", ..." if len(names) > MAX_NAMED else "")
+
+
+def _turning(policy: ir.AgentPolicy, place: int) -> Iterator[float]:
+    """Where a feature alone, all others being 0, turns a test of a sum, or takes an output to one of its bounds."""
+    tree, width = policy.tree, len(policy.features)
+    tested = [
+        (tree.sums[int(tree.feature[node]) - width], float(tree.threshold[node]))
+        for node in ir.splits(tree)
+        if tree.feature[node] >= width
+    ]
+    for vector in tree.vectors:
+        for each, output in zip(vector, policy.outputs, strict=True):
+            tested += [(each, bound) for bound in (output.low, output.high) if bound is not None]
+    for each, limit in tested:
+        rest = limit - sum(weight for weight, at in each.terms if at == CONSTANT)
+        for weight, at in each.terms:
+            if at == place and abs(rest) < BOUNDED * abs(weight):
+                yield rest / weight
 
 
 def shown_ranges(policy: ir.AgentPolicy, seen: Floats | None = None) -> list[tuple[float, float]]:
@@ -93,7 +117,7 @@ def shown_ranges(policy: ir.AgentPolicy, seen: Floats | None = None) -> list[tup
         if not policy.seen and -BOUNDED < feature.low < feature.high < BOUNDED:
             found.append((feature.low, feature.high))
             continue
-        known = tree.threshold[tree.feature == place].astype(float).tolist()
+        known = tree.threshold[tree.feature == place].astype(float).tolist() + list(_turning(policy, place))
         known += [policy.seen[place][0], policy.seen[place][-1]] if policy.seen else []
         known += [] if seen is None else seen[:, place].astype(float)[np.isfinite(seen[:, place])].tolist()
         low, high = min(known, default=0.0), max(known, default=0.0)

@@ -15,7 +15,6 @@ from markupsafe import Markup
 from codegen import ir
 from codegen.check import ensure
 from codegen.errors import InputError
-from codegen.floats import FLOAT32
 from codegen.ir import FORK, PHYSICS
 from codegen.lowering.lower import NESTED, lower
 from codegen.lowering.render import render
@@ -24,7 +23,7 @@ from maviper.episodes.on_policy import on_policy
 from maviper.evaluation.players import shipped_expert
 from maviper.evaluation.show import rules
 from maviper.experts.network import NetworkExpert
-from maviper.page.document import Contents, Shown, Stored, document
+from maviper.page.document import Contents, Shown, Stored, document, placed
 from maviper.page.games import recorded
 from maviper.worlds import World
 from maviper.worlds.matching import matching_world
@@ -73,21 +72,21 @@ def unplayable(*profiles: ir.PolicyProfile) -> str:
     """Why no page plays these profiles, in words; "": one does."""
     if any(profile.world.options.get(PHYSICS) == FORK for profile in profiles):
         return f"a page moves agents as mpe2 does, and this world moves them as the authors' code ({PHYSICS}={FORK})"
-    doubled = [policy.agent for profile in profiles for policy in profile.agents if policy.numbers != FLOAT32]
-    return f"a page rounds observations to float32, and {doubled[0]} compares float64" if doubled else ""
+    return ""
 
 
 def page(profile: ir.PolicyProfile, contents: Contents) -> str:
-    """The page's HTML. ProfileError for a profile that is not sound, InputError where an agent compares float64."""
+    """The page's HTML. ProfileError for a profile that is not sound, InputError where no page plays it."""
     why = unplayable(profile, *([] if contents.second is None else [contents.second.profile]))
     if why:
-        raise InputError(why, "", "leave the page out, or import the tree with --numbers float32")
+        raise InputError(why, "", "leave the page out")
     data = document(ensure(profile), contents)
     leaves = sum(len(ir.leaves(policy.tree)) for policy in profile.agents)
     return render(
         "play/page.html.j2",
         title=f"{profile.world.name}: {counted(len(profile.agents), 'agent')}, {counted(leaves, 'leaf')}",
         data=data,
+        placed=placed(profile),
         text=Markup(json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")),
         module=_module(profile),
         rules=[_rules(policy) for policy in profile.agents],

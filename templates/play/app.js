@@ -5,7 +5,7 @@
   const game = Engine.prepared(data);
   const { world, agents, entities } = game;
   const get = (id) => document.getElementById(id);
-  const placed = entities.length > 0 && game.observed.every((terms) => terms !== null);
+  const placed = Slice === null; // the page knows how everybody moves
   const judges = data.claims.map((claim) => (placed ? Engine.judge(game, claim) : null));
   const LOOKS = { OK: "holds", LEAVING: "other", OUTSIDE: "fails" };
   const monitors = data.claims.map((claim) => (placed && claim.region ? Engine.monitor(game, claim.region) : null));
@@ -29,7 +29,7 @@
   let hovered = null; // {agent, tree, node}
   const film = placed ? null : data.recorded; // an episode of a game whose rules the page does not know
   // without places: what each agent observes
-  let seen = agents.map((agent, number) => film ? [...film.seen[number][0]] : agent.shown.map(([low, high]) => Math.fround((low + high) / 2)));
+  let seen = agents.map((agent, number) => film ? [...film.seen[number][0]] : agent.shown.map(([low, high]) => Engine.rounded(agent)((low + high) / 2)));
   let retell = () => {}; // writes `seen` into sliders and fields
   // whose trees act: 0 the profile's own, 1 those of the profile that it is compared with
   const TEAMS = agents.length && agents[0].other ? ["tree", "other"] : ["tree"];
@@ -106,13 +106,17 @@
 
   // --- the episode
 
+  /** The generated code decides as the tree does, bit for bit. */
+  function ensureCoded(number, observed, found) {
+    const coded = Policy.ACT[agents[number].name](observed);
+    const alike = Array.isArray(found) ? found.every((value, place) => Object.is(value, coded[place])) : coded === found;
+    if (!alike) throw new Error(`${agents[number].name}: code and tree decide differently`);
+  }
+
   function decided(at) {
     const found = Engine.actions(game, at, TEAMS[acting]);
     if (Policy && acting === 0) {
-      agents.forEach((agent, number) => {
-        const coded = Policy.ACT[agent.name](Engine.observe(game, number, at));
-        if (coded !== found[number]) throw new Error(`${agent.name}: code and tree decide differently`);
-      });
+      agents.forEach((agent, number) => ensureCoded(number, Engine.observe(game, number, at), found[number]));
     }
     return found;
   }
@@ -195,7 +199,21 @@
     });
   }
   const glyph = (action) => glyphs.get(action);
+  const brief = (x) => String(Number(x.toPrecision(3)));
   const signed = (action) => (/\w/.test(glyph(action)) ? action.name : `${glyph(action)} ${action.name}`);
+
+  const slice = placed ? null : Slice({
+    agents, get, element, colours, glyph, brief,
+    seen: () => seen,
+    trace: (number) => (film ? film.seen[number].slice(0, time + 1) : []),
+    /** Moves the features of an agent to values. */
+    change: (number, axes, values) => {
+      pause();
+      axes.forEach((f, axis) => (seen[number][f] = Engine.rounded(agents[number])(values[axis])));
+      retell();
+      show();
+    },
+  });
 
   let drawing = 0; // the latest ground that was asked for
 
@@ -242,7 +260,7 @@
     pen.fillStyle = colours.get(agents[mover].actions[tree.action[path[path.length - 1]]]);
     if (hovered) {
       const { node } = hovered;
-      const inside = tree.feature[node] < 0 ? path.includes(node) : observed[tree.feature[node]] <= tree.threshold[node];
+      const inside = tree.feature[node] < 0 ? path.includes(node) : Engine.tested(tree, observed)[tree.feature[node]] <= tree.threshold[node];
       pen.globalAlpha = inside ? 1 : 0.25;
       pen.clearRect(column * size, row * size, size, size);
     }
@@ -431,6 +449,8 @@
   for (const agent of agents) for (const team of TEAMS) opened.set(agent[team], new Set());
 
   const LEVEL = 76; // between the levels of a tree
+  const giving = agents.some((agent) => agent.outputs);
+  const APART = giving ? 98 : 66; // between leaves
 
   /** A name in lines of at most so many letters, broken behind its words where it can be; the rest is on its title. */
   function wrapped(name, letters, most) {
@@ -469,12 +489,12 @@
       drawn.push([node, level]);
       deepest = Math.max(deepest, level);
       if (!isEnd(node)) order.push([tree.right[node], level + 1], [tree.left[node], level + 1]);
-      else places.set(node, 66 * next++ + 40);
+      else places.set(node, APART * next++ + 0.5 * APART + 7);
     }
     for (const [node] of [...drawn].reverse()) {
       if (!places.has(node)) places.set(node, (places.get(tree.left[node]) + places.get(tree.right[node])) / 2);
     }
-    return { drawn, places, isEnd, width: Math.max(140, 66 * next + 20), height: LEVEL * deepest + 56, shift: Math.max(0, 60 - 33 * next) };
+    return { drawn, places, isEnd, width: Math.max(140, APART * next + 20), height: LEVEL * deepest + (giving ? 66 : 56), shift: Math.max(0, 60 - 0.5 * APART * next) };
   }
 
   /** Of each node what stands at the leaves below it, added up. */
@@ -491,7 +511,6 @@
     leavesBelow.set(tree, summed(tree, tree.feature.map(() => 1)));
     visits.set(tree, tree.visits && summed(tree, tree.visits));
   }
-  const brief = (x) => String(Number(x.toPrecision(3)));
   // a test as people read it: the last number below 0 is "< 0"
   const tiny = 2 ** -126;
   /** The number of few digits that comes right after a threshold, of which it is what a test `x < 19.5` became. */
@@ -509,8 +528,12 @@
 
   function drawTree(number, observed) {
     TEAMS.forEach((team, which) => drawOne(number, agents[number][team], get(`${team}-${number}`), observed, which));
-    const ends = TEAMS.map((team) => leafOf(agents[number][team], observed));
-    get(`says-${number}`).textContent = told(number, agents[number].tree, observed) + besides(number, observed, ends);
+    const agent = agents[number];
+    const ends = TEAMS.map((team) => leafOf(agent[team], observed));
+    const given = agent.outputs && Engine.given(agent, agent.tree, ends[0], observed);
+    if (Policy && !placed) ensureCoded(number, observed, given || agent.tree.action[ends[0]]);
+    if (given) slice.drawBars(number, given);
+    get(`says-${number}`).textContent = told(number, agent.tree, observed) + (given ? "" : besides(number, observed, ends));
   }
 
   const leafOf = (tree, observed) => Engine.path(tree, observed).pop();
@@ -545,16 +568,28 @@
     box.scrollLeft = (places.get(leaf) / width) * box.scrollWidth - box.clientWidth / 2;
   }
 
+  /** What a test asks for: a feature, or a sum of them in words. */
+  function asks({ features }, tree, node) {
+    const f = tree.feature[node];
+    return f < features.length ? features[f].name : tree.sums[f - features.length].words;
+  }
+
+  /** What a leaf does; of outputs, their sums in words. */
+  function does({ actions, outputs }, tree, leaf) {
+    if (!outputs) return signed(actions[tree.action[leaf]]);
+    return outputs.map(({ name }, place) => `${name} = ${tree.vectors[tree.action[leaf]][place].words}`).join(", ");
+  }
+
   /** What a tree does, and how near its nearest test is. */
   function told(number, tree, observed) {
-    const { actions, features } = agents[number];
+    const agent = agents[number];
     const live = Engine.path(tree, observed);
     const leaf = live.pop();
-    const action = actions[tree.action[leaf]];
-    const margins = live.map((node) => [Math.abs(observed[tree.feature[node]] - tree.threshold[node]), node]);
+    const compared = Engine.tested(tree, observed);
+    const margins = live.map((node) => [Math.abs(compared[tree.feature[node]] - tree.threshold[node]), node]);
     const [least, at] = margins.length ? margins.reduce((a, b) => (b[0] < a[0] ? b : a)) : [null, 0];
-    const nearest = least === null ? "" : `; nearest test: ${features[tree.feature[at]].name}, ${brief(least)} away`;
-    return `${signed(action)}, leaf ${leaf}${nearest}`;
+    const nearest = least === null ? "" : `; nearest test: ${asks(agent, tree, at)}, ${brief(least)} away`;
+    return `${does(agent, tree, leaf)}, leaf ${leaf}${nearest}`;
   }
 
   /** What stands beside a tree's action: the second profile's, or the expert's. */
@@ -567,24 +602,27 @@
   }
 
   function drawNode(svg, number, tree, node, { x, y, live, end }, observed) {
-    const { features, actions } = agents[number];
+    const agent = agents[number];
+    const { actions, outputs } = agent;
     const split = tree.feature[node] >= 0;
     const folded = split && end;
     const group = element("g", { class: `${live ? "live " : ""}${folded ? "folded" : split ? "" : "leaf"}` }, svg);
-    const wide = split && !folded ? 118 : 60;
-    const action = actions[tree.action[node]];
+    const wide = split && !folded ? 118 : giving ? 92 : 60;
     const lines = folded ? ["\u25b8", `${leavesBelow.get(tree)[node]} leaves`]
-      : split ? [...wrapped(features[tree.feature[node]].name, 18, 2), test(tree.threshold[node])]
-      : wrapped(signed(action), 9, 3);
+      : split ? [...wrapped(asks(agent, tree, node), 18, 2), test(tree.threshold[node])]
+      : outputs ? tree.vectors[tree.action[node]].map((each) => wrapped(each.words, 15, 1)[0]).slice(0, 4)
+      : wrapped(signed(actions[tree.action[node]]), 9, 3);
     const tall = 12 * lines.length + 8;
     const rect = element("rect", { x: x - wide / 2, y: y - tall / 2, width: wide, height: tall, rx: split ? 4 : 13 }, group);
-    if (!split) rect.setAttribute("style", `fill:${colours.get(action)}`);
+    if (!split && !outputs) rect.setAttribute("style", `fill:${colours.get(actions[tree.action[node]])}`);
     lines.forEach((line, i) => {
       element("text", { x, y: y - tall / 2 + 13 + 12 * i }, group).textContent = line;
     });
     const met = visits.get(tree);
     const count = met ? `, ${((100 * met[node]) / Math.max(1, met[0])).toFixed(1)} % of decisions` : "";
-    const value = split ? `${features[tree.feature[node]].name} is ${brief(observed[tree.feature[node]])}; left if ${leftIf(tree.threshold[node])}` : `${action.name}, leaf ${node}`;
+    const value = split
+      ? `${asks(agent, tree, node)} is ${brief(Engine.tested(tree, observed)[tree.feature[node]])}; left if ${leftIf(tree.threshold[node])}`
+      : `${outputs ? does(agent, tree, node) : actions[tree.action[node]].name}, leaf ${node}`;
     element("title", {}, group).textContent = value + count;
     group.addEventListener("pointerenter", () => hover({ agent: number, tree, node }));
     group.addEventListener("pointerleave", () => hover(null));
@@ -592,9 +630,9 @@
   }
 
   function hover(what) {
-    if (!placed) return;
     hovered = what;
-    drawGround();
+    if (placed) drawGround();
+    else slice.draw(hovered);
   }
 
   function expertSays(number, observed, action) {
@@ -623,6 +661,7 @@
     get("claim").value = claim;
     get("acting").value = acting;
     get("steer").setAttribute("aria-pressed", steering);
+    if (!placed) slice.draw(hovered);
     drawLegend();
   }
 
@@ -656,6 +695,11 @@
     show();
   }
 
+  /** The features that tests, sums and outputs of a tree read. */
+  function places({ feature, sums = [], vectors = [] }) {
+    return [...feature, ...[...sums, ...vectors.flat()].flatMap(({ terms }) => terms.map(([, place]) => place))];
+  }
+
   function drawSliders() {
     const writers = [];
     retell = () => writers.forEach((write) => write());
@@ -664,7 +708,7 @@
       box.open = number === 0;
       box.append(Object.assign(document.createElement("summary"), { textContent: `What ${agent.name} observes` }));
       const unasked = document.createElement("details");
-      const asked = new Set(TEAMS.flatMap((team) => agent[team].feature));
+      const asked = new Set(TEAMS.flatMap((team) => places(agent[team])));
       agent.features.forEach((feature, f) => {
         const label = document.createElement("label");
         const [low, high] = agent.shown[f];
@@ -679,7 +723,7 @@
         const read = (from) => {
           if (from.value === "" || !Number.isFinite(Number(from.value))) return;
           pause();
-          seen[number][f] = Math.fround(Number(from.value));
+          seen[number][f] = Engine.rounded(agent)(Number(from.value));
           write();
           show();
         };
@@ -695,7 +739,7 @@
         (asked.has(f) ? box : unasked).append(label);
       });
       if (unasked.children.length) {
-        const textContent = `Features that no test asks for: ${unasked.children.length}`;
+        const textContent = `Features that ${agent.outputs ? "nothing" : "no test"} asks for: ${unasked.children.length}`;
         unasked.prepend(Object.assign(document.createElement("summary"), { textContent }));
         box.append(unasked);
       }
@@ -720,6 +764,7 @@
       const says = Object.assign(document.createElement("span"), { id: `says-${number}`, className: "soft" });
       summary.append(name, agent.team === agent.name ? " " : ` ${agent.team} `, says);
       box.append(summary);
+      if (agent.outputs) box.append(Object.assign(document.createElement("div"), { id: `bars-${number}`, className: "bars" }));
       TEAMS.forEach((team, which) => {
         if (TEAMS.length > 1) {
           const textContent = which ? "In the second profile:" : "In the first profile:";
@@ -759,6 +804,7 @@
       get("about").append(film ? ` ${film.label}` : "");
       document.body.classList.add("unplaced");
       drawSliders();
+      slice.begin();
       show();
     }
   }

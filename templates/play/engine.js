@@ -95,7 +95,11 @@ const Engine = (() => {
     return found;
   }
 
-  /** One agent's observation: summed in double, rounded to float32; null where a feature has no meaning. */
+  const same = (x) => x;
+  /** What rounds to the numbers that an agent observes. */
+  const rounded = (agent) => (agent.numbers === "float64" ? same : Math.fround);
+
+  /** One agent's observation: summed in double, rounded to its numbers; null where a feature has no meaning. */
   function observe(game, number, at) {
     const terms = game.observed[number];
     if (terms === null) return null;
@@ -112,13 +116,40 @@ const Engine = (() => {
         case "sign":
           return Math.sign(total);
         default:
-          return Math.fround(total);
+          return rounded(game.agents[number])(total);
       }
     });
   }
 
+  /** A sum of weighted features, from left to right in the tree's arithmetic; -1 is the place of a constant. */
+  function added(terms, seen, arithmetic) {
+    const round = arithmetic === "float32 steps" ? Math.fround : same;
+    const term = ([weight, place]) => (place < 0 ? weight : round(weight * seen[place]));
+    let found = term(terms[0]);
+    for (let i = 1; i < terms.length; i++) found = round(found + term(terms[i]));
+    return found;
+  }
+
+  /** What the tests of a tree compare: an observation, then the sums of it that are tested. */
+  function tested({ sums, arithmetic }, seen) {
+    return sums && sums.length ? [...seen, ...sums.map(({ terms }) => added(terms, seen, arithmetic))] : seen;
+  }
+
+  /** The numbers that an agent gives at a leaf: sums, cut to bounds, then rounded once. */
+  function given({ outputs }, { vectors, action, arithmetic, gives }, leaf, seen) {
+    return vectors[action[leaf]].map(({ terms }, place) => {
+      const { low, high } = outputs[place];
+      let value = added(terms, seen, arithmetic);
+      if (high !== null && value > high) value = high;
+      if (low !== null && value < low) value = low;
+      return gives === "float32" ? Math.fround(value) : value;
+    });
+  }
+
   /** The nodes from the root to the leaf that an observation reaches. */
-  function path({ feature, threshold, left, right }, seen) {
+  function path(tree, observation) {
+    const { feature, threshold, left, right } = tree;
+    const seen = tested(tree, observation);
     const found = [0];
     let node = 0;
     while (feature[node] >= 0) {
@@ -126,6 +157,58 @@ const Engine = (() => {
       found.push(node);
     }
     return found;
+  }
+
+  /** What a test or an output of a tree is where two features vary, `axes`, and the others stay: [a, b, c] for
+   * a x + b y + c, in the reals.
+   */
+  function affine(terms, seen, axes) {
+    const found = [0, 0, 0];
+    for (const [weight, place] of terms) {
+      const axis = axes.indexOf(place);
+      if (axis >= 0) found[axis] += weight;
+      else found[2] += place < 0 ? weight : weight * seen[place];
+    }
+    return found;
+  }
+
+  /** The parts of a convex polygon where a x + b y + c is at most 0, and above; with the line between them. */
+  function parted(polygon, [a, b, c]) {
+    const low = [];
+    const high = [];
+    const between = [];
+    polygon.forEach(([x, y], i) => {
+      const [u, v] = polygon[(i + 1) % polygon.length];
+      const here = a * x + b * y + c;
+      const next = a * u + b * v + c;
+      (here <= 0 ? low : high).push([x, y]);
+      if (here <= 0 === next <= 0) return;
+      const share = here / (here - next);
+      const crossing = [x + share * (u - x), y + share * (v - y)];
+      for (const each of [low, high, between]) each.push(crossing);
+    });
+    return { low, high, between };
+  }
+
+  /** A tree over a rectangle of two features: the line of each test, and the polygon of each node that is met. */
+  function pieces(agent, tree, seen, axes, [[left, right], [bottom, top]]) {
+    const cuts = [];
+    const areas = [];
+    const walk = (node, polygon) => {
+      if (polygon.length < 3) return;
+      areas.push({ node, polygon });
+      const f = tree.feature[node];
+      if (f < 0) return;
+      const width = agent.features.length;
+      const plane = affine(f < width ? [[1, f]] : tree.sums[f - width].terms, seen, axes);
+      plane[2] -= tree.threshold[node];
+      const { low, high, between } = parted(polygon, plane);
+      if (between.length === 2) cuts.push({ node, line: between });
+      walk(tree.left[node], low);
+      walk(tree.right[node], high);
+    };
+    walk(0, [[left, bottom], [right, bottom], [right, top], [left, top]]);
+    return { cuts, areas };
   }
 
   /** Every agent's action, by its own tree, or by the other one of two profiles that are compared. */
@@ -352,7 +435,7 @@ const Engine = (() => {
     };
   }
 
-  return { prepared, coordinates, observe, path, actions, step, episode, judge, monitor, comparison };
+  return { prepared, coordinates, rounded, observe, tested, given, path, affine, pieces, actions, step, episode, judge, monitor, comparison };
 })();
 
 /* The networks that the trees were made from: two hidden layers of rectifiers. */

@@ -123,7 +123,7 @@ def badges(asked, states, run, changed=lambda html: html):
     [
         ("compare(at) <= 0", "compare(at) < 0"),
         ("const doubt = (terms.length + 8) * Number.EPSILON", "const doubt = -1"),
-        ("return Math.fround(total)", "return total * (1 + 1e-7)"),
+        ("return rounded(game.agents[number])(total)", "return total * (1 + 1e-7)"),
     ],
 )
 def test_a_page_that_rounds_at_a_boundary_is_found_out(right, wrong, tmp_path):

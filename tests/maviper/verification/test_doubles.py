@@ -6,11 +6,12 @@ import math
 
 import pytest
 
-from codegen.errors import InputError
+from codegen import ir
 from maviper.cli import main
 from maviper.page.document import Contents
 from maviper.page.page import FILE, page
 from maviper.worlds.matching import matching_world
+from tests.maviper.page.browsers import in_node
 from tests.support.games import NAMES, doubled, random_profile
 
 pytestmark = pytest.mark.solver
@@ -47,8 +48,8 @@ def place(tmp_path, monkeypatch):
 def test_verdicts_and_certificates(place, capsys):
     assert main.run(["verify", "cart.json", "--properties", "cart.toml", "-o", "answers"]) == 1
     said = capsys.readouterr().err
-    assert "PROVED" in said and "VIOLATED" in said and "no page" in said
-    assert not (place / "answers" / FILE).exists()
+    assert "PROVED" in said and "VIOLATED" in said and "no page" not in said
+    assert (place / "answers" / FILE).exists()
     assert main.run(["check", "answers/certificate-1-formula.json", "--profile", "cart.json"]) == 0
     assert (
         "cart): what they observe is not rounded"
@@ -70,10 +71,20 @@ def test_worlds_refuse_them():
     assert matching_world(profile) is not None and matching_world(doubled(profile)) is None
 
 
-def test_pages_refuse_them():
+def test_pages_play_them(tmp_path):
+    """A page of doubles rounds nothing: next to a threshold it decides as the reference does."""
     profile = doubled(random_profile(NAMES[1]))
-    with pytest.raises(InputError, match=f"{profile.agents[0].agent} compares float64"):
-        page(profile, Contents((), ()))
+    (policy, *_) = profile.agents
+    node = next(ir.splits(policy.tree))
+    edge = float(policy.tree.threshold[node])
+    row = [0.0] * len(policy.features)
+    rows = [
+        [*row[: int(policy.tree.feature[node])], value, *row[int(policy.tree.feature[node]) + 1 :]]
+        for value in (math.nextafter(edge, -math.inf), edge, math.nextafter(edge, math.inf))
+    ]
+    script = "return given.map((seen) => Engine.path(game.agents[0].tree, seen).pop());"
+    found = in_node(page(profile, Contents((), ())), script, rows, tmp_path)
+    assert found == ir.apply(policy.tree, rows).tolist()
 
 
 def test_evaluation_refuses_them(place, capsys):
