@@ -5,7 +5,7 @@ Assumes: a checked profile of a world in which nobody pushes anybody and no spee
 Does not: know what is proved, or write text (codegen/targets/monitor.py).
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from codegen import ir
@@ -49,6 +49,24 @@ class Track:
     still: tuple[Place, ...]  # what does not move
     kept: Double  # the share of a velocity that is left after a step
     off: Double
+    dt: float
+
+    def reached(self, start: Mapping[str, tuple[float, float]]) -> dict[str, tuple[float, float]]:
+        """Between which numbers each coordinate stays that starts between these, whatever agents do; all start at
+        rest. By upper-case name.
+        """
+        found = {place.upper: start[place.upper] for place in self.still if place.upper in start}
+        for each in self.agents:
+            for axis, (place, speed) in enumerate(zip(each.positions, each.velocities, strict=True)):
+                push = max(abs(float(pushes[axis].decimal)) for pushes in each.pushes)
+                # a velocity is at most the sum of all pushes, twice for what rounding adds
+                most = 2.0 * self.steps * (push + OFF)
+                found[speed.upper] = -most, most
+                if place.upper in start:
+                    low, high = start[place.upper]
+                    far = 2.0 * self.steps * (self.dt * most + OFF)
+                    found[place.upper] = low - far, high + far
+        return found
 
 
 def ensure_followed(world: ir.WorldSpec, steps: int) -> None:
@@ -70,7 +88,7 @@ def track(profile: ir.PolicyProfile, model: Model, start: Start) -> Track:
     agents = tuple(_tracked(profile, model, number, start) for number in range(len(profile.agents)))
     moving = {place.upper for each in agents for place in (*each.positions, *each.velocities)}
     still = tuple(place for upper, place in model.places.items() if upper not in moving)
-    return Track(start.steps, agents, still, _double(1.0 - world.damping), _double(OFF))
+    return Track(start.steps, agents, still, _double(1.0 - world.damping), _double(OFF), world.dt)
 
 
 def _tracked(profile: ir.PolicyProfile, model: Model, number: int, start: Start) -> Tracked:

@@ -5,6 +5,7 @@ Assumes: a checked profile; for a region, world states with coordinates; a proof
 Does not: write text (codegen/targets/monitor.py), or read a certificate.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -21,6 +22,7 @@ from codegen.region import RegionSpec
 ROUNDED = 1.0 + 2.0**-20  # by which a speed at its limit may be above it: simulators round where they cut it
 LATE = 1.5  # steps; inputs that are older, or checks that come later, are invalid
 EARLY = 0.5  # steps; checks that come sooner are invalid, where a proof is about whole steps
+WORD_BITS = 32
 WORDS = ("OK", "LEAVING", "OUTSIDE", "INVALID")
 
 
@@ -62,7 +64,8 @@ class Watch:
     guard: str  # of the header of the profile
     certificate: str  # content hash
     claim: str  # in words
-    watched: tuple[Watched, ...]
+    watched: tuple[Watched, ...]  # first those that may be out of range inside
+    open: int  # how many these are: all others are within narrower bounds inside
     moved: tuple[Moved, ...]
     fallbacks: tuple[Fallback, ...]
     max_age: str  # seconds
@@ -104,6 +107,12 @@ class Watch:
         return 0 if self.lookup is None else self.lookup.steps - 1
 
     @property
+    def masks(self) -> tuple[str, ...]:
+        """A bit for each number of a state, in words of 32, as C writes them."""
+        whole = range(0, len(self.places), WORD_BITS)
+        return tuple(f"{(1 << min(WORD_BITS, len(self.places) - at)) - 1:#x}UL" for at in whole)
+
+    @property
     def counted(self) -> bool:
         """Whether steps are counted since the start."""
         return self.track is not None or (self.lookup is not None and not self.ever)
@@ -121,7 +130,7 @@ class Watch:
 
     @property
     def comparisons(self) -> int:
-        """How many comparisons one step makes, whatever the state: no path is longer or shorter."""
+        """How many comparisons one step makes at most."""
         if self.lookup is not None:
             return 2 + 3 * len(self.watched) + self.lookup.comparisons
         if self.track is not None:
@@ -159,7 +168,8 @@ def watch(profile: ir.PolicyProfile, model: Model, spec: RegionSpec, certificate
     own = replace(model, region=region, names=names)
     age = decimal_literal(LATE * profile.world.dt)
     whole = model.places, model.names.n_coordinates, model.dt, _ahead(own, moved)
-    return Watch(own, model.names.guard, certificate, claim, watched, moved, tuple(fallbacks), age, *whole)
+    watched, open_ = _ordered(watched, _bounded(region))
+    return Watch(own, model.names.guard, certificate, claim, watched, open_, moved, tuple(fallbacks), age, *whole)
 
 
 def watch_start(profile: ir.PolicyProfile, model: Model, start: Start, certificate: str, claim: str) -> Watch:
@@ -172,7 +182,32 @@ def watch_start(profile: ir.PolicyProfile, model: Model, start: Start, certifica
     )
     early = decimal_literal(EARLY * profile.world.dt)
     followed = track(profile, model, start)
-    return replace(made, watched=watched, moved=(), ahead=None, ever=False, early=early, track=followed)
+    watched, open_ = _ordered(watched, followed.reached(_bounded(made.region)))
+    return replace(made, watched=watched, open=open_, moved=(), ahead=None, ever=False, early=early, track=followed)
+
+
+def _ordered(watched: Sequence[Watched], inside: Mapping[str, tuple[float, float]]) -> tuple[tuple[Watched, ...], int]:
+    """Those first that may be out of their range where a state is within these bounds, and how many there are."""
+
+    def held(one: Watched) -> bool:
+        low, high = inside.get(one.place.upper, (-math.inf, math.inf))
+        return float(one.low.decimal) <= low and high <= float(one.high.decimal)
+
+    open_ = [one for one in watched if not held(one)]
+    return (*open_, *(one for one in watched if held(one))), len(open_)
+
+
+def _bounded(region: Region) -> dict[str, tuple[float, float]]:
+    """The coordinates that a region bounds by numbers; a goal is where its landmarks are."""
+    found = {
+        first: (float(low.decimal), float(high.decimal)) for first, second, low, high in region.bounds if not second
+    }
+    for axis in "XY":
+        marks = [found.get(f"{goal}_{axis}") for goal in region.goals]
+        known = [mark for mark in marks if mark is not None]
+        if known and len(known) == len(marks):
+            found[f"GOAL_{axis}"] = min(low for low, _ in known), max(high for _, high in known)
+    return found
 
 
 def _ahead(model: Model, moved: Sequence[Moved]) -> Model | None:
@@ -207,6 +242,7 @@ def watch_cover(model: Model, cover: Cover, certificate: str, claim: str) -> Wat
         places[upper] = Place(at, one.name, upper, f"{model.prefix.upper()}_S_{upper}", ())
     ranges = zip(places.values(), cover.variables, strict=True)
     watched = tuple(Watched(place, _double(one.low), _double(one.high)) for place, one in ranges)
+    watched, open_ = _ordered(watched, {place.upper: cover.bounds(at) for at, place in enumerate(places.values())})
     fallbacks = [Fallback(agent, cover.rests.get(agent.name, 0)) for agent in model.agents]
     return Watch(
         model=model,
@@ -214,6 +250,7 @@ def watch_cover(model: Model, cover: Cover, certificate: str, claim: str) -> Wat
         certificate=certificate,
         claim=claim,
         watched=watched,
+        open=open_,
         moved=(),
         fallbacks=tuple(fallbacks),
         max_age=decimal_literal(LATE * cover.dt),

@@ -72,7 +72,18 @@ PUSH = 0.3  # of games: standard deviation of what is added to a velocity after 
 SHIFT = 0.02  # of systems: the same of a variable, for the side of the hull of the proof's boxes
 COSTED = 20_000  # states whose decisions are timed
 FIGURES = (
-    *("ratio", "decision_ns", "step_ns", "vouched", "fails_while_vouched", "fails_elsewhere", "control_fails"),
+    *(
+        "ratio",
+        "ratio_called",
+        "decision_ns",
+        "step_ns",
+        "decision_called",
+        "step_called",
+        "vouched",
+        "fails_while_vouched",
+        "fails_elsewhere",
+        "control_fails",
+    ),
     *("refused", "false_alarms", "warning"),
 )
 

@@ -35,6 +35,14 @@ static double now(void)
 }}
 """  # what a program begins with, before it is filled in
 PROGRAM = """{decide}
+static __attribute__((noinline)) int decide_called(const double *w)
+{{
+    return decide(w);
+}}
+static __attribute__((noinline)) int step_called({p}_monitor *m, const double *w)
+{{
+    return {p}_monitor_step(m, w, {dt});
+}}
 void cost(const double *w, const int *at, long n, int *kept, double *seconds);
 void cost(const double *w, const int *at, long n, int *kept, double *seconds)
 {{
@@ -54,6 +62,19 @@ void cost(const double *w, const int *at, long n, int *kept, double *seconds)
         m.latched = 0;
     }}
     seconds[1] = now() - start;
+    start = now();
+    for (i = 0; i < n; i++) {{
+        *kept += decide_called(w + i * {N});
+    }}
+    seconds[2] = now() - start;
+    start = now();
+    for (i = 0; i < n; i++) {{
+        {p}_monitor_renew_all(&m);
+        {step}
+        *kept += step_called(&m, w + i * {N});
+        m.latched = 0;
+    }}
+    seconds[3] = now() - start;
 }}
 void words(const double *w, const int *at, long n, int *found);
 void words(const double *w, const int *at, long n, int *found)
@@ -83,14 +104,22 @@ class Made:
         return found
 
     def costs(self, w, at):
-        """Processor time of a step beside that of the decisions of all agents: the least of rounds in turn."""
+        """Processor time of a step beside that of the decisions of all agents, the least of rounds in turn: both built
+        into the loop over all states, and both called once per state.
+        """
         w, at = np.ascontiguousarray(w), np.ascontiguousarray(at, np.int32)
-        kept, seconds, found = np.zeros(1, np.int32), np.zeros(2), []
+        kept, seconds, found = np.zeros(1, np.int32), np.zeros(4), []
         for _ in range(ROUNDS):
             self.library.cost(_pointer(w), _pointer(at), ctypes.c_long(len(w)), _pointer(kept), _pointer(seconds))
             found.append(1e9 * seconds / len(w))
-        decision, step = np.min(found, axis=0).tolist()
-        return {"ratio": step / decision, "decision_ns": decision, "step_ns": step}
+        decision, step, *called = np.min(found, axis=0).tolist()
+        ratios = {"ratio": step / decision, "ratio_called": called[1] / called[0]}
+        return ratios | {
+            "decision_ns": decision,
+            "step_ns": step,
+            "decision_called": called[0],
+            "step_called": called[1],
+        }
 
 
 def _pointer(array):

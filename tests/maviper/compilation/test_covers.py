@@ -174,17 +174,21 @@ def test_nothing_is_rounded_where_boxes_are_joined():
 
 
 def searched(found, state):
-    """What a reader of the rows says, for the first list, and how many numbers it compared."""
-    at, (columns, *_) = found.begins[0], found.columns
-    compared = 0
-    while at < found.begins[1]:
-        row = found.rows[at]
+    """What a reader of the search says, for the first list, and how many numbers it compared."""
+    (grid, *_), (axes, *_), (columns, *_) = found.grids, found.axes, found.columns
+    cell, compared = grid.begin, 0
+    for low, scale, most, stride, axis in zip(*grid[:4], axes, strict=True):
+        place = (state[axis] - float(low.decimal)) * float(scale.decimal)
+        cell += stride * int(min(max(place, 0.0), float(most.decimal)))
+        compared += 2
+    for place in range(found.cells[cell], len(found.order)):
+        if found.order[place] < 0:
+            break
         compared += 2 * found.width
-        ends = [(float(low.decimal), float(high.decimal)) for low, high in row.ends]
-        inside = all(low <= state[column] <= high for column, (low, high) in zip(columns, ends, strict=True))
-        if inside and row.skip == at + 1:
+        box = found.boxes[found.order[place]]
+        ends = [(float(low.decimal), float(high.decimal)) for low, high in zip(*box, strict=True)]
+        if all(low <= state[column] <= high for column, (low, high) in zip(columns, ends, strict=True)):
             return True, compared
-        at = at + 1 if inside else row.skip
     return False, compared
 
 

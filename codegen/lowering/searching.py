@@ -1,0 +1,268 @@
+"""The lowered search: grids of cells, each of which names the few boxes that may hold a state in it.
+
+Does: lays a grid over each list of closed boxes, along the variables that tell them apart best; of each cell the
+  likeliest boxes come first; says what a search takes at most.
+Assumes: boxes [n, variables] of float64, without NaN, whose sides are infinite where a part does not bound a variable.
+Does not: know what is proved, or write text (codegen/targets/monitor.py).
+
+A state's cell is found by arithmetic alone, without a branch that could be guessed wrongly. Then the boxes of the cell
+are compared, with the very numbers of the proof: a wrong cell could refuse a state, and never vouch for one. Cells have
+the boxes next to them too, so that rounding never puts a state into a wrong one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+
+from codegen.floats import decimal_literal, short_hex
+from codegen.ir import Bool, Float64, Int64
+from codegen.lowering.parts import Double
+
+AXES = 2  # variables along which grids are laid
+CELLS = 1_024  # of a grid, at most
+ENTRIES = 1_000_000  # boxes times cells of a grid, at most
+POINTS = 300  # drawn in the boxes of a list: where they lie, searches are short
+ENOUGH = 1.02  # boxes that are compared on average
+TRIED = 8  # lists by which the variables are chosen
+EDGE = 2.0**-30  # of a cell: what is nearer to its border is in both
+NARROW = 65_535  # what the narrow type of C counts to
+LARGEST = float(np.finfo(np.float64).max)
+
+
+class Boxes(NamedTuple):
+    """Closed boxes: `low`, `high` [n, variables] float64."""
+
+    low: Float64
+    high: Float64
+
+    def taken(self, which: Bool | Int64) -> Boxes:
+        """Some of them."""
+        return Boxes(self.low[which], self.high[which])
+
+    def holds(self, states: Float64) -> Bool:
+        """Which states [batch, variables] lie in a box."""
+        found = np.zeros(len(states), dtype=np.bool_)
+        for low, high in zip(self.low, self.high, strict=True):
+            open_ = np.flatnonzero(~found)
+            found[open_] = ((states[open_] >= low) & (states[open_] <= high)).all(axis=1)
+        return found
+
+    @property
+    def bounded(self) -> tuple[int, ...]:
+        """The variables that some box bounds."""
+        return tuple(np.flatnonzero((np.isfinite(self.low) | np.isfinite(self.high)).any(axis=0)).tolist())
+
+
+class Ends(NamedTuple):
+    """The least and most of each variable of a box, in the order of its part."""
+
+    low: tuple[Double, ...]
+    high: tuple[Double, ...]
+
+
+class Grid(NamedTuple):
+    """The grid of a list. Along each of its axes a state is in the cell floor((number - low) * scale), from 0 to
+    `most`; `strides` make one number of these, and `begin` is where its cells begin.
+    """
+
+    low: tuple[Double, ...]
+    scale: tuple[Double, ...]
+    most: tuple[Double, ...]
+    strides: tuple[int, ...]
+    begin: int
+
+
+@dataclass(frozen=True)
+class Lookup:
+    """Lists of boxes and their grids. A state is in the list of a step if it is in a box of each part of it."""
+
+    columns: tuple[tuple[int, ...], ...]  # by part: the variables that its boxes bound, as many for each
+    axes: tuple[tuple[int, ...], ...]  # by part: the variables of its grids, as many for each
+    grids: tuple[Grid, ...]  # of each part of each step
+    cells: tuple[int, ...]  # where in `order` the boxes of a cell begin
+    order: tuple[int, ...]  # boxes, those of a cell followed by -1
+    boxes: tuple[Ends, ...]
+    most: int  # boxes of a cell, at most
+
+    @property
+    def parts(self) -> int:
+        """How many parts a list has."""
+        return len(self.columns)
+
+    @property
+    def width(self) -> int:
+        """How many variables a box bounds."""
+        return len(self.columns[0])
+
+    @property
+    def steps(self) -> int:
+        """How many lists there are."""
+        return len(self.grids) // self.parts
+
+    @property
+    def counter(self) -> str:
+        """The type in C of a place in `order`: the narrower, the more of them a cache holds."""
+        return "unsigned short" if len(self.order) <= NARROW else "int"
+
+    @property
+    def straight(self) -> bool:
+        """Whether boxes bound the first variables, in their order."""
+        return self.columns == (tuple(range(self.width)),)
+
+    @property
+    def comparisons(self) -> int:
+        """The most that one step takes."""
+        return self.parts * (2 * len(self.axes[0]) + 2 * self.width * self.most)
+
+
+def search_of(steps: Sequence[Sequence[Boxes]], columns: Sequence[Sequence[int]]) -> Lookup:
+    """The search of lists: for each step its parts, as many at each; `columns`: of each part what is compared."""
+    lists = [
+        [_clipped(Boxes(part.low[:, of], part.high[:, of])) for part, of in zip(parts, columns, strict=True)]
+        for parts in steps
+    ]
+    count = min(AXES, len(columns[0]))
+    axes = [_axes([parts[number] for parts in lists], count) for number in range(len(columns))]
+    grids, cells, order, boxes = list[Grid](), list[int](), list[int](), list[Ends]()
+    begins: dict[tuple[int, ...], int] = {}
+    for parts in lists:
+        for part, along in zip(parts, axes, strict=True):
+            laid, within = _laid(part, along)
+            grids.append(laid._replace(begin=len(cells)))
+            for each in within:
+                named = tuple(len(boxes) + box for box in each)
+                if named not in begins:
+                    begins[named] = len(order)
+                    order += [*named, -1]
+                cells.append(begins[named])
+            boxes += (Ends(_doubles(low), _doubles(high)) for low, high in zip(*part, strict=True))
+    chosen = tuple(tuple(of[axis] for axis in along) for of, along in zip(columns, axes, strict=True))
+    most = max(map(len, begins))
+    return Lookup(tuple(map(tuple, columns)), chosen, tuple(grids), tuple(cells), tuple(order), tuple(boxes), most)
+
+
+def _clipped(boxes: Boxes) -> Boxes:
+    """The same finite states."""
+    return Boxes(np.maximum(boxes.low, -LARGEST), np.minimum(boxes.high, LARGEST))
+
+
+def _axes(lists: Sequence[Boxes], count: int) -> tuple[int, ...]:
+    """The columns whose grid of a middling size leaves the fewest boxes to compare."""
+    told = sorted((boxes for boxes in lists if len(boxes.low) > 1), key=lambda boxes: -len(boxes.low))[:TRIED]
+    ways = list(combinations(range(lists[0].low.shape[1]), count))
+    if not told or len(ways) == 1:
+        return ways[0]
+    points = [_drawn(boxes) for boxes in told]
+
+    def compared(way: tuple[int, ...]) -> float:
+        sizes = [16] * count
+        return sum(_Laid(boxes, way, sizes).compared(at) for boxes, at in zip(told, points, strict=True))
+
+    return min(ways, key=compared)
+
+
+def _laid(boxes: Boxes, axes: Sequence[int]) -> tuple[Grid, list[list[int]]]:
+    """The grid of a list, and of each of its cells the boxes: as fine as makes searches shorter."""
+    sizes, points = [1] * len(axes), _drawn(boxes) if len(boxes.low) > 1 else None
+    best = _Laid(boxes, axes, sizes)
+    while points is not None and (now := best.compared(points)) > ENOUGH:
+        finer = [[2 * size if at == axis else size for at, size in enumerate(sizes)] for axis in range(len(axes))]
+        finer = [each for each in finer if np.prod(each) <= min(CELLS, ENTRIES // len(boxes.low))]
+        if not finer:
+            break
+        found = min((_Laid(boxes, axes, each) for each in finer), key=lambda laid: laid.compared(points))
+        if found.compared(points) >= now and np.prod(found.sizes) > CELLS // 4:
+            break
+        best, sizes = found, found.sizes
+    return best.grid, best.within()
+
+
+class _Laid:
+    """A grid of a size over a list of boxes."""
+
+    def __init__(self, boxes: Boxes, axes: Sequence[int], sizes: Sequence[int]) -> None:
+        self.boxes, self.axes, self.sizes = boxes, list(axes), list(sizes)
+        count = len(boxes.low)
+        self.low = boxes.low[:, self.axes].min(axis=0) if count else np.zeros(len(sizes))
+        high = boxes.high[:, self.axes].max(axis=0) if count else np.zeros(len(sizes))
+        with np.errstate(over="ignore"):
+            sides = high - self.low
+        known = np.isfinite(sides) & (sides > 0)
+        with np.errstate(over="ignore"):
+            scale = np.divide(np.array(sizes, dtype=np.float64), sides, out=np.zeros(len(sizes)), where=known)
+        self.scale = np.where(np.isfinite(scale), scale, 0.0)
+        self.strides = [int(np.prod(self.sizes[at + 1 :])) for at in range(len(self.sizes))]
+        self._order: Int64 | None = None
+        self._shares = self._shared()
+
+    @property
+    def grid(self) -> Grid:
+        """As code has it, without its place."""
+        most = np.array(self.sizes, dtype=np.float64) - 1.0
+        return Grid(_doubles(self.low), _doubles(self.scale), _doubles(most), tuple(self.strides), 0)
+
+    def within(self) -> list[list[int]]:
+        """The boxes of each cell, those that fill most of it first."""
+        order, held = self._ordered(), self._shares >= 0.0
+        return [[box for box in order[:, cell].tolist() if held[box, cell]] for cell in range(held.shape[1])]
+
+    def compared(self, points: Float64) -> float:
+        """How many boxes are compared for one of these states, on average."""
+        place = np.clip((points[:, self.axes] - self.low) * self.scale, 0.0, np.array(self.sizes) - 1.0)
+        cell = place.astype(np.int64) @ np.array(self.strides)
+        low, high = self.boxes
+        inside = ((points[:, None] >= low) & (points[:, None] <= high)).all(axis=2)
+        return float(np.take_along_axis(inside, self._ordered()[:, cell].T, axis=1).argmax(axis=1).mean()) + 1.0
+
+    def _ordered(self) -> Int64:
+        if self._order is None:
+            self._order = np.argsort(-self._shares, axis=0, kind="stable")
+        return self._order
+
+    def _shared(self) -> Float64:
+        """How much of each cell each box fills, [n, cells]; -1 where it is not near."""
+        low, high = self.boxes
+        found = np.ones((len(low), 1))
+        near = np.ones((len(low), 1), dtype=np.bool_)
+        others = [at for at in range(low.shape[1]) if at not in self.axes]
+        with np.errstate(over="ignore"):
+            sides = np.minimum(high - low, LARGEST)[:, others]
+        widest = sides.max(axis=0, initial=0.0)
+        rest = np.divide(sides, widest, out=np.ones_like(sides), where=widest > 0).prod(axis=1)
+        for at, axis in enumerate(self.axes):
+            edges = np.arange(self.sizes[at], dtype=np.float64)
+            first = ((low[:, axis] - self.low[at]) * self.scale[at])[:, None]
+            last = ((high[:, axis] - self.low[at]) * self.scale[at])[:, None]
+            inner = (edges <= last + EDGE) & (edges + 1.0 >= first - EDGE)
+            share = np.clip(np.minimum(last, edges + 1.0) - np.maximum(first, edges), 0.0, 1.0)
+            share = share if self.scale[at] > 0 else np.ones_like(share)
+            found = (found[:, :, None] * share[:, None]).reshape(len(low), -1)
+            near = (near[:, :, None] & inner[:, None]).reshape(len(low), -1)
+        return np.where(near, found * rest[:, None], -1.0)
+
+
+def _drawn(boxes: Boxes) -> Float64:
+    """Points in the boxes, by volume, always the same ones."""
+    finite = np.concatenate(boxes)[np.isfinite(np.concatenate(boxes))]
+    least, most = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 0.0)
+    low, high = np.clip(boxes.low, least, most), np.clip(boxes.high, least, most)
+    sides = high - low
+    widest = sides.max(axis=0)
+    sizes = np.divide(sides, widest, out=np.ones_like(sides), where=widest > 0).prod(axis=1)
+    rng = np.random.default_rng(0)
+    shares = sizes / sizes.sum() if sizes.sum() > 0 else np.full(len(sizes), 1.0 / len(sizes))
+    chosen = rng.choice(len(sizes), POINTS, p=shares)
+    return low[chosen] + rng.random((POINTS, low.shape[1])) * sides[chosen]
+
+
+def _doubles(values: Float64) -> tuple[Double, ...]:
+    return tuple(_double(value) for value in values.tolist())
+
+
+def _double(value: float) -> Double:
+    return Double(short_hex(value + 0.0), decimal_literal(value + 0.0))
