@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from typing import Any, ClassVar
 
-from verify.claims.language.parameters import Names, Number
+from verify.claims.language.parameters import Names, Number, Steps
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -131,7 +131,7 @@ class Symmetric(Claim):
 
 @dataclass(frozen=True, kw_only=True)
 class _OfEpisodes(Claim):
-    steps: int | None = None
+    steps: Steps | None = None
     radius: Number | None = None  # length of the world
 
 
@@ -157,3 +157,10 @@ class KeepsApart(_OfEpisodes):
 
     name = "keeps_apart"
     others: Names | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class StaysIn(_OfEpisodes):
+    """No agent of the team ever goes farther from the origin than the radius: for ever, unless steps are given."""
+
+    name = "stays_in"

@@ -8,6 +8,8 @@ Does not: hold any claim.
 from enum import Enum
 from typing import ClassVar, Protocol
 
+ALWAYS = "always"  # in place of a number of steps: for ever
+
 
 class Kind(Enum):
     """What a claim is about; the values are the words of reports."""

@@ -6,14 +6,15 @@ Does not: import anything heavy before a command needs it.
 """
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from fractions import Fraction
+from functools import partial
 from pathlib import Path
 from typing import Any, cast
 
 import click
 
-from codegen.errors import InputError
+from codegen.errors import InputError, shown
 from maviper.cli.group import Option
 from maviper.options.table import Option as Table
 from maviper.options.table import table_of
@@ -74,6 +75,19 @@ def numbers(_context: click.Context, parameter: click.Parameter, value: str | No
         raise InputError(f"'{value}' is no list of numbers", f"--{parameter.name}", "write 2,4,6") from None
 
 
+def _number_or_word(
+    words: Sequence[str], _context: click.Context, parameter: click.Parameter, value: str | None
+) -> int | str | None:
+    """Reads a whole number, or one of some words."""
+    if value is None or value in words:
+        return value
+    try:
+        return int(value)
+    except ValueError:
+        advice = f"write 25, or {' or '.join(words)}"
+        raise InputError(f"'{shown(value)[:40]}' is no whole number", f"--{parameter.name}", advice) from None
+
+
 def options_of(asked: type, *names: str) -> Callable[[Any], Any]:
     """The options of a verb's table: those of these names, or all."""
 
@@ -94,8 +108,9 @@ def _option_of(asked: Table) -> Callable[[Any], Any]:
     default = asked.default if asked.base in (int, float) else default
     exact = asked.base is Fraction
     kind = PATH if asked.base is Path else str if asked.commas or exact else asked.base
-    kind = click.Choice(asked.choices) if asked.choices else kind
+    kind = click.Choice(asked.choices) if asked.choices else str if asked.words else kind
     reader = (numbers if asked.base is int else names) if asked.commas else fraction if exact else None
+    reader = partial(_number_or_word, asked.words) if asked.words else reader
     about |= {"type": kind, "multiple": asked.several and not asked.commas, "callback": reader}
     return option(asked.flag, asked.name, default=default, show_default=default is not None, **about)
 

@@ -22,7 +22,7 @@ from codegen.region import RegionSpec
 from codegen.targets import monitor
 from maviper.files import kinds, runs
 from verify.checker.decisions import certificates as decisions
-from verify.checker.episodes import certificates as episodes
+from verify.checker.episodes import forever
 from verify.checker.reading import RejectedError
 from verify.claims.region import Region
 from verify.exact import plain
@@ -91,13 +91,16 @@ def proved_by(certificate: Path, profile: PolicyProfile) -> Proved:
 def _episodes(text: bytes, where: Path, profile: PolicyProfile) -> Proved:
     """What a certificate about episodes proves: where they start, and whose actions it is about."""
     try:
-        found = episodes.from_json(text, str(where))
+        found = forever.of_either(text, str(where))
+        if found.form == forever.FORM:
+            what = "the certificate is about all steps of a game, of which monitors do not speak yet"
+            raise InputError(what, str(where), "verify the claim for a number of steps")
         ensure_followed(profile.world, found.claim.steps)  # first: to check a proof about contacts takes seconds
-        episodes.accepted(found, profile)
+        found.accepted(profile)
     except RejectedError as error:
         advice = "do not rely on it; run `maviper verify` again"
         raise RefusedError("the certificate is refused", f"{where}: {shown(error)}", advice) from None
-    followed = frozenset(name for part in found.parts for name in part.followed)
+    followed = frozenset(name for group in found.followed for name in group)
     claim = f"{found.claim.name} of the {found.claim.team} in {found.claim.steps} steps"
     return Proved(Start(spec_of(found.region), found.claim.steps, followed), _hash(text), claim)
 

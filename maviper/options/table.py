@@ -19,6 +19,7 @@ from typing import Any, Literal, TypeVar, Union, cast, get_args, get_origin, get
 from codegen.errors import InputError, UnknownNameError, shown, suggestion
 from verify.claims.language import parameters
 from verify.claims.language.parameters import Form
+from verify.kinds import ALWAYS
 
 Verb = TypeVar("Verb", bound=Callable[..., Any])
 MANY = (Iterable, Sequence, Mapping)  # of a mapping, each is a text NAME=VALUE
@@ -50,6 +51,7 @@ class Option:
     base: type = str  # of one value
     several: bool = False
     choices: tuple[str, ...] = ()  # all values that there are; (): others too
+    words: tuple[str, ...] = ()  # values beside those of its type
 
     @property
     def flag(self) -> str:
@@ -70,6 +72,8 @@ class Option:
         return tuple(map(self._one, cast("Iterable[Any]", value)))
 
     def _one(self, value: Any) -> Any:
+        if value in self.words:
+            return value
         if self.base is Fraction and not isinstance(value, bool) and isinstance(value, Real | str):
             return value  # which whoever computes with it reads exactly: that takes NumPy
         if self.choices and value not in self.choices:
@@ -97,8 +101,8 @@ def table_of(options: type) -> Mapping[str, Option]:
 def of_claims(name: str) -> Option:
     """A parameter that some claims read; without it, as the claim says."""
     (spec,) = (each for each in parameters.PARAMETERS if each.name == name)
-    form = "" if spec.form is Form.COUNT else spec.form.value
-    return Option(None, PARAMETERS, spec.help, form, commas=spec.form is Form.NAMES)
+    words = (ALWAYS,) if spec.form is Form.STEPS else ()
+    return Option(None, PARAMETERS, spec.help, spec.form.value, commas=spec.form is Form.NAMES, words=words)
 
 
 def _type(hint: Any) -> dict[str, Any]:

@@ -33,6 +33,7 @@ from verify.kinds import Kind
 from verify.states.state import measurable
 
 ALIKE = "alike"  # the name of the claim that two profiles act alike
+EVERY_STEP = "about every step, of which a page plays some"
 MAX_ATOMS = 20_000  # of a formula that a page evaluates while somebody drags an agent
 
 
@@ -89,10 +90,11 @@ def usual_claims(profile: ir.PolicyProfile) -> tuple[Shown, ...]:
     for name in NAMES:
         try:
             claim = find_claim(name, profile)
-            _claim(profile, Shown(claim))
+            judged = _claim(profile, Shown(claim))
         except InputError:  # it needs another team, or a parameter
             continue
-        found.append(claim)
+        if judged["unjudged"] != EVERY_STEP:
+            found.append(claim)
     for team in () if found else teams(profile):
         others = tuple(policy.agent for policy in profile.agents if policy.team != team)
         if others and profile.world.contact_force:
@@ -334,6 +336,8 @@ def _decisions(profile: ir.PolicyProfile, claim: DecisionClaim) -> dict[str, Any
 
 
 def _episode(profile: ir.PolicyProfile, claim: EpisodeClaim) -> dict[str, Any]:
+    if claim.by_edges:
+        return {"unjudged": EVERY_STEP}
     agents = [policy.agent for policy in profile.agents]
     entities = [one.name for one in profile.world.agents + profile.world.landmarks]
     judged = {

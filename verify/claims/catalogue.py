@@ -96,20 +96,20 @@ def check_read(name: str, given: Sequence[str], read: Sequence[str]) -> None:
 def find_episode_claim(name: str, profile: PolicyProfile, team: str | None = None, **given: Any) -> EpisodeClaim:
     """The named claim about episodes for a team of `profile`, by default over a whole episode.
 
-    `steps`: of an episode; `landmarks`: one for each agent of the team, without them `reaches` takes the world's order,
-    `covers` any matching; `others`: from whom the team keeps apart, without them from one another; `radius`: without
-    it RADIUS, of `keeps_apart` the largest distance at which two of them touch.
+    `steps`: of an episode, or "always"; `landmarks`: one for each agent of the team, without them `reaches` takes the
+    world's order, `covers` any matching; `others`: from whom the team keeps apart, without them from one another;
+    `radius`: without it RADIUS, of `keeps_apart` the largest distance at which two of them touch.
     """
     if name not in EPISODE_CLAIMS:
         raise UnknownNameError("property", name, EPISODE_CLAIMS)
     kind = EPISODE_CLAIMS[name]
-    listed = {key: tuple(cast("Sequence[str]", value)) for key, value in given.items() if isinstance(value, Sequence)}
+    listed = {key: tuple(cast("Sequence[str]", value)) for key, value in given.items() if key in LISTS and value}
     given |= listed
     given = {key: value for key, value in given.items() if value not in (None, ())}
     check_read(name, tuple(given), readable(name))
     team = team_for(name, profile, team, any_size=not kind.landmark_each)
     check_landmarks(profile, team, given.get("landmarks", ()))
-    claim = kind(team, **kind.usual(profile, team, given) | given)
+    claim = kind(team, **kind.timed(kind.usual(profile, team, given) | given))
     claim.check_ranges()
     return claim
 
@@ -142,7 +142,7 @@ def _usual_of_decisions(name: str) -> dict[str, Parameter | None]:
 
 def _usual_of_episodes(name: str) -> dict[str, Parameter | None]:
     kind = EPISODE_CLAIMS[name]
-    return _defaults(kind, kind.reads()) | dict.fromkeys(kind.of_the_world)
+    return _defaults(kind, kind.reads()) | dict.fromkeys(kind.of_the_world) | dict(kind.usually)
 
 
 def _defaults(kind: type[Claim], read: Sequence[str]) -> dict[str, Any]:

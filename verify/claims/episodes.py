@@ -1,12 +1,12 @@
-"""What can be claimed about whole episodes from rest: `reaches`, `covers` and `keeps_apart`, one class each.
+"""What can be claimed about whole episodes from rest: `reaches`, `covers`, `keeps_apart`, `stays_in`; a class each.
 
 Does: the data of such a claim, what it says of distances, and its words.
 Assumes: landmarks and agents are those of the profile's world.
 Does not: decide, play or check.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import combinations, product
 from typing import Any, ClassVar
@@ -18,12 +18,17 @@ from codegen.errors import InputError, UnknownNameError
 from codegen.ir import Bool, PolicyProfile
 from verify.claims.claim import Parameter, TeamClaim, check_range, ensure_team
 from verify.claims.observed import View
-from verify.kinds import Kind
+from verify.claims.region import Interval
+from verify.kinds import ALWAYS, Kind
 
 RADIUS = Fraction(2, 5)
 MAX_STEPS = 1_000
+PLAYED = 200  # steps of a claim for ever, in which counterexamples are looked for
+ORIGIN = ""  # a mark that is no entity: the point from which places are measured
+ARENA = Fraction(3)  # in which agents stay, where nobody says another
 MAX_RADIUS = 1 << 13  # zones hold lengths below eight times that (episodes/zones.py)
 Gaps = npt.NDArray[Any]  # [steps, ...] L-infinity distances: float64, or exact
+Between = Callable[[str, str], Interval]  # of an entity and an axis: least and greatest place
 Pairs = tuple[tuple[int, int], ...]  # pairs: the number of an agent in the team, and of a mark
 
 
@@ -40,10 +45,18 @@ class EpisodeClaim(TeamClaim):
     always: ClassVar[bool] = True  # whether every step counts, or the last one only
     apart: ClassVar[bool] = False  # whether distances are to be large
     landmark_each: ClassVar[bool] = True  # whether it speaks of a landmark for each agent
+    lasting: ClassVar[bool] = False  # whether it may be claimed for ever
     of_the_world: ClassVar[tuple[str, ...]] = ("steps",)  # parameters whose usual value the world says
+    usually: ClassVar[Mapping[str, Parameter]] = {}  # others that are no defaults of its fields
 
     steps: int
     radius: Fraction = RADIUS
+    ever: bool = field(default=False, kw_only=True)  # about all steps; `steps`: in which counterexamples are looked for
+
+    @property
+    def by_edges(self) -> bool:
+        """Whether a proof holds for any number of steps."""
+        return self.ever
 
     @property
     def name(self) -> str:
@@ -53,17 +66,20 @@ class EpisodeClaim(TeamClaim):
     @property
     def named(self) -> tuple[str, ...]:
         """The entities that the claim names."""
-        return getattr(self, self.whom)
+        return getattr(self, self.whom) if self.whom else ()
 
     @property
     def sentence(self) -> str:
         """The claim in words."""
-        return self.words.format(team=self.team, radius=self.radius, steps=self.steps, own=self._own(self.named))
+        until = "for ever" if self.ever else f"up to step {self.steps}"
+        own = self._own(self.named)
+        return self.words.format(team=self.team, radius=self.radius, steps=self.steps, own=own, until=until)
 
     @property
     def parameters(self) -> Mapping[str, Parameter]:
         """What the claim reads beside its team."""
-        return {"steps": self.steps, "radius": self.radius, self.whom: self.named}
+        said: dict[str, Parameter] = {"steps": ALWAYS if self.ever else self.steps, "radius": self.radius}
+        return said | ({self.whom: self.named} if self.whom else {})
 
     def of_view(self, view: View) -> View:
         """Never: InputError."""
@@ -73,7 +89,7 @@ class EpisodeClaim(TeamClaim):
     @classmethod
     def reads(cls) -> tuple[str, ...]:
         """The names of the parameters."""
-        return "steps", "radius", cls.whom
+        return ("steps", "radius", cls.whom) if cls.whom else ("steps", "radius")
 
     @classmethod
     def usual(cls, profile: PolicyProfile, team: str, given: Mapping[str, Any]) -> dict[str, Any]:
@@ -83,7 +99,8 @@ class EpisodeClaim(TeamClaim):
     @classmethod
     def in_general(cls) -> str:
         """The claim in words, without values."""
-        return cls.words.format(team="team", radius="`radius`", steps="`steps`", own=cls._own(None))
+        until = "up to step `steps`, or for ever" if cls.lasting else ""
+        return cls.words.format(team="team", radius="`radius`", steps="`steps`", own=cls._own(None), until=until)
 
     @staticmethod
     def _own(named: tuple[str, ...] | None) -> str:
@@ -114,6 +131,32 @@ class EpisodeClaim(TeamClaim):
     def mark_of(self, profile: PolicyProfile, number: int, gaps: Gaps) -> int:
         """The mark that is named with an agent of the team, for its distances [steps + 1, marks] in an episode."""
         raise NotImplementedError
+
+    def worst(self, gaps: Gaps) -> int:
+        """The step of [steps + 1] distances of a pair that is told first."""
+        return int(gaps.argmin())
+
+    @property
+    def farthest(self) -> Fraction | None:
+        """How far from the origin the team may go; None where the claim does not say."""
+        return None
+
+    def broken_within(self, profile: PolicyProfile, between: Between) -> str:
+        """What is not shown by bounds of where everybody ever is, in words; "" where they show the claim."""
+        return f"edges do not show {self.name}"
+
+    @classmethod
+    def timed(cls, given: Mapping[str, Any]) -> dict[str, Any]:
+        """Parameters with their `steps` as claims have them: ALWAYS is any number. InputError where no claim of this
+        name speaks of all steps.
+        """
+        if given.get("steps") != ALWAYS:
+            return {**given, "ever": False}
+        if not cls.lasting:
+            names = " and ".join(name for name, kind in EPISODE_CLAIMS.items() if kind.lasting)
+            what = f"{cls.title} is about a number of steps, not about all steps"
+            raise InputError(what, "steps", f"give a number; {names} may be claimed for ever")
+        return {**given, "steps": PLAYED, "ever": True}
 
     def ensure(self, profile: PolicyProfile) -> None:
         """InputError for a claim about nobody, which would be true whatever the profile does."""
@@ -208,11 +251,11 @@ class KeepsApart(EpisodeClaim):
     title = "keeps_apart"
     words = (
         "from every start of the region, at rest, each of the {team} stays at least {radius} (L-infinity) "
-        "away from {own} up to step {steps}"
+        "away from {own} {until}"
     )
     whom = "others"
     nobody_named = "one another"
-    apart = True
+    apart = lasting = True
     landmark_each = False
     of_the_world = ("steps", "radius")
 
@@ -248,6 +291,14 @@ class KeepsApart(EpisodeClaim):
         team, marks = [policy.agent for policy in profile.team(self.team)], self.marks(profile)
         return tuple((team.index(agent), marks.index(other)) for agent, other in self.pairs(profile))
 
+    def broken_within(self, profile: PolicyProfile, between: Between) -> str:
+        """A pair that may be too near on both axes."""
+        for one, other in self.pairs(profile):
+            both = [(between(one, axis), between(other, axis)) for axis in "xy"]
+            if max(max(low - most, least - high) for (low, high), (least, most) in both) < self.radius:
+                return f"the edges of {one} and {other} do not keep them {self.radius} apart"
+        return ""
+
     def met(self, gaps: Gaps, radius: Fraction | float) -> Bool:
         """Where a pair stays apart."""
         return np.asarray((gaps >= radius).all(axis=0))
@@ -277,4 +328,68 @@ class KeepsApart(EpisodeClaim):
             raise InputError(f"{self.name} with radius 0 says nothing", "radius", "give a radius above 0")
 
 
-EPISODE_CLAIMS: dict[str, type[EpisodeClaim]] = {kind.title: kind for kind in (Reaches, Covers, KeepsApart)}
+@dataclass(frozen=True)
+class StaysIn(EpisodeClaim):
+    """That no agent of the team leaves a square around the origin."""
+
+    title = "stays_in"
+    words = (
+        "from every start of the region, at rest, each of the {team} stays within {radius} (L-infinity) of the origin "
+        "{until}"
+    )
+    whom = nobody_named = ""
+    landmark_each = False
+    lasting = True
+    of_the_world = ()
+    usually: ClassVar[Mapping[str, Parameter]] = {"steps": ALWAYS, "radius": ARENA}
+
+    @property
+    def by_edges(self) -> bool:
+        """Always: what is proved for ever holds up to any step."""
+        return True
+
+    @classmethod
+    def usual(cls, profile: PolicyProfile, team: str, given: Mapping[str, Any]) -> dict[str, Any]:
+        """The arena, for ever."""
+        return dict(cls.usually)
+
+    @staticmethod
+    def _own(named: tuple[str, ...] | None) -> str:
+        return ""
+
+    def marks(self, profile: PolicyProfile) -> list[str]:
+        """The origin."""
+        return [ORIGIN]
+
+    def way(self, profile: PolicyProfile) -> Pairs:
+        """Each agent with the origin."""
+        return tuple((number, 0) for number in range(len(profile.team(self.team))))
+
+    @property
+    def farthest(self) -> Fraction:
+        """The radius."""
+        return self.radius
+
+    def broken_within(self, profile: PolicyProfile, between: Between) -> str:
+        """An agent that may be too far away on some axis."""
+        for policy in profile.team(self.team):
+            for axis in "xy":
+                low, high = between(policy.agent, axis)
+                if not -self.radius <= low <= high <= self.radius:
+                    return f"the edges of {policy.agent}.{axis} do not lie within {self.radius} of the origin"
+        return ""
+
+    def met(self, gaps: Gaps, radius: Fraction | float) -> Bool:
+        """Where an agent stays."""
+        return np.asarray((gaps <= radius).all(axis=0))
+
+    def mark_of(self, profile: PolicyProfile, number: int, gaps: Gaps) -> int:
+        """The origin."""
+        return 0
+
+    def worst(self, gaps: Gaps) -> int:
+        """The step at which the agent is farthest away."""
+        return int(gaps.argmax())
+
+
+EPISODE_CLAIMS: dict[str, type[EpisodeClaim]] = {kind.title: kind for kind in (Reaches, Covers, KeepsApart, StaysIn)}

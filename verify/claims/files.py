@@ -24,9 +24,10 @@ from verify.claims.region_files import is_list, is_table, region_of
 from verify.claims.uncertified.own import OwnFormula
 from verify.claims.uncertified.starts import everywhere, observed_velocities, positions
 from verify.exact import number
+from verify.kinds import ALWAYS
 from verify.toml_places import Place, parse
 
-NUMBERS, COUNTS = of_form(Form.NUMBER), (*of_form(Form.COUNT), ZONES)
+NUMBERS, COUNTS = of_form(Form.NUMBER), (*of_form(Form.STEPS), ZONES)
 LISTS, TEXTS = of_form(Form.NAMES), of_form(Form.NAME)
 KEYS = ("name", "label", "team", *NUMBERS, *COUNTS, *TEXTS, *LISTS, "region", "formula", "assume")
 OF_FORMULAS = ("margin", "radius", "eps")  # the parameters of a user's formula
@@ -94,10 +95,13 @@ class _Table:
     def _number(self, key: str) -> Fraction:
         return number(self._table[key], self._where(key))
 
-    def _count(self, key: str) -> int:
+    def _count(self, key: str) -> int | str:
         value = self._table[key]
+        if value == ALWAYS and key in of_form(Form.STEPS):
+            return ALWAYS
         if isinstance(value, bool) or not isinstance(value, int):
-            raise InputError(f"{key} must be a whole number", self._where(key), f"write {key} = 25")
+            advice = f"write {key} = 25" + (f' or {key} = "{ALWAYS}"' if key in of_form(Form.STEPS) else "")
+            raise InputError(f"{key} must be a whole number", self._where(key), advice)
         return value
 
     def _built_in(self, given: dict[str, Any]) -> Claim:

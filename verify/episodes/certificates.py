@@ -43,7 +43,7 @@ def made(question: EpisodeQuestion, proved: Sequence[ProofPart], most: int | Non
     profile, claim, region = question.profile, question.claim, question.region
     allowed = MAX_ANSWERS * question.budgets.max_zones // Budgets().max_zones
     most = max(MAX_ANSWERS, allowed) if most is None else most
-    start, opened = _inhabitant(profile, region), ""
+    start, opened = inhabitant(profile, region), ""
     for form in forms(profile, claim):
         try:
             parts = _closed(READINGS[form], question, proved, most)
@@ -112,7 +112,7 @@ def _needed(question: EpisodeQuestion, proved: Sequence[ProofPart]) -> list[Proo
     return list(needed)
 
 
-def _inhabitant(profile: PolicyProfile, region: Region) -> Mapping[str, Fraction]:
+def inhabitant(profile: PolicyProfile, region: Region) -> Mapping[str, Fraction]:
     """A float64 start of the region, at rest, that claims are about."""
     still = {name: Fraction(0) for name in region.box}
     for found in points_of(starts(region, profile.world), SAMPLE_SEED):

@@ -13,6 +13,7 @@ from typing import Any
 from codegen.dynamics import partners
 from codegen.ir import PolicyProfile
 from verify.claims.catalogue import COINCIDING, sentence
+from verify.claims.episodes import PLAYED
 from verify.claims.region import goal_text
 from verify.claims.uncertified.starts import called
 from verify.exact import plain
@@ -36,6 +37,11 @@ MEANINGS = {
 LIMITS = (
     "In claims about episodes, agents start at rest. Proofs relax the tests of the trees by 2^-30. This covers the "
     "rounding of positions, so a proof holds for the deployed arithmetic.",
+)
+EDGES = (
+    "A claim for ever is proved by edges that agents never cross: no tree pushes an agent outwards where it could not "
+    "stop before its edge. The proof holds for any number of steps, rounding included. Counterexamples are looked for "
+    f"in {PLAYED} steps."
 )
 CONTACTS = (
     "Where entities may touch, contact forces are over-approximated: they may be anything within the bounds that the "
@@ -63,11 +69,11 @@ def facts(profile: PolicyProfile, result: EpisodeResult, command: str) -> dict[s
         "claim": sentence(claim, profile.world),
         "formula": "",
         "assumption": "",
-        "steps": claim.steps,
+        "steps": claim.parameters["steps"],
         "parameters": {
-            "steps": str(claim.steps),
+            "steps": str(claim.parameters["steps"]),
             "radius": plain(claim.radius),
-            claim.whom: ", ".join(claim.named) or claim.nobody_named,
+            **({claim.whom: ", ".join(claim.named) or claim.nobody_named} if claim.whom else {}),
         },
         "semantics": MACHINE,
         "region_name": called(profile, result.region),
@@ -92,9 +98,10 @@ def facts(profile: PolicyProfile, result: EpisodeResult, command: str) -> dict[s
     } | ({} if evidence.starts is None else {"starts": _starts(evidence.starts)})
 
 
-def limits(profile: PolicyProfile, _results: Sequence[EpisodeResult]) -> list[str]:
+def limits(profile: PolicyProfile, results: Sequence[EpisodeResult]) -> list[str]:
     """What these verdicts do not say."""
-    return [POSITIONS, *SHARES, *LIMITS, *(CONTACTS if partners(profile.world) else ())]
+    edged = [EDGES] if any(result.claim.by_edges for result in results) else []
+    return [POSITIONS, *SHARES, *LIMITS, *edged, *(CONTACTS if partners(profile.world) else ())]
 
 
 def _starts(found: StartShare) -> dict[str, Any]:
@@ -137,8 +144,11 @@ def _written(number: Fraction, rounding: str, digits: int) -> str:
 
 
 def _certificate(evidence: EpisodeEvidence) -> dict[str, Any]:
-    assert evidence.certificate is not None
-    return {"bytes": evidence.certificate.size, "branches": evidence.branches, "checker": "accepted"}
+    found = evidence.certificate
+    assert found is not None
+    told = {"bytes": found.size, "branches": evidence.branches, "checker": "accepted"}
+    edges = {name: [plain(edge) for edge in both] for name, both in found.edges.items()}
+    return told | ({"edges": edges} if edges else {})
 
 
 def _counterexample(profile: PolicyProfile, result: EpisodeResult) -> dict[str, Any]:
@@ -184,7 +194,7 @@ def _picture(profile: PolicyProfile, result: EpisodeResult) -> dict[str, Any]:
     def drawn(place: tuple[float, float]) -> tuple[float, float]:
         return round((place[0] - middle_x + reach) * scale, 2), round((reach - place[1] + middle_y) * scale, 2)
 
-    half = 0.0 if result.claim.apart else round(float(result.claim.radius) * scale, 2)
+    half = round(float(result.claim.radius) * scale, 2) if result.claim.landmark_each else 0.0
     landmarks = [
         {"name": name, "x": drawn(place)[0], "y": drawn(place)[1], "half": half, "goal": name == evidence.state.goal}
         for name, place in marks.items()

@@ -56,7 +56,8 @@ ENCLOSED = (
 STATEMENT = "Verdicts are about the statement. Nothing is proved about a system that moves differently."
 SAMPLED = "Steps of {name} were compared with the statement, from states {where}. At others it may be off by more."
 ANYWHERE = {True: "all over the ranges", False: "that its own episodes come to"}
-STEPS = "A claim about episodes covers only the steps that it names."
+STEPS = "A claim about episodes covers only the steps that it names{ever}."
+EVER = "; one for ever covers any number of them"
 OUTSIDE = "Outside the boxes of all pieces nothing is stated. A claim is not proved if an episode may leave the boxes."
 WEAK = "the agents with shuffled leaves fulfil the claim too, so it says little about these trees"
 SINGLE = "A claim about single decisions does not say that an episode gets into such a state."
@@ -85,7 +86,6 @@ def document(
     system, made = statement.system, profile.provenance
     enclosed = any(map(curved, statement.rules)) or any(result.claim.curved for result in results)
     semantics = f"{SEMANTICS} {ENCLOSED}" if enclosed else SEMANTICS
-    kinds = {result.claim.about_decisions for result in results}
     certificates = [result.evidence.certificate for result in results]
     return {
         "report": FORM,
@@ -107,7 +107,7 @@ def document(
         "trusted": trusted.systems(
             enclosed, {certificate.counted for certificate in certificates if certificate}, system.flow is not None
         ),
-        "limits": _limits(system, reference, kinds),
+        "limits": _limits(system, reference, [result.claim for result in results]),
     }
 
 
@@ -186,12 +186,13 @@ def _condition(half: HalfSpace) -> str:
     return f"{told or '0'} {'<' if half.strict else '<='} {plain(-half.form.constant)}"
 
 
-def _limits(system: System, reference: Mapping[str, Any], kinds: set[bool]) -> list[str]:
-    """What verdicts do not say. `kinds`: whether claims are about single decisions."""
-    found = [STATEMENT]
+def _limits(system: System, reference: Mapping[str, Any], claims: Sequence[SystemClaim]) -> list[str]:
+    """What verdicts about some claims do not say."""
+    found, kinds = [STATEMENT], {claim.about_decisions for claim in claims}
     if reference.get("steps"):
         found.append(SAMPLED.format(name=reference["name"], where=ANYWHERE[reference["anywhere"]]))
-    found += [STEPS if system.flow is None else flows.PERIODS] if False in kinds else []
+    ever = EVER if any(claim.says.ever for claim in claims) else ""
+    found += [STEPS.format(ever=ever) if system.flow is None else flows.PERIODS] if False in kinds else []
     found += [] if system.flow is None else [flows.ONE_READING]
     found += [OUTSIDE] if False in kinds and system.pieces and all(piece.where for piece in system.pieces) else []
     return found + ([SINGLE] if True in kinds else [])

@@ -45,7 +45,7 @@ EPISODES = {
     **FORM,
     "verify": VERIFY,
     **CHECKER,
-    "verify/checker/episodes": ("certificates", "contact_reading", "contacts", "reading", "walk"),
+    "verify/checker/episodes": ("certificates", "contact_reading", "contacts", "forever", "reading", "walk"),
     "verify/claims": (*CLAIMS, "episodes"),
 }
 SYSTEMS = {

@@ -17,7 +17,7 @@ from codegen import ir
 from codegen.dynamics import COINCIDENT, Motion, partners
 from codegen.errors import DisagreementError, InputError
 from codegen.ir import Bool, Float64, PolicyProfile
-from verify.claims.episodes import EpisodeClaim, Gaps, Pairs
+from verify.claims.episodes import ORIGIN, EpisodeClaim, Gaps, Pairs
 from verify.claims.matching import matchings
 from verify.claims.region import Region
 from verify.claims.verifiable import verifiable
@@ -99,6 +99,8 @@ def gaps(profile: PolicyProfile, claim: EpisodeClaim, episode: Float64) -> Float
     names = profile.world.coordinates()
 
     def places(entities: Sequence[str]) -> Float64:
+        if entities == [ORIGIN]:
+            return np.zeros((*episode.shape[:-1], 1, 2))
         columns = [[names.index(f"{entity}.{axis}") for axis in "xy"] for entity in entities]
         return episode[..., np.array(columns)]
 
@@ -169,9 +171,13 @@ def fails(profile: PolicyProfile, claim: EpisodeClaim, episode: Float64) -> bool
     names = {name: place for place, name in enumerate(profile.world.coordinates())}
     counted = claim.counted(episode)
 
+    def places(entity: str) -> Float64:
+        return counted[:, [names[f"{entity}.{axis}"] for axis in "xy"]]
+
     @cache
     def met(a: str, b: str) -> bool:
-        first, second = (counted[:, [names[f"{one}.{axis}"] for axis in "xy"]] for one in (a, b))
+        first = places(a)
+        second = np.zeros_like(first) if b == ORIGIN else places(b)
         return bool(claim.met(_distances(first, second), claim.radius))
 
     return not any(all(met(*pair) for pair in way) for way in paired(profile, claim))
@@ -221,13 +227,16 @@ class Way:
 
     agent: str
     landmark: str  # its own; where any matching would do the one that it ends nearest to; or whom it comes nearest to
-    nearest: float  # least L-infinity distance from the landmark, length units
-    step: int  # at which it is nearest first
+    nearest: float  # least L-infinity distance from the landmark, length units; from the origin the greatest one
+    step: int  # at which it is there first
     last: float  # distance after the last step
     actions: tuple[str, ...]
     places: tuple[tuple[float, float], ...]  # after each step, start first
 
     def __str__(self) -> str:
+        if self.landmark == ORIGIN:
+            farthest = f"{self.agent} is {self.nearest:.3g} from the origin at step {self.step}"
+            return f"{farthest} and ends {self.last:.3g} from it"
         nearest = f"{self.agent} comes within {self.nearest:.3g} of {self.landmark} (step {self.step})"
         return f"{nearest} and ends {self.last:.3g} from it"
 
@@ -241,14 +250,15 @@ def ways_of(profile: PolicyProfile, claim: EpisodeClaim, episode: Episode) -> tu
     for number, policy in enumerate(profile.team(claim.team)):
         own = claim.mark_of(profile, number, apart[:, number])
         distances = apart[:, number, own]
+        step = claim.worst(distances)
         columns = [names.index(f"{policy.agent}.{axis}") for axis in "xy"]
         actions = episode.actions[:, order.index(policy.agent)]
         ways.append(
             Way(
                 agent=policy.agent,
                 landmark=landmarks[own],
-                nearest=float(distances.min()),
-                step=int(distances.argmin()),
+                nearest=float(distances[step]),
+                step=step,
                 last=float(distances[-1]),
                 actions=tuple(policy.actions[int(action)].name for action in actions),
                 places=tuple((float(x), float(y)) for x, y in episode.coordinates[:, columns]),

@@ -1,7 +1,7 @@
 """Claims about whole episodes from rest: does each agent arrive, do all keep apart, from every start of a region?
 
-Does: states `reaches`, `covers` and `keeps_apart`, decides them by zones, agent by agent where trees allow, replays
-  counterexamples.
+Does: decides `reaches`, `covers` and `keeps_apart` by zones, agent by agent where trees allow, and claims for ever by
+  edges; replays counterexamples.
 Assumes: a world whose dynamics its spec states; rollouts of other simulators are given by the caller.
 Does not: merge zones; when there are too many the answer is UNKNOWN with their number.
 
@@ -21,13 +21,15 @@ from codegen.dynamics import partners
 from codegen.intervals import Share
 from codegen.ir import PolicyProfile
 from verify.checker.episodes import certificates as episode_certificates
+from verify.checker.episodes import forever
 from verify.checker.episodes.certificates import EpisodeCertificate
+from verify.checker.episodes.forever import LastingCertificate
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import left_out, opponents_words
 from verify.claims.episodes import EpisodeClaim
 from verify.counterexamples.episode_explanation import EpisodeExplanation, explained
 from verify.counterexamples.search import simplest
-from verify.episodes import certificates
+from verify.episodes import certificates, edges
 from verify.episodes.certificates import LeftOpenError, NoCertificateError
 from verify.episodes.composition import ZonesDecision, decide
 from verify.episodes.contacts import MAX_DRIFT
@@ -43,6 +45,7 @@ from verify.states.episodes import (
     at_rest,
     coinciding,
     courses,
+    fails,
     first_failing,
     fulfilled,
     play,
@@ -59,6 +62,7 @@ NO_START = (
     "zones prove it, but no start in the region was found that the claim covers: one in float64 numbers, from which no "
     "two centres ever coincide; widen the region"
 )
+LONGER = 8  # times as long, about, as the usual ones are the episodes in which claims for ever are played
 TRIED_STARTS = 100  # sampled starts that fail in float64, looked at exactly
 
 
@@ -75,7 +79,7 @@ class EpisodeEvidence(Evidence):
     explanation: EpisodeExplanation | None = None  # of the counterexample
     contacts: str  # how they were treated, in words; "" where nothing collides
     opponents: bool  # whether the proof follows agents of other teams by their own trees
-    certificate: EpisodeCertificate | None = None
+    certificate: EpisodeCertificate | LastingCertificate | None = None
     uncertified: str = ""  # why a proof has no certificate, and so one reading only
     starts: StartShare | None = None  # how many of the region's fail, when that was asked
 
@@ -107,7 +111,7 @@ def verify_episodes(
     profile, claim, region = question.profile, question.claim, question.region
     playable(profile)
     claim.ensure(profile)
-    coordinates, _ = sample(at_rest(region), profile.world, SAMPLES, SAMPLE_SEED)
+    coordinates, _ = sample(at_rest(region), profile.world, _samples(claim), SAMPLE_SEED)
     still = fulfilled(profile, claim, coordinates[None])
     judged = _judged(question)
     decision, control = judged.decision, Verdict.SKIPPED
@@ -115,6 +119,8 @@ def verify_episodes(
         control = _judged(question.control).decision.verdict
     state = episode = None
     if decision.state is not None:
+        question = _shortened(question, decision.state)
+        claim = question.claim
         state = simplest(profile.world, decision.state, partial(_stands, question))
         episode = agree_on_course(profile, state, claim.steps, rollouts)
     evidence = EpisodeEvidence(
@@ -154,7 +160,7 @@ class _Judged:
 
     decision: ZonesDecision
     violating: Share
-    certificate: EpisodeCertificate | None = None
+    certificate: EpisodeCertificate | LastingCertificate | None = None
     branches: int = 0
     uncertified: str = ""
 
@@ -164,6 +170,8 @@ def _judged(question: EpisodeQuestion) -> _Judged:
     up for size before it found an open branch, a proof has one reading, and says so.
     """
     decision, violating = _settled(question)
+    if decision.verdict is Verdict.UNKNOWN and question.claim.by_edges:
+        return _by_edges(question, violating)
     if decision.verdict is not Verdict.PROVED:
         return _Judged(decision, violating)
     if not _has_start(question):
@@ -177,6 +185,22 @@ def _judged(question: EpisodeQuestion) -> _Judged:
         return _Judged(decision, violating, uncertified=str(error))
     except RejectedError as error:
         raise AssertionError(f"the checker refuses the proof of {question.claim.name}: {error}") from error
+
+
+def _by_edges(question: EpisodeQuestion, violating: Share) -> _Judged:
+    """The verdict by edges that agents never cross; each agent that has some is followed alone."""
+    found = edges.decide(question)
+    decision = ZonesDecision(found.verdict, found.zones, found.reason)
+    certificate = found.certificate
+    if certificate is None:
+        return _Judged(decision, violating)
+    if not _has_start(question):
+        return _Judged(_unknown(decision, NO_START), violating)
+    try:
+        branches = forever.accepted(certificate, question.profile)
+    except RejectedError as error:
+        raise AssertionError(f"the checker refuses the edges of {question.claim.name}: {error}") from error
+    return _Judged(replace(decision, followed=certificate.followed), violating, certificate, branches)
 
 
 def _unknown(decision: ZonesDecision, reason: str) -> ZonesDecision:
@@ -195,9 +219,11 @@ def _has_start(question: EpisodeQuestion) -> bool:
 
 
 def _settled(question: EpisodeQuestion) -> tuple[ZonesDecision, Share]:
-    """The verdict, and the share of sampled starts that fail: one of them settles the claim without zones."""
+    """The verdict, and the share of sampled starts that fail: one of them settles the claim without zones. UNKNOWN
+    where edges are to show it.
+    """
     profile, claim, region = question.profile, question.claim, question.region
-    coordinates, goals = sample(at_rest(region), profile.world, SAMPLES, SAMPLE_SEED)
+    coordinates, goals = sample(at_rest(region), profile.world, _samples(claim), SAMPLE_SEED)
     episode, _ = play(profile, coordinates, claim.steps)
     bad = ~fulfilled(profile, claim, episode)
     bad[bad] = ~coinciding(profile, episode[:, bad])
@@ -207,7 +233,12 @@ def _settled(question: EpisodeQuestion) -> tuple[ZonesDecision, Share]:
     state = first_failing(question, [_resting(state) for state in states])
     if state is not None:
         return ZonesDecision(Verdict.VIOLATED, 0, state=state), violating
-    return decide(question), violating
+    return ZonesDecision(Verdict.UNKNOWN, 0) if claim.by_edges else decide(question), violating
+
+
+def _samples(claim: EpisodeClaim) -> int:
+    """How many starts are played; of a claim for ever fewer, since its episodes are longer."""
+    return SAMPLES // LONGER if claim.ever else SAMPLES
 
 
 def _resting(state: State) -> State:
@@ -218,6 +249,16 @@ def _resting(state: State) -> State:
 def _stands(question: EpisodeQuestion, state: State) -> bool:
     """Whether a start is a counterexample."""
     return first_failing(question, [state]) is not None
+
+
+def _shortened(question: EpisodeQuestion, state: State) -> EpisodeQuestion:
+    """The question about as many steps as a claim for ever needs to fail from a start."""
+    profile, claim = question.profile, question.claim
+    if not claim.ever:
+        return question
+    course = courses(profile, [state], claim.steps)[0][:, 0]
+    steps = next(step for step in range(claim.steps + 1) if fails(profile, claim, course[: step + 1]))
+    return question.about(replace(claim, steps=steps))
 
 
 def _contacts(profile: PolicyProfile, decision: ZonesDecision) -> str:

@@ -19,8 +19,9 @@ from maviper.verification.files.reading import FollowedProof
 from maviper.verification.files.words import formula_words, region_words
 from verify.checker.decisions import certificates as certificate
 from verify.checker.decisions.certificates import Certificate
-from verify.checker.episodes import certificates as episode_certificates
+from verify.checker.episodes import forever
 from verify.checker.episodes.certificates import EpisodeCertificate
+from verify.checker.episodes.forever import LastingCertificate
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import left_out, opponents_words
 from verify.claims.claim import Parameter
@@ -69,7 +70,7 @@ def check_file(
             other = _second(certified, against, path)
             closed, subject = certificate.accepted(certified, about, other), _subject(certified, about)
         else:
-            closed, subject = episode_certificates.accepted(certified, about), _episodes(certified, about)
+            closed, subject = certified.accepted(about), _episodes(certified, about)
     except RejectedError as error:
         raise RefusedError(
             "the certificate is refused", f"{path}: {shown(error)}", "do not rely on it; run `maviper verify` again"
@@ -86,13 +87,11 @@ def _second(found: Certificate, against: PolicyProfile | Path | None, path: Path
     return find_profile(path.parent / AGAINST_FILE if against is None else against, beside=path)
 
 
-def _read(text: bytes, where: str) -> Certificate | EpisodeCertificate:
+def _read(text: bytes, where: str) -> Certificate | EpisodeCertificate | LastingCertificate:
     """A certificate of either kind; what says of neither that it is one is told as one about single decisions."""
     kinds.ensure(text, where, kinds.CERTIFICATE.called, kinds.CERTIFICATE, kinds.EPISODE_CERTIFICATE)
     if kinds.kind_of(text) is kinds.EPISODE_CERTIFICATE:
-        episodes = episode_certificates.from_json(text, where)
-        parts = (replace(part, proof=FollowedProof(part.proof)) for part in episodes.parts)
-        return replace(episodes, parts=tuple(parts))
+        return forever.of_either(text, where).reading(FollowedProof)
     found = certificate.from_json(text, where)
     return replace(found, proofs={goal: FollowedProof(proof) for goal, proof in found.proofs.items()})
 
@@ -117,13 +116,14 @@ def _subject(found: Certificate, profile: PolicyProfile) -> str:
     return place if found.claim is not None else f"{place}; the formula: {formula_words(found.formula, profile)}"
 
 
-def _episodes(found: EpisodeCertificate, profile: PolicyProfile) -> str:
+def _episodes(found: EpisodeCertificate | LastingCertificate, profile: PolicyProfile) -> str:
     """What was proved of episodes, and opponents_words others do."""
     claim = found.claim
     own = f" {'from' if claim.apart else 'at'} {' '.join(claim.named)}" if claim.named else ""
-    followed = sorted({" with ".join(part.followed) for part in found.parts})
-    said = f"{claim.name} of the {claim.team}{own}, steps {claim.steps}, radius {_shown(claim.radius)}"
-    opponents = any(profile.policy(agent).team != claim.team for part in found.parts for agent in part.followed)
+    followed = sorted({" with ".join(group) for group in found.followed})
+    steps = "for ever" if claim.ever else f"steps {claim.steps}"
+    said = f"{claim.name} of the {claim.team}{own}, {steps}, radius {_shown(claim.radius)}"
+    opponents = any(profile.policy(agent).team != claim.team for group in found.followed for agent in group)
     others = f"followed: {', '.join(followed)}, {opponents_words(opponents)}"
     apart = left_out(profile.world)
     about = f"{said}, from rest in {_place(found.region, profile)}, {found.semantics} arithmetic; {others}"

@@ -74,13 +74,18 @@ def document(profile: PolicyProfile, result: EpisodeResult) -> dict[str, Any]:
         "property": claim.shown,
         "claim": claim.name,
         "team": claim.team,
-        "parameters": {name: _written(value) for name, value in claim.parameters.items()},
+        "parameters": {name: _written(value) for name, value in _told(claim).items()},
         "region": result.region.document(),
         "goal": goal_text(evidence.state.goal),
         "position": dict(evidence.state.position),
         "actions": _named(profile, evidence.episode),
         "explanation": {} if evidence.explanation is None else evidence.explanation.document(),
     }
+
+
+def _told(claim: EpisodeClaim) -> dict[str, Parameter]:
+    """The parameters that an episode breaks: of a claim for ever, as many steps as it takes."""
+    return {**claim.parameters, "steps": claim.steps}
 
 
 def _named(profile: PolicyProfile, episode: Episode) -> dict[str, str]:

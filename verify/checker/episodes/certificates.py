@@ -5,10 +5,10 @@ Assumes: a profile that was read and checked; proofs of the form that README.md 
 Does not: make proofs, or write (verify/certificates).
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from typing import Any
+from typing import Any, ClassVar
 
 import msgspec
 
@@ -30,11 +30,12 @@ from verify.checker.reading import RejectedError, region_formula
 from verify.claims.episodes import EpisodeClaim
 from verify.claims.formula import TRUE, holds
 from verify.claims.formula_json import read_number
-from verify.claims.region import Region, goal_of
+from verify.claims.region import Interval, Region, goal_of
 from verify.semantics import MACHINE
 
 FORM = "maviper-episode-certificate-1"
 PUSHED = "maviper-episode-certificate-3"
+Side = tuple[str, bool, str | None]  # of an edge: coordinate; whether it is the upper one; goal
 READINGS = {FORM: EpisodeReading, "maviper-episode-certificate-2": PartedReading, PUSHED: ContactReading}
 
 
@@ -51,10 +52,26 @@ class EpisodeCertificate:
     region_said: str = field(default="", compare=False)  # what a file that was read calls its region; says nothing
     form: str = FORM  # by which the proofs are to be read
 
+    edges: ClassVar[Mapping[str, Interval]] = {}  # which claims for ever have (forever.py)
+    proofs: ClassVar[Mapping[Side, bytes]] = {}
+
     @property
     def size(self) -> int:
         """Bytes of all proofs."""
         return sum(len(part.proof) for part in self.parts)
+
+    @property
+    def followed(self) -> tuple[tuple[str, ...], ...]:
+        """The agents that are followed together in each part."""
+        return tuple(part.followed for part in self.parts)
+
+    def reading(self, reader: Callable[[bytes], bytes]) -> "EpisodeCertificate":
+        """The same with its proofs given to a reader."""
+        return replace(self, parts=tuple(replace(part, proof=reader(part.proof)) for part in self.parts))
+
+    def accepted(self, profile: PolicyProfile) -> int:
+        """As the function."""
+        return accepted(self, profile)
 
 
 def forms(profile: PolicyProfile, claim: EpisodeClaim) -> list[str]:
@@ -69,20 +86,12 @@ def accepted(certificate: EpisodeCertificate, profile: PolicyProfile) -> int:
     InputError when it is about another policy or names what the profile does not have; RejectedError when a proof is
     missing or does not hold.
     """
-    found, region = content_hash(profile), certificate.region
-    ensure_about(certificate.profile, found, "profile", "--profile")
-    start = certificate.inhabitant
-    states = Certificate(found, None, TRUE, region, certificate.semantics, start, {})
-    known_names(states, profile, certificate.claim.team)
-    if any(value and name.endswith((".vx", ".vy")) for name, value in start.items()) or any(
-        abs(value) > FARTHEST or Fraction(float(value)) != value for value in start.values()
-    ):
-        raise RejectedError("its inhabitant is not a start that proofs cover: float64 positions, at rest")
-    if certificate.semantics != MACHINE:
-        raise RejectedError(f"proofs about episodes are for {MACHINE} arithmetic")
-    if not holds(region_formula(region), start, {}):
-        raise RejectedError("its inhabitant is not a start in the region, so the claim may be vacuous")
-    if coincident(profile.world, start):
+    region, claim = certificate.region, certificate.claim
+    ensure_about(certificate.profile, content_hash(profile), "profile", "--profile")
+    ensure_started(profile, claim, region, certificate.inhabitant, certificate.semantics)
+    if claim.by_edges:
+        raise RejectedError(f"{claim.name} for ever has proofs of another form")
+    if coincident(profile.world, certificate.inhabitant):
         raise RejectedError("at its inhabitant two that push each other stand in one place, where claims say nothing")
     agents, marks = {each.agent for each in profile.agents}, {mark.name for mark in profile.world.landmarks}
     marks |= agents if certificate.claim.apart else set()
@@ -98,6 +107,21 @@ def accepted(certificate: EpisodeCertificate, profile: PolicyProfile) -> int:
             raise RejectedError(f"a part is about {whom} that the profile does not have")
     proofs = [(part, numbers(part.proof)) for part in certificate.parts]
     return episodes.check(profile, certificate.claim, region, proofs, READINGS[certificate.form])
+
+
+def ensure_started(
+    profile: PolicyProfile, claim: EpisodeClaim, region: Region, start: Mapping[str, Fraction], semantics: str
+) -> None:
+    """InputError for a region that names what the profile does not have, RejectedError unless it holds the start."""
+    known_names(Certificate(content_hash(profile), None, TRUE, region, semantics, start, {}), profile, claim.team)
+    if any(value and name.endswith((".vx", ".vy")) for name, value in start.items()) or any(
+        abs(value) > FARTHEST or Fraction(float(value)) != value for value in start.values()
+    ):
+        raise RejectedError("its inhabitant is not a start that proofs cover: float64 positions, at rest")
+    if semantics != MACHINE:
+        raise RejectedError(f"proofs about episodes are for {MACHINE} arithmetic")
+    if not holds(region_formula(region), start, {}):
+        raise RejectedError("its inhabitant is not a start in the region, so the claim may be vacuous")
 
 
 class EpisodePartJson(msgspec.Struct, forbid_unknown_fields=True):

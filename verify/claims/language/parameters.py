@@ -8,23 +8,24 @@ Does not: check values.
 from collections.abc import Sequence
 from enum import Enum
 from fractions import Fraction
-from typing import Annotated, Any, NamedTuple, TypedDict, get_args, get_type_hints
+from typing import Annotated, Any, Literal, NamedTuple, TypedDict, get_args, get_type_hints
 
 # exact: a text such as "1/40" or "0.025"; a float means the decimal that Python prints for it
 Number = Fraction | float | str
 Names = Sequence[str]
+Steps = int | Literal["always"]  # "always": for ever
 
 
 class Form(Enum):
     """How a parameter is given; the values are what an option's help calls it."""
 
     NUMBER = "NUMBER"  # exact
-    COUNT = "INTEGER"
+    STEPS = "N|always"
     NAMES = "A,B"
     NAME = "NAME"
 
 
-FORMS = {Fraction: Form.NUMBER, int: Form.COUNT, str: Form.NAME}  # by the first type that a parameter may have
+FORMS = {Fraction: Form.NUMBER, int: Form.STEPS, str: Form.NAME}  # by the first type that a parameter may have
 
 
 class Parameters(TypedDict, total=False):
@@ -34,11 +35,16 @@ class Parameters(TypedDict, total=False):
     radius: Annotated[
         Number | None,
         "An agent is at a landmark within this distance along each axis (default: 1/10; reaches, covers: 2/5). "
-        "keeps_apart: the minimum distance (default: the distance at which they touch).",
+        "keeps_apart: the minimum distance (default: the distance at which they touch). stays_in: how far from the "
+        "origin (default: 3).",
     ]
     landmarks: Annotated[Names | None, "own_target, reaches, covers: one landmark per agent of the team."]
     others: Annotated[Names | None, "keeps_apart: what the team keeps away from (default: one another)."]
-    steps: Annotated[int | None, "reaches, covers, keeps_apart: steps of an episode (default: the world's)."]
+    steps: Annotated[
+        Steps | None,
+        "reaches, covers, keeps_apart: steps of an episode (default: the world's). keeps_apart, stays_in: also always, "
+        "which is for ever.",
+    ]
     kappa: Annotated[Number | None, "aligned: ahead by kappa times the sideways offset (default: 1/2)."]
     of: Annotated[str | None, "steady: the property that must stay true."]
     eps: Annotated[Number | None, "steady: the largest error of each feature (default: 1/100)."]

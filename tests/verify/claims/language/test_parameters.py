@@ -12,7 +12,7 @@ from maviper.verification.ask import VerifyOptions
 from verify.claims import files
 from verify.claims.catalogue import NAMES as CLAIMS
 from verify.claims.catalogue import ZONES, readable
-from verify.claims.language.parameters import NAMES, PARAMETERS, Form
+from verify.claims.language.parameters import NAMES, PARAMETERS
 
 ROOT = Path(__file__).parents[4]
 
@@ -27,7 +27,7 @@ def test_files_options_and_questions_take_what_the_table_has():
     assert set(options) == set(NAMES) and set(NAMES) < set(files.KEYS) and (*NAMES, ZONES) == ASKED
     for name, form, told in PARAMETERS:
         assert options[name].help == told
-        assert (options[name].type is click.INT) is (form is Form.COUNT)
+        assert options[name].type is not click.INT and (options[name].metavar == form.value)
     given = VerifyOptions.of({"names": ("covers",), "steps": 3, "radius": None, "max_zones": 7, "team": "a"})
     assert given.given == {"steps": 3, ZONES: 7} and given.team == "a"
 

@@ -1,0 +1,200 @@
+"""Edges that agents never cross, for claims about episodes of any length, with proofs and a certificate.
+
+Does: moves edges outwards until no tree pushes beyond them; says who would, and from where, when they cannot be moved.
+Assumes: a claim and a profile that `states.episodes.playable` lets pass; the checker says what edges ask.
+Does not: sample the region (verdicts/episodes.py), or look for counterexamples.
+
+Edges begin where episodes start. Where a tree pushes outwards near one, the edge is moved so far that this place is
+harmless. The team is followed alone first: a proof then holds whatever all others do. If edges would have to be too far
+away, all agents are followed together; others that still go too far are given no edges.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from math import ceil
+
+from codegen.policy_json import content_hash
+from verify.checker.episodes.forever import SLACK, EdgeReading, LastingCertificate, Side, ensure_shown
+from verify.checker.reading import RejectedError
+from verify.claims.region import Interval
+from verify.claims.uncertified.own import OwnFormula
+from verify.claims.verifiable import read_by
+from verify.episodes.certificates import inhabitant
+from verify.question import EpisodeQuestion, Question
+from verify.result import Verdict
+from verify.subjects import Game
+from verify.zones.engine import Outcome
+from verify.zones.engine import decide as decided
+from verify.zones.tables import BeyondZonesError
+
+FARTHEST_EDGE = Fraction(64)
+GRID = 64  # parts of a length unit to whose multiples edges are moved
+SPENT = "more than the budget of {:,} zones is needed ({:,} were visited); a larger --max-zones may answer"
+OVERLAP = "agents stay within edges for ever, but these do not show the claim: {}; {}"
+
+
+@dataclass(frozen=True)
+class EdgesDecision:
+    """PROVED with a certificate, which is not checked yet, or UNKNOWN with a reason. `zones`: visited."""
+
+    verdict: Verdict
+    zones: int
+    reason: str = ""
+    certificate: LastingCertificate | None = None
+
+
+class _Spent(Exception):
+    """The budget has ended."""
+
+
+class _Far(Exception):
+    """An edge would have to be too far away."""
+
+    def __init__(self, agent: str, said: str) -> None:
+        super().__init__(said)
+        self.agent = agent
+
+
+def decide(question: EpisodeQuestion) -> EdgesDecision:
+    """Whether edges show a claim. UNKNOWN where no edges are found, with the state from which one would be crossed."""
+    profile, claim = question.profile, question.claim
+    team = [policy.agent for policy in profile.team(claim.team)]
+    everybody = [*team, *(policy.agent for policy in profile.agents if policy.agent not in team)]
+    try:
+        search = _EdgeSearch(question)
+    except RejectedError as error:
+        return EdgesDecision(Verdict.UNKNOWN, 0, str(error))
+    try:
+        certificate = search.certificate(team, everybody)
+        return EdgesDecision(Verdict.PROVED, search.zones, certificate=certificate)
+    except _Spent:
+        return EdgesDecision(Verdict.UNKNOWN, search.zones, SPENT.format(question.budgets.max_zones, search.zones))
+    except (RejectedError, BeyondZonesError, _Far) as error:
+        return EdgesDecision(Verdict.UNKNOWN, search.zones, str(error))
+
+
+class _EdgeSearch:
+    """The search of one question. `zones`: visited."""
+
+    def __init__(self, question: EpisodeQuestion) -> None:
+        self._question, self.zones = question, 0
+        self._reading = EdgeReading(question.profile, question.region)
+        self._outcomes: dict[tuple[str, bool, tuple[tuple[str, Interval], ...]], Outcome] = {}
+
+    def certificate(self, team: list[str], everybody: list[str]) -> LastingCertificate:
+        """The certificate, of edges of the team alone or of all agents. _Far, _Spent, RejectedError."""
+        try:
+            return self._certified(team)
+        except (_Far, RejectedError):
+            if everybody == team or not self._reads_others(team):
+                raise
+        followed = everybody
+        while True:
+            try:
+                return self._certified(followed)
+            except _Far as far:
+                if far.agent in team:
+                    raise
+                followed = [agent for agent in followed if agent != far.agent]
+
+    def _reads_others(self, team: list[str]) -> bool:
+        profile = self._question.profile
+        others = {policy.agent for policy in profile.agents} - {*team}
+        return any(read_by(profile.policy(agent)) & others for agent in team)
+
+    def _certified(self, followed: list[str]) -> LastingCertificate:
+        profile, claim, region = self._question.profile, self._question.claim, self._question.region
+        edges = {name: region.box[name] for name in self._reading.axes if name.rpartition(".")[0] in followed}
+        proofs = self._proofs(edges)
+        self._reading.ensure(edges)
+        try:
+            ensure_shown(profile, claim, region, edges)
+        except RejectedError as error:
+            raise RejectedError(OVERLAP.format(error, _words(edges))) from None
+        start = inhabitant(profile, region)
+        return LastingCertificate(content_hash(profile), claim, region, start, edges, proofs, self._question.semantics)
+
+    def _proofs(self, edges: dict[str, Interval]) -> dict[Side, bytes]:
+        """The proofs that nobody crosses edges, once they have been moved outwards. _Far, _Spent."""
+        moving, proofs = True, dict[Side, bytes]()
+        while moving:
+            moving = False
+            proofs.clear()
+            for name in edges:
+                for upper in (False, True):
+                    found, moved = self._closed(edges, name, upper)
+                    proofs |= {(name, upper, goal): proof for goal, proof in found.items()}
+                    moving |= moved
+        return proofs
+
+    def _closed(self, edges: dict[str, Interval], name: str, upper: bool) -> tuple[Mapping[str | None, bytes], bool]:
+        """The proofs of one edge by goal, and whether it was moved for them."""
+        moved = False
+        while True:
+            outcome = self._asked(edges, name, upper)
+            if outcome is None:  # no action pushes that way
+                return {}, moved
+            if outcome.verdict is Verdict.PROVED:
+                return outcome.proofs, moved
+            assert outcome.state is not None, outcome
+            self._move(edges, name, upper, outcome)
+            moved = True
+
+    def _asked(self, edges: dict[str, Interval], name: str, upper: bool) -> Outcome | None:
+        """Whether a tree pushes beyond an edge. _Spent."""
+        question, harmless = self._question, self._reading.harmless(name, upper)
+        if harmless is None:
+            return None
+        key = name, upper, tuple(edges.items())
+        if key not in self._outcomes:
+            left = question.budgets.max_zones - self.zones
+            if left <= 0:
+                raise _Spent
+            profile, region = question.profile, self._reading.danger(edges, name, upper)
+            claim = OwnFormula(profile.policy(name.rpartition(".")[0]).team, statement=harmless)
+            asked = Question(Game(profile), claim, region, question.semantics, question.budgets)
+            outcome = decided(asked.spending(max_nodes=left))
+            self.zones += outcome.nodes
+            if outcome.verdict is Verdict.UNKNOWN:
+                raise _Spent
+            self._outcomes[key] = outcome
+        return self._outcomes[key]
+
+    def _move(self, edges: dict[str, Interval], name: str, upper: bool, outcome: Outcome) -> None:
+        """Moves an edge so far that what happened is harmless. _Far."""
+        assert outcome.state is not None
+        axis, out = self._reading.axes[name], 1 if upper else -1
+        strongest, fastest = axis.strongest(out), axis.fastest(out)
+        reach = axis.coasting * (strongest + fastest) + 2 * SLACK
+        place = out * outcome.state[name]
+        low, high = edges[name]
+        edge = max(Fraction(ceil((place + reach) * GRID), GRID), (high if upper else -low) + Fraction(1, GRID))
+        most = self._farthest(name)
+        if place + reach > most:
+            rest = place + axis.coasting * (fastest + strongest)
+            raise _Far(name.rpartition(".")[0], self._said(name, out, outcome, most, rest))
+        edge = min(edge, most)
+        edges[name] = (low, edge) if upper else (-edge, high)
+
+    def _farthest(self, name: str) -> Fraction:
+        """How far away an edge may be."""
+        claim, agent = self._question.claim, name.rpartition(".")[0]
+        if claim.farthest is not None and self._question.profile.policy(agent).team == claim.team:
+            return claim.farthest - SLACK
+        return FARTHEST_EDGE
+
+    def _said(self, name: str, out: int, outcome: Outcome, most: Fraction, rest: Fraction) -> str:
+        """Who may cross an edge, from where, and where that leads."""
+        agent, _, axis = name.rpartition(".")
+        policy, state = self._question.profile.policy(agent), outcome.state or {}
+        pushing = " or ".join(policy.actions[action].name for action in self._reading.axes[name].outward(out))
+        read = {*read_by(policy), agent, *([outcome.goal] if outcome.goal else [])}
+        seen = [f"{place} = {float(value):.4g}" for place, value in state.items() if place.rpartition(".")[0] in read]
+        goal = f", goal {outcome.goal}" if outcome.goal else ""
+        may = f"{agent} may leave {float(most):.4g} along {axis}: it goes {pushing} at {', '.join(seen)}{goal}"
+        return f"{may}; at its top speed it then comes to rest at {axis} = {out * float(rest):.4g}"
+
+
+def _words(edges: Mapping[str, Interval]) -> str:
+    return ", ".join(f"{name} in [{float(low):.4g}, {float(high):.4g}]" for name, (low, high) in edges.items())
