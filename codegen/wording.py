@@ -14,6 +14,7 @@ import struct
 
 PLURALS = {"box": "boxes", "branch": "branches", "leaf": "leaves"}  # of nouns that take no s
 TINY = 2.0**-126  # the least float32 that is not subnormal
+NO_UNIT = ("", "none")
 ROUND = 4  # digits of numbers that people write
 
 

@@ -171,7 +171,8 @@ def _summing(agent: str, found: _Named, numbers: str) -> ir.AgentPolicy:
     specs = tuple(ir.FeatureSpec(each, "none", -MAX_LENGTH, MAX_LENGTH, None) for each in features.names)
     outputs, actions = (), ()
     if origin.vectors:
-        outputs = tuple(ir.OutputSpec(each, "none", None, None) for each in chosen.names)
+        bounds = origin.bounds or [(None, None)] * len(chosen.names)
+        outputs = tuple(ir.OutputSpec(name, "none", *each) for name, each in zip(chosen.names, bounds, strict=True))
     else:
         actions = tuple(
             ir.ActionSpec(*each) for each in zip(chosen.names, repeat(None), repeat(""), chosen.labels, strict=False)

@@ -40,6 +40,7 @@ class Origin:
     sums: tuple[Sum, ...] = ()  # the feature SUMS + k of `grown` is sums[k]
     vectors: tuple[tuple[Sum, ...], ...] = ()  # what leaves give, in place of labels
     gives: str = FLOAT64  # what that is rounded to
+    bounds: tuple[tuple[float | None, float | None], ...] = ()  # of each output; (): there are none
     permits: tuple[tuple[str, ...], ...] = ()  # of each leaf, left to right: the labels that it permits; (): its own
     n_read: int = 0  # features up to the last one that the origin looks at, also in a test that decides nothing
 

@@ -35,7 +35,8 @@ def observations(policy: AgentPolicy, *, nan: bool, finite: bool) -> Floats:
         rows = np.concatenate(list(_of_sums(policy)))
         rows = rows[np.isfinite(rows).all(axis=1)] if finite else rows
         # of finite numbers that are too large a sum may be NaN, too
-        tested = among(rows, policy.tree.sums, policy.tree.arithmetic)
+        sums = (*policy.tree.sums, *(each for vector in policy.tree.vectors for each in vector))
+        tested = among(rows, sums, policy.tree.arithmetic)
         return rows if nan else rows[~np.isnan(tested).any(axis=1)]
     rng, width = np.random.default_rng(0), len(policy.features)
     tested = policy.tree.feature != NO_FEATURE

@@ -140,11 +140,11 @@ def _drawn(profile: "PolicyProfile", agent: str | None, form: str) -> list[str]:
 
 
 def _rules(profile: "PolicyProfile", agent: str | None) -> list[str]:
-    from maviper.evaluation.show import rules
+    from maviper.evaluation.show import bounds, rules
 
     lines: list[str] = []
     for policy in _shown(profile, agent):
-        lines += [f"{policy.agent}, team {policy.team}", *(f"  {rule}" for rule in rules(policy))]
+        lines += [f"{policy.agent}, team {policy.team}", *(f"  {line}" for line in (*bounds(policy), *rules(policy)))]
     return lines
 
 

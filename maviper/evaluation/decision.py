@@ -13,7 +13,8 @@ from codegen.floats import observations
 from codegen.ir import GOAL
 from codegen.observe import observe
 from codegen.sums import among, words
-from codegen.wording import number
+from codegen.wording import NO_UNIT
+from maviper.evaluation.show import cut
 from verify.claims.uncertified.starts import positions
 from verify.states.path import Step, path
 from verify.states.state import State
@@ -34,7 +35,7 @@ def lines(policy: ir.AgentPolicy, observation: ir.Floats) -> Iterator[str]:
     if policy.outputs:
         names = [feature.name for feature in policy.features]
         for output, each in zip(policy.outputs, policy.tree.vectors[chosen], strict=True):
-            yield f"  {output.name} = {words(each, names, digits=3)}{_within(output)}"
+            yield f"  {output.name} = {words(each, names, digits=3)}{cut(output)}"
 
 
 def tested(policy: ir.AgentPolicy, observation: ir.Floats) -> list[float]:
@@ -45,16 +46,7 @@ def tested(policy: ir.AgentPolicy, observation: ir.Floats) -> list[float]:
 def _given(policy: ir.AgentPolicy, observation: ir.Floats) -> Iterator[str]:
     """The numbers that are given, each with its unit."""
     for output, value in zip(policy.outputs, ir.outputs(policy, observation[None])[0].tolist(), strict=True):
-        yield f"{output.name} = {value:.6g}{' ' + output.unit if output.unit else ''}"
-
-
-def _within(output: ir.OutputSpec) -> str:
-    """Where an output is cut, in words."""
-    if output.low is None and output.high is None:
-        return ""
-    low = "-inf" if output.low is None else number(output.low)
-    high = "inf" if output.high is None else number(output.high)
-    return f", cut to [{low}, {high}]"
+        yield f"{output.name} = {value:.6g}{' ' + output.unit if output.unit not in NO_UNIT else ''}"
 
 
 def observation_of(policy: ir.AgentPolicy, text: str) -> ir.Floats:

@@ -13,7 +13,7 @@ from codegen import ir
 from codegen.intervals import percent
 from codegen.paths import parted
 from codegen.sums import words
-from codegen.wording import counted, within
+from codegen.wording import NO_UNIT, counted, number, within
 
 
 def rules(policy: ir.AgentPolicy) -> Iterator[str]:
@@ -29,6 +29,23 @@ def rules(policy: ir.AgentPolicy) -> Iterator[str]:
             continue
         left, right = parted(low, high, int(tree.feature[node]), tree.threshold[node])
         stack += [(int(tree.right[node]), *right), (int(tree.left[node]), *left)]
+
+
+def bounds(policy: ir.AgentPolicy) -> Iterator[str]:
+    """A line for each output that has bounds, with its unit."""
+    for output in policy.outputs:
+        if said := cut(output):
+            unit = f" in {output.unit}" if output.unit not in NO_UNIT else ""
+            yield f"{output.name}{unit}{said}"
+
+
+def cut(output: ir.OutputSpec) -> str:
+    """Where an output is cut, in words: `, cut to [-2, 2]`; "": nowhere."""
+    if output.low is None and output.high is None:
+        return ""
+    low = "-inf" if output.low is None else number(output.low)
+    high = "inf" if output.high is None else number(output.high)
+    return f", cut to [{low}, {high}]"
 
 
 def _tested(policy: ir.AgentPolicy) -> list[str]:

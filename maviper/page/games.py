@@ -13,14 +13,13 @@ import numpy as np
 
 from codegen import ir
 from codegen.ir import CONSTANT, Floats
-from codegen.wording import counted
+from codegen.wording import NO_UNIT, counted
 from maviper.episodes import measures
 from maviper.episodes.play import play, tree_policies
 from maviper.worlds import World
 
 BOUNDED = 1e6  # a range that is wider on one side says nothing of what is seen
 MARGIN = 0.5  # of the thresholds' span, beyond them
-NO_UNIT = ("", "none")
 MAX_NAMED = 8  # features or actions that a paragraph names
 
 

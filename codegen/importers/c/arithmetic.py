@@ -373,7 +373,8 @@ class Arithmetic:
         assert isinstance(given, Symbol) and isinstance(number, Number) and self.paths is not None
         self.paths.nan = False  # they leave a NaN out
         c = number.value
-        return self._then(given, Step(f"{'max' if most else 'min'}{c!r}", lambda v: v if v != v else choose(v, c)))
+        name = "max" if most else "min"
+        return self._then(given, Step(f"{name}{c!r}", lambda v: v if v != v else choose(v, c), form=(name, c, False)))
 
 
 def _to(kind: Kind) -> Step:

@@ -65,9 +65,9 @@ class Summing:
         return self._numbers if feature.place < SUMS else self.sums.numbers
 
     def _form(self, value: Number | Symbol) -> Affine:
-        form = self.sums.of(value.feature) if isinstance(value, Symbol) else self.sums.given(value.value)
+        form = self.sums.returned(value.feature) if isinstance(value, Symbol) else self.sums.given(value.value)
         if form is None:
-            raise self._refused("what is returned is no sum of weighted features", IN_ORDER)
+            raise self._refused(self.sums.why, IN_ORDER)
         self._ensure_weights(form)
         self._ensure_one_rounding(form)
         return form

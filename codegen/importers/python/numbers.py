@@ -185,12 +185,24 @@ def clip(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
     if isinstance(value, Part):
         return _clipped(m, value, low, high)
     if isinstance(value, Array | list):
-        return m.kept(Array(clip(m, node, [each, low, high], {}) for each in value))
+        lows, highs = (end if isinstance(end, Array | list) else [end] * len(value) for end in (low, high))
+        if len(lows) != len(value) or len(highs) != len(value):
+            return m.unread("numbers are clipped to more or fewer bounds than there are", "give a bound for each")
+        parts = zip(map(m.plain, value), lows, highs, strict=True)
+        return m.kept(Array(clip(m, node, list(each), {}) for each in parts))
     value = m.plain(value)
+    ends = [m.plain(bound) for bound in (low, high)]
+    if isinstance(value, Feature) and all(isinstance(end, int | float | np.number) for end in ends):
+        step = f"clip{','.join(f'{type(end).__name__}{end!r}' for end in ends)}"
+        return value.then(Step(step, partial(_within, *ends), form=("clip", tuple(ends), True)))
     for bound, function in ((low, np.maximum), (high, np.minimum)):
         if bound is not None:
             value = extreme(function is np.minimum, False)(m, node, [value, bound], {})
     return value
+
+
+def _within(low: Any, high: Any, value: Any) -> Any:
+    return np.clip(value, low, high)
 
 
 def _clipped(m: Machine, part: Part, low: Any, high: Any) -> Any:
@@ -208,7 +220,9 @@ def _clipped(m: Machine, part: Part, low: Any, high: Any) -> Any:
 def _bounded(function: Any, number: Any, first: bool) -> tuple[Step]:
     """The least or the largest of a feature and a constant. `first`: the feature is named first."""
     name = f"{function.__name__}{first:d}{type(number).__name__}{number!r}"
-    return (Step(name, partial(_either, function, number, first)),)
+    kind = "max" if function in (max, np.maximum) else "min"
+    keeps = first and function in (max, min)  # of equal ones Python's give the first; NumPy's depend on the processor
+    return (Step(name, partial(_either, function, number, first), form=(kind, number, keeps)),)
 
 
 def spaced(function: Callable[..., Any]) -> Call:

@@ -187,13 +187,14 @@ class _Follower:
         m, found = self.machine, list[Affine]()
         for each in parts:
             value = m.needed(m.plain(each))
-            form = m.sums.of(value) if isinstance(value, Feature) else None
+            form = m.sums.returned(value) if isinstance(value, Feature) else None
             if not isinstance(value, Feature | Extreme):
                 form = m.sums.given(number := self._number(value))
                 if form is None:
                     raise m.refused(None, OTHER.format(number, m.sums.numbers), ROUND_IT)
             if form is None:
-                raise m.refused(None, "what is returned is no sum of weighted features", IN_ORDER)
+                what = m.sums.why if isinstance(value, Feature) else "what is returned is no sum of weighted features"
+                raise m.refused(None, what, IN_ORDER)
             m.sums.line = m.sums.line or m.line
             found.append(form)
         return Given(found)

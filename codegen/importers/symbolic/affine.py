@@ -5,12 +5,14 @@ Does: turns steps on one input into a term; joins terms where the order of addit
 Assumes: one arithmetic for all of them, that of the numbers that the program compares.
 Does not: reorder roundings: a sum of two sums, a sum that is scaled, or a feature twice have no place.
 
+What is returned may end with minima and maxima by numbers: they are the bounds of an output.
+
 Addition commutes exactly, and so does a sign with products and sums, but for the sign of a zero: a negated sum keeps
 its value and not that. Such a sum may be tested, and is no output.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple, cast
 
@@ -18,11 +20,31 @@ import numpy as np
 
 from codegen.floats import FLOAT32
 from codegen.importers.reading import SUMS
-from codegen.importers.symbolic.feature import Feature
+from codegen.importers.symbolic.feature import Feature, Step
 from codegen.ir import CONSTANT, Floats
 from codegen.sums import DOUBLE_SUMS, FLOAT32_STEPS, FLOAT64_SUMS
 
 Terms = tuple[tuple[float, int], ...]
+Bounds = tuple[float | None, float | None]
+CUTTING = (
+    "min",
+    "max",
+    "clip",
+)  # forms of steps: (name, number or both, whether a zero keeps its sign at a bound of 0)
+
+
+@dataclass(frozen=True)
+class Cut:
+    """What a sum that is returned is cut to, and by which steps of the program."""
+
+    bounds: Bounds
+    steps: tuple[Step, ...] = field(compare=False, repr=False)
+
+    def value(self, given: Any) -> Any:
+        """A number of the program after the steps."""
+        for step in self.steps:
+            given = step.apply(given)
+        return given
 
 
 class Affine(NamedTuple):
@@ -30,6 +52,7 @@ class Affine(NamedTuple):
 
     terms: Terms
     signed: bool = True  # whether its zeros have the signs of the program's
+    cut: Cut | None = None  # of what is returned
 
     @property
     def constant(self) -> bool:
@@ -59,6 +82,7 @@ class Sums:
     places: dict[str, int] = field(default_factory=dict[str, int])
     known: list[Affine] = field(default_factory=list[Affine])
     line: int = 0  # of the source, where the first one is
+    why: str = ""  # the last thing that was returned had no form
 
     @property
     def arithmetic(self) -> str:
@@ -98,9 +122,40 @@ class Sums:
             found = self._stepped(found, step.form)
         return found
 
-    def _stepped(self, found: Affine, form: tuple[str, Any] | None) -> Affine | None:
+    def returned(self, feature: Feature) -> Affine | None:
+        """The form of what a program returns: it may end with minima and maxima by numbers. None: `why` has none."""
+        steps, self.why = feature.steps, "what is returned is no sum of weighted features"
+        first = len(steps)
+        while first and (_cuts(steps[first - 1]) or steps[first - 1].key == self.numbers):
+            first -= 1
+        found, cutting = self.of(Feature(feature.place, steps[:first])), steps[first:]
+        if found is None or not any(map(_cuts, cutting)):
+            return found
+        bounds = self._bounds(step for step in cutting if _cuts(step))
+        return None if bounds is None else found._replace(cut=Cut(bounds, cutting))
+
+    def _bounds(self, cutting: Iterable[Step]) -> Bounds | None:
+        """What minima and maxima, one after the other, leave of all numbers."""
+        low, high = -math.inf, math.inf
+        for step in cutting:
+            assert step.form is not None
+            name, given, keeps = step.form
+            ends = [self.constant(each) for each in (given if name == "clip" else (given,))]
+            if any(end is None for end in ends):
+                self.why = f"what is returned is cut by numbers that are not {self.numbers}"
+                return None
+            values = [end.terms[0][0] for end in ends if end]
+            if 0 in values and not keeps:
+                self.why = "what is returned is cut at 0, and the sign of the zero there is not known"
+                return None
+            for most, value in zip((False, True) if name == "clip" else (name == "min",), values, strict=True):
+                cut = min if most else max
+                low, high = cut(low, value), cut(high, value)
+        return None if low == -math.inf else low, None if high == math.inf else high
+
+    def _stepped(self, found: Affine, form: tuple[Any, ...] | None) -> Affine | None:
         """A form after `form`: an operation, and its number; "c-": the number minus the form."""
-        number = None if form is None else self.constant(form[1])
+        number = None if form is None or form[0] in CUTTING else self.constant(form[1])
         if form is None or number is None:
             return None
         value = number.terms[0][0]
@@ -142,6 +197,10 @@ class Sums:
     def column(self, place: int, columns: Sequence[Floats]) -> Floats:
         """The values of a sum for many observations, as doubles. `columns`: of the inputs, by place."""
         return valued(self.known[place - SUMS].terms, columns, self.numbers)
+
+
+def _cuts(step: Step) -> bool:
+    return step.form is not None and step.form[0] in CUTTING
 
 
 def valued(terms: Terms, columns: Sequence[Floats], numbers: str) -> Floats:

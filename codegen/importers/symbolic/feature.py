@@ -31,7 +31,7 @@ class Step:
     key: str
     apply: Callable[[Any], Any]
     sense: str = RISING
-    form: tuple[str, Any] | None = field(default=None, kw_only=True)  # of arithmetic with a number, see affine.py
+    form: tuple[Any, ...] | None = field(default=None, kw_only=True)  # of arithmetic with a number, see affine.py
 
 
 @dataclass(frozen=True)

@@ -15,10 +15,10 @@ from codegen.errors import InputError
 from codegen.floats import FLOAT64
 from codegen.importers.reading import SUMS, Origin
 from codegen.importers.summed import with_sums
-from codegen.importers.symbolic.affine import Given, Sums, valued
+from codegen.importers.symbolic.affine import Affine, Bounds, Given, Sums, valued
 from codegen.importers.symbolic.labels import Labels, Value, labels_of
 from codegen.importers.symbolic.paths import Growth, Replay, Run
-from codegen.ir import Floats
+from codegen.ir import CONSTANT, Floats
 
 OTHER, ROUND_IT = "{!r} is returned among numbers that are {}, and is none", "round it in the source"
 REPLAYED_BY = "an interpreter of the file's syntax tree"
@@ -79,7 +79,7 @@ def origin_of(
         replayed_by=REPLAYED_BY,
         features=tuple(said.features),
         n_features=said.n_features,
-        nan=growth.nan,
+        nan=growth.nan and given.nan,
         finite=said.finite,
         numbers=numbers,
         given=said.given,
@@ -88,6 +88,7 @@ def origin_of(
         notes=said.notes,
     )
     tests = tuple(each.terms for each in sums.known) if sums else ()
+    found = replace(found, bounds=given.bounds)
     return with_sums(found, tests, given.vectors, said.places, sums.arithmetic if sums else "")
 
 
@@ -108,6 +109,9 @@ class _Values:
                 what = "a negated sum is returned, whose zero has another sign than its terms"
                 raise InputError(what, where, "turn the signs of its terms instead")
         self.vectors = tuple(tuple(each.terms for each in one.vector) for one in vectors)
+        self.bounds = _bounds([one.vector for one in vectors], where)
+        cuts = [each.cut for one in vectors for each in one.vector if each.cut]
+        self.nan = all(cut.value(np.nan) != cut.value(np.nan) for cut in cuts)  # Python's max(0.0, nan) is 0.0
         self.labels = Labels((), {}, {})
         if vectors:
             self.place = np.arange(len(vectors), dtype=np.int32)
@@ -141,5 +145,34 @@ class _Values:
             vector = self._given(each)
             for output, form in enumerate(vector.vector):
                 given = [column[rows] for column in columns] or [np.zeros(len(rows))]
-                found[rows, output] = valued(form.terms, given, numbers)
+                found[rows, output] = _cut(form, valued(form.terms, given, numbers), numbers)
         return found
+
+
+def _bounds(vectors: Sequence[Sequence[Affine]], where: str) -> tuple[Bounds, ...]:
+    """What each output is cut to; () where nothing is. InputError where one is cut in some branches only."""
+    found: list[Bounds] = []
+    for forms in zip(*vectors, strict=True):
+        known = {
+            (None, None) if each.cut is None else each.cut.bounds for each in forms if each.cut or not _alone(each)
+        }
+        low, high = known.pop() if known else (None, None)
+        fixed = [each.terms[0][0] for each in forms if _alone(each) and each.cut is None]
+        if known or any((low is not None and each < low) or (high is not None and each > high) for each in fixed):
+            what = "a number is cut to bounds on some paths, and elsewhere to others or to none"
+            raise InputError(what, where, "cut it in the same way on every path, or test the sum: if u > 2: return 2")
+        found.append((low, high))
+    return tuple(found) if any(each != (None, None) for each in found) else ()
+
+
+def _alone(form: Affine) -> bool:
+    """Whether it is a number."""
+    return all(place == CONSTANT for _, place in form.terms)
+
+
+def _cut(form: Affine, values: Floats, numbers: str) -> Floats:
+    """What the program's own minima and maxima make of values."""
+    if form.cut is None:
+        return values
+    kind, cut = np.dtype(numbers).type, form.cut
+    return np.array([float(cut.value(kind(value))) for value in values], np.float64)

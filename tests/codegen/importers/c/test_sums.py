@@ -1,19 +1,18 @@
 """C with sums of features and numbers that it writes: the profile gives the bits of the compiled file."""
 
 import ctypes
-import subprocess
 
 import numpy as np
 import pytest
 
 from codegen import ir
 from codegen.agreement import sum_probes
-from codegen.agreement.compiled import find_compiler
 from codegen.errors import InputError
 from codegen.importers.c.source import from_c
 from codegen.importers.origin import Names, profile_of
 from codegen.sums import among
 from tests.support import sum_sources
+from tests.support.c_libraries import library
 
 FEW, MANY, AT_ONCE = 8, 1_000, 50  # functions a kind
 CASES = [(short, kind) for short in (True, False) for kind in ("numbers", "labels")]
@@ -40,16 +39,6 @@ def rows_of(policy):
     rows = rows[np.isfinite(rows).all(axis=1)]
     rows = rows[~np.isnan(among(rows, policy.tree.sums, policy.tree.arithmetic)).any(axis=1)]  # NaN goes right here
     return rows[rng.permutation(len(rows))[:500]]
-
-
-def library(text, folder):
-    compiler = find_compiler()
-    if compiler is None:
-        pytest.skip("no C compiler")
-    (folder / "tree.c").write_text(text)
-    flags = ["-std=c99", "-O2", "-ffp-contract=off", "-fPIC", "-shared", "-w"]
-    subprocess.run([*compiler, *flags, "tree.c", "-o", "tree.so", "-lm"], cwd=folder, check=True)
-    return ctypes.CDLL(str(folder / "tree.so"))
 
 
 def compared(seeds, short, kind, folder):

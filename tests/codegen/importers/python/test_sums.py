@@ -123,7 +123,7 @@ def test_outputs_have_the_names_that_are_given():
         ("0.3 * (x[0] - x[1])", "no sum of weighted features"),
         ("-(x[0] - x[1])", "whose zero has another sign"),
         ("x[0] * x[1]", "the product of two features"),
-        ("max(x[0], 0.5)", "no sum of weighted features"),
+        ("max(0.0, x[0])", "the sign of the zero there is not known"),
     ],
 )
 def test_what_is_not_exact_is_refused_with_the_way_out(expression, says):
