@@ -186,6 +186,8 @@ class Together:
         most = min(self.spending.left, LASTING)
         outcome = lasting(self.profile, self.system, self.claims[number], most)
         with suppress(BudgetSpentError):  # the outcome says more than that: which state leaves, and where it goes
+            self.spending.states += outcome.states
+            self.spending.programs += outcome.programs
             self.spending.take(outcome.boxes)
             if outcome.verdict is Verdict.UNKNOWN:
                 self._play((number,), Starts(self.budgets.samples))

@@ -150,10 +150,20 @@ def test_an_extracted_team_stays_in_the_arena_for_ever(profile):
     """Whatever all others do, from everywhere: beyond the landmarks the trees never push outwards."""
     for goal, agent, axis in (("landmark_0", "agent_0", "x"), ("landmark_1", "agent_1", "y")):
         claim = in_the_arena(agent, axis, F(11, 5))
-        (found,) = decided(profile, system_of(profile, goal), [claim], Budgets(max_boxes=20_000))  # 15,616 are played
+        (found,) = decided(profile, system_of(profile, goal), [claim], Budgets(max_boxes=40_000))  # 15,616 are played
         assert found.verdict is Verdict.PROVED
+        assert found.states > 5 and found.programs > 10 and found.boxes < 10  # of the walk, in the budget of the file
         (part,) = found.certificate.parts
         assert part.regions[0].walk is not None and found.certificate.accepted(profile, system_of(profile, goal)) > 0
+
+
+def test_a_walk_ends_where_the_budget_does(profile):
+    """One step by exact rows takes no more than is left, but for the question at hand."""
+    claim = in_the_arena("agent_0", "x", F(11, 5))
+    search = RegionSearch(profile, system_of(profile), claim, claim.invariant, 400)
+    with pytest.raises(RejectedError, match="too many symbolic states"):
+        search.walked([Approach()], 2_000)
+    assert 2_000 <= search.walking.total + search.spent < 4_000 and search.walking.left == 0
 
 
 def test_a_team_that_leaves_the_arena(profile):
@@ -164,4 +174,4 @@ def test_a_team_that_leaves_the_arena(profile):
     assert found.verdict is Verdict.VIOLATED and abs(found.counterexample.states[-1]["agent_0.x"]) > ARENA
     near = in_the_arena("agent_0", "x", F(11, 10))
     with pytest.raises(RejectedError, match="may leave"):
-        RegionSearch(profile, system_of(profile), near, near.invariant, 400).walked([Approach()])
+        RegionSearch(profile, system_of(profile), near, near.invariant, 400).walked([Approach()], 10**6)

@@ -80,12 +80,12 @@ def bounds_of(motion: FollowedMotion, boxes: BoxList) -> Bounds:
 
 
 class CellSearch:
-    """The search for one claim, with at most so many boxes. `spent`: boxes so far; `left`: of the last list that was
+    """The search for one claim, with at `most` so many boxes. `spent`: boxes so far; `left`: of the last list that was
     tried, a cell that leaves.
     """
 
     def __init__(self, profile: PolicyProfile, system: System, claim: SystemClaim, most: int) -> None:
-        self._profile, self._system, self._claim, self._most = profile, system, claim, most
+        self._profile, self._system, self._claim, self.most = profile, system, claim, most
         self.spent = 0
         self.left: LeftError | None = None
         self._scale = self._ranging()
@@ -95,7 +95,7 @@ class CellSearch:
         for power in POWERS:
             for steps in STEPS:
                 for approach in self.approaches(names) if self._claim.by else [Approach()]:
-                    if self.spent >= self._most:
+                    if self.spent >= self.most:
                         return None
                     try:
                         return self._closed_list(self._widths(names, power), steps, approach)
@@ -126,7 +126,7 @@ class CellSearch:
         floats = {name: float(width) for name, width in widths.items()}
         with np.errstate(all="ignore"):
             sweep = InvariantSweep(self._profile, self._system, self._claim, floats)
-            arriving = arrived(sweep.motion, approach, self._most - self.spent)
+            arriving = arrived(sweep.motion, approach, self.most - self.spent)
             known = _cells(sweep.in_cells(self._meeting(sweep, arriving))[1])
             fresh = known
             before = self.spent
@@ -134,7 +134,7 @@ class CellSearch:
                 raise RejectedError("no state at the first step is spoken of")
             while fresh:
                 cells = np.array(sorted(fresh), dtype=np.int64)
-                if self.spent - before > MAX_TRIED or self.spent > self._most:
+                if self.spent - before > MAX_TRIED or self.spent > self.most:
                     raise self._left(sweep, cells[:1], sweep.motion.moved(sweep.boxes(cells[:1])))
                 fresh = self._becoming(sweep, cells, known, steps)
                 known |= fresh
@@ -151,7 +151,7 @@ class CellSearch:
                 raise self._left(sweep, cells, broken)
             boxes, of = sweep.in_cells(boxes)
             self.spent += boxes.size
-            tell(min(self.spent, self._most), self._most, "boxes")
+            tell(min(self.spent, self.most), self.most, "boxes")
             new = np.array([tuple(each) not in known for each in of.tolist()], dtype=np.bool_)
             boxes, of = boxes.taken(new), of[new]
             if boxes.size > MAX_TRIED or len(known) > MAX_CELLS:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
+from dataclasses import replace
 
 from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash
@@ -22,6 +23,7 @@ from verify.reach.forever.regions import RegionSearch
 from verify.reach.results import NO_STATE, ROOM, OpenState, ReachOutcome
 from verify.reach.witnesses import inhabitant
 from verify.result import Verdict
+from verify.spending import Spending
 from verify.systems import documents
 from verify.systems.claims import SystemClaim
 from verify.systems.system import Polytope, System
@@ -39,19 +41,30 @@ class InvariantSearch:
     def __init__(self, profile: PolicyProfile, system: System, claim: SystemClaim, most: int) -> None:
         self._profile, self.system, self.claim, self._most = profile, system, claim, most
         self._cells = CellSearch(profile, system, claim, most)
-        self._by_regions = 0
+        self._by_regions, self.walking = 0, Spending(most)
         self.left: LeftError | None = None
         self.given: LeftError | None = None
 
     @property
     def spent(self) -> int:
+        """Boxes so far, and what steps by exact rows took, in boxes."""
+        return self.boxes + self.walking.total
+
+    @property
+    def boxes(self) -> int:
         """Boxes so far."""
         return self._cells.spent + self._by_regions
+
+    def settled(self, outcome: ReachOutcome) -> ReachOutcome:
+        """An outcome with what was spent."""
+        return replace(outcome, boxes=self.boxes, states=self.walking.states, programs=self.walking.programs)
 
     def found(self) -> Iterator[tuple[InvariantPart, ...]]:
         """Lists of parts, each of which may show the whole claim, in the order in which they are tried."""
         if self.claim.invariant:
-            part = self._walked(self.claim.invariant) or self._of_regions(self.claim.invariant, IN_A_ROW, self._most)
+            part = self._walked(self.claim.invariant)
+            left = max(self._most - self.walking.total, 0)
+            part = self._of_regions(self.claim.invariant, IN_A_ROW, left) if part is None else part
             self.given, self.left = self.left, None
             if part is not None:
                 yield (part,)
@@ -76,11 +89,14 @@ class InvariantSearch:
         """Regions as an invariant, where exact rows show one step from them."""
         search = RegionSearch(self._profile, self.system, self.claim, regions, min(FEW, self._most))
         try:
-            return search.walked(self._approaches(regions))
+            return search.walked(self._approaches(regions), max(self._most - self.spent, 0))
         except RejectedError:
             return None
         finally:
             self._by_regions += search.spent
+            self.walking.states += search.walking.states
+            self.walking.programs += search.walking.programs
+            self._cells.most = max(self._cells.most - search.walking.total, 0)
 
     def _approaches(self, regions: Sequence[Polytope]) -> list[Approach]:
         named = {name for region in regions for half in region for name in names_of(half)}
@@ -143,23 +159,23 @@ def lasting(profile: PolicyProfile, system: System, claim: SystemClaim, most: in
     for parts in search.found():
         state = inhabitant(system, claim)
         if isinstance(state, Verdict):
-            return ReachOutcome(state, NO_STATE[state], helps=(ROOM,), boxes=search.spent)
+            return search.settled(ReachOutcome(state, NO_STATE[state], helps=(ROOM,)))
         made = InvariantCertificate(content_hash(profile), documents.content_hash(system), claim, state, parts)
         with suppress(RejectedError):
             sets = accepted(made, profile, system)
-            return ReachOutcome(Verdict.PROVED, certificate=made, branches=sets, boxes=search.spent)
+            return search.settled(ReachOutcome(Verdict.PROVED, certificate=made, branches=sets))
     return _unknown(search, most)
 
 
 def _unknown(search: InvariantSearch, most: int) -> ReachOutcome:
     """No answer, with the state that leaves and where it goes."""
     if inhabitant(search.system, search.claim) is Verdict.VACUOUS:
-        return ReachOutcome(Verdict.VACUOUS, NO_STATE[Verdict.VACUOUS], helps=(ROOM,), boxes=search.spent)
+        return search.settled(ReachOutcome(Verdict.VACUOUS, NO_STATE[Verdict.VACUOUS], helps=(ROOM,)))
     left = search.given or search.left
     helps = (*(CHANGED if search.given else ()), *HELPS)
     helps = (*helps, SPENT.format(most=most)) if search.spent >= most else helps
-    said = f"no invariant was found after {search.spent:,} boxes"
+    said = f"no invariant was found after {replace(search.walking, boxes=search.boxes).words}"
     if left is None:
-        return ReachOutcome(Verdict.UNKNOWN, said, None, helps, boxes=search.spent)
+        return search.settled(ReachOutcome(Verdict.UNKNOWN, said, None, helps))
     said = f"{said}; the one that is given is none: {left.words}" if search.given else f"{said}: {left.words}"
-    return ReachOutcome(Verdict.UNKNOWN, said, OpenState(left.step, left.cell), helps, boxes=search.spent)
+    return search.settled(ReachOutcome(Verdict.UNKNOWN, said, OpenState(left.step, left.cell), helps))

@@ -29,6 +29,7 @@ from verify.reach.forever.leaving import LeftError
 from verify.reach.replay import piece_of
 from verify.reach.search import ReachBudgetError, SystemProver
 from verify.reach.unfolding import Unfolding
+from verify.spending import Spending
 from verify.systems.claims import SystemClaim, atom
 from verify.systems.observing import chosen
 from verify.systems.system import Polytope, System
@@ -41,7 +42,9 @@ State = Mapping[str, Fraction]
 
 
 class RegionSearch:
-    """The question whether regions are an invariant, with some numbers of steps in a row. `spent`: boxes so far."""
+    """The question whether regions are an invariant, with some numbers of steps in a row. `spent`: boxes so far;
+    `walking`: what steps by exact rows took.
+    """
 
     def __init__(
         self, profile: PolicyProfile, system: System, claim: SystemClaim, regions: Sequence[Polytope], most: int
@@ -51,6 +54,7 @@ class RegionSearch:
         self._erring = any(piece.error for piece in system.pieces)
         self._inside = disjunction(*(conjunction(*map(atom, region)) for region in regions))
         self.spent = 0
+        self.walking = Spending(0)
 
     def part(self, steps: int, approaches: Sequence[Approach]) -> InvariantPart:
         """The regions as an invariant. LeftError for a part of them that leaves, RejectedError where they are none for
@@ -63,8 +67,11 @@ class RegionSearch:
         regions = tuple(map(InvariantRegion, self._regions, cuts))
         return InvariantPart({}, steps, b"", regions, approach.cuts, approach.joined)
 
-    def walked(self, approaches: Sequence[Approach]) -> InvariantPart:
-        """The same where one step is followed by exact rows. LeftError, RejectedError."""
+    def walked(self, approaches: Sequence[Approach], left: int) -> InvariantPart:
+        """The same where one step is followed by exact rows, which may take what boxes leave of so many. LeftError,
+        RejectedError.
+        """
+        self.walking = Spending(left)
         sweep = RegionSweep(self._profile, self._system, self._claim, self._regions, 0)
         with np.errstate(all="ignore"):
             approach = self._approach(sweep, 1, approaches)
@@ -76,11 +83,14 @@ class RegionSearch:
     def _walk(self, sweep: RegionSweep, number: int) -> bytes:
         """The proof of one step from a region. RejectedError where there is none."""
         begun, claim, part = sweep.one_step(number)
-        prover = SystemProver(MAX_STATES, MAX_PROGRAMS, _refuse)
+        prover = SystemProver(MAX_STATES, MAX_PROGRAMS, _refuse, left=max(self.walking.left - self.spent, 0))
         try:
             return Unfolding(self._profile, begun, claim, part, prover).run(None).proof
         except ReachBudgetError:
             raise RejectedError("one step takes too many symbolic states") from None
+        finally:
+            self.walking.states += prover.states
+            self.walking.programs += prover.programs.solved
 
     def _approach(self, sweep: RegionSweep, steps: int, approaches: Sequence[Approach]) -> Approach:
         """The first way to the first step that ends in the regions. LeftError, RejectedError of the last one."""
