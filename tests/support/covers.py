@@ -6,7 +6,7 @@ import numpy as np
 
 from codegen.floats import FLOAT64
 from tests.verify.reach import random_systems
-from verify.checker.covers.form_sweep import FormSweep
+from verify.checker.covers.forms.sweep import FormSweep
 from verify.checker.covers.sweep import Cells, CoverSweep
 from verify.checker.reading import RejectedError
 

@@ -16,7 +16,7 @@ import numpy as np
 from codegen.ir import Float64, PolicyProfile
 from verify.boxes.covering import FormsOf, FormsSwept
 from verify.checker.covers.boxes import BoxList
-from verify.checker.covers.form_sweep import FormSweep
+from verify.checker.covers.forms.sweep import FormSweep
 from verify.checker.reading import RejectedError
 from verify.systems.claims import SystemClaim
 from verify.systems.system import System

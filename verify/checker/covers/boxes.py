@@ -36,14 +36,31 @@ class BoxList(NamedTuple):
         """How many there are."""
         return len(self.part)
 
+    @property
+    def bounds(self) -> Float64:
+        """Bounds from below of the variables, then of their negatives, [n, 2 variables]: with all bounds on one side,
+        what is true of one is true of each.
+        """
+        return np.concatenate([self.low, -self.high], axis=1)
+
     def taken(self, which: Bool | Int64 | slice) -> BoxList:
         """Some of the boxes, by a mask or by their numbers."""
-        return BoxList(self.low[which], self.high[which], self.part[which], self.joint[which])
+        low, high, part, joint = self
+        if isinstance(which, slice):
+            return BoxList(low[which], high[which], part[which], joint[which])
+        at = np.flatnonzero(which) if which.dtype == np.bool_ else np.asarray(which, dtype=np.int64)
+        return BoxList(low.take(at, axis=0), high.take(at, axis=0), part.take(at), joint.take(at))  # faster than a mask
 
     def ensure_finite(self) -> None:
         """RejectedError for a bound that is infinite or NaN."""
-        if not (np.isfinite(self.low) & np.isfinite(self.high)).all():
+        if not (np.isfinite(self.low).all() and np.isfinite(self.high).all()):
             raise RejectedError("a box has bounds that are not finite")
+
+
+def bounded(bounds: Float64, part: Int64, joint: Int64) -> BoxList:
+    """Boxes by their bounds, as `BoxList.bounds` has them."""
+    size = bounds.shape[1] // 2
+    return BoxList(bounds[:, :size], -bounds[:, size:], part, joint)
 
 
 Watch = Callable[[int, BoxList], None]  # told of every list that a proof rests on: its step, or its part
@@ -112,16 +129,32 @@ def alike_joined(boxes: BoxList) -> BoxList:
     """
     if boxes.size < FEW:
         return boxes
-    bounds = np.concatenate([boxes.low, boxes.high], axis=1)
-    unit = np.abs(bounds).max(axis=0) * ALIKE + 2.0**-1000
-    whole = np.floor(bounds / unit + 0.3).astype(np.int64)
-    *factors, of_part = _multipliers(whole.shape[1] + 1)
-    hashed = whole @ np.array(factors) + boxes.part * of_part
+    bounds = boxes.bounds
+    order, begins = alike(rounded(bounds, unit_of(bounds)), [boxes.part])
+    return boxes if len(begins) == boxes.size else _around(boxes.taken(order), begins)
+
+
+def unit_of(bounds: Float64) -> Float64:
+    """How close bounds are that are alike, [columns]."""
+    return np.abs(bounds).max(axis=0) * ALIKE + 2.0**-1000
+
+
+def rounded(bounds: Float64, unit: Float64) -> Int64:
+    """Bounds as whole numbers."""
+    return np.floor(bounds * (1.0 / unit) + 0.3).astype(np.int64)
+
+
+def alike(rows: Int64, kinds: Sequence[Int64]) -> tuple[Int64, Int64]:
+    """An order in which rows are neighbours that share a hash of their numbers and kinds, and where each run of such
+    rows begins.
+    """
+    factors = _multipliers(rows.shape[1] + len(kinds))
+    hashed = rows @ factors[len(kinds) :]
+    for kind, factor in zip(kinds, factors.tolist(), strict=False):
+        hashed += kind * factor
     order = np.argsort(hashed, kind="stable")
-    new = np.concatenate([[True], np.diff(hashed[order]) != 0])
-    if new.all():
-        return boxes
-    return _around(boxes.taken(order), np.flatnonzero(new))
+    hashed = hashed.take(order)
+    return order, np.flatnonzero(np.concatenate([[True], hashed[1:] != hashed[:-1]]))
 
 
 @lru_cache(maxsize=16)

@@ -20,7 +20,7 @@ from codegen.ir import PolicyProfile
 from verify.checker.covers import forever
 from verify.checker.covers.boxes import Watch
 from verify.checker.covers.forever import InvariantCertificate
-from verify.checker.covers.form_sweep import FormSweep
+from verify.checker.covers.forms.sweep import FormSweep
 from verify.checker.covers.rounding import floor
 from verify.checker.covers.sweep import Cells, CoverSweep
 from verify.checker.envelope import REMAKE, ensure_whole, numbers, read_proof, undamaged

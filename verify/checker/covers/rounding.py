@@ -5,7 +5,7 @@ Assumes: IEEE 754 float64, rounding to nearest, with subnormals, which `ensure_a
 Does not: refuse what is not finite: sums beyond the largest float are infinite or NaN, which boxes.py refuses.
 
 A sum is exact where its rounding error, which is computed without error (Knuth, The Art of Computer Programming 2,
-4.2.2, theorem B), is 0. Otherwise the next float on the safe side bounds it.
+4.2.2, theorem B), is 0. Otherwise a float below it bounds it (`lower`), which costs a third of the next one.
 """
 
 from fractions import Fraction
@@ -16,26 +16,31 @@ import numpy as np
 from codegen.ir import Float64
 from verify.checker.reading import RejectedError
 
-TINY = 2.0**-1022  # the least normal float64
+TINY, LEAST = 2.0**-1022, 2.0**-1074  # the least normal float64, and the least one above 0
 LANES = 67  # numbers in a test array: more than a processor takes at once, and a rest
 
 
+def around(exact: Fraction) -> tuple[float, float]:
+    """The largest float64 that is at most a number, and the least that is at least it: the same where it is a float.
+    RejectedError for a number beyond the floats.
+    """
+    try:
+        near = float(exact)
+    except OverflowError:
+        raise RejectedError("a number is too large for the arithmetic of covers") from None
+    numerator, denominator = near.as_integer_ratio()
+    beyond = numerator * exact.denominator - exact.numerator * denominator
+    return nextafter(near, -inf) if beyond > 0 else near, nextafter(near, inf) if beyond < 0 else near
+
+
 def floor(exact: Fraction) -> float:
-    """The largest float64 that is at most a number. RejectedError for a number beyond the floats."""
-    near = _nearest(exact)
-    return near if Fraction(near) <= exact else nextafter(near, -inf)
+    """The largest float64 that is at most a number. RejectedError as of `around`."""
+    return around(exact)[0]
 
 
 def ceiling(exact: Fraction) -> float:
-    """The least float64 that is at least a number. RejectedError for a number beyond the floats."""
-    return -floor(-exact)
-
-
-def _nearest(exact: Fraction) -> float:
-    try:
-        return float(exact)
-    except OverflowError:
-        raise RejectedError("a number is too large for the arithmetic of covers") from None
+    """The least float64 that is at least a number. RejectedError as of `around`."""
+    return around(exact)[1]
 
 
 def ensure_arithmetic() -> None:
@@ -54,16 +59,25 @@ def ensure_arithmetic() -> None:
         raise RejectedError("this process does not round float64 to nearest with subnormals, so nothing can be checked")
 
 
+def lower(values: Float64) -> Float64:
+    """A float below each finite value, at most three floats away; -inf stays, inf becomes NaN.
+
+    The floats beside a value x, 2^e <= |x| < 2^(e+1), are at most max(2^(e-52), 2^-1074) away. What is taken off is
+    no less: |x| 2^-52, which is exact or off by at most 2^-1075, and 2^-1074. Rounding keeps the order, so the
+    difference becomes no more than the float below x.
+    """
+    return values - (np.abs(values) * 2.0**-52 + LEAST)
+
+
 def sum_down(one: Float64, other: Float64 | float) -> Float64:
     """A float at most the sum, element by element."""
     total, error = _with_error(one, other)
-    return np.where(error < 0, np.nextafter(total, -np.inf), total)
+    return np.where(error < 0, lower(total), total)
 
 
 def sum_up(one: Float64, other: Float64 | float) -> Float64:
     """A float at least the sum, element by element."""
-    total, error = _with_error(one, other)
-    return np.where(error > 0, np.nextafter(total, np.inf), total)
+    return -sum_down(-one, -other)
 
 
 def _with_error(one: Float64, other: Float64 | float) -> tuple[Float64, Float64]:
@@ -73,40 +87,34 @@ def _with_error(one: Float64, other: Float64 | float) -> tuple[Float64, Float64]
 
 
 class Factor:
-    """An exact number other than 0, as the floats around it."""
+    """Exact numbers other than 0, as the floats around them: one for all values, or one for each column of them."""
 
-    def __init__(self, exact: Fraction) -> None:
-        self.low, self.high = floor(exact), ceiling(exact)
-        self.positive = exact > 0
-        if not self.low or not self.high:
+    def __init__(self, *exact: Fraction) -> None:
+        ends = [around(each) for each in exact]
+        self.low, self.high = (np.array(column) for column in zip(*ends, strict=True))
+        self.positive = exact[0] > 0
+        if not (self.low.all() and self.high.all()):
             raise RejectedError("a number is too small for the arithmetic of covers")
-        self.one = exact == 1
-        self._shifts = self.low == self.high and abs(frexp(self.low)[0]) == 0.5  # a power of two
+        self._ones = np.array([each == 1 for each in exact])
+        self._shifts = np.array([low == high and abs(frexp(low)[0]) == 0.5 for low, high in ends])  # powers of two
 
     def times_down(self, values: Float64) -> Float64:
         """A float at most the product with each value."""
-        if self.one:
+        if self._ones.all():
             return values
-        return self._beside(np.where(values >= 0, self.low, self.high) * values, values, -np.inf)
+        product = np.where(values >= 0, self.low, self.high) * values
+        exact = (values == 0) | self._ones | (self._shifts & (np.abs(product) >= TINY))
+        return np.where(exact, product, lower(product))
 
     def times_up(self, values: Float64) -> Float64:
         """A float at least the product with each value."""
-        if self.one:
-            return values
-        return self._beside(np.where(values >= 0, self.high, self.low) * values, values, np.inf)
-
-    def _beside(self, product: Float64, values: Float64, way: float) -> Float64:
-        exact = values == 0
-        if self._shifts:
-            exact = exact | (np.abs(product) >= TINY)
-        return np.where(exact, product, np.nextafter(product, way))
+        return -self.times_down(-values)
 
     def into_down(self, values: Float64) -> Float64:
         """A float at most the quotient of each value by this number."""
         quotients = np.minimum(values / self.low, values / self.high)
-        return np.where(values == 0, 0.0, np.nextafter(quotients, -np.inf))
+        return np.where(values == 0, 0.0, lower(quotients))
 
     def into_up(self, values: Float64) -> Float64:
         """A float at least the quotient of each value by this number."""
-        quotients = np.maximum(values / self.low, values / self.high)
-        return np.where(values == 0, 0.0, np.nextafter(quotients, np.inf))
+        return -self.into_down(-values)

@@ -49,6 +49,7 @@ class CoverSweep:
         self._pieces = [PieceImage(system, piece, profile.agents, self._trees) for piece in system.pieces]
         self._regions = [RegionCut(list(map(linear, region)), columns) for region in claim.regions]
         self._parts, self._stated = Parts(system), StatedStates(system, claim)
+        self._several = any(tree.several for tree in self._trees)
         self.swept, self.watch = 0, watch
 
     def run(self, cells: Cells) -> int:
@@ -75,7 +76,8 @@ class CoverSweep:
             if self._stated.beyond(boxes.low, boxes.high).any():
                 raise RejectedError(f"at step {step} a box may hold states of which nothing is stated")
             boxes = decided(self._trees, boxes)
-            boxes = alike_joined(together([piece.moved(piece.within(boxes)) for piece in self._pieces]))
+            boxes = together([piece.moved(piece.within(boxes)) for piece in self._pieces])
+            boxes = alike_joined(boxes) if self._several else boxes
 
     def _asked(self, boxes: BoxList, step: int) -> BoxList:
         """The boxes that are followed further. RejectedError where one may hold a state that breaks the claim."""

@@ -1,8 +1,8 @@
 """Boxes by the joint action that the agents choose in them.
 
-Does: sends boxes down the trees of all agents, level by level; a box that meets both sides of a split goes both ways,
-  cut at the split.
-Assumes: the exact sides of splits, as systems/trees.py has them.
+Does: looks up which leaves a box meets by tests of single variables, and cuts it at them; at a test of several
+  variables it goes both ways, cut at each.
+Assumes: the exact sides of splits, as systems/trees.py has them; leaves.py.
 Does not: move boxes.
 
 A joint action is one number: the actions of the agents are its digits, the first agent's the highest.
@@ -10,123 +10,122 @@ A joint action is one number: the actions of the agents are its digits, the firs
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Mapping, Sequence
-from math import inf
-from typing import NamedTuple
+from typing import TypeAlias, TypeVar
 
 import numpy as np
 
-from codegen.ir import NO_FEATURE, AgentPolicy, Bool, Int64, splits
+from codegen.ir import NO_FEATURE, ROOT, AgentPolicy, Int64, splits
 from verify.checker.covers.boxes import BoxList, together
-from verify.checker.covers.cuts import Cut, end_of, opposite
+from verify.checker.covers.cuts import BoundLine, Cut, half_line, opposite
+from verify.checker.covers.leaves import LeafWays, WayDown
 from verify.checker.reading import RejectedError
 from verify.checker.systems.trees import goes_left
 from verify.claims.formula import TRUE, Formula, Linear, Or
 from verify.systems.system import System
 
-MANY = -1  # the column of a test of several variables
+MAX_WAYS = 4_096  # down from one node that are looked up together
 
 
-class _AtNodes(NamedTuple):
-    """BoxList and the node that each is at."""
+T = TypeVar("T", BoundLine, Cut)
+Sides: TypeAlias = list[tuple[list[T], int]]  # of a split: what holds there, and the node to which it leads
 
-    boxes: BoxList
-    node: Int64
+
+def _sides(tests: Sequence[tuple[T, T]], left: int, right: int) -> Sides[T]:
+    """The sides of a split that goes left where one of some tests holds: each test beyond those before it, and what
+    lies beyond all. `tests`: each with its opposite.
+    """
+    found, beyond = Sides[T](), list[T]()
+    for test, otherwise in tests:
+        found.append(([*beyond, test], left))
+        beyond = [*beyond, otherwise]
+    return [*found, (beyond, right)]
 
 
 class TreeCuts:
-    """One agent's tree. Of a test of one variable `below` is the child of the low side, `above` that of the high one;
-    `last` is the largest float on the low side, `first` the least one on the high side; `up`, `down` bound the end.
-
-    A test for equality goes left on both sides of a number: it is two nodes, the second of them behind the whole tree.
-    """
+    """One agent's tree."""
 
     def __init__(self, system: System, policy: AgentPolicy, columns: Mapping[str, int]) -> None:
         tree, features = policy.tree, system.features[policy.agent]
-        sides = {
-            node: goes_left(
-                features[policy.features[int(tree.feature[node])].name], float(tree.threshold[node]), policy.numbers
-            )
-            for node in splits(tree)
-        }
-        twice = [node for node, side in sides.items() if isinstance(side, Or) and side.parts]
-        count, own = len(tree.feature) + len(twice), len(tree.feature)
-        self._action = np.append(tree.action, np.zeros(len(twice))).astype(np.int64)
-        self._leaf: Bool = np.append(np.array(tree.feature) == NO_FEATURE, np.zeros(len(twice), dtype=np.bool_))
-        self._column = np.full(count, MANY, dtype=np.int64)
-        self._below = np.append(tree.left, [tree.left[node] for node in twice]).astype(np.int64)
-        self._above = np.append(tree.right, [tree.right[node] for node in twice]).astype(np.int64)
-        self._last, self._first, self._up, self._down = (np.zeros(count) for _ in range(4))
-        self._cuts: dict[int, tuple[Cut, Cut]] = {}
-        self.actions = len(policy.actions)
-        for node, side in sides.items():
-            if isinstance(side, Linear):
-                self._test(node, side, columns)
-            elif node not in twice:
-                self._one_way(node, side == TRUE)
-        for behind, node in enumerate(twice, own):
-            self._above[node] = behind
-            self._test_both(node, behind, sides[node], columns)
+        self._action, self._leaf = np.array(tree.action, dtype=np.int64), np.array(tree.feature) == NO_FEATURE
+        self._columns, self.actions = columns, len(policy.actions)
+        self._lines: dict[int, Sides[BoundLine]] = {}  # of splits that test single variables
+        self._cuts: dict[int, Sides[Cut]] = {}  # of all others
+        self._cells: dict[int, LeafWays] = {}
+        for node in splits(tree):
+            feature = features[policy.features[int(tree.feature[node])].name]
+            left = goes_left(feature, float(tree.threshold[node]), policy.numbers)
+            self._split(node, left, int(tree.left[node]), int(tree.right[node]))
 
-    def _one_way(self, node: int, left: bool) -> None:
-        self._column[node] = 0
-        self._last[node], self._first[node] = (inf, inf) if left else (-inf, -inf)
-        self._up[node], self._down[node] = inf, -inf
-
-    def _test_both(self, node: int, behind: int, left: Formula, columns: Mapping[str, int]) -> None:
-        """A test that goes left where one of two inequalities holds."""
-        for at, part in zip((node, behind), left.parts if isinstance(left, Or) else (), strict=True):
-            if not isinstance(part, Linear):
-                raise RejectedError("a test of a number that does not change")
-            self._test(at, part, columns)
-
-    def _test(self, node: int, left: Linear, columns: Mapping[str, int]) -> None:
-        if len(left.terms) != 1:
-            self._cuts[node] = Cut(left, columns), Cut(opposite(left), columns)
+    def _split(self, node: int, goes_left: Formula, left: int, right: int) -> None:
+        if goes_left == TRUE:
+            self._lines[node] = [([], left)]
             return
-        ((weight, name),) = left.terms
-        end, strict = left.bound / weight, left.strict
-        if weight < 0:  # the left side is the high one
-            strict = not strict
-            self._below[node], self._above[node] = self._above[node], self._below[node]
-        low, high = end_of(end, strict), end_of(-end, not strict)
-        self._column[node] = columns[name]
-        self._last[node], self._up[node] = low.last, low.up
-        self._first[node], self._down[node] = -high.last, -high.up
+        parts = [each for each in _parts(goes_left) if isinstance(each, Linear)]
+        if len(parts) < len(_parts(goes_left)):
+            raise RejectedError("a test of a number that does not change")
+        lines = [line for line in (half_line(each, self._columns) for each in parts) if line is not None]
+        if len(lines) == len(parts):
+            self._lines[node] = _sides([(line, line.opposite) for line in lines], left, right)
+        else:
+            cuts = [(Cut(each, self._columns), Cut(opposite(each), self._columns)) for each in parts]
+            self._cuts[node] = _sides(cuts, left, right)
+
+    @property
+    def several(self) -> bool:
+        """Whether it tests several variables at once, by which boxes are cut into pieces that nothing joins."""
+        return bool(self._cuts)
 
     def chosen(self, boxes: BoxList) -> BoxList:
         """The boxes, cut at the splits, each with this agent's action as one more digit of its joint action."""
-        found, pending = [boxes.taken(slice(0, 0))], _AtNodes(boxes, np.zeros(boxes.size, dtype=np.int64))
-        while len(pending.node):
-            done = self._leaf[pending.node]
-            leaves = pending.boxes.taken(done)
-            found.append(leaves._replace(joint=leaves.joint * self.actions + self._action[pending.node[done]]))
-            pending = self._next(_AtNodes(pending.boxes.taken(~done), pending.node[~done]))
+        found, pending = list[BoxList](), [(ROOT, boxes)]
+        while pending:
+            node, boxes = pending.pop()
+            if node in self._lines:
+                boxes, at = self._leaves(node).met(boxes)
+                done = self._leaf.take(at)
+                if done.all():
+                    found.append(self._acted(boxes, at))
+                    continue
+                found.append(self._acted(boxes.taken(done), at[done]))
+                pending += [(split, boxes.taken(at == split)) for split in np.unique(at[~done]).tolist()]
+            elif node in self._cuts:
+                pending += [(to, _within(cuts, boxes)) for cuts, to in self._cuts[node]]
+            else:
+                found.append(self._acted(boxes, np.full(boxes.size, node)))
         return together(found)
 
-    def _next(self, here: _AtNodes) -> _AtNodes:
-        """One level further down."""
-        column = self._column[here.node]
-        sides = [self._by_many(here, int(node)) for node in np.unique(here.node[column == MANY])]
-        single = column != MANY
-        sides.append(self._by_one(_AtNodes(here.boxes.taken(single), here.node[single]), column[single]))
-        return _AtNodes(together([each.boxes for each in sides]), np.concatenate([each.node for each in sides]))
+    def _acted(self, boxes: BoxList, leaf: Int64) -> BoxList:
+        return boxes._replace(joint=boxes.joint * self.actions + self._action.take(leaf))
 
-    def _by_many(self, here: _AtNodes, node: int) -> _AtNodes:
-        boxes = here.boxes.taken(here.node == node)
-        left, right = (cut.within(boxes) for cut in self._cuts[node])
-        to = np.repeat([self._below[node], self._above[node]], [left.size, right.size])
-        return _AtNodes(together([left, right]), to)
+    def _leaves(self, root: int) -> LeafWays:
+        """The ways down from a node by tests of single variables."""
+        if root not in self._cells:
+            self._cells[root] = LeafWays(self._ways(root))
+        return self._cells[root]
 
-    def _by_one(self, here: _AtNodes, column: Int64) -> _AtNodes:
-        rows, node = np.arange(len(here.node)), here.node
-        low, high = here.boxes.low[rows, column], here.boxes.high[rows, column]
-        in_below, in_above = ~(low > self._last[node]), ~(high < self._first[node])
-        below, above = here.boxes.taken(in_below), here.boxes.taken(in_above)
-        below.high[np.arange(below.size), column[in_below]] = np.minimum(high, self._up[node])[in_below]
-        above.low[np.arange(above.size), column[in_above]] = np.maximum(low, self._down[node])[in_above]
-        to = np.concatenate([self._below[node[in_below]], self._above[node[in_above]]])
-        return _AtNodes(together([below, above]), to)
+    def _ways(self, root: int) -> list[WayDown]:
+        """These ways, to leaves and other tests; to any test once there are many."""
+        found, pending = list[WayDown](), deque([WayDown.begun(2 * len(self._columns), root)])
+        while pending:
+            way = pending.popleft()
+            if way.node not in self._lines or len(pending) >= MAX_WAYS:
+                found.append(way)
+            else:
+                further = [way.on(lines, to) for lines, to in self._lines[way.node]]
+                pending += [each for each in further if each is not None]
+        return found
+
+
+def _parts(goes_left: Formula) -> Sequence[Formula]:
+    return goes_left.parts if isinstance(goes_left, Or) else (goes_left,)
+
+
+def _within(cuts: Sequence[Cut], boxes: BoxList) -> BoxList:
+    for cut in cuts:
+        boxes = cut.within(boxes)
+    return boxes
 
 
 def decided(trees: Sequence[TreeCuts], boxes: BoxList) -> BoxList:

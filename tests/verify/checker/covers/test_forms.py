@@ -13,8 +13,8 @@ from tests.support.covers import question, recipe, shown
 from tests.support.exact_play import refuted
 from tests.support.system_cases import box, form, policy, stays, team
 from tests.verify.reach import random_modes
-from verify.checker.covers import form_cuts, form_moves, form_sweep, forms
 from verify.checker.covers.boxes import BoxList
+from verify.checker.covers.forms import arrays, cuts, moves, sweep
 from verify.checker.covers.sweep import Cells
 from verify.systems.claims import Pattern, SystemClaim
 from verify.systems.system import Feature, Piece, System, Variable
@@ -140,25 +140,25 @@ def narrower(found):
 
 
 FAULTS = [
-    (form_sweep.FormSweep, "_asked", lambda f: lambda self, listed, number, step: listed),
-    (form_sweep.FormSweep, "_leave", lambda f: lambda *given: None),
-    (form_sweep.StatedStates, "beyond", lambda f: lambda self, low, high: np.zeros(len(low), dtype=np.bool_)),
-    (form_sweep, "of_boxes", after(narrower)),
-    (form_cuts.FormTree, "_below", lambda f: lambda self, listed, node: _first(f(self, listed, node))),
-    (form_cuts, "end_of", lambda f: lambda bound, strict: f(bound + F(1, 8), strict)),
-    (form_cuts, "opposite", lambda f: lambda inequality: inequality),
-    (form_cuts.FormRegion, "within", lambda f: lambda self, listed: listed.taken(slice(0, 0))),
-    (form_cuts.FormRegion, "outside", lambda f: lambda self, listed: listed.taken(slice(0, 0))),
-    (form_moves.FormPieces, "_total", lambda f: lambda self, piece, name, joint: f(self, piece, name, 1)),
-    (form_moves.FormPieces, "_met", lambda f: lambda *given: _alone(f(*given))),
-    (form_moves.FormPieces, "_room", lambda f: lambda self, joint, pairs, low, high: _only(self, joint, pairs)),
-    (form_moves.FormPieces, "_cut_and_moved", lambda f: lambda *given: f(*given).taken(slice(0, 0))),
-    (form_moves, "_with_error", lambda f: lambda low, high: (0.5 * low + 0.5 * high, 0 * low)),
-    (forms.Moves, "of", after(lambda found: found._replace(columns=found.columns[:, :-1]))),
-    (forms.Moves, "of", after(lambda found: found._replace(middle=found.middle + 0.125))),
-    (form_sweep, "with_fewer_columns", lambda f: lambda listed, most: listed._replace(columns=listed.columns[:, :3])),
-    (form_cuts, "narrowed", lambda f: lambda listed, of, most: f(listed, of, most - 0.25)),
-    (forms.Sums, "_reach", property(lambda self: self.rest)),
+    (sweep.FormSweep, "_asked", lambda f: lambda self, listed, number, step: listed),
+    (sweep.FormSweep, "_leave", lambda f: lambda *given: None),
+    (sweep.StatedStates, "beyond", lambda f: lambda self, low, high: np.zeros(len(low), dtype=np.bool_)),
+    (sweep, "of_boxes", after(narrower)),
+    (cuts.FormTree, "_below", lambda f: lambda self, listed, node: _first(f(self, listed, node))),
+    (cuts, "end_of", lambda f: lambda bound, strict: f(bound + F(1, 8), strict)),
+    (cuts, "opposite", lambda f: lambda inequality: inequality),
+    (cuts.FormRegion, "within", lambda f: lambda self, listed: listed.taken(slice(0, 0))),
+    (cuts.FormRegion, "outside", lambda f: lambda self, listed: listed.taken(slice(0, 0))),
+    (moves.FormPieces, "_total", lambda f: lambda self, piece, name, joint: f(self, piece, name, 1)),
+    (moves.FormPieces, "_met", lambda f: lambda *given: _alone(f(*given))),
+    (moves.FormPieces, "_room", lambda f: lambda self, joint, pairs, low, high: _only(self, joint, pairs)),
+    (moves.FormPieces, "_cut_and_moved", lambda f: lambda *given: f(*given).taken(slice(0, 0))),
+    (moves, "_with_error", lambda f: lambda low, high: (0.5 * low + 0.5 * high, 0 * low)),
+    (arrays.Moves, "of", after(lambda found: found._replace(columns=found.columns[:, :-1]))),
+    (arrays.Moves, "of", after(lambda found: found._replace(middle=found.middle + 0.125))),
+    (sweep, "with_fewer_columns", lambda f: lambda listed, most: listed._replace(columns=listed.columns[:, :3])),
+    (cuts, "narrowed", lambda f: lambda listed, of, most: f(listed, of, most - 0.25)),
+    (arrays.Sums, "_reach", property(lambda self: self.rest)),
 ]
 
 
@@ -169,7 +169,7 @@ def _first(found):
 
 def _alone(pairs):
     one = pairs.piece == pairs.first
-    return form_moves._Pairs(*(each[one] for each in pairs))
+    return moves._Pairs(*(each[one] for each in pairs))
 
 
 def _only(pieces, joint, pairs):
@@ -213,7 +213,7 @@ def test_images_and_cuts_hold_exact_points():
     for _ in range(30):
         d, k = int(random.integers(1, 4)), int(random.integers(1, 5))
         scale = 10.0 ** random.integers(-8, 8, size=d)
-        some = forms.FormList(
+        some = arrays.FormList(
             random.normal(size=(1, d)) * scale,
             random.normal(size=(1, k, d)) * scale,
             np.abs(random.normal(size=(1, d))) * scale * 1e-3,
@@ -221,14 +221,14 @@ def test_images_and_cuts_hold_exact_points():
             np.zeros(1, dtype=np.int64),
         )
         exact = [[F(int(random.integers(-30, 31)), int(random.integers(1, 9))) for _ in range(d)] for _ in range(d + 1)]
-        weights = np.array([forms.weight(each) for each in exact[d]])
-        matrix = np.array([[forms.weight(each) for each in row] for row in exact[:d]])[None]
+        weights = np.array([arrays.weight(each) for each in exact[d]])
+        matrix = np.array([[arrays.weight(each) for each in row] for row in exact[:d]])[None]
         zero = np.zeros((1, d))
-        moved = forms.Moves(matrix, zero, zero, np.zeros(0, dtype=np.int64)).of(some)
+        moved = arrays.Moves(matrix, zero, zero, np.zeros(0, dtype=np.int64)).of(some)
         low, high = moved.bounds()
-        of = forms.sums(some, weights)
+        of = arrays.sums(some, weights)
         most = float(of.value[0] + random.uniform(-0.9, 0.9) * (of.high - of.value)[0])
-        cut = forms.narrowed(some, of, most)
+        cut = arrays.narrowed(some, of, most)
         cut_low, cut_high = cut.bounds()
         for _ in range(10):
             signs = [F(int(random.integers(-8, 9)), 8) for _ in range(k)]
@@ -249,14 +249,14 @@ def test_images_and_cuts_hold_exact_points():
 
 def test_what_is_exact_and_what_is_not():
     """A copied number stays as it is; a term that its sum does not feel is no copy."""
-    some = forms.of_boxes(BoxList(np.array([[1.0, 2.0]]), np.array([[1.0, 2.0]]), np.zeros(1, int), np.zeros(1, int)))
+    some = arrays.of_boxes(BoxList(np.array([[1.0, 2.0]]), np.array([[1.0, 2.0]]), np.zeros(1, int), np.zeros(1, int)))
     zero, none = np.zeros((1, 2)), np.zeros(0, dtype=np.int64)
-    for tiny in (0.0, 2.0**-100, forms.LEAST):
+    for tiny in (0.0, 2.0**-100, arrays.LEAST):
         matrix = np.array([[[1.0, tiny], [0.0, 0.0]]])
-        moved = forms.Moves(matrix, np.array([[0.0, 3.0]]), zero, none).of(some)
+        moved = arrays.Moves(matrix, np.array([[0.0, 3.0]]), zero, none).of(some)
         (low, least), (high, most) = (end[0] for end in moved.bounds())
         assert (low == high == 1.0) == (tiny == 0.0) and least == most == 3.0
-        of = forms.sums(some, np.array([1.0, tiny]))
+        of = arrays.sums(some, np.array([1.0, tiny]))
         assert (of.low[0] == of.high[0] == 1.0) == (tiny == 0.0)
         assert tiny == 0.0 or of.high[0] > 1.0
 
@@ -269,10 +269,10 @@ def test_numbers_beyond_this_arithmetic_are_refused():
 
 def test_fewer_columns_hold_more():
     random = np.random.default_rng(4)
-    some = forms.FormList(
+    some = arrays.FormList(
         np.zeros((5, 3)), random.normal(size=(5, 40, 3)), np.zeros((5, 3)), np.arange(5), np.zeros(5, dtype=np.int64)
     )
-    few = forms.with_fewer_columns(some, 12)
+    few = arrays.with_fewer_columns(some, 12)
     assert few.columns.shape[1] <= 12
     for weights in random.normal(size=(20, 3)):
-        assert (forms.sums(few, weights).high >= forms.sums(some, weights).high * (1 - 1e-12)).all()
+        assert (arrays.sums(few, weights).high >= arrays.sums(some, weights).high * (1 - 1e-12)).all()

@@ -11,7 +11,7 @@ from tests.support.cover_cases import CASES, PLAIN, after, claimed, line
 from tests.support.covers import question, recipe, shown
 from tests.support.exact_play import refuted
 from tests.support.system_cases import box, form, policy, team
-from verify.checker.covers import boxes, cuts, images, parts, rounding, stated, sweep, trees
+from verify.checker.covers import boxes, cuts, images, leaves, parts, rounding, stated, sweep, trees
 from verify.checker.covers.sweep import Cells
 from verify.systems.system import Feature, Piece, System, Variable
 
@@ -113,17 +113,20 @@ FAULTS = [
     (parts.Parts, "started", after(lambda found: found.taken(np.arange(found.size) < 0))),
     (sweep, "decided", lambda f: lambda grown, listed: f(grown, listed).taken(slice(0, 1))),
     (sweep, "together", lambda f: lambda lists: lists[0]),
-    (trees.TreeCuts, "_by_one", after(lambda found: found._replace(node=found.node[::-1].copy()))),
-    (trees, "end_of", lambda f: lambda bound, strict: f(bound, not strict)),
-    (trees, "opposite", lambda f: lambda inequality: inequality),
-    (cuts.Cut, "_by_one", lambda f: lambda self, listed, end: f(self, listed, end).taken(slice(0, 0))),
+    (leaves.LeafWays, "met", after(lambda found: (found[0], found[1][::-1].copy()))),
+    (leaves.LeafWays, "_pairs", after(lambda found: tuple(each[:1] for each in found))),
+    (leaves.WayDown, "on", lambda f: lambda self, lines, node: f(self, lines[:0], node)),
+    (leaves, "bisect_left", lambda f: lambda ends, bound: len(ends) - f(ends, bound)),
+    (trees, "half_line", after(lambda line: line and line._replace(end=line.end._replace(last=line.down - 2.0**-30)))),
+    (trees, "_sides", lambda f: lambda tests, *to: f([(test, test) for test, _ in tests], *to)),
+    (cuts.Cut, "_by_one", lambda f: lambda self, listed, line: f(listed, line).taken(slice(0, 0))),
     (cuts.RegionCut, "outside", lambda f: lambda self, listed: listed.taken(slice(0, 0))),
     (cuts.RegionCut, "within", lambda f: lambda self, listed: listed.taken(slice(0, 0))),
     (images.PieceImage, "_total", lambda f: lambda self, name, joint: f(self, name, 1)),
     (images.PieceImage, "within", lambda f: lambda self, listed: f(self, listed).taken(slice(0, 0))),
-    (images._BoxMotion, "moved", lambda f: lambda self, listed, shift: f(self, listed, shift._replace(high=shift.low))),
-    (images._BoxMotion, "moved", lambda f: lambda self, listed, shift: f(self, listed, shift._replace(low=shift.high))),
-    (rounding.Factor, "times_up", lambda f: lambda self, values: self.times_down(values) / 2),
+    (images._BoxMotion, "moved", lambda f: lambda self, bounds, shift: f(self, bounds, np.abs(shift))),
+    (images._BoxMotion, "moved", lambda f: lambda self, bounds, shift: f(self, np.abs(bounds), shift)),
+    (rounding.Factor, "times_down", lambda f: lambda self, values: f(self, values) / 2),
     (boxes, "_joined", lambda f: lambda listed, cells: f(listed, cells).taken(slice(0, 1))),
     (boxes, "cut", lambda f: lambda *given: (lambda found: (found[0].taken(slice(0, 1)), found[1][:1]))(f(*given))),
 ]  # fmt: skip

@@ -12,8 +12,8 @@ from tests.support.system_cases import box, form, policy, team
 from tests.support.system_guards import SEARCHED, answer, judged, opinion
 from tests.verify.reach import random_modes
 from verify.checker.covers import images
+from verify.checker.covers import trees as cover_trees
 from verify.checker.covers.sweep import Cells, CoverSweep
-from verify.checker.covers.trees import TreeCuts
 from verify.checker.reading import RejectedError
 from verify.checker.systems import cases, trees, walk
 from verify.checker.systems.walk import SystemQuestions
@@ -148,10 +148,7 @@ def without_when(init):
 
 
 def one_side(f):
-    return lambda self, node, behind, left, columns: (
-        self._test(node, left.parts[0], columns),
-        self._test(behind, left.parts[0], columns),
-    )
+    return lambda tests, *to: f(tests[:1], *to)
 
 
 def no_when(init):
@@ -175,7 +172,7 @@ FAULTS = [
     (SEARCH, trees, "_parted", below_alone),
     (SEARCH, walk, "_is_mode", lambda f: lambda variable: conjunction()),
     (SEARCH, SystemQuestions, "__init__", without_when),
-    (COVER, TreeCuts, "_test_both", one_side),
+    (COVER, cover_trees, "_sides", one_side),
     (COVER, images.PieceImage, "__init__", no_when),
     (COVER, images.PieceImage, "__init__", first_way),
     (SOLVER, unrolled, "_goes_left", plainly),

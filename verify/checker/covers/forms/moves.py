@@ -18,8 +18,8 @@ import numpy as np
 
 from codegen.ir import AgentPolicy, Bool, Float64, Int64
 from verify.checker.covers.cuts import linear
-from verify.checker.covers.form_cuts import half as cut_of
-from verify.checker.covers.forms import LOST, FormList, Moves, narrowed, sides, sums, together, weight
+from verify.checker.covers.forms.arrays import LOST, FormList, Moves, narrowed, sides, sums, together, weight
+from verify.checker.covers.forms.cuts import half as cut_of
 from verify.checker.covers.rounding import ceiling, floor
 from verify.checker.reading import RejectedError
 from verify.systems.system import Affine, System

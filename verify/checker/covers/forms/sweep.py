@@ -1,7 +1,7 @@
 """The sweep of a cover by affine forms: which parts of the start do not meet the claim, as far as forms tell.
 
 Does: follows parts of the start as forms, step by step, and asks the claim of every list.
-Assumes: forms.py and form_moves.py bound what they are asked.
+Assumes: arrays.py and moves.py bound what they are asked.
 Does not: read documents, or cut the start.
 """
 
@@ -15,9 +15,9 @@ import numpy as np
 from codegen.ir import Bool, PolicyProfile
 from verify.checker.covers.boxes import BoxList
 from verify.checker.covers.cuts import linear
-from verify.checker.covers.form_cuts import FormRegion, FormTree, half
-from verify.checker.covers.form_moves import FormPieces
-from verify.checker.covers.forms import FormList, of_boxes, with_fewer_columns
+from verify.checker.covers.forms.arrays import FormList, of_boxes, with_fewer_columns
+from verify.checker.covers.forms.cuts import FormRegion, FormTree, half
+from verify.checker.covers.forms.moves import FormPieces
 from verify.checker.covers.parts import Parts
 from verify.checker.covers.rounding import ensure_arithmetic
 from verify.checker.covers.stated import StatedStates

@@ -15,7 +15,7 @@ import numpy as np
 
 from codegen.ir import NO_FEATURE, AgentPolicy, Bool, Float64, Int64, splits
 from verify.checker.covers.cuts import end_of, opposite
-from verify.checker.covers.forms import FormCut, FormList, narrowed, sides, sums, together, weight
+from verify.checker.covers.forms.arrays import FormCut, FormList, narrowed, sides, sums, together, weight
 from verify.checker.reading import RejectedError
 from verify.checker.systems.trees import goes_left
 from verify.claims.formula import FALSE, TRUE, Formula, Linear, Or
