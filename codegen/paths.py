@@ -1,6 +1,7 @@
 """Paths through a tree: the boxes of observations that they leave, and nested trees written as arrays.
 
-Does: intervals (low, high] of features, halved test by test; the box of a node, what is above and below it; preorder.
+Does: intervals (low, high] of features, halved test by test; the box of a node, what is above and below it; preorder;
+  how many numbers stand in a tree.
 Assumes: sound trees.
 Does not: serve what checks a claim or a proof, beside refusing trees that may act illegally (legality.py): those read
   trees on their own.
@@ -14,7 +15,7 @@ from typing import TypeAlias, TypeVar
 import numpy as np
 
 from codegen.floats import neighbour
-from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, ROOT, Floats, Tree
+from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, ROOT, AgentPolicy, Floats, Tree
 
 Node = TypeVar("Node")
 Corners: TypeAlias = tuple[Floats, Floats]  # the ends (low, high] of each feature, [n_features]
@@ -110,3 +111,13 @@ def in_preorder(root: Node, parts: Callable[[Node], int | tuple[int, float, Node
         rows.append([feature, threshold, NO_CHILD, NO_CHILD, NO_ACTION])
         stack += [(right, place, 3), (left, place, 2)]
     return Tree(*np.array(rows).T, numbers=numbers)
+
+
+def size(policy: AgentPolicy) -> int:
+    """How many numbers stand in a tree: a test's threshold and a sum's weights, a leaf's action or all of its terms."""
+    tree, n = policy.tree, len(policy.features)
+    tested: list[int] = tree.feature[tree.feature != NO_FEATURE].tolist()
+    chosen: list[int] = tree.action[tree.feature == NO_FEATURE].tolist()
+    tests = [1 if each < n else 1 + len(tree.sums[each - n].terms) for each in tested]
+    given = [sum(len(each.terms) for each in vector) for vector in tree.vectors] or [1] * len(policy.actions)
+    return sum(tests) + sum(given[each] for each in chosen)

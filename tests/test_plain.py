@@ -25,18 +25,18 @@ GIVEN = {
         ["--test-vectors", "-o", "out"],
     ],
     "verify": [[]],
-    "evaluate": [[]],
     "exploit": [["team"]],
     "repair": [["-o", "out"]],
     "robust": [["rows.csv"]],
     "properties": [[]],
 }
-# replay and check find the profile beside another file; extract and properties take experts and worlds; diff, play and
-# show take sums
+# replay and check find the profile beside another file; extract and properties take experts and worlds; diff, evaluate,
+# play and show take sums
 OTHERS = {
     "check",
     "diff",
     "demo",
+    "evaluate",
     "extract",
     "guide",
     "import",
@@ -86,7 +86,6 @@ def test_functions_refuse_them_too(tmp_path):
         lambda: maviper.robust(profile, tmp_path / "rows.csv"),
         lambda: maviper.replay(tmp_path / "counterexample.json", profile),
         lambda: maviper.check(FOLDER / "certificate-1-distinct_targets.json", profile),
-        lambda: maviper.evaluate(str(file)),
         lambda: maviper.compile(profile, ["smt"]),
         lambda: Game(profile),
     ]

@@ -8,17 +8,17 @@ Does not: read any source.
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
 from codegen import ir
 from codegen.errors import InputError
-from codegen.floats import FLOAT32, FLOAT64, at_most
+from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers.reading import SUMS, Origin
 from codegen.ir import CONSTANT, NO_FEATURE, Floats, Sum
-from codegen.lowering.deploy import deployed
-from codegen.sums import DOUBLE_SUMS, FLOAT32_STEPS, FLOAT64_SUMS, computed
+from codegen.lowering.deploy import Given, with_given
+from codegen.sums import DOUBLE_SUMS, FLOAT32_STEPS, FLOAT64_SUMS
 
 Terms = Sequence[tuple[float, int]]
 MAX_VALUES = 64  # of a regressor, beyond which they are no actions
@@ -99,38 +99,8 @@ def moved(each: Sum, columns: Any) -> Sum:
 
 def tree_of(origin: Origin, n_features: int) -> ir.Tree:
     """The tree of an origin with sums, over so many features."""
-    plain = deployed(origin.grown, FLOAT64)  # in preorder, thresholds as they are
-    single = (plain.feature != NO_FEATURE) & (plain.feature < SUMS)
-    own, of_sums = (at_most(plain.threshold, each) for each in (origin.numbers, computed(origin.arithmetic)))
-    threshold = cast("Any", np.where(single, own, of_sums))
-    sums, feature = _first_named(origin.sums, (plain.feature[plain.feature >= SUMS] - SUMS).tolist())
-    leaf = plain.feature == NO_FEATURE
-    vectors, action = _first_named(origin.vectors, plain.action[leaf].tolist() if origin.vectors else [])
-    chosen, tested = plain.action.copy(), plain.feature.copy()
-    tested[plain.feature >= SUMS] = np.array(feature, dtype=np.int32) + n_features
-    if origin.vectors:
-        chosen[leaf] = action
-    return ir.Tree(
-        tested,
-        threshold,
-        plain.left,
-        plain.right,
-        chosen,
-        numbers=origin.numbers,
-        gives=origin.gives if origin.vectors else FLOAT32,
-        sums=sums,
-        vectors=vectors,
-        arithmetic=origin.arithmetic,
-    )
-
-
-def _first_named(known: Sequence[Any], named: Sequence[int]) -> tuple[tuple[Any, ...], list[int]]:
-    """Those that are named, equal ones once, in the order in which they are; and the place of each name among them."""
-    places, found = dict[str, int](), list[Any]()
-    for each in named:
-        if places.setdefault(repr(known[each]), len(found)) == len(found):
-            found.append(known[each])
-    return tuple(found), [places[repr(known[each])] for each in named]
+    given = Given(origin.sums, origin.vectors, origin.arithmetic, origin.gives)
+    return with_given(origin.grown, given, n_features, SUMS, origin.numbers)
 
 
 def ensure_alike(origin: Origin, agent: str) -> None:

@@ -51,17 +51,22 @@ def worlds_show(world: str, features_file: Path | None) -> int:
     from maviper.worlds.games.particle import FORK_MOTION
     from maviper.worlds.naming import with_names
 
-    game = find(world) if features_file is None else with_names(find(world), features_file)
+    game = find(world, giving=True)
+    game = game if features_file is None else with_names(game, features_file)
     pace = f" of {game.spec.dt} s" if game.spec.dt else ""
     click.echo(f"{game.name}, after {game.spec.reference}, {counted(game.spec.episode_steps, 'step')}{pace}")
     if game.spec.options.get(PHYSICS) == FORK:
         click.echo(f"{PHYSICS}={FORK}: {FORK_MOTION}; the verifier covers mpe2's motion only")
-    for agent, features, actions in zip(game.agents, game.features, game.actions, strict=True):
+    everything = zip(game.agents, game.features, game.actions, game.outputs or [()] * len(game.agents), strict=True)
+    for agent, features, actions, outputs in everything:
         click.echo(f"\n{agent}, team {game.team_of(agent)}")
         for feature in features:
             meaning = feature.meaning or "no meaning"
             click.echo(f"  {feature.name:<16} {feature.unit} [{feature.low:g}, {feature.high:g}]  {meaning}")
-        click.echo(f"  actions: {', '.join(action.name for action in actions)}")
+        for output in outputs:
+            click.echo(f"  gives {output.name:<10} {output.unit} [{output.low:g}, {output.high:g}]")
+        if actions:
+            click.echo(f"  actions: {', '.join(action.name for action in actions)}")
     return ExitCode.DONE
 
 

@@ -15,6 +15,7 @@ import numpy as np
 
 from codegen import ir
 from codegen.ir import Float32, Seen
+from maviper.episodes.play import in_columns
 from maviper.worlds import World
 from maviper.worlds.outside.sources import named_by_user
 from maviper.worlds.world import Int
@@ -60,7 +61,8 @@ class Counting:
 
     def __init__(self, world: World, policies: Sequence[ir.AgentPolicy]) -> None:
         self.world, self.policies = world, tuple(policies)
-        self.trees = {world.agents.index(policy.agent): policy.tree for policy in policies}
+        self.placed = {world.agents.index(policy.agent): policy for policy in policies}
+        self.trees = {agent: policy.tree for agent, policy in self.placed.items()}
         self.visits = {agent: np.zeros(len(tree.feature), np.int64) for agent, tree in self.trees.items()}
         outside = named_by_user(world.name)
         self.ranges = {agent: Ranges(len(world.features[agent])) for agent in self.trees if outside}
@@ -68,15 +70,16 @@ class Counting:
     def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
         """As `Controller.act`."""
         acting = self.world.alive(state)
-        chosen: list[Int] = []
+        chosen: list[Any] = []
         for agent in agents:
             tree, rows = self.trees[agent], observations[agent]
             leaf = ir.apply(tree, rows)
             self.visits[agent] += np.bincount(leaf[acting[:, agent]], minlength=len(tree.feature))
             if agent in self.ranges:
                 self.ranges[agent].add(rows[acting[:, agent]])
-            chosen.append(tree.action[leaf])
-        return np.stack(chosen, axis=1)
+            policy = self.placed[agent]
+            chosen.append(ir.outputs(policy, rows) if policy.outputs else tree.action[leaf])
+        return in_columns(chosen)
 
     def counted(self) -> tuple[ir.AgentPolicy, ...]:
         """The policies with what was counted."""

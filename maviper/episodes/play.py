@@ -7,6 +7,7 @@ Does not: score episodes (measures.py) or learn from them.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Protocol, cast
 
 import numpy as np
@@ -16,14 +17,15 @@ from codegen.ir import Bool, Float32, Float64
 from maviper.worlds import World
 from maviper.worlds.world import Int
 
-Policy = Callable[[Float32], Int]  # [batch, n_features] float32 -> [batch] action indices
+Policy = Callable[[Float32], Any]  # [batch, n_features] float32 -> [batch] action indices, or [batch, n_outputs]
 
 
 class Controller(Protocol):
     """What decides for agents: an expert, a team of trees, a script."""
 
     def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
-        """The actions of some agents, [batch, len(agents)].
+        """The actions of some agents, [batch, len(agents)]; where agents give numbers, [batch, len(agents), n_outputs]
+        float32.
 
         `observations`: every agent's, each [batch, n_features]; `state`: the world's state, which scripts may read.
         """
@@ -41,12 +43,22 @@ class Policies:
 
     def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
         """As `Controller.act`."""
-        return np.stack([self.functions[agent](observations[agent]) for agent in agents], axis=1)
+        return in_columns([self.functions[agent](observations[agent]) for agent in agents])
+
+
+def in_columns(acted: Sequence[Any]) -> Any:
+    """What agents do, each [batch] or [batch, n_outputs], side by side: [batch, n_agents] or [batch, n_agents, widest],
+    zeros standing for outputs that an agent has not.
+    """
+    if acted[0].ndim == 1:
+        return np.stack(acted, axis=1)
+    widest = max(each.shape[1] for each in acted)
+    return np.stack([np.pad(each, ((0, 0), (0, widest - each.shape[1]))) for each in acted], axis=1)
 
 
 def tree_policies(policies: Sequence[ir.AgentPolicy]) -> Policies:
     """Tree policies with their reference semantics."""
-    return Policies([lambda obs, policy=policy: ir.act(policy, obs) for policy in policies])
+    return Policies([partial(ir.outputs if policy.outputs else ir.act, policy) for policy in policies])
 
 
 @dataclass(frozen=True)
@@ -58,21 +70,29 @@ class Episodes:
     """
 
     observations: tuple[Float32, ...]  # per agent [steps, batch, n_features]; () where they were not kept
-    actions: Int  # [steps, batch, n_agents]
+    actions: Any  # [steps, batch, n_agents] int, or [steps, batch, n_agents, n_outputs] float32
     alive: Bool  # [steps, batch, n_agents] who acts
     states: Sequence[Any]  # steps + 1 batches, the starts first
     values: Float64  # [n_measures, batch], in the order of the world's measures
     returns: Float64  # [n_agents, batch] summed rewards
 
 
-def chosen(controllers: Sequence[Controller], observations: Sequence[Float32], state: Any) -> Int:
-    """Everybody's actions in states, [batch, n_agents]; a controller of several agents is asked once for them all."""
+def chosen(controllers: Sequence[Controller], observations: Sequence[Float32], state: Any) -> Any:
+    """Everybody's actions in states, [batch, n_agents], or numbers [batch, n_agents, n_outputs]; a controller of
+    several agents is asked once for them all.
+    """
     shared: dict[int, list[int]] = {}
     for agent, controller in enumerate(controllers):
         shared.setdefault(id(controller), []).append(agent)
-    acted = np.empty((len(state), len(controllers)), dtype=np.int64)
-    for agents in shared.values():
-        acted[:, agents] = controllers[agents[0]].act(agents, observations, state)
+    answers: list[Any] = [controllers[agents[0]].act(agents, observations, state) for agents in shared.values()]
+    widest = max(given.shape[2] if given.ndim > 2 else 0 for given in answers)
+    shape = len(state), len(controllers)
+    acted = np.zeros((*shape, widest), np.float32) if widest else np.empty(shape, np.int64)
+    for agents, given in zip(shared.values(), answers, strict=True):
+        if widest:
+            acted[:, agents, : given.shape[2]] = given
+        else:
+            acted[:, agents] = given
     return acted
 
 

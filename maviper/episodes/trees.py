@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 from codegen import ir
 from codegen.ir import GrownTree
-from codegen.lowering.deploy import deployed
+from codegen.lowering.deploy import SummedTree, deployed
 from maviper.episodes.play import Controller, tree_policies
 from maviper.worlds import World
 
@@ -21,8 +21,10 @@ def agent_policies(
     found: list[ir.AgentPolicy] = []
     for agent, tree in zip(range(len(world.agents)) if agents is None else agents, grown, strict=True):
         name = world.agents[agent]
-        given = (world.features[agent], world.actions[agent], deployed(tree), tree)
-        found.append(ir.AgentPolicy(name, world.team_of(name), *given))
+        kept = None if isinstance(tree, SummedTree) else tree
+        given = (world.features[agent], world.actions[agent], deployed(tree), kept)
+        outputs = world.outputs[agent] if world.outputs else ()
+        found.append(ir.AgentPolicy(name, world.team_of(name), *given, outputs=outputs))
     return tuple(found)
 
 

@@ -15,7 +15,9 @@ import numpy as np
 from codegen import ir
 from codegen.intervals import Share
 from codegen.ir import Float32, Float64
+from codegen.paths import size
 from maviper.episodes import measures
+from maviper.episodes.likeness import likeness
 from maviper.episodes.measures import Estimate
 from maviper.episodes.play import Controller, Episodes, play
 from maviper.evaluation.bootstrap import DRAWS, counts
@@ -100,8 +102,8 @@ class Uniform:
 
     def __init__(self, world: World, seeds: Sequence[int] = ()) -> None:
         self.world = world
-        shape = (world.spec.episode_steps, len(world.agents))
-        # all steps of one episode from one generator, [batch, steps, n_agents]
+        shape = (world.spec.episode_steps, *world.acting_shape)
+        # all steps of one episode from one generator, [batch, steps, n_agents] or, of numbers, [..., n_outputs]
         drawn = [np.random.default_rng([UNIFORM_SEED, seed]).random(shape) for seed in seeds]
         self._steps: Iterator[Float64] = iter(np.array(drawn).reshape(-1, *shape).swapaxes(0, 1))
 
@@ -258,6 +260,7 @@ class TreeFacts:
     """One agent's tree at work. States are those of episodes in which all agents are the subject, or the expert."""
 
     leaves: int
+    numbers: int | None  # that stand in its tests and leaves; None: each has one
     depth: int  # comparisons of the longest decision
     comparisons: Interval  # of a decision in its own states
     fidelity_own: Interval | None  # share of its own states in which it acts as the expert would
@@ -265,8 +268,8 @@ class TreeFacts:
 
 
 def decisions(trees: Mapping[int, ir.AgentPolicy], episodes: Episodes, wanted: Int | None) -> Float64:
-    """For each tree its mean comparisons per decision and the share of the actions `wanted` that it takes, or NaN,
-    [2, n_trees, batch], over the steps in which its agent acts. `wanted`: [steps, batch, n_agents].
+    """For each tree its mean comparisons per decision and how like its actions are to those `wanted`, or NaN,
+    [2, n_trees, batch], over the steps in which its agent acts. `wanted`: as `Episodes.actions`.
     """
     facts = np.full((2, len(trees), episodes.actions.shape[1]), np.nan)
     for row, (agent, policy) in enumerate(trees.items()):
@@ -275,8 +278,10 @@ def decisions(trees: Mapping[int, ir.AgentPolicy], episodes: Episodes, wanted: I
         steps = alive[..., agent].sum(axis=0)
         facts[0, row] = (ir.depth(policy.tree)[leaf] * alive[..., agent]).sum(axis=0) / steps
         if wanted is not None:
-            right = policy.tree.action[leaf] == wanted[..., agent]
-            facts[1, row] = (right & alive[..., agent]).sum(axis=0) / steps
+            flat = seen.reshape(-1, seen.shape[-1])
+            acted = ir.outputs(policy, flat).reshape(*leaf.shape, -1) if policy.outputs else policy.tree.action[leaf]
+            right = likeness(policy.outputs, acted, wanted[:, :, agent])
+            facts[1, row] = (right * alive[..., agent]).sum(axis=0) / steps
     return facts
 
 
@@ -286,7 +291,8 @@ def tree_facts(trees: Mapping[int, ir.AgentPolicy], own: Float64, expert: Float6
     for row, policy in enumerate(trees.values()):
         depth = int(ir.depth(policy.tree).max())
         fidelity = (None, None) if expert is None else (_within(own[1, row], 1.0), _within(expert[1, row], 1.0))
-        facts[policy.agent] = TreeFacts(len(ir.leaves(policy.tree)), depth, _within(own[0, row], depth), *fidelity)
+        sizes = len(ir.leaves(policy.tree)), size(policy) if policy.tree.arithmetic else None
+        facts[policy.agent] = TreeFacts(*sizes, depth, _within(own[0, row], depth), *fidelity)
     return facts
 
 

@@ -63,7 +63,7 @@ def find_player(text: str, where: str, world: World | None) -> tuple[Player, Wor
         )
     named = world.name if world and (named_by_user(world.name) or is_file(text)) else None
     try:
-        expert, played = find_expert(text, world=named)
+        expert, played = find_expert(text, world=named, giving=True)
     except UnknownNameError as error:
         if not error.where.startswith("neither"):  # a world's option, say
             raise
@@ -87,7 +87,7 @@ def _holds_json(path: Path) -> bool:
 
 
 def _profile(text: str, where: str, world: World | None) -> tuple[Player, World]:
-    profile = load(text)
+    profile = load(text, sums=True)
     played = world or matching_world(profile)
     if played is None:
         if not_ours(profile.world):

@@ -13,6 +13,7 @@ from typing import Any, Unpack
 
 from codegen import ir
 from codegen.errors import InputError, UnknownNameError
+from codegen.wording import counted
 from maviper.console import LABEL_WIDTH
 from maviper.episodes import measures
 from maviper.episodes.play import Controller, Episodes, points
@@ -119,7 +120,7 @@ def ensure_episodes(episodes: int) -> None:
 
 
 def _wanted(expert: Controller, episodes: Episodes) -> Int:
-    """The expert's actions in the states of episodes, [steps, batch, n_agents]."""
+    """The expert's actions in the states of episodes, as `Episodes.actions`."""
     observations, state = points(episodes)
     return expert.act(range(len(observations)), observations, state).reshape(episodes.actions.shape)
 
@@ -150,7 +151,7 @@ class Request:
 def request(text: str, **options: Unpack[EvaluateOptions]) -> Request:
     """Finds everything that is named. InputError for what cannot be used."""
     asked = requested(EvaluateOptions, options)
-    given = None if asked.world is None else find(asked.world)
+    given = None if asked.world is None else find(asked.world, giving=True)
     subject, world = find_player(text, "SUBJECT", given)
     replaced = dict(_replacement(item, world) for item in asked.replaced)
     expert = None if asked.expert is None else find_player(asked.expert, "--expert", world)[0]
@@ -262,7 +263,8 @@ def _trees(facts: Mapping[str, TreeFacts]) -> list[list[str]]:
     head = ["tree", "leaves", "depth", "comparisons per decision"]
     table = [head + ["fidelity in its own states", "in the expert's states"] * compared]
     for agent, tree in facts.items():
-        row = [agent, str(tree.leaves), str(tree.depth), f"{tree.comparisons}, worst {tree.depth}"]
+        leaves = str(tree.leaves) if tree.numbers is None else f"{tree.leaves} of {counted(tree.numbers, 'number')}"
+        row = [agent, leaves, str(tree.depth), f"{tree.comparisons}, worst {tree.depth}"]
         table.append(row + [_or(tree.fidelity_own, ""), _or(tree.fidelity_expert, "")] * compared)
     return table
 
@@ -336,6 +338,7 @@ def _cause(row: Causes) -> dict[str, Any]:
 def _tree(tree: TreeFacts) -> dict[str, Any]:
     return {
         "leaves": tree.leaves,
+        **({} if tree.numbers is None else {"numbers": tree.numbers}),
         "depth": tree.depth,
         "comparisons": _plain(tree.comparisons),
         "most_comparisons": tree.depth,

@@ -16,6 +16,7 @@ from maviper.experts.measured import Measured
 from maviper.experts.scripted import is_script, scripted
 from maviper.experts.wrapped import Narrowed, Unweighted, lawful_expert
 from maviper.worlds import WORLDS, ParticleWorld, World, built_in, find
+from maviper.worlds.outside.acting import refuse_numbers
 from maviper.worlds.outside.sources import named_by_user, parse_source
 from maviper.worlds.world import FEATURES, plain_name
 
@@ -23,16 +24,23 @@ LEARNED, MEASURED, NONE = "learned", "measured", "none"
 CRITICS = (LEARNED, MEASURED, NONE)
 
 
-def find_expert(text: str, critic: str = LEARNED, world: str | None = None, features: str = "") -> tuple[Expert, World]:
+def find_expert(
+    text: str, critic: str = LEARNED, world: str | None = None, features: str = "", giving: bool = False
+) -> tuple[Expert, World]:
     """The expert and the world that it plays. `critic`: `learned`, the expert's own where it has one, or `measured`.
     `world`: where the expert's file cannot say it, a user's environment. `features`: groups that agents shall observe
-    beyond what the expert does.
+    beyond what the expert does. `giving`: as for `find`.
     """
     if critic not in CRITICS:
         raise UnknownNameError("critic", critic, CRITICS, "--critic")
-    expert, played = _found(text, None if world is None else find(world))
+    expert, played = _found(text, None if world is None else find(world, giving))
+    if played.outputs and not giving:
+        raise refuse_numbers(played.name)
     if features:
         expert, played = seeing(expert, played, features)
+    if critic == MEASURED and played.outputs:
+        what = "Q cannot be measured where agents give numbers: there is no end of actions to play"
+        raise InputError(what, played.name, "leave --critic out: all states weigh the same")
     if critic == MEASURED and played.masked:
         what = "Q cannot be measured where actions may be illegal: every action would be played"
         raise InputError(what, played.name, "choose --critic learned or none")

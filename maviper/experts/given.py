@@ -19,7 +19,7 @@ from maviper.worlds import World
 from maviper.worlds.outside.making import import_maker
 from maviper.worlds.outside.silence import output_aside
 from maviper.worlds.outside.sources import Source, fault
-from maviper.worlds.world import Int
+from maviper.worlds.world import Int, bounds
 
 MEMBERS = ("world", "agents", "act", "q")
 FIX = "fix it there"
@@ -55,6 +55,8 @@ class Given(Wrapped):
     def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
         """As `Controller.act`."""
         actions = self._asked("act", agents, observations, state)
+        if self.world.outputs:
+            return self._numbers(actions, len(observations[0]), agents)
         wanted = (len(observations[0]), len(agents))
         if actions.dtype.kind not in "iu":
             what = f"act of your expert returns {_kind(actions)}, not numbers of actions"
@@ -75,6 +77,21 @@ class Given(Wrapped):
                 raise InputError(what, self.source.text, f"its actions are 0 to {n - 1}: {_named(self.world, agent)}")
             actions[wrong, place] = 0  # of who no longer acts, which means nothing
         return actions.astype(np.int64)
+
+    def _numbers(self, given: Any, batch: int, agents: Sequence[int]) -> Any:
+        """What it gives, [batch, len(agents), n_outputs], as float32; InputError where that is something else."""
+        outputs = self.world.outputs
+        wanted = (batch, len(agents), max(len(outputs[agent]) for agent in agents))
+        fits = given.ndim == 3 and given.shape[:2] == wanted[:2] and given.shape[2] >= wanted[2]
+        if given.dtype.kind not in "fiu" or not fits or not np.isfinite(given).all():
+            seen = _kind(given) if fits else f"shape {given.shape}"
+            what = f"act of your expert returns {seen}, not finite numbers of shape {wanted}"
+            raise InputError(what, self.source.text, "return the numbers of each agent, zeros behind those of few")
+        found = np.zeros(wanted, np.float32)
+        for place, agent in enumerate(agents):
+            low, high = bounds(outputs[agent])
+            found[:, place, : len(low)] = np.clip(given[:, place, : len(low)], low, high)
+        return found
 
     def q(self, agent: int, observations: Sequence[Float32], state: Any, joint: Int, given: Int) -> Float64:
         """As `Expert.q`."""

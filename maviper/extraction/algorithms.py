@@ -16,7 +16,20 @@ from maviper.episodes.trees import agent_policies
 from maviper.experts.expert import Expert
 from maviper.experts.wrapped import lawful_expert
 from maviper.extraction import dagger, fitted_q, rgmdt
-from maviper.extraction.bundles import AGENT, FITTED_Q, IMITATION, IVIPER, RGMDT, TEAM, VIPER, grouped
+from maviper.extraction.bundles import (
+    AGENT,
+    BEST_RESPONSE,
+    EQUAL,
+    FITTED_Q,
+    IMITATION,
+    IVIPER,
+    NO_VOTES,
+    RESPONSE,
+    RGMDT,
+    TEAM,
+    VIPER,
+    grouped,
+)
 from maviper.extraction.examples import NO_EXAMPLES, Examples
 from maviper.extraction.extraction import QUIETLY, Extraction, Running
 from maviper.extraction.journal import NOTHING_KEPT, Journal
@@ -24,7 +37,7 @@ from maviper.extraction.outcome import profile_of
 from maviper.extraction.released import released
 from maviper.extraction.selection import refine
 from maviper.extraction.selection.selection import Selection
-from maviper.extraction.settings import RELEASED, Settings
+from maviper.extraction.settings import DIFFERENCES, RELEASED, Settings
 from maviper.files.jobs import side_by_side
 from maviper.worlds import World
 
@@ -70,6 +83,7 @@ def check(world: World, settings: Settings, examples: Examples) -> None:
     released.check(world, settings)
     _check_masks(world, settings)
     _check_shared(world, settings)
+    _check_outputs(world, settings)
     learns = {FITTED_Q: "rewards", RGMDT: "the expert's Q"}.get(settings.algorithm)
     if len(examples) and learns:
         what = f"{settings.algorithm} learns from {learns}, not from labelled states"
@@ -81,6 +95,8 @@ def _check_masks(world: World, settings: Settings) -> None:
     if not world.masked:
         return
     where = f"{world.name}: its actions have masks"
+    if settings.splits == DIFFERENCES:
+        raise InputError("--splits differences takes no heed of illegal actions", where, "choose --splits histogram")
     if settings.algorithm in (FITTED_Q, RGMDT):
         raise InputError(f"{settings.algorithm} takes no heed of illegal actions", where, "choose another --algorithm")
     if settings.preset == RELEASED:
@@ -89,6 +105,27 @@ def _check_masks(world: World, settings: Settings) -> None:
         if settings.max_depth + len(choices) - 1 > ir.MAX_DEPTH:
             what = f"{agent} has {counted(len(choices), 'action')}: with tests of their mask a tree may be too deep"
             raise InputError(what, where, f"depth and actions together may be {ir.MAX_DEPTH + 1}")
+
+
+def _check_outputs(world: World, settings: Settings) -> None:
+    """InputError for what needs numbered actions where agents give numbers, and for leaves of numbers elsewhere."""
+    if not world.outputs:
+        if settings.leaf:
+            what, advice = "--leaves is for continuous actions, and these are numbered", "leave it out"
+            raise InputError(what, world.name, advice)
+        return
+    where = f"{world.name}: its agents give numbers"
+    unfit = {
+        "--algorithm": (settings.algorithm in (FITTED_Q, RGMDT, BEST_RESPONSE), "it compares numbered actions"),
+        "--preset released": (settings.preset == RELEASED, "the authors' code has numbered actions alone"),
+        "--labels": (settings.labels == RESPONSE, "a best reply is one of numbered actions"),
+        "--weights": (settings.weights != EQUAL, "a weight compares the Q of numbered actions"),
+        "--least-right": (settings.least_right != NO_VOTES, "votes count equal actions"),
+        "--refinement-episodes": (settings.refinement > 0, "refinement tries other numbered actions"),
+    }
+    for option, (wrong, why) in unfit.items():
+        if wrong:
+            raise InputError(f"{option} cannot be used with continuous actions: {why}", where, "leave it out")
 
 
 def _check_shared(world: World, settings: Settings) -> None:

@@ -16,6 +16,7 @@ import numpy as np
 from codegen import ir
 from codegen.errors import InputError
 from codegen.ir import Float32, Float64, GrownTree
+from maviper.episodes.likeness import likeness
 from maviper.episodes.play import Controller
 from maviper.episodes.trees import agent_policies, among
 from maviper.experts.wrapped import critic_of
@@ -311,13 +312,15 @@ def accuracies(world: World, data: Dataset, trees: Mapping[int, GrownTree], team
     """The share of a data set's points in which all members act as the expert, and the product of each one's share."""
     members = world.members(team)
     together = data.alive[:, members].all(axis=1)
-    right = [
-        trees[agent].action[ir.apply(trees[agent], data.observations[agent][together])] == data.labels[together, agent]
-        for agent in members
-    ]
     if not together.any():
         return 1.0, 1.0
-    return float(np.all(right, axis=0).mean()), float(np.prod([each.mean() for each in right]))
+    policies = agent_policies(world, [trees[agent] for agent in members], members)
+    right: list[Float64] = []
+    for agent, policy in zip(members, policies, strict=True):
+        seen, wanted = data.observations[agent][together], data.labels[together, agent]
+        acted = ir.outputs(policy, seen) if policy.outputs else ir.act(policy, seen)
+        right.append(likeness(policy.outputs, acted, wanted))
+    return float(np.min(right, axis=0).mean()), float(np.prod([each.mean() for each in right]))
 
 
 def grow_teams(

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from codegen.ir import Bool, Float32, Float64
+from maviper.episodes.likeness import likeness
 from maviper.episodes.play import Controller, points, rollout
 from maviper.experts.expert import Expert, labels
 from maviper.worlds import World
@@ -27,7 +28,7 @@ class Dataset:
     """`n` points, in the order in which they were met."""
 
     observations: tuple[Float32, ...]  # per agent [n, n_features]
-    labels: Int  # [n, n_agents] the expert's actions
+    labels: Any  # [n, n_agents] the expert's actions; or its numbers, [n, n_agents, n_outputs] float32
     weights: Float64  # [n, n_agents] each agent's resampling weight, >= 0; 0 where it takes no part
     alive: Bool  # [n, n_agents] who takes part
 
@@ -63,7 +64,7 @@ class Met:
 
     data: Dataset
     values: Mapping[str, Float64]
-    fidelity: float  # share of the actions of the agents that the rollouts were about
+    fidelity: float  # how like the expert's actions are those of the agents that the rollouts were about
 
     def arrays(self) -> dict[str, np.ndarray]:
         """As named arrays."""
@@ -95,11 +96,11 @@ def collect(
     mine = list(agents)
     datasets: list[Dataset] = []
     values: dict[str, list[Float64]] = {world.team_of(world.agents[agent]): [] for agent in agents}
-    agreed = asked = 0
+    agreed, asked = 0.0, 0
     for episodes in rollout(world, controllers, seeds):
         observations, state = points(episodes)
-        acted = episodes.actions.reshape(-1, len(world.agents))
-        alive = episodes.alive.reshape(acted.shape)
+        acted = episodes.actions.reshape(-1, *episodes.actions.shape[2:])
+        alive = episodes.alive.reshape(acted.shape[:2])
         some = alive[:, mine].any(axis=1)
         if not some.all():
             observations, state = tuple(seen[some] for seen in observations), state[some]
@@ -107,7 +108,9 @@ def collect(
         wanted = labels(expert, observations, state)
         given = weigh(observations, state, wanted) * alive[:, mine]
         datasets.append(Dataset(observations, wanted, given, alive))
-        agreed += int((acted == wanted)[:, mine][alive[:, mine]].sum())
+        for agent in mine:
+            outputs, rows = world.outputs[agent] if world.outputs else (), alive[:, agent]
+            agreed += float(likeness(outputs, acted[rows, agent], wanted[rows, agent]).sum())
         asked += int(alive[:, mine].sum())
         for team, rows in values.items():
             rows.append(episodes.values[world.measures.index(world.primary(team))])

@@ -17,7 +17,7 @@ import numpy as np
 from codegen.ir import Bool, Float32, Float64, GrownTree
 from maviper.experts.expert import AS_GIVEN, Expert
 from maviper.extraction.dataset import Dataset
-from maviper.extraction.selection.stack import Stack
+from maviper.extraction.selection.stack import stacked
 from maviper.worlds import World
 from maviper.worlds.world import Int
 from verify.claims.formula import Formula, Or
@@ -47,7 +47,8 @@ class Lesson:
         for agent, name in enumerate(world.agents):
             acted = self.labels[:, agent]
             if agent in trees:
-                acted = Stack.of([trees[agent]]).act(np.zeros(len(self), dtype=np.int64), self.observations[agent])
+                only = np.zeros(len(self), dtype=np.int64)
+                acted = stacked(world, agent, [trees[agent]]).act(only, self.observations[agent])
             actions[name] = acted.astype(np.int32)
         return Batch(self.columns, len(self)).holds(self.claim, actions)
 

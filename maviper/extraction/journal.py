@@ -14,6 +14,7 @@ import numpy as np
 
 from codegen.errors import InputError
 from codegen.ir import GrownTree
+from codegen.lowering.deploy import SummedTree
 from maviper.extraction.dataset import Met
 from maviper.files import runs
 
@@ -66,12 +67,15 @@ def pack_trees(trees: Sequence[GrownTree]) -> dict[str, np.ndarray]:
     return {
         f"{place:03d}.{item.name}": getattr(tree, item.name)
         for place, tree in enumerate(trees)
-        for item in fields(GrownTree)
+        for item in fields(tree)
     }
 
 
 def unpack_trees(arrays: Arrays) -> list[GrownTree]:
     """The trees of `pack_trees`."""
-    names = [item.name for item in fields(GrownTree)]
     places = sorted({key.partition(".")[0] for key in arrays})
-    return [GrownTree(*(arrays[f"{place}.{name}"] for name in names)) for place in places]
+    found: list[GrownTree] = []
+    for place in places:
+        kind = SummedTree if f"{place}.tests" in arrays else GrownTree
+        found.append(kind(*(arrays[f"{place}.{item.name}"] for item in fields(kind))))
+    return found

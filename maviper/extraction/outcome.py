@@ -78,7 +78,7 @@ def profile_of(
     training["expert_algorithm"] = str(expert.card.get("algorithm", "unknown"))
     if settings.algorithm in DESCRIBED:
         training["source"] = DESCRIBED[settings.algorithm]
-    often_unsaid = ("agent", "measure", "critic_reward", "share", "max_leaves", "explore", "undo")
+    often_unsaid = ("agent", "measure", "critic_reward", "share", "max_leaves", "leaf", "explore", "undo")
     unsaid = [name for name in often_unsaid if not training[name]]
     # an algorithm's name says the rest; of votes, the number is said too
     counted = settings.preset != RELEASED and BUNDLES[settings.algorithm]["least_right"] != NO_VOTES

@@ -89,7 +89,8 @@ class Found(NamedTuple):
 
 def _find(expert: str, options: Request, console: Console) -> Found:
     features = options.features
-    loaded, world = find_expert(expert, options.critic, options.world, "" if features == AUTOMATIC else features)
+    seen = "" if features == AUTOMATIC else features
+    loaded, world = find_expert(expert, options.critic, options.world, seen, giving=True)
     settings = Settings.of(options.settings, world)
     settings.judged(world)  # whether there is such a measure
     if features == AUTOMATIC:

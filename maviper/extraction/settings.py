@@ -18,6 +18,7 @@ from maviper.episodes import measures
 from maviper.extraction.bundles import (
     ACCIDENTS,
     AGENT,
+    EQUAL,
     FITTED_Q,
     IMITATION,
     IVIPER,
@@ -48,7 +49,10 @@ from maviper.options.refusals import DEPTH, RELEASED, ensure_together, option_of
 from maviper.worlds import World
 
 EXACT, HISTOGRAM = "exact", "histogram"
-SPLITS = (EXACT, HISTOGRAM)
+DIFFERENCES = "differences"  # a histogram that has differences of two features too
+SPLITS = (EXACT, HISTOGRAM, DIFFERENCES)
+CONSTANT, LINEAR = "constant", "linear"
+LEAVES = ("", CONSTANT, LINEAR)  # "": leaves have actions
 SELECTIONS = (UNIFORM, RETURN, RACE)
 PAPER, DEFAULT = "paper", "default"
 REFINEMENT = 300_000
@@ -101,7 +105,8 @@ class Settings:
 
     algorithm: str = MAVIPER
     preset: str = PAPER
-    splits: str = EXACT  # how a split is searched: every threshold, or the bins of a histogram
+    splits: str = EXACT  # how a split is searched: every threshold, or the bins of a histogram; and of what
+    leaf: str = ""  # what leaves give where agents give numbers; "": they have actions
     max_depth: int = 4
     iterations: int = 100
     rollouts: int = 50  # episodes per iteration
@@ -139,7 +144,9 @@ class Settings:
         said = {name: value for name, value in given.items() if value is not None}
         usual = {"preset": preset, **PROTOCOL.get(algorithm, {}), **PRESETS[preset]}
         usual |= papers(algorithm, world) if preset == PAPER else {}
+        summed = said.get("splits") == DIFFERENCES
         unrefined = (world is not None and world.games is not None) or said.get("max_leaves") or said.get("share")
+        unrefined = unrefined or summed
         usual |= {"refinement": 0} if unrefined else {}
         if said.get("budget"):
             both = [option_of(name) for name in DEALT if name in said]
@@ -149,6 +156,8 @@ class Settings:
                 )
         selection = said.get("selection", usual["selection"])
         usual |= bundle(algorithm, selection, said.get("share", NOTHING)) if selection in SELECTIONS else {}
+        if world is not None and world.outputs:
+            usual |= {"leaf": CONSTANT, "weights": EQUAL, "least_right": NO_VOTES, "refinement": 0}
         return Settings(**{**usual, **said})._ensured()
 
     def filled(self) -> "Settings":
@@ -207,7 +216,8 @@ class Settings:
         runs, loops = (len(grouped(world, by, agents)) for by in (self.rollouts_by, self.together))
         alone = self.selection_by == AGENT  # then candidates are scored for each agent, otherwise for each team
         sides = len(agents) if alone else len(world.teams)
-        large = self.budget >= LARGE_BUDGET and world.games is None and not self.max_leaves and not self.share
+        plain = not self.max_leaves and not self.share and not self.leaf and self.splits != DIFFERENCES
+        large = self.budget >= LARGE_BUDGET and world.games is None and plain
         rollouts = min(MAX_ROLLOUTS, self.budget // 2)
         selection = rollouts if large else self.budget - rollouts
         iterations = max(1, round((rollouts / runs / EPISODES_AN_ITERATION) ** 0.5))
@@ -242,7 +252,7 @@ class Settings:
 
     def _ensured(self) -> "Settings":
         self._check_names({"algorithm": KNOWN, "preset": PRESETS, "splits": SPLITS, "selection": SELECTIONS})
-        self._check_names({"share": SHARES})
+        self._check_names({"share": SHARES, "leaf": LEAVES})
         self._check_names({"labels": LABELS, "rollouts_by": ROLLOUTS_BY})
         self._check_names({"weights": WEIGHTS, "selection_by": SELECTION_BY})
         for name in ("refinement", "budget"):

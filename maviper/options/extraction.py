@@ -35,7 +35,25 @@ class ExtractOptions(TypedDict, total=False):
         str | None, Option(None, WHAT, "team: one tree for all agents of a team, whose spaces must be equal.", "WHO")
     ]
     agent: Annotated[str | None, Option(None, WHAT, "The agent to extract, for viper.", "NAME")]
-    splits: Annotated[str | None, Option(None, WHAT, "exact or histogram (default: the preset's).", "NAME")]
+    splits: Annotated[
+        str | None,
+        Option(
+            None,
+            WHAT,
+            "exact or histogram (default: the preset's); differences: of two features too, by histogram.",
+            "NAME",
+        ),
+    ]
+    leaves: Annotated[
+        str | None,
+        Option(
+            None,
+            WHAT,
+            "Of continuous actions: constant (the default) or linear, a sum of features for each output.",
+            "NAME",
+            setting="leaf",
+        ),
+    ]
     labels: Annotated[
         str | None,
         Option(

@@ -158,6 +158,20 @@ REFUSALS = (
         "{who} grows a tree for each agent alone",
         SHARING,
     ),
+    Refusal(
+        ("splits",),
+        {"algorithm": (FITTED_Q, RGMDT), "preset": (RELEASED,)},
+        "{who} tests single features",
+        "choose --splits exact or histogram, or another algorithm",
+        ("differences",),
+    ),
+    Refusal(
+        ("splits",),
+        {"refinement": AllBut([0])},
+        "refinement changes tests of single features",
+        "leave --refinement-episodes out, or choose --splits histogram",
+        ("differences",),
+    ),
     Refusal(("share",), {"refinement": AllBut([0])}, "refinement changes the trees of a team one by one", SHARING),
     Refusal(
         ("share",),

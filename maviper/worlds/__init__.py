@@ -19,6 +19,7 @@ from maviper.worlds.games.coordination import Coordination
 from maviper.worlds.games.particle import ParticleWorld, WorldState
 from maviper.worlds.games.physical_deception import PhysicalDeception
 from maviper.worlds.games.predator_prey import PredatorPrey
+from maviper.worlds.outside.acting import refuse_numbers
 from maviper.worlds.outside.making import add_maker
 from maviper.worlds.outside.sources import SYSTEM, VMAS, named_by_user, parse_source
 from maviper.worlds.world import Measure, World
@@ -47,11 +48,20 @@ def _stated(file: str) -> Callable[..., Any]:
 add_maker(SYSTEM, _stated)
 
 
-def find(name: str) -> World:
+def find(name: str, giving: bool = False) -> World:
     """The world of that name and options; UnknownNameError with the closest match, or InputError, otherwise.
 
-    `module:function` imports and runs a user's code, so a name that a data file states goes to `built_in` instead.
+    `giving`: whether its agents may give numbers in place of choosing among actions. Whoever asks says so: elsewhere
+    such a world is refused. `module:function` imports and runs a user's code, so a name that a data file states goes to
+    `built_in` instead.
     """
+    found = _found(name)
+    if found.outputs and not giving:
+        raise refuse_numbers(name)
+    return found
+
+
+def _found(name: str) -> World:
     if not named_by_user(name):
         if OF_GYMNASIUM.fullmatch(name.partition(",")[0]):
             what = f"unknown world '{name}'"

@@ -20,6 +20,7 @@ from codegen.wording import counted
 from maviper.files import runs
 from maviper.worlds import World, built_in
 from maviper.worlds.findings import Finding, Mark, usable
+from maviper.worlds.outside.acting import random_actions, width
 from maviper.worlds.outside.making import import_maker, make_environment
 from maviper.worlds.outside.pettingzoo import PROBE_STEPS, PettingZooWorld, faults
 from maviper.worlds.outside.processes import Copy
@@ -191,8 +192,10 @@ def _built_in(name: str) -> Iterator[Finding]:
 def _spaces(env: Any) -> Iterator[Finding]:
     agents = env.possible_agents
     yield Finding(Mark.OK, f"agents: {', '.join(map(str, agents))}")
-    n_actions = ", ".join(str(space(env, "action", agent).n) for agent in agents)
-    yield Finding(Mark.OK, f"actions: Discrete, {n_actions}")
+    choices = [space(env, "action", agent) for agent in agents]
+    given = [width(each) for each in choices]
+    counts = ", ".join(map(str, given if any(given) else [each.n for each in choices]))
+    yield Finding(Mark.OK, f"actions: {'numbers within bounds' if any(given) else 'Discrete'}, {counts}")
     sizes = ", ".join(str(space(env, "observation", agent).shape[0]) for agent in agents)
     yield Finding(Mark.OK, f"observations: vectors of {sizes} numbers")
 
@@ -257,14 +260,14 @@ def _meanings(world: World) -> Iterator[Finding]:
 # --- playing
 
 
-Player = Callable[[int, Sequence[list[int]]], list[Outcome]]  # the episode of a seed and of all agents' actions
+Player = Callable[[int, Sequence[list[Any]]], list[Outcome]]  # the episode of a seed and of all agents' actions
 
 
 def _play(env: Any, world: World, play: Player, fresh: Copy) -> Iterator[Finding]:
     """A random episode, after the beginning of another, and the same one in a fresh copy."""
     rng = np.random.default_rng(0)
-    sizes = [len(choices) for choices in world.actions]
-    actions = rng.integers(sizes, size=(min(world.spec.episode_steps, PROBE_STEPS), len(sizes))).tolist()
+    choices = [space(env, "action", agent) for agent in env.possible_agents]
+    actions = random_actions(choices, rng, min(world.spec.episode_steps, PROBE_STEPS))
     play(0, actions[:FIRST_STEPS])
     played = play(SEED, actions)
     ended = next((step for step, outcome in enumerate(played) if all(outcome.done)), None)
@@ -284,14 +287,14 @@ def _play(env: Any, world: World, play: Player, fresh: Copy) -> Iterator[Finding
         yield Finding(Mark.WRONG, f"repeats: the same seed and actions give another episode from {place} on", advice)
 
 
-def _by_copy(copy: Copy, seed: int, actions: Sequence[list[int]]) -> list[Outcome]:
+def _by_copy(copy: Copy, seed: int, actions: Sequence[list[Any]]) -> list[Outcome]:
     found = [copy.ask("reset", seed)]
     for acted in actions:
         found.append(copy.ask("step", copy.lawful(acted, found[-1])))
     return found
 
 
-def _by_world(world: PettingZooWorld, seed: int, actions: Sequence[list[int]]) -> list[Outcome]:
+def _by_world(world: PettingZooWorld, seed: int, actions: Sequence[list[Any]]) -> list[Outcome]:
     """By the world's own copy, in whatever process that lives."""
     sizes = [len(choices) for choices in world.actions]
     state = world.start_from_seeds([seed])
@@ -299,9 +302,19 @@ def _by_world(world: PettingZooWorld, seed: int, actions: Sequence[list[int]]) -
     for acted in [*actions, None]:
         others = (part[0].tolist() for part in (state.rewards, state.done, state.terminated, state.acting))
         found.append(Outcome([seen[0] for seen in state.observations], *others))
-        if acted is not None:
+        if acted is not None and world.outputs:
+            state = world.step(state, _padded(acted, world))
+        elif acted is not None:
             drawn = world.drawn(range(len(acted)), state.observations, (np.array([acted]) + 0.5) / sizes)
             state = world.step(state, drawn)
+    return found
+
+
+def _padded(acted: Sequence[Sequence[float]], world: World) -> Any:
+    """One game's numbers as all agents give them, [1, n_agents, n_outputs]."""
+    found = np.zeros((1, *world.acting_shape), np.float32)
+    for agent, given in enumerate(acted):
+        found[0, agent, : len(given)] = given
     return found
 
 

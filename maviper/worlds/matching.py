@@ -64,9 +64,18 @@ def plays(profile: ir.PolicyProfile, world: World) -> bool:
     """
     facts = profile.provenance.training
     named, own = FEATURES_FILE in facts, OWN_NAMES in facts
+    everything = zip(
+        world.agents, world.features, world.actions, world.outputs or [()] * len(world.agents), strict=True
+    )
     ours = [
-        (agent, world.team_of(agent), len(features) if named else _nameless(features, own), _nameless(actions, own))
-        for agent, features, actions in zip(world.agents, world.features, world.actions, strict=True)
+        (
+            agent,
+            world.team_of(agent),
+            len(features) if named else _nameless(features, own),
+            _nameless(actions, own),
+            outputs,
+        )
+        for agent, features, actions, outputs in everything
     ]
     theirs = [
         (
@@ -74,6 +83,7 @@ def plays(profile: ir.PolicyProfile, world: World) -> bool:
             policy.team,
             len(policy.features) if named else _nameless(policy.features, own),
             _nameless(policy.actions, own),
+            policy.outputs,
         )
         for policy in profile.agents
     ]

@@ -1,8 +1,8 @@
 """What a world is: agents in teams that observe, act and are measured, many games at once.
 
 Does: states what extraction, training and evaluation may ask of a game, ours or a user's.
-Assumes: discrete actions, vector observations, episodes of a fixed length at most; an agent whose episode has ended
-  before takes no part in the rest.
+Assumes: vector observations; numbered actions, or numbers within bounds from every agent; episodes of a fixed length at
+  most; an agent whose episode has ended before takes no part in the rest.
 Does not: know any game.
 """
 
@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from codegen.errors import InputError, UnknownNameError
-from codegen.ir import ActionSpec, Bool, FeatureSpec, Float32, Float64, WorldSpec
+from codegen.ir import ActionSpec, Bool, FeatureSpec, Float32, Float64, OutputSpec, WorldSpec
 from codegen.legality import LEGAL, Mask, mask_of
 
 Int = npt.NDArray[np.integer[Any]]
@@ -74,6 +74,20 @@ def drawn_legally(mask: Mask, obs: Float32, uniform: Float64) -> Int:
     return order[np.arange(len(obs)), (uniform * legal.sum(axis=1)).astype(np.int64)]
 
 
+def _within_bounds(outputs: Sequence[Sequence[OutputSpec]], uniform: Float64) -> Float32:
+    """Numbers within bounds, as the draws [batch, agents, n_outputs]; 0 for outputs that an agent has not."""
+    found = np.zeros(uniform.shape, np.float32)
+    for place, each in enumerate(outputs):
+        low, high = bounds(each)
+        found[:, place, : len(each)] = low + uniform[:, place, : len(each)] * (high - low)
+    return found
+
+
+def bounds(outputs: Sequence[OutputSpec]) -> tuple[Float64, Float64]:
+    """The low and the high ends of an agent's outputs, each [n_outputs]. Assumes that they have both."""
+    return np.array([each.low for each in outputs], np.float64), np.array([each.high for each in outputs], np.float64)
+
+
 def world_name(spec: WorldSpec) -> str:
     """The game's name with its options, as the command line reads it."""
     return ",".join([spec.name, *(f"{key}={value}" for key, value in sorted(spec.options.items()))])
@@ -98,7 +112,8 @@ class World(ABC):
     spec: WorldSpec
     teams: Mapping[str, tuple[str, ...]]  # team -> its agents, in the order of `agents`
     features: tuple[tuple[FeatureSpec, ...], ...]  # per agent
-    actions: tuple[tuple[ActionSpec, ...], ...]  # per agent
+    actions: tuple[tuple[ActionSpec, ...], ...]  # per agent; each () where agents give numbers
+    outputs: tuple[tuple[OutputSpec, ...], ...] = ()  # per agent, the numbers that it gives; (): agents have actions
     measures: tuple[Measure, ...]  # the first of each team is its primary one, if `judged_by` names no other
     beside: tuple[Measure, ...] = ()  # told beside these where teams are evaluated; nothing is chosen by them
     return_first: tuple[str, ...] = ()  # teams that are to be read by their return first
@@ -128,10 +143,17 @@ class World(ABC):
         """The features that tell which actions of an agent are legal; None: all are, always."""
         return mask_of(self.features[agent], self.actions[agent])
 
-    def drawn(self, agents: Sequence[int], observations: Sequence[Float32], uniform: Float64) -> Int:
-        """Random actions of some agents, [batch, len(agents)], legal ones where they have masks. `uniform`: the draws,
-        of the same shape, in [0, 1).
+    @property
+    def acting_shape(self) -> tuple[int, ...]:
+        """The shape of everybody's actions in one state: (n_agents,), or (n_agents, most outputs of an agent)."""
+        return (len(self.agents), *((max(map(len, self.outputs)),) if self.outputs else ()))
+
+    def drawn(self, agents: Sequence[int], observations: Sequence[Float32], uniform: Float64) -> Any:
+        """Random actions of some agents, [batch, len(agents)], legal ones where they have masks; or numbers within
+        bounds, [batch, len(agents), n_outputs]. `uniform`: the draws, of the same shape, in [0, 1).
         """
+        if self.outputs:
+            return _within_bounds([self.outputs[agent] for agent in agents], uniform)
         columns: list[Int] = []
         for agent, draws in zip(agents, uniform.T, strict=True):
             mask = self.mask(agent)
@@ -172,7 +194,7 @@ class World(ABC):
 
     @abstractmethod
     def step(self, state: Any, actions: Int) -> Any:
-        """The next states. `actions`: [batch, n_agents] indices."""
+        """The next states. `actions`: [batch, n_agents] indices, or numbers [batch, n_agents, n_outputs]."""
 
     @abstractmethod
     def observe(self, state: Any) -> tuple[Float32, ...]:

@@ -17,7 +17,7 @@ from maviper import claims, manual
 from maviper.cli import main
 from maviper.extraction import bundles
 from maviper.extraction import run as extraction
-from maviper.extraction.settings import PRESETS, SELECTIONS, Settings, part_settings
+from maviper.extraction.settings import PRESETS, SELECTIONS, SPLITS, Settings, part_settings
 from maviper.options import (
     CompileOptions,
     DiffOptions,
@@ -141,6 +141,7 @@ VALUES = {
     "selection_by": bundles.SELECTION_BY,
     "least_right": ("0", "N", "N-1"),
     "refinement": (0, 50_000),
+    "splits": SPLITS,
 }
 
 

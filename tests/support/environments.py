@@ -399,13 +399,6 @@ def walker(shows="grid"):
     return Alone(shows)
 
 
-def steered():
-    """Continuous actions."""
-    env = Alone()
-    env.action_space = Box(-1, 1, (1,))
-    return env
-
-
 class Walking:
     """An expert of the walker: to the right until the third place, then back."""
 

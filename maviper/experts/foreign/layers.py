@@ -1,7 +1,9 @@
 """An expert of one fully connected network: its forward pass in numpy, and observation normalisation before it.
 
-Does: the greedy action of all agents by the same network; the worth of an agent's own actions as its outputs say.
-Assumes: outputs are Q values, or logits, which tell how sure the policy is and no more.
+Does: the greedy action of all agents by the same network, or the numbers that they give; the worth of an agent's own
+  actions as its outputs say.
+Assumes: outputs are Q values, or logits, which tell how sure the policy is and no more; or numbers for bounds that they
+  are clipped to (means), or that tanh spreads them over (squashed).
 Does not: read files.
 
 Weights are float32 and the pass runs in float64, as for our own networks (network.py).
@@ -15,13 +17,15 @@ import numpy as np
 
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import Float32, Float64
+from maviper.episodes.play import in_columns
 from maviper.experts.expert import AS_GIVEN
 from maviper.worlds import World
-from maviper.worlds.world import Int
+from maviper.worlds.world import Int, bounds
 
-LOGITS, Q = "logits", "q"
-OUTPUTS = (LOGITS, Q)
-LOG_PROBABILITIES, LEARNED = "log-probabilities", "learned"  # whose Q an expert answers with
+LOGITS, Q, MEANS, SQUASHED = "logits", "q", "means", "squashed"
+GIVING = (MEANS, SQUASHED)  # where agents give numbers
+OUTPUTS = (LOGITS, Q, *GIVING)
+LOG_PROBABILITIES, LEARNED, NOBODY = "log-probabilities", "learned", "none"  # whose Q an expert answers with
 ACTIVATIONS: Mapping[str, Callable[[Float64], Float64]] = {
     "elu": lambda x: np.where(x > 0, x, np.expm1(np.minimum(x, 0))),
     "leakyrelu": lambda x: np.where(x > 0, x, 0.01 * x),
@@ -68,9 +72,9 @@ class Normalization:
 
 @dataclass(frozen=True)
 class LayersExpert:
-    """The same network for every agent of `world`. `outputs`: LOGITS or Q; `hash`: SHA-256 of its file, or "".
+    """The same network for every agent of `world`. `outputs`: one of OUTPUTS; `hash`: SHA-256 of its file, or "".
 
-    InputError where the network does not fit an agent's features and actions.
+    InputError where the network does not fit an agent's features, and its actions or outputs.
     """
 
     world: World
@@ -97,11 +101,20 @@ class LayersExpert:
             fits = layer.weight.shape[1] == before and layer.bias.shape == layer.weight.shape[:1]
             if not fits or not all(np.isfinite(part).all() for part in layer):
                 raise InputError("the network's layers do not follow one another, or are not finite", self.world.name)
-        for agent, features, actions in zip(self.world.agents, self.world.features, self.world.actions, strict=True):
+        giving = bool(self.world.outputs)
+        if (self.outputs in GIVING) != giving:
+            what = (
+                f"the network's outputs are {self.outputs}, and agents {'give numbers' if giving else 'have actions'}"
+            )
+            advice = f"say outputs={MEANS} or {SQUASHED}" if giving else "name the world that it was trained in"
+            raise InputError(what, self.world.name, advice)
+        does = self.world.outputs or self.world.actions
+        for agent, features, actions in zip(self.world.agents, self.world.features, does, strict=True):
             wanted = len(features), len(actions)
             if (sizes[0], sizes[-1]) != wanted:
                 what = f"the network has {sizes[0]} inputs and {sizes[-1]} outputs"
-                where = f"{self.world.name}: {agent} observes {wanted[0]} numbers and has {wanted[1]} actions"
+                has = f"gives {wanted[1]}" if giving else f"has {wanted[1]} actions"
+                where = f"{self.world.name}: {agent} observes {wanted[0]} numbers and {has}"
                 raise InputError(what, where, "name the world that it was trained in")
         if self.normalization is not None and len(self.normalization.mean) != sizes[0]:
             what = f"the normalisation is of {len(self.normalization.mean)} numbers, not {sizes[0]}"
@@ -115,6 +128,8 @@ class LayersExpert:
     @property
     def critic(self) -> str:
         """What states are weighed by."""
+        if self.outputs in GIVING:
+            return NOBODY
         return LEARNED if self.outputs == Q else LOG_PROBABILITIES
 
     @property
@@ -123,23 +138,39 @@ class LayersExpert:
         return False
 
     def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any = None) -> Int:
-        """As `Controller.act`: each agent's greedy action."""
+        """As `Controller.act`: each agent's greedy action, or the numbers that it gives without noise."""
         del state
+        if self.outputs in GIVING:
+            return in_columns([self.given(agent, observations[agent]) for agent in agents])
         return np.stack([np.argmax(self.values(observations[agent]), axis=1) for agent in agents], axis=1)
+
+    def given(self, agent: int, obs: Float32) -> Float32:
+        """The numbers that an agent gives, within their bounds; [batch, n_outputs]."""
+        low, high = bounds(self.world.outputs[agent])
+        found = self._forward(obs)
+        if self.outputs == SQUASHED:
+            found = low + (np.tanh(found) + 1) / 2 * (high - low)
+        return np.clip(found, low, high).astype(np.float32)
 
     def values(self, obs: Float32) -> Float64:
         """Q of each action, or its log-probability; [batch, n_actions]."""
-        found = np.asarray(obs if self.normalization is None else self.normalization(obs), np.float64)
-        hidden = ACTIVATIONS[self.activation]
-        for place, (weight, bias) in enumerate(self._wide):
-            found = (hidden(found) if place else found) @ weight + bias
+        found = self._forward(obs)
         if self.outputs == Q:
             return found
         top = found.max(axis=1, keepdims=True)
         return found - top - np.log(np.exp(found - top).sum(axis=1, keepdims=True))
 
+    def _forward(self, obs: Float32) -> Float64:
+        found = np.asarray(obs if self.normalization is None else self.normalization(obs), np.float64)
+        hidden = ACTIVATIONS[self.activation]
+        for place, (weight, bias) in enumerate(self._wide):
+            found = (hidden(found) if place else found) @ weight + bias
+        return found
+
     def q(self, agent: int, observations: Sequence[Float32], state: Any, joint: Int, given: Int) -> Float64:
         """As `Expert.q`. Of logits, the log-probabilities: the weight V - min Q is then VIPER's for policies."""
         del state
+        if self.outputs in GIVING:
+            raise NotImplementedError
         chosen = np.where(joint[:, agent] == AS_GIVEN, given[:, agent, None], joint[:, agent])
         return np.take_along_axis(self.values(observations[agent]), chosen, axis=1)

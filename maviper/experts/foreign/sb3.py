@@ -1,4 +1,4 @@
-"""PPO, A2C and DQN of stable-baselines3 as experts, from the zip that `model.save` writes.
+"""PPO, A2C, DQN, SAC, TD3 and DDPG of stable-baselines3 as experts, from the zip that `model.save` writes.
 
 Does: reads the weights and the plain part of the zip's JSON; infers the network; refuses what it cannot be sure of.
 Assumes: the zip's layout since stable-baselines3 1.8: `data` (JSON) and `policy.pth` (a state dict).
@@ -15,8 +15,19 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from codegen.errors import InputError
-from maviper.experts.foreign.layers import ACTIVATIONS, LOGITS, LayersExpert, Linear, Normalization, Q
+from maviper.experts.foreign.layers import (
+    ACTIVATIONS,
+    LOGITS,
+    MEANS,
+    SQUASHED,
+    LayersExpert,
+    Linear,
+    Normalization,
+    Q,
+)
 from maviper.experts.foreign.weights import MAX_BYTES, Tensors, layers, read, single
 from maviper.files import runs
 from maviper.worlds import World
@@ -28,10 +39,21 @@ DATA, WEIGHTS, SAFE_WEIGHTS, VERSION = "data", "policy.pth", "policy.safetensors
 HARMLESS = {
     *("net_arch", "activation_fn", "features_extractor_class", ":type:", ":serialized:"),
     *("optimizer_class", "optimizer_kwargs", "ortho_init", "share_features_extractor"),
-    *("log_std_init", "use_expln", "full_std", "normalize_images"),
+    *("log_std_init", "use_expln", "full_std", "normalize_images", "n_critics", "use_sde"),
 }
 FLATTEN = "<class 'stable_baselines3.common.torch_layers.FlattenExtractor'>"
-USUAL = {LOGITS: "tanh", Q: "relu"}  # activations, where the file names none
+USUAL = {LOGITS: "tanh", MEANS: "tanh", Q: "relu", SQUASHED: "relu"}  # activations, where the file names none
+CRITICS = r"critic(_target)?\.qf\d\.\d+"
+# what else the weights of an algorithm may hold, and where its policy is: layers in a row, and a last one
+KNOWN: Mapping[str, tuple[str, str, str]] = {
+    LOGITS: (r"mlp_extractor\.(policy|value)_net\.\d+|action_net|value_net", "mlp_extractor.policy_net", "action_net"),
+    Q: (r"q_net(_target)?\.q_net\.\d+", "q_net.q_net", ""),
+    "SAC": (rf"actor\.latent_pi\.\d+|actor\.(mu|log_std)|{CRITICS}", "actor.latent_pi", "actor.mu"),
+    "TD3": (rf"actor(_target)?\.mu\.\d+|{CRITICS}", "actor.mu", ""),
+}
+NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
+SAC_ENTROPY = "target_entropy"  # which SAC alone has
+GSDE = "SAC's generalised exploration (use_sde) clips its means by a number that the file does not say"
 UNREADABLE = (
     *(zipfile.BadZipFile, zlib.error, EOFError, KeyError, ValueError),
     *(RecursionError, NotImplementedError, RuntimeError),
@@ -53,9 +75,9 @@ def from_sb3(
     """
     data, tensors, digest = _read(Path(file))
     where = str(file)
-    _ensure_spaces(data, where)
-    outputs, found = _network(tensors, where)
-    algorithm = "DQN" if outputs == Q else "PPO" if "clip_range" in data else "A2C"
+    _ensure_spaces(data, world, where)
+    algorithm, outputs = _algorithm(data, tensors, where)
+    found = _network(tensors, algorithm, where)
     card = {
         "algorithm": f"{algorithm} of stable-baselines3 {data[VERSION]}".strip(),
         "steps": data.get("num_timesteps"),
@@ -102,26 +124,43 @@ def _part(archive: zipfile.ZipFile, name: str, most: int) -> bytes:
     return found
 
 
-def _network(tensors: Tensors, where: str) -> tuple[str, list[Linear]]:
-    """What the outputs are, and the layers that give them."""
-    names = {name.rpartition(".")[0] for name in tensors}
-    if "log_std" in tensors:
-        raise InputError("the policy's actions are continuous", where, "trees choose among numbered actions")
-    known = r"mlp_extractor\.(policy|value)_net\.\d+|action_net|value_net|q_net(_target)?\.q_net\.\d+"
-    strange = sorted(name for name in names if not re.fullmatch(known, name))
+def _algorithm(data: Mapping[str, Any], tensors: Tensors, where: str) -> tuple[str, str]:
+    """The algorithm that a zip is of, and what its network's outputs are."""
+    given = data.get("policy_kwargs")
+    own = given if isinstance(given, dict) else {}
+    if any(name.startswith("q_net.") for name in tensors):
+        return "DQN", Q
+    if any(name.startswith("actor.") for name in tensors):
+        if own.get("use_sde") or (any(name.startswith("actor.mu.0.") for name in tensors) and SAC_ENTROPY in data):
+            raise InputError(GSDE, where, BY_HAND)
+        if SAC_ENTROPY in data:
+            return "SAC", SQUASHED
+        return "DDPG" if own.get("n_critics") == 1 and data.get("policy_delay") == 1 else "TD3", SQUASHED
+    return "PPO" if "clip_range" in data else "A2C", MEANS if "log_std" in tensors else LOGITS
+
+
+def _network(tensors: Tensors, algorithm: str, where: str) -> list[Linear]:
+    """The layers of an algorithm's policy; InputError where there is anything that may change what it does."""
+    known, name, last = KNOWN[{"DQN": Q, "PPO": LOGITS, "A2C": LOGITS, "DDPG": "TD3"}.get(algorithm, algorithm)]
+    names = {each.rpartition(".")[0] for each in tensors if each != "log_std"}
+    strange = sorted(each for each in names if not re.fullmatch(known, each))
     if strange:
-        what = "not PPO, A2C or DQN with a fully connected policy (MlpPolicy)"
+        what = "not PPO, A2C, DQN, SAC, TD3 or DDPG with a fully connected policy (MlpPolicy)"
         raise InputError(what, f"{where}: {strange[0] or min(tensors)}", BY_HAND)
-    if any(name.startswith("q_net.") for name in names):
-        return Q, layers(tensors, "q_net.q_net", where)
-    return LOGITS, [*layers(tensors, "mlp_extractor.policy_net", where), single(tensors, "action_net", where)]
+    return [*layers(tensors, name, where), *([single(tensors, last, where)] if last else [])]
 
 
-def _ensure_spaces(data: Mapping[str, Any], where: str) -> None:
+def _ensure_spaces(data: Mapping[str, Any], world: World, where: str) -> None:
     """Refuses what changes observations before the network sees them, and policies of classes of the user's."""
     seen, acts = (_class(data.get(f"{kind}_space")) for kind in ("observation", "action"))
-    if acts != "Discrete":
-        raise InputError(f"the policy's actions are a {acts or 'space unknown'}, not Discrete", where, BY_HAND)
+    if acts not in ("Discrete", "Box"):
+        raise InputError(f"the policy's actions are a {acts or 'space unknown'}, not Discrete or a Box", where, BY_HAND)
+    if (acts == "Box") != bool(world.outputs):
+        ours = "give numbers" if world.outputs else "choose among numbered actions"
+        what = f"the policy's actions are a {acts}, and the world's agents {ours}"
+        raise InputError(what, f"{where}: {world.name}", "name the world that it was trained in")
+    if acts == "Box":
+        _ensure_bounds(data["action_space"], world, where)
     if seen not in ("Box", "Discrete", "MultiBinary") or data["observation_space"].get("dtype") == "uint8":
         raise InputError(f"the policy's observations are a {seen or 'space unknown'} or pictures", where, BY_HAND)
     kind = data.get("policy_class")
@@ -134,6 +173,17 @@ def _ensure_spaces(data: Mapping[str, Any], where: str) -> None:
         unknown = ["features_extractor_class"]
     if unknown:
         raise InputError(f"the policy has an argument {unknown[0][:40]} whose effect is unknown", where, BY_HAND)
+
+
+def _ensure_bounds(space: Mapping[str, Any], world: World, where: str) -> None:
+    """InputError where a zip's Box has other bounds than the world's agents: its numbers would mean something else."""
+    for outputs in world.outputs:
+        for end in ("low", "high"):
+            told = [float(each) for each in NUMBER.findall(str(space.get(end, "")))]
+            ours = [float(np.float32(getattr(each, end))) for each in outputs]
+            if len(told) != len(ours) or not np.allclose(told, ours, rtol=1e-6, atol=1e-8):
+                what = f"the policy's actions have {end} {str(space.get(end, 'unknown'))[:60]}, the world's {ours}"
+                raise InputError(what, f"{where}: {world.name}", "name the world that it was trained in")
 
 
 def _class(space: Any) -> str:
@@ -158,13 +208,13 @@ def _normalization(
 ) -> Normalization | None:
     """What a user said of it; refuses a file that shows it where nobody said anything.
 
-    In VecNormalize alone PPO and A2C remember an original observation beside the last one. DQN always does.
+    In VecNormalize alone PPO and A2C remember an original observation beside the last one. The others always do.
     """
     if isinstance(said, Normalization):
         return said
     if said not in (None, NONE):
         raise InputError(f"normalization is '{said}'", where, "give a Normalization, a file of it, or none")
-    if said is None and algorithm != "DQN" and data.get("_last_original_obs") is not None:
+    if said is None and algorithm in ("PPO", "A2C") and data.get("_last_original_obs") is not None:
         advice = "state its statistics: normalization=FILE.json, or normalization=none where it changed rewards only"
         raise InputError("the policy was trained in VecNormalize", where, advice)
     return None

@@ -3,7 +3,7 @@
 Does: splits where that raises the purity of the leaves most, until the leaves are spent; a leaf takes the best action
   of its summed vector.
 Assumes: for clusters, vectors of action values with one number taken off each, so that only differences between actions
-  count; for labels, each point's weight in its action's place.
+  count; for labels, each point's weight in its action's place; for numbers, see regression.py.
 Does not: make vectors.
 
 The purity of a leaf is a function of the sum S of its vectors. Clusters take |S|: the loss of a cluster is the summed
@@ -50,13 +50,23 @@ class _Leaf:
 
 class BestFirstTree:
     """A tree while it grows. `codes`: [n_features, n], the bins of all points; `vectors`: [n, n_actions]; `bins`:
-    candidate thresholds.
+    candidate thresholds; `spread`: the purity of single points, None where it is to be computed; `fewest`: points of a
+    leaf.
     """
 
-    def __init__(self, codes: Codes, vectors: Float64, bins: Bins, max_depth: int, purity: Purity = cohesion) -> None:
+    def __init__(
+        self,
+        codes: Codes,
+        vectors: Float64,
+        bins: Bins,
+        max_depth: int,
+        purity: Purity = cohesion,
+        spread: float | None = None,
+        fewest: int = 1,
+    ) -> None:
         self.codes, self.vectors, self.bins = codes, vectors, bins
-        self.max_depth, self.purity = max_depth, purity
-        self.least = LEAST_GAIN * float(purity(vectors).sum())
+        self.max_depth, self.purity, self.fewest = max_depth, purity, fewest
+        self.least = LEAST_GAIN * (float(purity(vectors).sum()) if spread is None else spread)
         self.nodes: list[tuple[int, float, int, int, int]] = []  # feature, threshold, left, right, action
         self.open = [self._leaf(np.arange(len(vectors)), 0)]
 
@@ -106,7 +116,7 @@ class BestFirstTree:
             left = np.stack(sums, axis=1).cumsum(axis=0)[:-1]
             below = np.bincount(code, minlength=n_codes).cumsum()[:-1]
             gain = purity(left) + purity(total - left) - purity(total)
-            gain = np.where((below > 0) & (below < len(rows)), gain, 0.0)
+            gain = np.where((below >= self.fewest) & (below <= len(rows) - self.fewest), gain, 0.0)
             place = int(gain.argmax())
             if gain[place] > best[0]:
                 best = (float(gain[place]), feature, place)

@@ -6,16 +6,18 @@ Does not: know where the points come from.
 """
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from itertools import combinations
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from codegen.ir import Bool, Float32, GrownTree
+from codegen.ir import Bool, FeatureSpec, Float32, GrownTree
 from maviper.extraction.dataset import Dataset
 from maviper.extraction.growth.best_first import BestFirstTree, gini
 from maviper.extraction.growth.grow import CartTree, Growing, grow_jointly, grow_shared
 from maviper.extraction.growth.histogram import Bins, Codes, HistogramTree
-from maviper.extraction.settings import EXACT, Settings
+from maviper.extraction.growth.regression import KINDS, grown, testing
+from maviper.extraction.settings import DIFFERENCES, EXACT, Settings
 from maviper.worlds import World
 from maviper.worlds.world import Int
 
@@ -29,7 +31,7 @@ class Part(NamedTuple):
 
     agent: int  # whose tree it is, or the first of those who share it
     obs: Float32  # [n, n_features]
-    labels: Int  # [n]
+    labels: Any  # [n], or [n, n_outputs]
     counts: Int  # [n] how often its data set holds each point
     alive: Bool  # [n] whether the agent takes part, and the point is of its data
 
@@ -43,16 +45,24 @@ def pooled(data: Dataset, members: Sequence[int], counts: Mapping[int, Int] | Se
     """The points of agents that share a tree: of each point one row per member, so that later points stand behind."""
     obs = np.stack([data.observations[agent] for agent in members], axis=1)
     columns = np.stack([counts[agent] for agent in members], axis=1)
-    rows = [data.labels[:, members], columns, data.alive[:, members]]
-    return Part(members[0], obs.reshape(-1, obs.shape[2]), *(each.reshape(-1) for each in rows))
+    labels = data.labels[:, members].reshape(-1, *data.labels.shape[2:])
+    return Part(members[0], obs.reshape(-1, obs.shape[2]), labels, columns.ravel(), data.alive[:, members].ravel())
+
+
+def _pairs(features: Sequence[FeatureSpec]) -> list[tuple[int, int]]:
+    """The places of two features of the same unit, whose difference means something."""
+    places = range(len(features))
+    return [(one, other) for one, other in combinations(places, 2) if features[one].unit == features[other].unit]
 
 
 class Growth:
     """Trees of a world's agents from points that accumulate."""
 
     def __init__(self, world: World, settings: Settings) -> None:
-        self.settings = settings
+        self.settings, self.outputs = settings, world.outputs
         self.n_actions = [len(choices) for choices in world.actions]
+        differ = settings.splits == DIFFERENCES
+        self.pairs = [_pairs(world.features[agent]) if differ else [] for agent in range(len(world.actions))]
         self._bins: dict[int, tuple[Bins, int, Codes]] = {}  # agent -> bins, points that they are of, codes so far
 
     def team(
@@ -72,7 +82,7 @@ class Growth:
         alive = data.alive[:, members]
         shared = bool(self.settings.share) and len(members) > 1
         parts = [pooled(data, members, counts)] if shared else [_part(data, agent, counts[agent]) for agent in members]
-        if self.settings.max_leaves:
+        if self.settings.max_leaves or self.outputs:
             assert not least_right, "growth with votes goes level by level"
             if kept is not None:
                 kept += [1.0] * len(members)
@@ -80,7 +90,8 @@ class Growth:
             return trees * len(members) if shared else trees
         if shared:
             (part,) = parts
-            return grow_shared(self._member(part, seeds[part.agent]), self.settings.max_depth, least_right, alive, kept)
+            member, depth = self._member(part, seeds[part.agent]), self.settings.max_depth
+            return [self._testing(part, grow_shared(member, depth, least_right, alive, kept)[0])] * len(members)
         return self.jointly(parts, seeds, least_right, alive, kept)
 
     def jointly(
@@ -95,7 +106,8 @@ class Growth:
         `alive`: [n, N] who takes part in each point, in the order of `parts`.
         """
         growing = [self._member(part, seeds[part.agent]) for part in parts]
-        return grow_jointly(growing, self.settings.max_depth, least_right, alive, kept)
+        trees = grow_jointly(growing, self.settings.max_depth, least_right, alive, kept)
+        return [self._testing(part, tree) for part, tree in zip(parts, trees, strict=True)]
 
     def _best_first(self, part: Part) -> GrownTree:
         rows, settings = np.flatnonzero(part.counts), self.settings
@@ -105,9 +117,25 @@ class Growth:
         else:
             bins, codes = self._coded(part.agent, part.obs, part.alive)
             codes = codes[:, rows]
+        if self.outputs:
+            kind = KINDS[settings.leaf]
+            leaves = kind(part.obs[rows], part.labels[rows], self.outputs[part.agent])
+            found = grown(leaves, part.counts[rows], codes, bins, settings.max_depth, settings.leaves)
+            return self._testing(part, found)
         vectors = np.zeros((len(rows), self.n_actions[part.agent]))
         vectors[np.arange(len(rows)), part.labels[rows]] = part.counts[rows]
-        return BestFirstTree(codes, vectors, bins, settings.max_depth, gini).deciding(settings.max_leaves)
+        tree = BestFirstTree(codes, vectors, bins, settings.max_depth, gini).deciding(settings.max_leaves)
+        return self._testing(part, tree)
+
+    def _testing(self, part: Part, tree: GrownTree) -> GrownTree:
+        return testing(tree, self.pairs[part.agent], part.obs.shape[1])
+
+    def _columns(self, agent: int, obs: Float32) -> Any:
+        """What is tested, [n, n_columns]: features, then differences of two of them, as double sums have them."""
+        if not self.pairs[agent]:
+            return obs
+        wide = obs.astype(np.float64)
+        return np.column_stack([wide, *(wide[:, one] - wide[:, other] for one, other in self.pairs[agent])])
 
     def _member(self, part: Part, seed: int) -> Growing:
         obs, labels, counts = part.obs, part.labels, part.counts
@@ -123,11 +151,11 @@ class Growth:
         count = int(alive.sum())
         fitted = int(REFIT_FACTOR ** np.floor(np.log(count) / np.log(REFIT_FACTOR) + 1e-9))
         if agent not in self._bins or fitted != self._bins[agent][1]:
-            bins = Bins.of((obs if count == len(obs) else obs[alive])[:fitted])
-            self._bins[agent] = bins, fitted, bins.codes(obs)
+            bins = Bins.of(self._columns(agent, (obs if count == len(obs) else obs[alive])[:fitted]))
+            self._bins[agent] = bins, fitted, bins.codes(self._columns(agent, obs))
         bins, _, codes = self._bins[agent]
         known = codes.shape[1]
         if len(obs) > known:
-            codes = np.concatenate([codes, bins.codes(obs[known:])], axis=1)
+            codes = np.concatenate([codes, bins.codes(self._columns(agent, obs[known:]))], axis=1)
             self._bins[agent] = bins, fitted, codes
         return bins, codes

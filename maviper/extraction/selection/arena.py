@@ -15,8 +15,8 @@ import numpy as np
 
 from codegen.ir import Float32, Float64, GrownTree
 from maviper.episodes.measures import score
-from maviper.episodes.play import Controller, Episodes, play
-from maviper.extraction.selection.stack import Stack
+from maviper.episodes.play import Controller, Episodes, in_columns, play
+from maviper.extraction.selection.stack import OneByOne, Stack, stacked
 from maviper.worlds import World
 from maviper.worlds.world import Int
 
@@ -30,12 +30,12 @@ Candidate = Sequence[GrownTree]  # one tree for each of an arena's agents, in th
 class _Stacked:
     """A controller: agents played by stacks of trees, each game with trees of its own."""
 
-    stacks: dict[int, tuple[Stack, Int]]  # agent -> its trees, and which of them plays in each game
+    stacks: dict[int, tuple[Stack | OneByOne, Int]]  # agent -> its trees, and which of them plays in each game
 
     def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
         """As `Controller.act`."""
         del state
-        return np.stack([self.stacks[agent][0].act(self.stacks[agent][1], observations[agent]) for agent in agents], 1)
+        return in_columns([self.stacks[agent][0].act(self.stacks[agent][1], observations[agent]) for agent in agents])
 
 
 class Arena:
@@ -96,7 +96,7 @@ class Arena:
             trees = {id(candidates[index][place]): candidates[index][place] for index in here}
             number = {key: k for k, key in enumerate(trees)}
             mine = np.array([number[id(candidates[index][place])] for index in here])
-            stacks[agent] = Stack.of(list(trees.values())), mine[which]
+            stacks[agent] = stacked(self.world, agent, list(trees.values())), mine[which]
         team = _Stacked(stacks)
         everybody = range(len(self.world.agents))
         return play(self.world, [team if agent in stacks else self.expert for agent in everybody], start)

@@ -1,18 +1,22 @@
 """Many trees at once, and small changes to one.
 
 Does: applies a stack of trees to observations, each row with a tree of its own; copies of a tree with a change.
-Assumes: trees over the same features, their thresholds rounded as they are deployed.
+Assumes: trees over the same features, their thresholds rounded as they are deployed; changes are to trees without sums.
 Does not: judge trees.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from codegen import ir
 from codegen.floats import round_down
 from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, ROOT, Bool, Float32, GrownTree
+from codegen.lowering.deploy import SummedTree
+from maviper.episodes.trees import agent_policies
+from maviper.worlds import World
 from maviper.worlds.world import Int
 
 
@@ -57,6 +61,29 @@ class Stack:
             goes_left = flat[base + self.feature[node]] <= self.threshold[node]
             node = np.where(goes_left, self.left[node], self.right[node])
         return self.action[node]
+
+
+@dataclass(frozen=True)
+class OneByOne:
+    """Trees that test sums or give numbers, each asked for its own rows."""
+
+    policies: Sequence[ir.AgentPolicy]
+
+    def act(self, which: Int, obs: Float32) -> Any:
+        """As `Stack.act`, or [n, n_outputs]."""
+        shape = (len(obs), len(self.policies[0].outputs)) if self.policies[0].outputs else len(obs)
+        found: Any = np.zeros(shape, np.float32 if self.policies[0].outputs else np.int64)
+        for place, policy in enumerate(self.policies):
+            rows = np.flatnonzero(which == place)
+            found[rows] = ir.outputs(policy, obs[rows]) if policy.outputs else ir.act(policy, obs[rows])
+        return found
+
+
+def stacked(world: World, agent: int, trees: Sequence[GrownTree]) -> Stack | OneByOne:
+    """Trees of an agent, to be asked at once."""
+    if any(isinstance(tree, SummedTree) for tree in trees):
+        return OneByOne([agent_policies(world, [tree], [agent])[0] for tree in trees])
+    return Stack.of(trees)
 
 
 def reaching(tree: GrownTree, obs: Float32) -> dict[int, Int]:

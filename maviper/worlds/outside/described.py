@@ -6,17 +6,29 @@ Does not: know environments of other packages.
 """
 
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import NamedTuple
 
 
 class Described(NamedTuple):
-    """An environment in words: feature -> unit, in their order; actions, by their numbers."""
+    """An environment in words: feature -> unit, in their order; actions, by their numbers; output -> unit."""
 
     features: Mapping[str, str]
     actions: Sequence[str]
+    outputs: Mapping[str, str] = MappingProxyType({})
 
 
 FLAG = "0 or 1"
+LANDER: Mapping[str, str] = {
+    "x": "none",
+    "y": "none",
+    "velocity_x": "none",
+    "velocity_y": "none",
+    "angle": "rad",
+    "angular_velocity": "none",
+    "left_leg_contact": FLAG,
+    "right_leg_contact": FLAG,
+}
 DESCRIBED: Mapping[str, Described] = {
     "CartPole": Described(
         {
@@ -41,19 +53,12 @@ DESCRIBED: Mapping[str, Described] = {
         },
         ("torque_minus", "no_torque", "torque_plus"),
     ),
-    "LunarLander": Described(
-        {
-            "x": "none",
-            "y": "none",
-            "velocity_x": "none",
-            "velocity_y": "none",
-            "angle": "rad",
-            "angular_velocity": "none",
-            "left_leg_contact": FLAG,
-            "right_leg_contact": FLAG,
-        },
-        ("nothing", "left_engine", "main_engine", "right_engine"),
+    "LunarLander": Described(LANDER, ("nothing", "left_engine", "main_engine", "right_engine")),
+    "LunarLanderContinuous": Described(LANDER, (), {"main_engine": "none", "side_engine": "none"}),
+    "Pendulum": Described(
+        {"cos_angle": "none", "sin_angle": "none", "angular_velocity": "rad/s"}, (), {"torque": "N m"}
     ),
+    "MountainCarContinuous": Described({"position": "none", "velocity": "none"}, (), {"force": "none"}),
     "FrozenLake": Described({}, ("left", "down", "right", "up")),
     "CliffWalking": Described({}, ("up", "right", "down", "left")),
     "Taxi": Described({}, ("south", "north", "east", "west", "pick_up", "drop_off")),

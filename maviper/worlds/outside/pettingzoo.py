@@ -1,7 +1,8 @@
 """A user's PettingZoo parallel environment as a world, by `module:function,option=value`. The slow path.
 
 Does: derives spec, teams, features, actions and measures from an environment; plays one copy per core.
-Assumes: discrete actions, vector observations, episodes that follow from their seed (`maviper worlds check` tests it).
+Assumes: numbered actions, or bounded numbers from all agents; vector observations; episodes that follow from their seed
+  (`maviper worlds check` tests it).
 Does not: know the dynamics, or where episodes start. What a profile must state about them says so: time step, damping,
   sizes and forces are 0, there are no landmarks or goals, and the start region is the widest that a profile may have.
 
@@ -13,6 +14,7 @@ An environment may say more about itself by attributes (its own, or its `unwrapp
 - `teams`: team -> its agents. Without it, a team is what agents share before the last `_`: `agent_0` is in `agent`.
 - `features`: agent -> a FeatureSpec for each number that it observes, with unit, range and meaning.
 - `action_names`: agent -> a name for each of its actions.
+- `outputs`: agent -> an OutputSpec for each number that it gives.
 """
 
 import re
@@ -29,7 +31,10 @@ from codegen import ir
 from codegen.check import check
 from codegen.dynamics import motionless
 from codegen.errors import InputError, UnknownNameError
-from codegen.ir import MAX_LENGTH, ActionSpec, Bool, FeatureSpec, WorldSpec
+from codegen.floats import FLOAT32
+from codegen.ir import CONSTANT, MAX_LENGTH, ActionSpec, Bool, FeatureSpec, OutputSpec, Sum, WorldSpec
+from codegen.sums import DOUBLE_SUMS
+from maviper.worlds.outside.acting import fault_of, outputs_of, random_actions, width
 from maviper.worlds.outside.branching import continued, copies_of, ensure_copies, started
 from maviper.worlds.outside.flattening import legal_names
 from maviper.worlds.outside.making import import_maker, make_environment
@@ -78,6 +83,8 @@ class PettingZooWorld(OutsideWorld):
         names = legal_names([str(agent) for agent in self.env_agents], "agent")
         called = dict(zip(self.env_agents, names, strict=True))
         self.actions = tuple(_actions(env, agent, self.source) for agent in self.env_agents)
+        outputs = tuple(outputs_of(env, agent, self.source) for agent in self.env_agents)
+        self.outputs = outputs if any(outputs) else ()
         self.teams = _teams(env, called, self.source)
         self.measures = tuple(Measure(team, RETURN) for team in self.teams)
         self.features = tuple(_features(env, agent, self.source) for agent in self.env_agents)
@@ -110,15 +117,15 @@ class PettingZooWorld(OutsideWorld):
                     raise UnknownNameError("feature in `legal`", action.legal_if, names, self.source.text)
         # a leaf takes no heed of masks
         lawless = [tuple(replace(action, legal_if="") for action in choices) for choices in self.actions]
-        leaf = ir.Tree(*(np.array([value]) for value in (ir.NO_FEATURE, 0, ir.NO_CHILD, ir.NO_CHILD, 0)))
+        everything = zip(self.agents, self.features, lawless, self.outputs or [()] * len(lawless), strict=True)
         policies = tuple(
-            ir.AgentPolicy(agent, self.team_of(agent), features, actions, leaf)
-            for agent, features, actions in zip(self.agents, self.features, lawless, strict=True)
+            ir.AgentPolicy(agent, self.team_of(agent), features, actions, _leaf(outputs), outputs=outputs)
+            for agent, features, actions, outputs in everything
         )
         profile = ir.PolicyProfile(self.spec, policies, ir.Provenance("", "", 0, "", ""))
         wrong = "\n".join(f"{self.source.text}: {each.path}: {each.message}" for each in check(profile))
         if wrong:
-            advice = "fix its `features` or `action_names`"
+            advice = "fix its `features`, `action_names` or `outputs`"
             raise InputError("a profile cannot hold what the environment declares", wrong, advice)
 
     def start_from_seeds(self, seeds: Sequence[int] | Int) -> EnvStates:
@@ -178,6 +185,13 @@ class PettingZooWorld(OutsideWorld):
         self._copies.close()
 
 
+def _leaf(outputs: Sequence[OutputSpec]) -> ir.Tree:
+    """A tree that always takes the first action, or gives the least numbers."""
+    parts = [np.array([value]) for value in (ir.NO_FEATURE, 0, ir.NO_CHILD, ir.NO_CHILD, 0)]
+    least = tuple(Sum(((each.low or 0.0, CONSTANT),)) for each in outputs)
+    return ir.Tree(*parts, vectors=(least,), arithmetic=DOUBLE_SUMS, gives=FLOAT32) if least else ir.Tree(*parts)
+
+
 def _states(outcomes: Sequence[Outcome]) -> EnvStates:
     observations = zip(*(outcome.observations for outcome in outcomes), strict=True)
     rewards, done, terminated, acting = map(np.array, zip(*(outcome[1:] for outcome in outcomes), strict=True))
@@ -216,17 +230,15 @@ def faults(env: Any) -> Iterator[Fault]:
                 found = Fault(f"{kind}_space raised {said}", f"return the agent's space from {kind}_space(agent)")
             if found:
                 yield Fault(f"{kind}s: {agent}: {found.what}", found.next_step)
+    with suppress(Exception):  # told above
+        giving = [bool(width(space(env, "action", agent))) for agent in agents]
+        if any(giving) and not all(giving):
+            yield Fault("actions: some agents give numbers, others choose", "let all of them do the same")
 
 
 def _action_fault(found: Any) -> Fault | None:
-    from gymnasium.spaces import Discrete
-
-    if not isinstance(found, Discrete):
-        return Fault(
-            f"the space is a {type(found).__name__}, not Discrete",
-            "use Discrete(n): agents choose among numbered actions",
-        )
-    return Fault(f"actions count from {found.start}", "make the space Discrete(n), from 0") if found.start else None
+    wrong = fault_of(found)
+    return Fault(*wrong) if wrong else None
 
 
 def _observation_fault(found: Any) -> Fault | None:
@@ -318,10 +330,10 @@ def episode_steps(env: Any, source: Source) -> tuple[int, bool]:
             return int(stated), True
     rng = np.random.default_rng(0)
     copy = Copy(env, source)
-    sizes = [space(env, "action", agent).n for agent in copy.names]
+    choices = [space(env, "action", agent) for agent in copy.names]
     outcome = copy.ask("reset", 0)
     for step in range(1, PROBE_STEPS + 1):
-        outcome = copy.ask("step", copy.lawful(rng.integers(sizes).tolist(), outcome))
+        outcome = copy.ask("step", copy.lawful(random_actions(choices, rng, 1)[0], outcome))
         if all(outcome.done):
             return (step, True) if copy.truncated else (max(step, DEFAULT_STEPS), False)
     return DEFAULT_STEPS, False

@@ -1,7 +1,7 @@
 """A user's environment in play: copies of it, here or each in a process of its own.
 
 Does: resets and steps the copies; turns what an environment raises into an InputError.
-Assumes: discrete actions and vector observations (`pettingzoo.faults` found nothing); all live agents act at once.
+Assumes: spaces in which `pettingzoo.faults` found nothing; all live agents act at once.
 Does not: send an environment through a pipe, only numbers; know what a world is.
 """
 
@@ -22,6 +22,7 @@ import numpy as np
 from codegen.errors import InputError, MaviperError
 from codegen.ir import Float32
 from codegen.legality import Mask
+from maviper.worlds.outside.acting import random_actions, taking
 from maviper.worlds.outside.making import import_maker, make_environment
 from maviper.worlds.outside.silence import output_aside
 from maviper.worlds.outside.sources import Source, fault, parse_source, space, table, told_legal
@@ -46,6 +47,7 @@ class Copy:
         self.names = list(env.possible_agents)  # the environment's own
         self.truncated = False  # whether the last step cut an agent's episode
         self._sizes = [space(env, "observation", name).shape[0] for name in self.names]
+        self._taking = [taking(space(env, "action", name)) for name in self.names]
         self._seen: list[Float32] = []
         self._ended: set[Any] = set()
         self._cut: set[Any] = set()  # those of them whose episode did not end by itself
@@ -79,12 +81,13 @@ class Copy:
         self._seen = [np.zeros(size, np.float32) for size in self._sizes]
         return self._outcome([], observations, {})
 
-    def _step(self, actions: Sequence[int]) -> Outcome:
+    def _step(self, actions: Sequence[Any]) -> Outcome:
         live = self._live()
         self.truncated = False
         if not live:
             return self._outcome([], {}, {})
-        chosen = {name: int(action) for name, action in zip(self.names, actions, strict=True) if name in live}
+        acted = zip(self.names, self._taking, actions, strict=True)
+        chosen = {name: taken(action) for name, taken, action in acted if name in live}
         parts = "observations, rewards, terminations, truncations and infos"
         observations, rewards, terminated, truncated, _ = self._parts(self.env.step(chosen), "step", parts)
         ended = {name for name in live if terminated.get(name) or truncated.get(name) or name not in self.env.agents}
@@ -110,7 +113,7 @@ class Copy:
         acting = [name not in self._ended and (turn is None or name in turn) for name in self.names]
         return Outcome(list(self._seen), gained, done, ended, acting)
 
-    def lawful(self, drawn: Sequence[int], seen: Outcome) -> list[int]:
+    def lawful(self, drawn: Sequence[Any], seen: Outcome) -> list[Any]:
         """Legal actions in place of drawn ones, agent by agent, after an outcome."""
         found = zip(self.masks, seen.observations, drawn, strict=True)
         return [
@@ -204,8 +207,7 @@ def _beside(one: Copy, other: Copy) -> tuple[float, bool]:
     steps: copies that share a module's generator or simulator would disturb each other.
     """
     rng = np.random.default_rng(0)
-    sizes = [space(one.env, "action", name).n for name in one.names]
-    actions = rng.integers(sizes, size=(PROBED, len(sizes))).tolist()
+    actions = random_actions([space(one.env, "action", name) for name in one.names], rng, PROBED)
     alone, times = [one.ask("reset", 0)], []
     for acted in actions:
         chosen, started = one.lawful(acted, alone[-1]), time.perf_counter()

@@ -2,7 +2,7 @@
 
 Does: makes a registered environment, `gymnasium:CartPole-v1`; flattens its observations to a vector with names.
 Assumes: Gymnasium's interface, in which an episode's end is told apart from a cut.
-Does not: choose actions for people: continuous ones are refused, with the wrapper that makes them numbered.
+Does not: choose actions for people.
 """
 
 from __future__ import annotations
@@ -16,7 +16,8 @@ import numpy as np
 from pettingzoo import ParallelEnv
 
 from codegen.errors import InputError, MissingToolError
-from codegen.ir import FeatureSpec
+from codegen.ir import FeatureSpec, OutputSpec
+from maviper.worlds.outside.acting import NUMBERED, bounds_of, taking, width
 from maviper.worlds.outside.described import DESCRIBED
 from maviper.worlds.outside.flattening import OWN, ensure_small, names_of, specs_of, vector, vector_space
 from maviper.worlds.outside.sources import Source, value_of
@@ -107,10 +108,16 @@ class SingleAgent(ParallelEnv[str, Any, Any]):
         self.env, self.metadata, self.as_it_is = env, {"name": text}, as_it_is
         self.possible_agents, self.agents = [AGENT], []
         self._choices, self._first = _numbered(env.action_space, text)
+        self._taken = taking(self._choices)
         limit = getattr(env.spec, "max_episode_steps", None)
         self.max_cycles = limit if limit is None or limit > 0 else None
         called = _described(env)
-        self.action_names = {AGENT: called.actions} if called and len(called.actions) == self._choices.n else {}
+        choices = getattr(self._choices, "n", 0)
+        self.action_names = {AGENT: called.actions} if called and len(called.actions) == choices else {}
+        self.outputs: dict[str, list[OutputSpec]] = {}
+        if called and width(self._choices) and len(called.outputs) == width(self._choices):
+            named = zip(called.outputs.items(), bounds_of(self._choices), strict=True)
+            self.outputs = {AGENT: [OutputSpec(name, unit, low, high) for (name, unit), (low, high) in named]}
         self.features: dict[str, list[FeatureSpec]] = {}
         if as_it_is:
             self._seen: spaces.Space = env.observation_space
@@ -124,8 +131,8 @@ class SingleAgent(ParallelEnv[str, Any, Any]):
         """The flattened space, [n_features], or the environment's own."""
         return self._seen
 
-    def action_space(self, agent: str) -> spaces.Discrete:
-        """The actions, counted from 0."""
+    def action_space(self, agent: str) -> spaces.Space:
+        """The actions, counted from 0, or the numbers that the agent gives."""
         return self._choices
 
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[dict[str, Any], Any]:
@@ -134,16 +141,20 @@ class SingleAgent(ParallelEnv[str, Any, Any]):
         self.agents = [AGENT]
         return {AGENT: self._vector(seen)}, {AGENT: info}
 
-    def step(self, actions: Mapping[str, int]) -> tuple[dict[str, Any], ...]:
+    def step(self, actions: Mapping[str, Any]) -> tuple[dict[str, Any], ...]:
         """One step: observations, rewards, terminations, truncations and infos."""
-        seen, reward, ended, cut, info = self.env.step(actions[AGENT] + self._first)
+        acted = actions[AGENT]
+        seen, reward, ended, cut, info = self.env.step(acted + self._first if self._first else acted)
         if ended or cut:
             self.agents = []
         return {AGENT: self._vector(seen)}, {AGENT: reward}, {AGENT: ended}, {AGENT: cut}, {AGENT: info}
 
-    def step_alone(self, action: int) -> tuple[Any, Any, Any, Any]:
-        """As `step`, without dictionaries: observation, reward, whether the episode ended, whether it was cut."""
-        seen, reward, ended, cut, _ = self.env.step(action + self._first)
+    def step_alone(self, action: Any) -> tuple[Any, Any, Any, Any]:
+        """As `step`, without dictionaries: observation, reward, whether the episode ended, whether it was cut.
+        `action`: a number from 0, or the numbers that the agent gives in a row.
+        """
+        acted = self._taken(action)
+        seen, reward, ended, cut, _ = self.env.step(acted + self._first if self._first else acted)
         if ended or cut:
             self.agents = []
         return self._vector(seen), reward, ended, cut
@@ -168,18 +179,19 @@ def _described(env: gymnasium.Env) -> Any:
     return DESCRIBED.get(str(getattr(env.spec, "name", ""))) if entry.startswith("gymnasium.envs.") else None
 
 
-def _numbered(space: spaces.Space, text: str) -> tuple[spaces.Discrete, int]:
-    """The actions from 0, and what the first of them is in the environment."""
-    from gymnasium.spaces import Discrete
+def _numbered(space: spaces.Space, text: str) -> tuple[spaces.Space, int]:
+    """The actions from 0, and what the first of them is in the environment; a Box as it is."""
+    from gymnasium.spaces import Box, Discrete
 
     if isinstance(space, Discrete):
         return Discrete(int(space.n)), int(space.start)
+    if isinstance(space, Box):
+        return space, 0
     if type(space).__module__.partition(".")[0] == "gym":
         advice = "shimmy.GymV26CompatibilityV0 makes such an environment a new one"
         raise InputError("the environment has spaces of the old package gym", text, advice)
-    kind = "continuous actions, a Box" if type(space).__name__ == "Box" else f"actions in a {type(space).__name__}"
-    wrapper = "gymnasium.wrappers.TransformAction(env, lambda k: TABLE[k], gymnasium.spaces.Discrete(len(TABLE)))"
-    raise InputError(f"the environment has {kind}; trees choose among numbered ones", text, f"{wrapper}; {OWN}")
+    what = f"the environment has actions in a {type(space).__name__}; trees choose among numbered ones"
+    raise InputError(what, text, f"{NUMBERED}; {OWN}")
 
 
 def _vector_space(space: spaces.Space, text: str) -> spaces.Box:

@@ -51,7 +51,7 @@ class Together:
         nobody = np.zeros((len(seeds), 1), bool)
         return EnvStates((seen,), np.zeros((len(seeds), 1)), nobody, nobody, ~nobody)
 
-    def _stepped(self, actions: Sequence[Sequence[int]]) -> EnvStates:
+    def _stepped(self, actions: Sequence[Sequence[Any]]) -> EnvStates:
         last = self._last
         assert last is not None, "games are reset before they are stepped"
         seen, rewards = last.observations[0].copy(), np.zeros_like(last.rewards)

@@ -53,7 +53,7 @@ class Reference:
             what = f"{counted(len(self.actions), 'agent')}, and {len(self._copy.names)} in the reference"
             raise InputError(what, self._where, "name the agents in the environment's order")
         for (agent, actions), own in zip(self.actions.items(), self._copy.names, strict=True):
-            n = int(self._copy.env.action_space(own).n)
+            n = int(getattr(self._copy.env.action_space(own), "n", 0))
             if n != len(actions):
                 what = f"{agent} has {counted(len(actions), 'action')}, and {n} in the reference"
                 raise InputError(what, self._where, "list all of them, in the environment's order")

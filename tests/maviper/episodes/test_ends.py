@@ -252,7 +252,7 @@ def by_cart(observations, wanted, counts, alive):
 
 
 def by_histogram(observations, wanted, counts, alive):
-    world = SimpleNamespace(actions=[range(4)] * len(counts))
+    world = SimpleNamespace(actions=[range(4)] * len(counts), outputs=())
     data = Dataset(tuple(observations), wanted, np.ones(wanted.shape), alive)
     members = list(range(len(counts)))
     growth = Growth(world, Settings(splits=HISTOGRAM, max_depth=3))

@@ -20,6 +20,7 @@ from maviper.experts import from_sb3
 from maviper.experts.finding import find_expert
 from maviper.experts.foreign.layers import Normalization
 from maviper.worlds import find
+from tests.support.zips import changed, data_of
 
 pytestmark = [pytest.mark.interop, pytest.mark.train]
 sb3 = pytest.importorskip("stable_baselines3")
@@ -116,19 +117,6 @@ class Trap:
         return open, (self.file, "w")
 
 
-def changed(file, to, **parts):
-    """A copy of a zip with some of its files replaced."""
-    with zipfile.ZipFile(file) as old, zipfile.ZipFile(to, "w") as new:
-        for name in old.namelist():
-            new.writestr(name, parts.get(name.replace(".", "_"), old.read(name)))
-    return to
-
-
-def data_of(file):
-    with zipfile.ZipFile(file) as archive:
-        return json.loads(archive.read("data"))
-
-
 def test_pickled_parts_are_never_opened(models, tmp_path, world):
     """Every entry of the JSON, and every other file of the zip, would write a file if it was unpickled."""
     _, file = models["PPO"]
@@ -174,7 +162,7 @@ def with_data(models, tmp_path, kind="PPO", **values):
 @pytest.mark.parametrize(
     ("values", "said"),
     [
-        ({"action_space": {":type:": "<class 'gymnasium.spaces.box.Box'>"}}, "a Box, not Discrete"),
+        ({"action_space": {":type:": "<class 'gymnasium.spaces.box.Box'>"}}, "a Box, and the world's agents choose"),
         ({"action_space": None}, "unknown"),
         ({"observation_space": {":type:": "<class 'gymnasium.spaces.dict.Dict'>"}}, "a Dict"),
         ({"observation_space": {":type:": "<class 'gymnasium.spaces.box.Box'>", "dtype": "uint8"}}, "pictures"),
@@ -213,7 +201,10 @@ def weights(**tensors):
     [
         ({"features_extractor__cnn__0__weight": torch.zeros(2, 3, 4, 4)}, "MlpPolicy"),
         ({"quantile_net__0__weight": torch.zeros(2, 2)}, "MlpPolicy"),
-        ({"log_std": torch.zeros(2)}, "continuous"),
+        (
+            {"log_std": torch.zeros(2), "action_net__weight": torch.zeros(2, 4), "action_net__bias": torch.zeros(2)},
+            "outputs are means",
+        ),
         ({"action_net__weight": torch.zeros(2, 4)}, "missing"),
         ({"action_net__weight": torch.zeros(2, 5), "action_net__bias": torch.zeros(2)}, "5 inputs"),
         ({"q_net__q_net__0__weight": torch.zeros(2, 4), "q_net__q_net__0__bias": torch.zeros(2, 2)}, "connected"),

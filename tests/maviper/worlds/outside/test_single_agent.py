@@ -69,9 +69,8 @@ def test_observations_are_flattened_with_names(shows, names, high):
 @pytest.mark.parametrize(
     ("name", "said"),
     [
-        ("gymnasium:Pendulum-v1", ["continuous actions", "TransformAction", "mygame:make"]),
+        ("gymnasium:Pendulum-v1", ["continuous actions", "TransformAction", "mygame:make", "extract"]),
         ("gymnasium:Blackjack-v1", ["Tuple", "FlattenObservation"]),
-        ("tests.support.environments:steered", ["continuous actions"]),
         ("tests.support.environments:walker,shows=parts", ["Dict", "FlattenObservation"]),
         ("tests.support.environments:walker,shows=picture", ["4,800 numbers"]),
         ("gymnasium:CartPol-v1", ["did you mean CartPole-v1"]),

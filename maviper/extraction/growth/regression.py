@@ -1,0 +1,160 @@
+"""Leaves that give numbers: vectors of constants, or of sums that ridge regression fits, grown best first.
+
+Does: what each point adds to a leaf, how good a leaf is for what its points add up to, and the leaf's numbers.
+Assumes: counts of points, so that a leaf's sums are those of its data set; outputs with both bounds.
+Does not: search for splits (best_first.py).
+
+Numbers are learned in parts of their ranges, so that each counts alike. For constants, the purity of a leaf is the
+squared sum of its labels over their count: its loss to the sum of all squares is their variance times their count.
+Linear leaves take b' G^-1 b, where G are the summed products of a point's features and 1, and b those with its labels:
+what a ridge regression of the leaf explains. The ridge lets no weight count but for the constant's; it grows with the
+count, so that a split never explains less.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from codegen.ir import NO_FEATURE, Float32, Float64, GrownTree, OutputSpec
+from codegen.lowering.deploy import SummedTree
+from maviper.extraction.growth.best_first import BestFirstTree, Purity
+from maviper.extraction.growth.histogram import Bins, Codes
+from maviper.extraction.settings import CONSTANT, LINEAR
+from maviper.worlds.world import Int, bounds
+
+RIDGE = 1e-3  # in parts of a feature's variance over all points
+POINTS_A_WEIGHT = 5  # that a linear leaf must have at least, for each of its weights
+
+
+class Leaves(ABC):
+    """What the leaves of one agent's tree give. `obs`: [n, n_features], all points; `labels`: [n, n_outputs]."""
+
+    fewest = 1  # points of a leaf
+
+    def __init__(self, obs: Float32, labels: Float32, outputs: Sequence[OutputSpec]) -> None:
+        self.low, self.high = bounds(outputs)
+        self.range = np.where(self.high > self.low, self.high - self.low, 1.0)
+        self.obs = obs.astype(np.float64)
+        self.parts = (labels[:, : len(outputs)].astype(np.float64) - self.low) / self.range
+
+    @abstractmethod
+    def vectors(self, counts: Int) -> Float64:
+        """What each point adds to its leaf, [n, width]. `counts`: [n]."""
+
+    @abstractmethod
+    def purity(self, total: Float64) -> Float64:
+        """How much of the labels' squares leaves explain, [...], by what their points add up to, [..., width]."""
+
+    @abstractmethod
+    def fitted(self, total: Float64) -> Float64:
+        """The numbers that a leaf gives, [n_outputs, n_features + 1], the constant last, in the outputs' units."""
+
+    def spread(self, counts: Int) -> float:
+        """The sum of all squares."""
+        return float((np.square(self.parts).sum(axis=1) * counts).sum())
+
+    def _in_units(self, found: Float64) -> Float64:
+        found = found * self.range[:, None]
+        found[:, -1] += self.low
+        return found
+
+
+class ConstantLeaves(Leaves):
+    """Each leaf gives the means of its labels."""
+
+    def vectors(self, counts: Int) -> Float64:
+        """As `Leaves.vectors`: the count, and the labels that many times."""
+        return np.column_stack([counts, self.parts * counts[:, None]]).astype(np.float64)
+
+    def purity(self, total: Float64) -> Float64:
+        """As `Leaves.purity`."""
+        return np.square(total[..., 1:]).sum(axis=-1) / np.maximum(total[..., 0], 1)
+
+    def fitted(self, total: Float64) -> Float64:
+        """As `Leaves.fitted`, with weights of 0."""
+        found = np.zeros((len(total) - 1, self.obs.shape[1] + 1))
+        found[:, -1] = total[1:] / total[0]
+        return self._in_units(found)
+
+
+class LinearLeaves(Leaves):
+    """Each leaf gives sums of its features, by ridge regression of its labels. Features are scaled to a mean of 0 and
+    a variance of 1 over all points while they are learned.
+    """
+
+    def __init__(self, obs: Float32, labels: Float32, outputs: Sequence[OutputSpec]) -> None:
+        super().__init__(obs, labels, outputs)
+        self.mean, deviation = self.obs.mean(axis=0), self.obs.std(axis=0)
+        self.scale = np.where(deviation > 0, deviation, 1.0)
+        self.points = np.column_stack([(self.obs - self.mean) / self.scale, np.ones(len(obs))])
+        self.width = self.points.shape[1]
+        self.fewest = POINTS_A_WEIGHT * self.width
+        self.upper = np.triu_indices(self.width)
+        self.ridge = RIDGE * np.diag([1.0] * (self.width - 1) + [0.0])
+
+    def vectors(self, counts: Int) -> Float64:
+        """As `Leaves.vectors`: products of scaled features and 1, then those with the labels."""
+        rows, columns = self.upper
+        products = self.points[:, rows] * self.points[:, columns]
+        answers = (self.points[:, :, None] * self.parts[:, None, :]).reshape(len(products), -1)
+        return np.column_stack([products, answers]) * counts[:, None]
+
+    def _solved(self, total: Float64) -> tuple[Float64, Any]:
+        """Products with the labels, and the weights, both [..., width, n_outputs]."""
+        rows, columns = self.upper
+        products = np.empty((*total.shape[:-1], self.width, self.width))
+        products[..., rows, columns] = products[..., columns, rows] = total[..., : len(rows)]
+        answers = total[..., len(rows) :].reshape(*total.shape[:-1], self.width, -1)
+        count = np.maximum(products[..., -1:, -1:], 1)  # an empty side explains nothing, whatever it is divided by
+        last = np.zeros((self.width, self.width))
+        last[-1, -1] = 1.0
+        return answers, np.linalg.solve(products + count * self.ridge + (products[..., -1:, -1:] < 1) * last, answers)
+
+    def purity(self, total: Float64) -> Float64:
+        """As `Leaves.purity`."""
+        answers, weights = self._solved(total)
+        return (answers * weights).sum(axis=(-1, -2))
+
+    def fitted(self, total: Float64) -> Float64:
+        """As `Leaves.fitted`; weights as float32 holds them."""
+        weights = self._solved(total)[1].T
+        found = np.empty_like(weights)
+        found[:, :-1] = (weights[:, :-1] / self.scale * self.range[:, None]).astype(np.float32) / self.range[:, None]
+        found[:, -1] = weights[:, -1] - found[:, :-1] @ self.mean
+        return self._in_units(found)
+
+
+KINDS: dict[str, type[Leaves]] = {CONSTANT: ConstantLeaves, LINEAR: LinearLeaves}
+
+
+def grown(leaves: Leaves, counts: Int, codes: Codes, bins: Bins, max_depth: int, max_leaves: int) -> SummedTree:
+    """A tree with at most so many leaves that give numbers; it may test more columns than there are features, and
+    names none of them. `counts`: [n]; `codes`: [n_columns, n].
+    """
+    vectors = leaves.vectors(counts)
+    purity: Purity = leaves.purity
+    growing = BestFirstTree(codes, vectors, bins, max_depth, purity, leaves.spread(counts), leaves.fewest)
+    tree, action = growing.grown(max_leaves), np.full(len(growing.nodes), -1)
+    given: list[Any] = []
+    for leaf in growing.open:
+        action[leaf.node] = len(given)
+        given.append(leaves.fitted(vectors[leaf.rows].sum(axis=0)))
+    assert (np.equal(action, -1) == (tree.feature != NO_FEATURE)).all()
+    arrays = tree.feature, tree.threshold, tree.left, tree.right, action
+    return SummedTree(*arrays, np.zeros((0, leaves.obs.shape[1]), np.float32), np.array(given))
+
+
+def testing(tree: GrownTree, pairs: Sequence[tuple[int, int]], n_features: int) -> GrownTree:
+    """The tree, whose tests from `n_features` on count in differences of two features, with those that it tests."""
+    named = list(dict.fromkeys((tree.feature[tree.feature >= n_features] - n_features).tolist()))
+    if not named:
+        return tree
+    tests = np.zeros((len(named), n_features), np.float32)
+    for row, (first, second) in zip(tests, (pairs[each] for each in named), strict=True):
+        row[first], row[second] = 1.0, -1.0
+    place = {n_features + old: n_features + new for new, old in enumerate(named)}
+    feature = np.array([place.get(each, each) for each in tree.feature.tolist()])
+    given = tree.given if isinstance(tree, SummedTree) else np.zeros((0, 0, n_features + 1))
+    return SummedTree(feature, tree.threshold, tree.left, tree.right, tree.action, tests, given)
