@@ -142,7 +142,7 @@ class Stage:
         """In batches of bounded size."""
         world = self.world
         numbers = world.spec.episode_steps * sum(len(features) for features in world.features)
-        at_once = world.games or max(1, min(MAX_GAMES, MAX_NUMBERS // numbers))
+        at_once = world.games_measured or max(1, min(MAX_GAMES, MAX_NUMBERS // numbers))
         for low in range(0, len(self.seeds), at_once):
             part = self.seeds[low : low + at_once]
             fresh = {id(each): each.started(part) for each in lineup if isinstance(each, Uniform)}

@@ -122,6 +122,11 @@ class World(ABC):
     games: int | None = None  # how many games are played at once; None: as many as asked
 
     @property
+    def games_measured(self) -> int | None:
+        """How many games may play at once where only what each comes to matters, not in which order data comes."""
+        return self.games
+
+    @property
     def name(self) -> str:
         """The game's name with the options that differ from its defaults, as the command line reads it."""
         return world_name(self.spec)

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from codegen.errors import InputError
+from maviper.experts.foreign.archives import part
 from maviper.experts.foreign.layers import (
     ACTIVATIONS,
     LOGITS,
@@ -93,10 +94,10 @@ def _read(path: Path) -> tuple[dict[str, Any], Tensors, str]:
     try:
         with zipfile.ZipFile(io.BytesIO(whole)) as archive:
             names = set(archive.namelist())
-            data = json.loads(_part(archive, DATA, MAX_DATA))
-            version = _part(archive, VERSION, 64).decode("ascii") if VERSION in names else ""
+            data = json.loads(part(archive, DATA, MAX_DATA))
+            version = part(archive, VERSION, 64).decode("ascii") if VERSION in names else ""
             safe = SAFE_WEIGHTS in names
-            weights = _part(archive, SAFE_WEIGHTS if safe else WEIGHTS, MAX_BYTES)
+            weights = part(archive, SAFE_WEIGHTS if safe else WEIGHTS, MAX_BYTES)
     except UNREADABLE as error:
         said = str(error).splitlines()[0][:120] if str(error) else type(error).__name__
         raise InputError("not a zip of stable-baselines3", f"{path}: {said}", "write it by model.save(file)") from None
@@ -108,20 +109,6 @@ def _read(path: Path) -> tuple[dict[str, Any], Tensors, str]:
         read(weights, f"{path}: {WEIGHTS}", safe),
         hashlib.sha256(whole).hexdigest(),
     )
-
-
-def _part(archive: zipfile.ZipFile, name: str, most: int) -> bytes:
-    """One file of the zip; ValueError where it holds more than it may.
-
-    Only what the library writes is unpacked. Python reads other compressions of zips without a limit.
-    """
-    if archive.getinfo(name).compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
-        raise ValueError(f"{name} is compressed in an unknown way")
-    with archive.open(name) as file:
-        found = file.read(most + 1)
-    if len(found) > most:
-        raise ValueError(f"{name} is larger than {most} bytes")
-    return found
 
 
 def _algorithm(data: Mapping[str, Any], tensors: Tensors, where: str) -> tuple[str, str]:

@@ -1,7 +1,7 @@
 """Weights by name out of files of torch or safetensors; nothing in them is run.
 
-Does: reads a state dict by `torch.load(weights_only=True)`, or safetensors; finds the layers under a name in it.
-Assumes: the extra `maviper[train]` for files of torch.
+Does: reads a state dict, or safetensors; finds the layers under a name in it.
+Assumes: the extra `maviper[train]` where archives.py does not read a file: torch before 1.6, rare types of numbers.
 Does not: load whole modules, TorchScript or any other pickle.
 """
 
@@ -15,6 +15,7 @@ import numpy as np
 
 from codegen.errors import InputError, MissingToolError
 from codegen.ir import Float32
+from maviper.experts.foreign.archives import NotPlainError, state_dict
 from maviper.experts.foreign.layers import Linear
 
 MAX_BYTES = 256 * 2**20
@@ -25,7 +26,12 @@ Tensors = Mapping[str, Float32]
 
 def read(data: bytes, where: str, safetensors: bool = False) -> dict[str, Float32]:
     """The tensors of a state dict in a file's bytes, as float32; InputError where it holds anything else."""
-    return _safetensors(data, where) if safetensors else of_torch(_torch(data, where), where)
+    if safetensors:
+        return _safetensors(data, where)
+    try:
+        return state_dict(data, MAX_BYTES)
+    except NotPlainError as reason:  # torch reads more, or says why it does not
+        return of_torch(_torch(data, where, str(reason)), where)
 
 
 def _safetensors(data: bytes, where: str) -> dict[str, Float32]:
@@ -38,12 +44,13 @@ def _safetensors(data: bytes, where: str) -> dict[str, Float32]:
         raise InputError("not a safetensors file", f"{where}: {error}"[:200]) from None
 
 
-def _torch(data: bytes, where: str) -> Any:
+def _torch(data: bytes, where: str, reason: str) -> Any:
+    """What torch reads; `reason`: why it is asked."""
     try:
         import torch  # pyright: ignore[reportMissingImports]
     except ImportError:
-        advice = "install the extra: pip install 'maviper[train]'"
-        raise MissingToolError("weights of torch need torch", where, advice) from None
+        advice = "save it as torch.save(module.state_dict(), file), or install torch: pip install 'maviper[train]'"
+        raise MissingToolError("only torch can read these weights, if at all", f"{where}: {reason}", advice) from None
     try:
         _ensure_small(data)
         return torch.load(io.BytesIO(data), map_location="cpu", weights_only=True)

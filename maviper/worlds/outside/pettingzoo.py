@@ -56,6 +56,7 @@ from maviper.worlds.world import RETURN, Int, Measure, Outcome
 
 DEFAULT_STEPS = 25  # where nobody knows how long an episode is
 GAMES_HERE = 32  # copies of an environment that says it `plays_here`
+MEASURED_HERE = 128  # ... where only outcomes matter: our part of a step costs half
 PROBE_STEPS = 1_000  # of the episode that is played to find out
 LONGEST_NAME = 40  # of a world: generated code starts with it
 
@@ -128,9 +129,15 @@ class PettingZooWorld(OutsideWorld):
             advice = "fix its `features`, `action_names` or `outputs`"
             raise InputError("a profile cannot hold what the environment declares", wrong, advice)
 
+    @property
+    def games_measured(self) -> int:
+        """More than `games` of those that are stepped here without dictionaries."""
+        return max(self.games, MEASURED_HERE) if isinstance(self._copies, Together) else self.games
+
     def start_from_seeds(self, seeds: Sequence[int] | Int) -> EnvStates:
-        """The start states after `reset(seed=...)`, one for each of at most `games` seeds, see `fold_seed`."""
-        assert 0 < len(seeds) <= self.games, f"{len(seeds)} games asked of {self.games} copies"
+        """The start states after `reset(seed=...)`, one for each of at most `games_measured` seeds, see `fold_seed`."""
+        most = self.games_measured
+        assert 0 < len(seeds) <= most, f"{len(seeds)} games asked of {most} copies"
         given = [fold_seed(int(seed)) for seed in seeds]
         found = self._entered("reset", given)
         return replace(found, pasts=started(given)) if self.branches else found

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from gymnasium import spaces
 
 AGENT = "agent"
+REMEMBERED = 1_000  # numbers of actions
 ID = re.compile(r"(?:[A-Za-z_][\w.]*:)?(?:[\w.-]+/)?[\w.-]+")  # MODULE:NAMESPACE/NAME-v1
 ELSEWHERE = (  # environments that left Gymnasium or were never in it: how their names begin, and who has them
     (
@@ -109,6 +110,8 @@ class SingleAgent(ParallelEnv[str, Any, Any]):
         self.possible_agents, self.agents = [AGENT], []
         self._choices, self._first = _numbered(env.action_space, text)
         self._taken = taking(self._choices)
+        self._advance, self._limit = _quick(env)
+        self._elapsed = 0
         limit = getattr(env.spec, "max_episode_steps", None)
         self.max_cycles = limit if limit is None or limit > 0 else None
         called = _described(env)
@@ -138,26 +141,24 @@ class SingleAgent(ParallelEnv[str, Any, Any]):
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[dict[str, Any], Any]:
         """Starts an episode."""
         seen, info = self.env.reset(seed=seed, options=options)
-        self.agents = [AGENT]
+        self.agents, self._elapsed = [AGENT], 0
         return {AGENT: self._vector(seen)}, {AGENT: info}
 
     def step(self, actions: Mapping[str, Any]) -> tuple[dict[str, Any], ...]:
         """One step: observations, rewards, terminations, truncations and infos."""
-        acted = actions[AGENT]
-        seen, reward, ended, cut, info = self.env.step(acted + self._first if self._first else acted)
-        if ended or cut:
-            self.agents = []
-        return {AGENT: self._vector(seen)}, {AGENT: reward}, {AGENT: ended}, {AGENT: cut}, {AGENT: info}
+        return tuple({AGENT: each} for each in self._after(actions[AGENT]))
 
-    def step_alone(self, action: Any) -> tuple[Any, Any, Any, Any]:
-        """As `step`, without dictionaries: observation, reward, whether the episode ended, whether it was cut.
-        `action`: a number from 0, or the numbers that the agent gives in a row.
-        """
-        acted = self._taken(action)
-        seen, reward, ended, cut, _ = self.env.step(acted + self._first if self._first else acted)
+    def step_alone(self, action: Any) -> tuple[Any, Any, Any, Any, Any]:
+        """As `step`, without dictionaries. `action`: a number from 0, or the numbers that the agent gives in a row."""
+        return self._after(self._taken(action))
+
+    def _after(self, acted: Any) -> tuple[Any, Any, Any, Any, Any]:
+        seen, reward, ended, cut, info = self._advance(acted + self._first if self._first else acted)
+        self._elapsed += 1
+        cut = cut or self._elapsed == self._limit
         if ended or cut:
             self.agents = []
-        return self._vector(seen), reward, ended, cut
+        return self._vector(seen), reward, ended, cut, info
 
     def render(self) -> Any:
         """As the environment does."""
@@ -171,6 +172,26 @@ class SingleAgent(ParallelEnv[str, Any, Any]):
         if self.as_it_is or (self._plain and type(seen) is np.ndarray and seen.ndim == 1):
             return seen
         return vector(self.env.observation_space, seen)
+
+
+def _quick(env: gymnasium.Env) -> tuple[Callable[[Any], tuple[Any, Any, Any, Any, Any]], int | None]:
+    """The step of an environment, and after how many of them an episode is cut.
+
+    `gymnasium.make` puts two wrappers around an environment, which ask in each step whether it was reset and count it,
+    and most environments ask their space whether there is such an action. In a small game that takes as long as the
+    step. Here games are reset first, steps are counted anyway, and the space's own answers are remembered.
+    """
+    from gymnasium.spaces import Discrete
+    from gymnasium.wrappers import OrderEnforcing, TimeLimit
+
+    space = env.unwrapped.action_space
+    if type(space) is Discrete and space.n <= REMEMBERED:
+        known = frozenset(range(int(space.start), int(space.start + space.n)))
+        contains = space.contains
+        space.contains = lambda x: (type(x) is int and x in known) or contains(x)
+    if type(env) is TimeLimit and type(env.env) is OrderEnforcing:
+        return env.env.env.step, env._max_episode_steps
+    return env.step, None
 
 
 def _described(env: gymnasium.Env) -> Any:

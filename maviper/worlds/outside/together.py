@@ -6,6 +6,7 @@ Does not: step in other processes, or environments of several agents (processes.
 """
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -33,6 +34,7 @@ class Together:
     def __init__(self, source: Source, make: Callable[[], Any]) -> None:
         self.source, self.make = source, make
         self._copies: list[Copy] = []
+        self._steps: list[Callable[[int], tuple[Any, ...]]] = []  # theirs
         self._live: list[int] = []  # games that go on
         self._last: EnvStates | None = None
 
@@ -40,6 +42,7 @@ class Together:
         """`reset` with seeds, or `step` with each game's actions; InputError when an environment raises."""
         while len(self._copies) < len(arguments):
             self._copies.append(Copy(self.make(), self.source))
+            self._steps.append(self._copies[-1].env.step_alone)
         with output_aside():  # once for all of them: to enter and leave takes as long as a small game's step
             self._last = self._started(arguments) if verb == "reset" else self._stepped(arguments)
         return self._last
@@ -55,21 +58,25 @@ class Together:
         last = self._last
         assert last is not None, "games are reset before they are stepped"
         seen, rewards = last.observations[0].copy(), np.zeros_like(last.rewards)
-        done, terminated = last.done.copy(), last.terminated.copy()
-        rows, paid, shape = list(seen), rewards[:, 0], seen.shape[1:]
+        over: list[tuple[int, bool]] = []  # games that end, and whether by themselves
+        paid, shape, steps = rewards[:, 0], seen.shape[1:], self._steps
         try:
             for place in self._live:
-                shown, reward, ended, cut = self._copies[place].env.step_alone(actions[place][0])
+                shown, reward, ended, cut, _ = steps[place](actions[place][0])
                 if type(shown) is not np.ndarray or shown.dtype is not FLOAT32 or shown.shape != shape:
                     shown = self._vector(shown, place, shape)
-                rows[place][:] = shown
+                seen[place] = shown  # at once: copies may have one array between them
                 paid[place] = float(reward)
                 if ended or cut:
-                    done[place], terminated[place] = True, bool(ended)
+                    over.append((place, bool(ended)))
         except (Exception, SystemExit) as error:
             raise fault(error, self.source, "the environment's step") from error
-        if done.any():
-            self._live = [place for place in self._live if not done[place]]
+        if not over:
+            return replace(last, observations=(seen,), rewards=rewards)
+        done, terminated = last.done.copy(), last.terminated.copy()
+        for place, ended in over:
+            done[place], terminated[place] = True, ended
+        self._live = [place for place in self._live if not done[place]]
         return EnvStates((seen,), rewards, done, terminated, ~done)
 
     def _vector(self, shown: Any, place: int, shape: tuple[int, ...]) -> Float32:
@@ -82,6 +89,6 @@ class Together:
 
     def close(self) -> None:
         """Ends all copies; the next reset starts fresh ones."""
-        copies, self._copies, self._last = self._copies, [], None
+        copies, self._copies, self._steps, self._last = self._copies, [], [], None
         for copy in copies:
             copy.close()

@@ -10,10 +10,13 @@ import pytest
 from codegen.errors import InputError, MissingToolError
 from maviper.cli import main
 from maviper.episodes.play import Policies, rollout
+from maviper.evaluation.crossplay import Stage
 from maviper.worlds import find
 from maviper.worlds.checking import check, usable
 from maviper.worlds.outside.pettingzoo import GAMES_HERE
 from maviper.worlds.outside.processes import Copy
+from maviper.worlds.outside.single_agent import SingleAgent
+from maviper.worlds.outside.sources import parse_source
 from maviper.worlds.outside.together import Together
 from maviper.worlds.seeds import fold_seed
 
@@ -35,6 +38,36 @@ def test_cartpole_is_played_as_gymnasium_plays_it():
             total, over = total + reward, ended or cut
         assert total == found
     assert len(set(returns)) > 1
+
+
+def test_more_games_at_once_end_as_fewer():
+    """In evaluation, where no data comes of them."""
+    world = find("tests.support.environments:walker")
+    assert world.games_measured > world.games == GAMES_HERE
+    policies, seeds = Policies([lambda seen: (seen[:, 0] % 2).astype(int)]), range(140)
+    fewer = np.concatenate([part.returns[0] for part in rollout(world, [policies], seeds)])
+    stage = Stage(world, seeds)
+    stage.play((policies,))
+    assert np.array_equal(fewer, stage.values((policies,), world.measures[0])) and len(set(fewer)) > 1
+
+
+@pytest.mark.parametrize("limit", [None, 7])
+def test_episodes_are_cut_as_gymnasium_cuts_them(limit):
+    """Its wrappers are stepped past where they are its own, and its space's answers are remembered."""
+    bare, env = (gymnasium.make("CartPole-v1", max_episode_steps=limit) for _ in range(2))
+    alone = SingleAgent(env, parse_source("gymnasium:CartPole-v1"))
+    for seed in range(3):
+        alone.reset(seed), bare.reset(seed=seed)
+        for step in range(12):
+            seen, *found = alone.step_alone(step // 3 % 2)
+            shown, *expected = bare.step(step // 3 % 2)
+            assert np.array_equal(seen, shown) and found == expected
+            if expected[1] or expected[2]:
+                break
+        assert expected[2] is (limit is not None) and alone.agents == ([] if expected[2] else ["agent"])
+    space, known = env.unwrapped.action_space, bare.unwrapped.action_space
+    for given in (0, 1, 2, -1, True, 1.0, np.int64(1), np.int64(2), np.array(1), "0", None, [0]):
+        assert space.contains(given) == known.contains(given)
 
 
 def test_an_end_by_itself_is_told_from_a_cut():
