@@ -12,10 +12,12 @@ from codegen import ir
 from codegen.dynamics import accelerations, partners
 from codegen.errors import InputError
 from codegen.floats import decimal_literal, short_hex
+from codegen.lowering.lower import region_of
 from codegen.lowering.model import Agent, Double, Model, Place
 from codegen.region import RegionSpec
 
 OFF = 2.0**-40  # by which a number may be off: proofs leave 2^-30 for all that adds up in an episode
+MAX_NOISE = 1.0  # beyond which nothing is near anything
 MAX_STEPS = 100  # in which that adds up to less than 2^-30
 
 
@@ -26,6 +28,7 @@ class Start:
     region: RegionSpec
     steps: int
     followed: frozenset[str]
+    noise: float = 0.0  # by which each number that is given may be off
 
 
 @dataclass(frozen=True)
@@ -50,6 +53,11 @@ class Track:
     kept: Double  # the share of a velocity that is left after a step
     off: Double
     dt: float
+    noise: float  # 0: states are followed; else an episode of the proof that is near them
+    near: float  # how far, for each number
+    clamped: tuple[tuple[Place, Double, Double], ...]  # what the region bounds by numbers
+    goal: tuple[Place, Place] | None
+    goals: tuple[tuple[Place, Place], ...]  # where it may be
 
     def reached(self, start: Mapping[str, tuple[float, float]]) -> dict[str, tuple[float, float]]:
         """Between which numbers each coordinate stays that starts between these, whatever agents do; all start at
@@ -66,7 +74,7 @@ class Track:
                     low, high = start[place.upper]
                     far = 2.0 * self.steps * (self.dt * most + OFF)
                     found[place.upper] = low - far, high + far
-        return found
+        return {upper: (low - self.near, high + self.near) for upper, (low, high) in found.items()}
 
 
 def ensure_followed(world: ir.WorldSpec, steps: int) -> None:
@@ -88,7 +96,25 @@ def track(profile: ir.PolicyProfile, model: Model, start: Start) -> Track:
     agents = tuple(_tracked(profile, model, number, start) for number in range(len(profile.agents)))
     moving = {place.upper for each in agents for place in (*each.positions, *each.velocities)}
     still = tuple(place for upper, place in model.places.items() if upper not in moving)
-    return Track(start.steps, agents, still, _double(1.0 - world.damping), _double(OFF), world.dt)
+    region = region_of(start.region)
+    near = max(OFF, 2.0 * start.noise)
+    return Track(
+        steps=start.steps,
+        agents=agents,
+        still=still,
+        kept=_double(1.0 - world.damping),
+        off=_double(near),
+        dt=world.dt,
+        noise=start.noise,
+        near=near,
+        clamped=tuple((model.places[one], low, high) for one, other, low, high in region.bounds if not other),
+        goal=_axes(model, "GOAL") if region.goals else None,
+        goals=tuple(_axes(model, name) for name in region.goals),
+    )
+
+
+def _axes(model: Model, name: str) -> tuple[Place, Place]:
+    return model.places[f"{name}_X"], model.places[f"{name}_Y"]
 
 
 def _tracked(profile: ir.PolicyProfile, model: Model, number: int, start: Start) -> Tracked:

@@ -83,7 +83,10 @@ class Watch:
         """What the words OK, LEAVING, OUTSIDE and INVALID say of a state w."""
         invalid = "a number is missing, too old, not finite or out of its range, or the step came late"
         leaving = "w is, and this is the last step of the proof"
-        if self.track is not None:
+        if self.track is not None and self.track.noise:
+            near = decimal_literal(self.track.near)
+            inside = f"w is within {near} of `last`, the state of an episode of the proof: decide from that"
+        elif self.track is not None:
             inside = "w is a start of the proof, or follows from the state before by the actions and the rules"
         elif self.lookup is None:
             inside = "w is in the region of the proof, and so are the positions one step on"
@@ -135,7 +138,9 @@ class Watch:
             return 2 + 3 * len(self.watched) + self.lookup.comparisons
         if self.track is not None:
             moved = sum(4 + 4 * len(each.pushes) for each in self.track.agents) + 2 * len(self.track.still)
-            return 2 + 3 * len(self.watched) + max(moved, _comparisons(self.region) + 4 * len(self.track.agents))
+            begun = _comparisons(self.region) + 4 * len(self.track.agents)
+            near = 2 * len(self.places) + 2 * len(self.region.bounds) + 4 * len(self.region.goals)
+            return 2 + 3 * len(self.watched) + max(moved, begun) + (near if self.track.noise else 0)
         ahead = _comparisons(self.ahead.region if self.ahead else None)
         return 2 + 3 * len(self.watched) + _comparisons(self.region) + ahead
 

@@ -6,17 +6,18 @@ Does not: trust a proof that the checker refuses; watch what a certificate has n
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import msgspec
 
 from codegen.agreement.build import Build
 from codegen.errors import InputError, RefusedError, shown
+from codegen.floats import decimal_literal, nearest_double
 from codegen.ir import PolicyProfile
 from codegen.lowering.covering import Cover
 from codegen.lowering.model import Model
-from codegen.lowering.tracking import Start, ensure_followed
+from codegen.lowering.tracking import MAX_NOISE, Start, ensure_followed
 from codegen.lowering.watching import Watch, watch, watch_cover, watch_start
 from codegen.region import RegionSpec
 from codegen.targets import monitor
@@ -24,19 +25,24 @@ from maviper.files import kinds, runs
 from verify.checker.decisions import certificates as decisions
 from verify.checker.episodes import forever
 from verify.checker.reading import RejectedError
+from verify.claims.language.parameters import Number
 from verify.claims.region import Region
-from verify.exact import plain
+from verify.exact import exact, plain
 from verify.semantics import MACHINE
 
 MONITOR = "monitor"  # the target
 
 
-def parted(targets: Sequence[str], certificate: Path | None) -> tuple[bool, tuple[str, ...]]:
+def parted(
+    targets: Sequence[str], certificate: Path | None, noise: Number | None = None
+) -> tuple[bool, tuple[str, ...]]:
     """Whether a monitor is asked for, and the other targets: C where there is none that a monitor can be written for.
 
-    InputError for a monitor without a certificate, and for a certificate without one.
+    InputError for a monitor without a certificate, and for a certificate or noise without one.
     """
     asked = MONITOR in targets
+    if noise is not None and not asked:
+        raise InputError("noise is only for the target monitor", "--noise", "leave it out, or add --target monitor")
     if asked != (certificate is not None):
         what = "a monitor is made from a certificate" if asked else "a certificate is only for the target monitor"
         raise InputError(what, "--certificate", "give --target monitor and --certificate FILE together")
@@ -103,6 +109,25 @@ def _episodes(text: bytes, where: Path, profile: PolicyProfile) -> Proved:
     followed = frozenset(name for group in found.followed for name in group)
     claim = f"{found.claim.name} of the {found.claim.team} in {found.claim.steps} steps"
     return Proved(Start(spec_of(found.region), found.claim.steps, followed), _hash(text), claim)
+
+
+def noisy(proved: Proved, noise: Number | None) -> Proved:
+    """What is proved, for numbers that are off by so much at most.
+
+    Then the monitor follows the episode of the proof that is near what it is given. InputError where it compares single
+    states, and for a noise that is none.
+    """
+    if noise is None:
+        return proved
+    if not isinstance(proved.region, Start):
+        what = "the monitor compares single states with sets, which leave no room for noise"
+        raise InputError(what, "--noise", "give it for the certificate of a claim about episodes of a game")
+    given = exact(str(noise), "--noise")
+    if not 0 < given <= MAX_NOISE:
+        raise InputError(f"the noise is {noise}", "--noise", f"give a number above 0 and at most {MAX_NOISE:g}")
+    off = nearest_double(given)
+    claim = f"{proved.claim}, of an episode near the true one: each number within {decimal_literal(3.0 * off)} of it"
+    return replace(proved, region=replace(proved.region, noise=off), claim=claim)
 
 
 def files_of(build: Build, proved: Proved, targets: Sequence[str]) -> dict[str, str]:

@@ -23,7 +23,7 @@ from maviper.options import CompileOptions, requested
 def compile_and_prove(profile: ir.PolicyProfile, targets: Iterable[str], **options: Unpack[CompileOptions]) -> Compiled:
     """Code for a profile. DisagreementError when any decision differs; InputError for options that cannot be used."""
     asked, targets = requested(CompileOptions, options), tuple(targets)
-    watched, targets = monitors.parted(targets, asked.certificate)
+    watched, targets = monitors.parted(targets, asked.certificate, asked.noise)
     for option, given in (
         ("--prove", asked.prove),
         ("--target monitor", watched),
@@ -46,6 +46,8 @@ def compile_and_prove(profile: ir.PolicyProfile, targets: Iterable[str], **optio
         better = run_passes(profile, asked.passes, None if asked.region is None else str(asked.region))
         profile, notes = better.profile, better.notes
     proved_region = monitors.proved_by(asked.certificate, profile) if asked.certificate else None
+    if proved_region:
+        proved_region = monitors.noisy(proved_region, asked.noise)
     code = compile_profile(profile, targets, asked.prefix, asked.style)
     more = vectors.files(code.build, targets) if asked.test_vectors else {}
     if proved_region:

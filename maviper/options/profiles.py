@@ -111,6 +111,10 @@ class CompileOptions(TypedDict, total=False):
         Path | None,
         Option(None, WRITTEN, "For the target monitor: the certificate of the claim to watch.", "FILE"),
     ]
+    noise: Annotated[
+        Number | None,
+        Option(None, WRITTEN, "For monitors of episodes: by how much each measured number may be off.", "NUMBER"),
+    ]
     contracts: Annotated[bool, Option(False, CHECKS, "Also write the C's contracts in ACSL, which Frama-C can prove.")]
     frama_c: Annotated[bool, Option(False, CHECKS, "Write the contracts, and prove them with Frama-C's WP and Z3.")]
 

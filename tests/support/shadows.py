@@ -1,0 +1,85 @@
+"""Monitors for noisy numbers as functions: their twin, which follows episodes by a few lines of its own."""
+
+from fractions import Fraction
+from itertools import product
+
+import numpy as np
+
+from tests.support.monitors import INVALID, LEAVING, OK, OUTSIDE, TrackTwin
+
+
+class ShadowTwin(TrackTwin):
+    """What a monitor for numbers that are off by `noise` must say. `last` is the state of the proof's episode."""
+
+    def __init__(self, profile, start):
+        self.near = 2.0 * start.noise
+        super().__init__(profile, start)
+
+    def step(self, w, fresh, dt):
+        self.age = np.where(fresh, 0.0, self.age + dt)
+        if self.stays:
+            return self.word
+        step = self.world.dt
+        if not 0.5 * step <= dt <= 1.5 * step or not ((self.age <= 1.5 * step) & (np.abs(w) <= 1e9)).all():
+            self.word = INVALID
+        else:
+            at = None if self.at > self.proved.steps else self.after(w) if self.at else self.begun(w)
+            if at is None or not (np.abs(w - at) <= self.near).all():
+                self.word = OUTSIDE
+            else:
+                self.word = OK if self.at < self.proved.steps else LEAVING
+                self.at, self.last = self.at + 1, at
+        self.stays = self.word in (OUTSIDE, INVALID)
+        return self.word
+
+    def begun(self, w):
+        """The start of the region that is next to a state, at rest, with its goal at a landmark."""
+        found = w.copy()
+        for name, ends in self.proved.region.box.items():
+            found[self.names.index(name)] = np.clip(found[self.names.index(name)], *map(float, map(Fraction, ends)))
+        found[[at for at, name in enumerate(self.names) if ".v" in name]] = 0.0
+        goal, marks = ([self.names.index(f"{name}.{axis}") for axis in "xy"] for name in ("goal", "landmark_0"))
+        for name in self.proved.region.goals:
+            marks = [self.names.index(f"{name}.{axis}") for axis in "xy"]
+            if (np.abs(w[goal] - found[marks]) <= self.near).all():
+                found[goal] = found[marks]
+                return found if self.starts(found) else None
+        return None
+
+    def after(self, w):
+        """The state of a way on that is near, if one is: of those who are not followed, any action counts."""
+        ways = [
+            [act] if policy.agent in self.proved.followed else range(len(policy.actions))
+            for policy, act in zip(self.profile.agents, self.acts, strict=True)
+        ]
+        found = [self.moved(self.last, way) for way in product(*ways)]
+        return next((at for at in found if (np.abs(w - at) <= self.near).all()), None)
+
+
+def asked_of_shadows(profile, start, count, seed):
+    """Noisy starts and what follows from them, pushes, sensors that fail: w, fresh, dt, start, actions."""
+    rng, twin, rows = np.random.default_rng(seed), ShadowTwin(profile, start), []
+    size, names = len(twin.names), twin.names
+    for _ in range(count):
+        begun = int(twin.stays or rng.random() < 0.01)
+        if begun:
+            twin.start()
+        if twin.at == 0:
+            w = np.zeros(size)
+            for name, (low, high) in start.region.box.items():
+                w[names.index(name)] = rng.uniform(float(Fraction(low)), float(Fraction(high)))
+            goal = rng.choice(start.region.goals)
+            for axis in "xy":
+                w[names.index(f"goal.{axis}")] = w[names.index(f"{goal}.{axis}")]
+        else:
+            w = twin.moved(twin.last, twin.acts)
+        w = w + rng.uniform(-1.0, 1.0, size) * start.noise * rng.choice([0.0, 1.0, 1.9, 2.3], p=[0.2, 0.6, 0.18, 0.02])
+        if rng.random() < 0.02:
+            w[rng.integers(size)] += rng.choice([3.0 * start.noise, 1.5, np.nan, np.inf])
+        fresh = (rng.random(size) > 0.0005).astype(np.int32)
+        dt = rng.choice([profile.world.dt, 0.0, np.nan, 9.0], p=[0.991, 0.003, 0.003, 0.003])
+        twin.step(w, fresh, dt)
+        twin.acts = [int(rng.integers(len(policy.actions))) for policy in profile.agents]
+        rows.append((w, fresh, dt, begun, twin.acts))
+    w, fresh, dt, starts, acts = map(np.array, zip(*rows, strict=True))
+    return w, fresh, dt, starts.astype(np.int32), acts.astype(np.int32)
