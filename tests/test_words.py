@@ -34,6 +34,10 @@ GONE = (
     "VIOLATED is what one hopes for",
     "everybody else being at the expert",
     "world's file",
+    "could have been seen",
+    "are against it",
+    "something stands outside a function",
+    "no world of this version has",
 )
 COUNTED = (
     "bits|bytes|comparisons|cores|decisions|entries|episodes|milliseconds|nodes|numbers|observations|points|"

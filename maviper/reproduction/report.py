@@ -166,7 +166,7 @@ def _state(comparison: verdicts.Comparison) -> str:
         return "not run"
     if comparison.word != verdicts.OPEN or not math.isfinite(comparison.visible):
         return comparison.word
-    return f"{comparison.word}; {comparison.visible:.3g} could have been seen"
+    return f"{comparison.word}; {comparison.visible:.3g} would have been detected"
 
 
 def summary(judged: Sequence[Verdict], facts: dict[str, Any]) -> list[str]:
@@ -180,10 +180,14 @@ def summary(judged: Sequence[Verdict], facts: dict[str, Any]) -> list[str]:
         claim = verdict.claim
         name = claim.id if len(experts) == 1 else f"{claim.id} ({verdict.expert})"
         notes = "; ".join([text for text in (verdict.reason, *verdict.notes) if text])
-        line = f"{SIGNS[verdict.word]} {verdict.word:<14} {'*' if claim.main else ' '} {name}: {notes or claim.says}"
-        lines.append(_cut(line))
+        lines.append(summed_up(verdict.word, claim.main, name, notes or claim.says))
         lines += [_cut(f"{'':<19}{text}") for text in _beside(verdict)]
     return [*lines, f"* main comparison; the whole: {PAGE}, {CLAIMS}"]
+
+
+def summed_up(word: str, main: bool, name: str, text: str) -> str:
+    """A claim's line of the summary."""
+    return _cut(f"{SIGNS[word]} {word:<14} {'*' if main else ' '} {name}: {text}")
 
 
 def _cut(line: str) -> str:

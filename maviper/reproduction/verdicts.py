@@ -53,7 +53,7 @@ class Comparison:
     p: Mapping[str, float]  # what is tested -> p-value
     adjusted: Mapping[str, float]  # the same, by Holm in the claim's family
     word: str = OPEN
-    visible: float = math.inf  # the smallest effect that could have been seen
+    visible: float = math.inf  # the smallest difference that would have been detected
     depth: int = 0
     base: Number | None = None  # what is compared with, as a ratio to the expert, where it is one
 
@@ -102,7 +102,7 @@ class Verdict:
 
     @property
     def visible(self) -> float:
-        """The smallest effect that could have been seen in all that is not decided."""
+        """The smallest difference that would have been detected in all that is not decided."""
         return max((each.visible for each in self.run if each.word == OPEN), default=math.inf)
 
 
@@ -305,7 +305,7 @@ def _reason(verdict: Verdict, word: str, known: Register) -> str:
         return ""
     if word == DIFFERS:
         against = [each for each in run if each.word not in (OPEN, *SUPPORTS[claim.test])]
-        return f"{len(against)} of {len(run)} comparisons are against it, {against[0].label}: {against[0].word}"
+        return f"contradicted by {len(against)} of {len(run)} comparisons: {against[0].label}: {against[0].word}"
     told = [f"{lacking} of {len(verdict.comparisons)} comparisons {_missing(verdict)}"] if lacking else []
     least = min(each.number.seeds for each in run if each.number is not None)
     if least < known.least_seeds:
@@ -313,7 +313,7 @@ def _reason(verdict: Verdict, word: str, known: Register) -> str:
     if any(each.word == OPEN and math.isinf(each.visible) for each in run):
         told.append("a ratio to nothing is no number")
     elif any(each.word == OPEN for each in run):
-        told.append(f"an effect of {verdict.visible:.3g} could have been seen{_final(verdict, known)}")
+        told.append(f"a difference of {verdict.visible:.3g} would have been detected{_final(verdict, known)}")
     return "; ".join(told)
 
 

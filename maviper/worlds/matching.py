@@ -15,7 +15,7 @@ from codegen.ir import FeatureSpec
 from maviper.worlds import WORLDS, ParticleWorld, World, built_in
 from maviper.worlds.world import world_name
 
-NO_WORLD = "no world of this version has the profile's spec, agents, features and actions, and float32 observations"
+NO_WORLD = "no built-in game has the profile's world, agents, features and actions, with float32 observations"
 REPLAYED = "episode replay: only built-in games can be replayed"
 OWN_NAMES = "names"  # in a provenance: of features and actions, where the world has no more than numbers
 FEATURES_FILE = "features_file"  # in a provenance: the hash of a file that named the features

@@ -187,7 +187,7 @@ class _Machine(Statements):
             elif isinstance(each, c_ast.Decl):
                 self._declared(each)
             elif not isinstance(each, c_ast.Pragma | c_ast.StaticAssert):
-                raise self.refused("something stands outside a function", ADVICE)
+                raise self.refused("only functions, types and constants may stand outside functions", ADVICE)
         self.function = self.functions[name]
         result = self.function.decl.type.type
         self.plain_char = isinstance(result, c_ast.TypeDecl) and getattr(result.type, "names", None) == ["char"]

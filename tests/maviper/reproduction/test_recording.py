@@ -150,6 +150,14 @@ def test_twenty_claims_are_decided():
         assert len(decided(name, *(place for place in MORE if place.startswith(f"{name}-")))) >= 20
 
 
+@pytest.mark.parametrize("path", COMMITTED, ids=lambda path: path.parent.name)
+def test_summaries_say_what_the_claims_of_a_record_say(path):
+    lines = path.with_name("summary.txt").read_text(encoding="utf-8").splitlines()
+    for each in claims(path.parent.name):
+        notes = "; ".join(text for text in (each["reason"], *each["notes"]) if text)
+        assert report.summed_up(each["verdict"], each["main"], each["id"], notes or each["says"]) in lines
+
+
 # --- what the README says of them
 
 

@@ -82,7 +82,7 @@ def test_bounds(ordered):
     assert ordered["individual-floor-iviper"].word == AGREES  # .8
     assert ordered["individual-heights"].word == AGREES
     assert ordered["robust-adversary-guesses"].word == DIFFERS  # MAVIPER's adversaries reach .765
-    assert "10 of 20 comparisons are against it, maviper" in ordered["robust-adversary-guesses"].reason
+    assert "contradicted by 10 of 20 comparisons: maviper" in ordered["robust-adversary-guesses"].reason
 
 
 def test_attention(ordered):
@@ -100,7 +100,7 @@ def test_equality_is_a_finding(tmp_path):
 def test_what_noise_hides_is_not_decided_and_the_visible_effect_is_said(tmp_path):
     found = judge(tables.whole(tmp_path, (DECEPTION,), strength=SAME, noise=0.3))
     verdict = found["joint-defenders"]
-    assert verdict.word == NOT_DECIDED and "could have been seen" in verdict.reason
+    assert verdict.word == NOT_DECIDED and "would have been detected" in verdict.reason
     assert 0.02 < verdict.visible < 2
     assert ("final" in verdict.reason) and ("not final" in verdict.reason) == (verdict.visible > 0.488 / 2)
 

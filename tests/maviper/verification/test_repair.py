@@ -98,7 +98,7 @@ def test_a_world_that_cannot_be_played_is_repaired_without_measures(before, tmp_
     ]
     assert main.run(asked) in (0, 3)
     cost = json.loads((out / "repair.json").read_text())
-    assert cost["changed"]["met"] is None and cost["measures"] == [] and "no world of this version" in cost["opponents"]
+    assert cost["changed"]["met"] is None and cost["measures"] == [] and "no built-in game has" in cost["opponents"]
     assert cost["property"] == "own_target" and (out / "near.toml").exists()
     assert loads((out / "profile.json").read_text()).world.name == "elsewhere"
 
