@@ -28,7 +28,7 @@ HORIZON = 6  # steps whose distances it adds up
 HELD = 4  # steps for which pursuit and flight imagine one action held
 GAMES_AT_ONCE = 8_192  # bounds the memory of look-aheads
 DIGITS = 9_973  # of a sum of coordinates, those behind the point are as if drawn
-CACHED_GAMES = 1_024  # of which the distances of one step ahead stay in a processor's cache
+CACHED_GAMES = 256  # of which the distances of all steps ahead stay in a processor's cache
 
 
 @dataclass(frozen=True)
@@ -84,16 +84,20 @@ class Landing:
         effects = np.array([action.effect or (0.0, 0.0) for action in world.actions[0]]).T
         self.force = [entity.force for entity in spec.agents]
         moved = speed = np.zeros((2, *[1] * PLANNED))
-        self.moved: list[Float64] = []  # for a unit force, [2, ...]: an axis for each action that it depends on
-        self.coasted: list[float] = []  # displacement for a unit velocity
+        moves: list[Float64] = []  # for a unit force, [2, ...]: an axis for each action that it depends on
+        coasts: list[float] = []  # displacement for a unit velocity
         coasted, damped = 0.0, 1.0
         for step in range(HORIZON):
             shape = [effects.shape[1] if place == step else 1 for place in range(PLANNED)]
             push = effects.reshape(2, *shape) if step < PLANNED else np.zeros_like(speed)
             moved, speed = displaced(spec, moved, speed), accelerated(spec, speed, push)
-            self.moved.append(moved)
+            moves.append(moved)
             coasted, damped = displaced(spec, coasted, damped), accelerated(spec, damped, 0.0)
-            self.coasted.append(coasted)
+            coasts.append(coasted)
+        plans = np.broadcast_shapes(*(moved.shape for moved in moves))
+        self.moved = np.stack([np.broadcast_to(moved, plans).reshape(2, -1) for moved in moves], axis=1)
+        self.coasted = np.array(coasts)[:, None]
+        self.further = effects.shape[1] ** (PLANNED - 1)  # plans of one first action, which lie side by side
 
     def __call__(self, agent: int, offset: Float64, velocity: Float64) -> Int:
         """The action of one agent, [batch]; `offset` to the target and `velocity`: [2, batch].
@@ -102,7 +106,8 @@ class Landing:
         """
         seen = np.concatenate([offset, velocity]).T.copy()
         _, once, place = np.unique(seen.view("V32")[:, 0], return_index=True, return_inverse=True)
-        offset, velocity = np.split(seen[once].T.copy(), 2)
+        games = seen[once].T.copy()
+        offset, velocity = games[:2], games[2:]
         actions = np.empty(len(once), dtype=np.int64)
         for low in range(0, len(once), CACHED_GAMES):
             some = slice(low, low + CACHED_GAMES)
@@ -110,16 +115,19 @@ class Landing:
         return actions[place]
 
     def _first(self, force: float, offset: Float64, velocity: Float64) -> Int:
-        cost: Float64 | float = 0.0
-        for coasted, moved in zip(self.coasted, self.moved, strict=True):
-            left = offset - coasted * velocity
-            squares, down = (left[axis] - (moved[axis] * force)[..., None] for axis in (0, 1))
-            squares *= squares
-            down *= down
-            squares += down
-            cost = cost + np.sqrt(squares, out=squares)  # grows an axis for each further action
-        sums = np.asarray(cost)
-        return sums.reshape(-1, offset.shape[1]).argmin(axis=0) // sums.shape[-2] ** (PLANNED - 1)
+        first = self._distances(slice(1), slice(None, None, self.further), force, offset, velocity)[0]
+        costs = np.repeat(first, self.further, axis=0)  # one step depends on one action
+        for distance in self._distances(slice(1, None), slice(None), force, offset, velocity):
+            costs += distance
+        return costs.argmin(axis=0) // self.further
+
+    def _distances(self, steps: slice, plans: slice, force: float, offset: Float64, velocity: Float64) -> Float64:
+        """From the point, after each of some steps of some plans, [n_steps, n_plans, batch]."""
+        left = offset[:, None] - self.coasted[steps] * velocity[:, None]
+        squares = left[:, :, None] - (self.moved[:, steps, plans] * force)[..., None]
+        squares *= squares
+        squares[0] += squares[1]
+        return np.sqrt(squares[0], out=squares[0])
 
 
 class SplitUp(Scripted):
