@@ -106,6 +106,23 @@ def unoptimised(monkeypatch):
     from codegen.agreement import build
 
     monkeypatch.setattr(build.Build.__init__, "__defaults__", (False,))
+    keep_libraries(monkeypatch)
+
+
+LIBRARIES: dict[tuple, object] = {}  # by what they are built from; closing one removes its file, and it stays loaded
+
+
+def keep_libraries(patch):
+    """A header is compiled once in a process, however often commands ask for it. Tests of builds do not keep any."""
+    from codegen.agreement import build, compiled
+
+    def kept(header, model, compiler, optimised=True):
+        made_from = header, *compiler, optimised
+        if made_from not in LIBRARIES:
+            LIBRARIES[made_from] = compiled.CompiledC(header, model, compiler, optimised)
+        return LIBRARIES[made_from]
+
+    patch.setattr(build, "CompiledC", kept)
 
 
 @pytest.fixture
@@ -168,10 +185,11 @@ def sample_less(patch, *names, factor=10):
 
 
 def sample_few_states(patch):
-    """A tenth of the sampled states and episodes."""
+    """A tenth of the sampled states and episodes; and a header is compiled once for all replays."""
     sample_less(patch, "SAMPLES", "DRAWN", "ON_POLICY_EPISODES")
     shares = importlib.import_module("verify.states.shares")
     patch.setattr(shares.measure, "__defaults__", (shares.SAMPLES,))
+    keep_libraries(patch)
 
 
 @pytest.fixture
