@@ -48,8 +48,19 @@ def pytest_cmdline_main(config):
 
 
 def pytest_configure(config):
+    draw_nothing_of_sources()
     if config.getoption("seconds") and not hasattr(config, "workerinput"):
         config.pluginmanager.register(seconds.Recorder(Path(config.getoption("seconds"))))
+
+
+def draw_nothing_of_sources():
+    """Hypothesis draws constants that stand in our modules too, so that each edit would change what properties are
+    tested with; and to read all modules takes each worker three seconds in a fresh checkout. It has no option for it.
+    """
+    with contextlib.suppress(ImportError, AttributeError):
+        providers = importlib.import_module("hypothesis.internal.conjecture.providers")
+        none = providers._local_constants
+        providers._get_local_constants = lambda: none
 
 
 def pytest_ignore_collect(collection_path, config):
