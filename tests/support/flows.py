@@ -180,6 +180,8 @@ def outside(seen, states, tubes):
     for (period, step), boxes in seen.items():
         low, high = (np.concatenate(ends) for ends in zip(*boxes[tubes], strict=True))
         points = states[period, step]
+        if not len(low):
+            return np.inf
         off = np.maximum(low[None] - points[:, None], points[:, None] - high[None]).max(axis=2).min(axis=1)
         worst = max(worst, off.max())
     return worst

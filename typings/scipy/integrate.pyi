@@ -7,6 +7,7 @@ import numpy.typing as npt
 
 class _Solution:
     y: npt.NDArray[np.float64]
+    success: bool
 
 def solve_ivp(
     fun: Callable[[float, npt.NDArray[np.float64]], npt.NDArray[np.float64]],

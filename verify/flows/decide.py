@@ -19,7 +19,7 @@ from verify.checker.flows.certificates import FlowCertificate
 from verify.checker.flows.certificates import accepted as accepted_flow
 from verify.checker.flows.sweep import NOT_SHOWN, Plan
 from verify.checker.reading import RejectedError
-from verify.flows.playing import FlowCourse, FlowPlay
+from verify.flows.playing import FlowPlay
 from verify.flows.replay import replayed
 from verify.flows.search import PlanSearch
 from verify.flows.undefined import undefined
@@ -34,7 +34,7 @@ from verify.systems.claims import SystemClaim
 
 SETS_A_BOX = 120  # boxes of the budget that one set of a flow takes as long as
 FIRST_SAMPLES = 256
-MIDDLES = 64  # parts left open whose middles are replayed
+MIDDLES = 64  # parts left open whose middles are played
 LEFT_OPEN = (
     "some states may break the claim: no episode was found that surely does, nor a plan that shows that none does"
 )
@@ -89,8 +89,8 @@ def _played(question: Question[SystemClaim], play: FlowPlay, search: PlanSearch)
     profile, system, claim = question.profile, question.subject.system, question.claim
     names = [one.name for one in system.variables]
     middles = [0.5 * one.low + 0.5 * one.high for one in search.open[:MIDDLES]]
-    starts = [FlowCourse({n: Fraction(float(v)) for n, v in zip(names, m, strict=True)}, {}) for m in middles]
-    for course in (*play.breaking(question.budgets.samples), *starts):
+    starts = [dict(zip(names, middle.tolist(), strict=True)) for middle in middles]
+    for course in (*play.breaking(question.budgets.samples), *play.from_starts(starts)):
         found = replayed(profile, system, claim, course)
         if found is not None:
             return ReachOutcome(Verdict.VIOLATED, counterexample=found)

@@ -7,7 +7,7 @@ Does not: bound anything.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from typing import NamedTuple
 
@@ -41,6 +41,7 @@ class FlowPlay:
         assert system.flow is not None
         self._profile, self._system, self._claim, self._flow = profile, system, claim, system.flow
         self._rates = {name: vectorised(rate) for name, rate in system.flow.rates.items()}
+        self._jumps = {name: vectorised(value) for name, value in system.flow.jumps.items()}
         self._period = float(system.flow.period)
 
     def breaking(self, count: int) -> Iterator[FlowCourse]:
@@ -58,6 +59,17 @@ class FlowPlay:
             begun = {name: Fraction(float(values[place])) for name, values in start.items()}
             yield FlowCourse(begun, {name: self._error(name, float(values[place])) for name, values in errors.items()})
 
+    def from_starts(self, starts: Sequence[Mapping[str, float]]) -> Iterator[FlowCourse]:
+        """Courses from some starts, without errors, that break the claim in float64."""
+        if not starts:
+            return
+        planes = {name: np.array([start[name] for start in starts]) for name in starts[0]}
+        with np.errstate(all="ignore"):
+            broken = self._broken(planes, {}, len(starts))
+        for start, found in zip(starts, broken.tolist(), strict=True):
+            if found:
+                yield FlowCourse({name: Fraction(value) for name, value in start.items()}, {})
+
     def _error(self, name: str, near: float) -> Fraction:
         """The exact error that a float stands for: an end of its bounds, or a number between them."""
         low, high = self._flow.error[name]
@@ -74,6 +86,8 @@ class FlowPlay:
             if period == claim.steps or not alive.any():
                 break
             held = self._held(state, count)
+            known = {**state, **held}
+            state = state | {name: np.broadcast_to(value(known), count) for name, value in self._jumps.items()}
             for part in range(PARTS):
                 state = self._moved(state, held, errors)
                 if part + 1 < PARTS and not claim.at_samples:

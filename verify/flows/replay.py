@@ -86,6 +86,8 @@ class _Narrow:
                 return None
             self._actions.append(self._sweep.named(joint))
             held = self._sweep.inputs(np.array([joint]))
+            if not self._jumped(held):
+                return None
             for part in range(self._parts):
                 moved = self._step.moved(self._box, self._frames, held)
                 if not moved.shown.all() or moved.empty.any():
@@ -100,6 +102,14 @@ class _Narrow:
                     return self._told(period + 1, period * self._parts * self._part + (part + 1) * self._part)
             self._states.append(self._middle())
         return self._told(claim.steps, claim.steps * self._parts * self._part) if claim.says.once else None
+
+    def _jumped(self, held: Mapping[str, Spans]) -> bool:
+        """Makes the jump of a sample; whether it was enclosed."""
+        if self._sweep.jump is None:
+            return True
+        moved = self._sweep.jump.jumped(self._box, self._frames, held)
+        self._box, self._frames = moved.box, moved.frames
+        return bool(moved.shown.all() and not moved.empty.any())
 
     def _surely_broken(self, box: Spans, period: int) -> bool:
         if self._claim.says.avoided:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
+from itertools import count
 from math import floor, log2
 from typing import NamedTuple
 
@@ -16,18 +17,19 @@ import numpy as np
 
 from codegen.ir import NO_FEATURE, Float64, PolicyProfile
 from verify.checker.covers.parts import StartBox, halves
+from verify.checker.flows.sweep import FEW as FEW_SETS
 from verify.checker.flows.sweep import FlowSweep, Plan, SeenStep
 from verify.checker.reading import RejectedError
 from verify.progress import tell
 from verify.reach.cutting import CutPart
 from verify.systems.claims import SystemClaim
-from verify.systems.language.expressions import affine, names
+from verify.systems.language.expressions import Name, affine, names
 from verify.systems.system import System
 
 CURVED = ((4, 1), (5, 2), (6, 4), (8, 8), (8, 20))  # order of the series and steps of a period
 STRAIGHT = ((12, 1), (12, 4), (12, 16), (12, 50))
-FIRST = 4_000  # sets for cuts of the start at first, and for cells of one width; four times as many in each round
-MANY = 50  # sets of a part at each step, beyond which it is cut and not followed further
+FIRST = 20_000  # sets for cuts of the start at first, and for cells of one width; four times as many in each round
+MANY = FEW_SETS  # sets of a part at each step, beyond which it is cut and not followed further
 ASIDE = 0.125  # how much the width of a variable counts on which no decision depends
 CELLS = tuple(range(2, 7))  # into how many parts, as powers of two, what episodes range over is cut
 MAX_DEPTH = 20  # of cuts of the start
@@ -59,7 +61,8 @@ class PlanSearch:
         self.sweep = FlowSweep(profile, system, claim)
         self._names = [one.name for one in system.variables]
         self._most, self._steps = most, max(claim.steps, 1)
-        deciding = _deciding(profile, system)
+        self._tested = _tested(profile, system)
+        deciding = _moving(self._tested, system)
         self._weights = np.array([1.0 if name in deciding else ASIDE for name in self._names])
         self.open: list[StartBox] = []
         self.why = ""
@@ -69,8 +72,8 @@ class PlanSearch:
 
     @property
     def spent(self) -> int:
-        """Sets that were asked about, over all attempts."""
-        return self.sweep.swept
+        """Sets that were asked about, over all attempts; few sets of a step count as more."""
+        return self.sweep.spent
 
     def plans(self) -> Iterator[FoundPlan]:
         """Plans that show the claim, the cheap ones first."""
@@ -87,12 +90,17 @@ class PlanSearch:
 
     def _by(self, whole: StartBox, how: tuple[int, int]) -> Iterator[FoundPlan]:
         """Plans with one order and number of steps: cuts and cells in turn, with ever more sets."""
-        cutting, cells, allowed = _Cutting(whole), list(self._cells(whole, how)), FIRST
-        while self._left > MANY * self._steps * how[1] and (cutting.pending or cells):
+        cutting, cells = _Cutting(whole), list[dict[int, float]]()
+        once = MANY * self._steps * how[1]
+        allowed = max(FIRST, once)
+        for turn in count():
+            if self._left <= once or (turn and not cutting.pending and not cells):
+                return
             found = self._by_cuts(cutting, how, min(allowed, self._left))
             if found is not None:
                 yield FoundPlan(found, {})
                 return
+            cells = cells if turn else list(self._cells(whole, how))
             for widths in tuple(cells):
                 open_ = self._shown([whole], Plan((), *how, widths), min(allowed, self._left))
                 if open_ == []:
@@ -124,7 +132,11 @@ class PlanSearch:
         they are left open, tubes are too wide, and no cut helps.
         """
         points = [whole.low, whole.high, 0.5 * whole.low + 0.5 * whole.high]
-        open_ = self._shown([StartBox(point, point) for point in points], Plan((), *self.how), FIRST)
+        open_ = self._shown(
+            [StartBox(point, point) for point in points],
+            Plan((), *self.how),
+            max(FIRST, MANY * (self._steps + 1) * self.how[1]),
+        )
         if open_ != []:
             self.open = [whole]
         return not open_
@@ -157,12 +169,14 @@ class PlanSearch:
         return int(ratios.argmax()) if ratios.max() > 0 else None
 
     def _cells(self, whole: StartBox, how: tuple[int, int]) -> Iterator[dict[int, float]]:
-        """Widths of cells, the wide ones first."""
+        """Widths of cells, the wide ones first: of the variables that are tested, then of all."""
         scale = self._scale(whole, how)
         ranging = [column for column in range(len(scale)) if scale[column] > NARROW]
-        for power in CELLS:
-            if ranging:
-                yield {column: 2.0 ** (floor(log2(scale[column])) - power) for column in ranging}
+        tested = [column for column in ranging if self._names[column] in self._tested]
+        for columns in (tested, ranging) if tested != ranging else (ranging,):
+            for power in CELLS:
+                if columns:
+                    yield {column: 2.0 ** (floor(log2(scale[column])) - power) for column in columns}
 
     def _scale(self, whole: StartBox, how: tuple[int, int]) -> Float64:
         """How far each variable ranges at samples, about."""
@@ -207,18 +221,23 @@ class PlanSearch:
         return found if len(found) <= 64 else found[:64]
 
 
-def _deciding(profile: PolicyProfile, system: System) -> set[str]:
-    """The variables on which decisions depend: those that are tested, and those that move them."""
-    assert system.flow is not None
+def _tested(profile: PolicyProfile, system: System) -> set[str]:
+    """The variables that trees test."""
     found: set[str] = set()
     for policy in profile.agents:
-        tested = {int(each) for each in policy.tree.feature if each != NO_FEATURE}
-        for place in tested:
+        for place in {int(each) for each in policy.tree.feature if each != NO_FEATURE}:
             feature = system.features[policy.agent][policy.features[place].name]
             found |= {name for name, _ in feature.form.terms}
-    before = -1
+    return found
+
+
+def _moving(tested: set[str], system: System) -> set[str]:
+    """The variables on which decisions depend: those that are tested, and those that move them."""
+    assert system.flow is not None
+    found, before = set(tested), -1
     while len(found) > before:
         before = len(found)
         for name in tuple(found):
-            found |= names(system.flow.rates[name]) & system.flow.rates.keys()
+            moved = (system.flow.rates[name], system.flow.jumps.get(name, Name(name)))
+            found |= {each for one in moved for each in names(one)} & system.flow.rates.keys()
     return found

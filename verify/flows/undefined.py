@@ -19,7 +19,7 @@ from verify.checker.flows.sweep import FlowSweep, Plan, SeenStep
 from verify.checker.reading import RejectedError
 from verify.systems.system import System
 
-MOST = 2_000  # sets that are followed for this
+MOST = 10_000  # sets that are followed for this
 BEYOND = 1.0  # of its width, by which a set is looked at further
 
 
@@ -38,7 +38,7 @@ def undefined(system: System, sweep: FlowSweep, parts: Sequence[StartBox], plan:
         if told.tube.low.size:
             seen[len(parts) :] = [hull(told.tube, told.after)]
 
-    sweep.watch, sweep.most = see, sweep.swept + MOST
+    sweep.watch, sweep.most = see, sweep.spent + MOST
     try:
         sweep.follow(parts, plan)
     except RejectedError:

@@ -32,7 +32,8 @@ def sentence(flow: Flow) -> str:
     """What verdicts about continuous time are about."""
     errors = {name: max(map(abs, bounds)) for name, bounds in flow.error.items()}
     told = ", ".join(f"{name} {upwards(error)} a second" for name, error in errors.items())
-    often = f"of the stated flow, with actions held for {plain(flow.period)} s"
+    jumps = f", jumps of {', '.join(flow.jumps)} at samples" if flow.jumps else ""
+    often = f"of the stated flow, with actions held for {plain(flow.period)} s{jumps}"
     return often + (f" and derivatives off by at most {told}" if told else ", exactly")
 
 

@@ -52,6 +52,7 @@ def _flow(flow: Flow) -> dict[str, Any]:
             for (agent, action), values in sorted(flow.held.items())
         ],
         "error": {name: _interval(bounds) for name, bounds in flow.error.items()},
+        **({"jumps": {name: _expression(value) for name, value in flow.jumps.items()}} if flow.jumps else {}),
     }
 
 

@@ -141,13 +141,15 @@ class Piece:
 class Flow:
     """How the state moves in continuous time: at each moment the derivative of variable x is `rates[x]`, over variables
     and inputs, plus an error anywhere in `error[x]`, which may change at any time. `held` are the inputs' values by
-    (agent, action): between two samples, `period` seconds apart, they stay.
+    (agent, action): between two samples, `period` seconds apart, they stay. At each sample, after actions were chosen,
+    every x of `jumps` becomes `jumps[x]` of what was before.
     """
 
     period: Fraction
     rates: Mapping[str, Expression]
     held: Mapping[tuple[str, str], Mapping[str, Fraction]]
     error: Mapping[str, Interval] = field(default_factory=lambda: MappingProxyType({}))
+    jumps: Mapping[str, Expression] = field(default_factory=lambda: MappingProxyType({}))
 
 
 @dataclass(frozen=True)

@@ -32,6 +32,7 @@ class FlowRule:
         self.error = {
             name: (self.period * float(low), self.period * float(high)) for name, (low, high) in flow.error.items()
         }
+        self._jumps = {name: function(value) for name, value in flow.jumps.items()}
         self._rates = {name: function(rate) for name, rate in flow.rates.items()}
         self._held = {choice: {name: float(value) for name, value in of.items()} for choice, of in flow.held.items()}
 
@@ -49,9 +50,15 @@ class FlowRule:
         known = {**state, **held}
         return {name: rate(known) for name, rate in self._rates.items()}
 
+    def jumped(self, state: Mapping[str, float], held: Mapping[str, float]) -> Floats:
+        """The state at a sample after what jumps there."""
+        known = {**state, **held}
+        return {**state, **{name: value(known) for name, value in self._jumps.items()}}
+
     def moved(self, state: Mapping[str, float], actions: Mapping[str, str]) -> Floats:
         """The state after a period, without errors."""
-        held, h, now = self.held(actions), self.period / PARTS, dict(state)
+        held, h = self.held(actions), self.period / PARTS
+        now = self.jumped(state, held)
         for _ in range(PARTS):
             first = self.derivative(now, held)
             second = self.derivative(_along(now, first, h / 2), held)
@@ -70,8 +77,10 @@ class FlowRule:
             found = self.derivative(dict(zip(names, numbers.tolist(), strict=True)), held)
             return np.array([found[name] for name in names])
 
-        begun, span = np.array(list(state.values())), (0.0, self.period)
+        begun, span = np.array(list(self.jumped(state, held).values())), (0.0, self.period)
         found = solve_ivp(rate, span, begun, "DOP853", t_eval=times, rtol=TOLERANCE, atol=TOLERANCE)
+        if not found.success:
+            raise ArithmeticError(f"it grows beyond all bounds within {self.period:g} s")
         return np.asarray(found.y.T)
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from codegen.ir import Bool, Float64, Int64
 from verify.checker.covers.boxes import BoxList, in_cells
 from verify.checker.flows.spans import Spans, raised
-from verify.checker.flows.steps import Frame, framed
+from verify.checker.flows.steps import Frame, framed, turned_with
 
 
 class SetList(NamedTuple):
@@ -83,13 +83,13 @@ def beside(lists: Sequence[SetList]) -> SetList:
 def _cut(frame: Frame, box: Spans, cut: Bool) -> Frame:
     """The frames without those z whose states lie outside the boxes; `cut`: where boxes are less than before.
 
-    Of row i, A_ij z_j = x_i - c_i - (all other terms) - e_i, whose bounds give bounds of z_j.
+    Of row i, A_ij z_j = x_i - c_i - (all other terms) - (B r)_i, whose bounds give bounds of z_j.
     """
     if not cut.any():
         return frame
     centre, matrix = frame.centre.copy(), frame.matrix.copy()
     of, size = np.flatnonzero(cut), centre.shape[1]
-    c, a, rest = centre[of], matrix[of], frame.rest[of]
+    c, a, rest = centre[of], matrix[of], frame.loose[of]
     low, high = -np.ones((len(of), size)), np.ones((len(of), size))
     for row in range(size):
         down, up = _beside(box.low[of, row] - c[:, row], -1.0), _beside(box.high[of, row] - c[:, row], 1.0)
@@ -119,7 +119,7 @@ def _renamed(frame: Frame, of: Int64, low: Float64, high: Float64) -> Frame:
     """Frames with z in [low, high], as frames with z in [-1, 1]."""
     middle = 0.5 * low + 0.5 * high
     radius = np.maximum(high - middle, middle - low) * (1.0 + 2.0**-50)
-    centre, matrix, rest = frame.centre.copy(), frame.matrix.copy(), frame.rest.copy()
+    centre, matrix, rest, turned = (each.copy() for each in frame)
     moved = np.matmul(matrix[of], middle[:, :, None])[:, :, 0]
     size = centre.shape[1]
     off = (
@@ -129,5 +129,5 @@ def _renamed(frame: Frame, of: Int64, low: Float64, high: Float64) -> Frame:
     )
     centre[of] += moved
     matrix[of] *= radius[:, None, :]
-    rest[of] = raised(rest[of] + raised((size + 4) * 2.0**-52 * off))
-    return Frame(centre, matrix, rest)
+    turned[of], rest[of] = turned_with(turned[of], rest[of], raised((size + 4) * 2.0**-52 * off))
+    return Frame(centre, matrix, rest, turned)

@@ -5,9 +5,10 @@ Does: shows that solutions exist and stay in a box (Picard); bounds the Taylor p
 Assumes: series.py's coefficients; rounding to nearest.
 Does not: know trees or claims.
 
-A set is given twice. Its states lie in a box; and they lie in frames, c + A z + e with every z_j in [-1, 1] and every
-|e_i| at most r_i. A frame keeps how the variables hang together, so that boxes around turned sets do not grow at
-every step.
+A set is given twice. Its states lie in a box; and they lie in frames, c + A z + B r with every z_j in [-1, 1] and
+every |r_i| at most R_i. A frame keeps how the variables hang together, so that boxes around turned sets do not grow
+at every step. B r is all that A z left out so far; B is nearly orthogonal and turns with the flow, so that this does
+not grow by turning either (Lohner).
 
 For x in a box X, T_h the Taylor polynomial of order K, and B a box that no solution from X leaves within h seconds,
 
@@ -31,6 +32,7 @@ from codegen.ir import Bool, Float64
 from verify.checker.covers.rounding import Factor
 from verify.checker.flows.series import Coefficient, FlowReading, Known
 from verify.checker.flows.spans import (
+    LEAST,
     Spans,
     common,
     exact,
@@ -52,28 +54,36 @@ EXACT = (Fraction(0), Fraction(0))
 
 
 class Frame(NamedTuple):
-    """The states c + A z + e: `centre` [n, d], `matrix` [n, d, d], `rest` [n, d], none of it below 0."""
+    """The states c + A z + B r: `centre` [n, d], `matrix` [n, d, d], `rest` [n, d], none of it below 0, the bounds of
+    r; `turned` [n, d, d].
+    """
 
     centre: Float64
     matrix: Float64
     rest: Float64
+    turned: Float64
 
     def at(self, which: Bool | np.ndarray) -> Frame:
         """Some of them."""
-        return Frame(self.centre[which], self.matrix[which], self.rest[which])
+        return Frame(*(each[which] for each in self))
+
+    @property
+    def loose(self) -> Float64:
+        """Bounds of B r, [n, d]."""
+        return raised(_applied(np.abs(self.turned), self.rest))
 
     @property
     def box(self) -> Spans:
         """Boxes around them."""
-        reach = raised(np.abs(self.matrix).sum(axis=2) + self.rest)
+        reach = raised(np.abs(self.matrix).sum(axis=2) + self.loose)
         return Spans(np.nextafter(self.centre - reach, -np.inf), np.nextafter(self.centre + reach, np.inf))
 
 
 def framed(box: Spans) -> Frame:
     """Boxes as frames."""
     middle, size = box.middle, box.low.shape[1]
-    matrix = box.around(middle)[:, :, None] * np.eye(size)
-    return Frame(middle, matrix, np.zeros_like(middle))
+    straight = np.broadcast_to(np.eye(size), (len(middle), size, size))
+    return Frame(middle, box.around(middle)[:, :, None] * straight, np.zeros_like(middle), straight)
 
 
 class Moved(NamedTuple):
@@ -114,14 +124,29 @@ class FlowStep:
             around = hull(around, Spans(centre, centre))
         slopes = self._slopes(around, held)
         found: list[Frame] = []
-        after: Spans | None = None
+        after = common(stay, plus(box, self._moves(stay, held)))  # by the mean of each derivative on the way
         for frame, polynomial in zip(frames, self._polynomials(centres, held), strict=True):
             moved = _framed(frame, box, plus(polynomial, left_out), slopes)
             found.append(moved)
-            after = moved.box if after is None else common(after, moved.box)
-        assert after is not None
+            after = common(after, moved.box)
         shown &= np.asarray(finite(after).all(axis=1)) & np.asarray(finite(stay).all(axis=1))
         return Moved(after, tuple(found), stay, shown, np.asarray((after.low > after.high).any(axis=1)))
+
+    def jumped(self, box: Spans, frames: tuple[Frame, ...], held: Mapping[str, Spans]) -> Moved:
+        """The sets after a jump to the values that the reading gives, by their mean value form too."""
+        found = _columns([each[1] for each in self._reading.series(box, held, 1, sloped=False)], len(box.low))
+        around = box
+        for frame in frames:
+            around = hull(around, Spans(frame.centre, frame.centre))
+        slopes = _gathered(self._reading.series(around, held, 1, sloped=True), len(box.low), (1,), self._powers)
+        after, carried = found, list[Frame]()
+        for frame in frames:
+            start = Spans(frame.centre, frame.centre)
+            landed = _columns([each[1] for each in self._reading.series(start, held, 1, sloped=False)], len(box.low))
+            carried.append(_framed(frame, box, landed, slopes))
+            after = common(after, carried[-1].box)
+        shown = np.asarray(finite(after).all(axis=1)) & np.asarray(finite(found).all(axis=1))
+        return Moved(after, tuple(carried), found, shown, np.asarray((after.low > after.high).any(axis=1)))
 
     # --- all states on the way
 
@@ -129,7 +154,9 @@ class FlowStep:
         """Boxes that no solution leaves, and where that was shown: a box holds its own image under Picard's map, and so
         the image holds the solutions too.
         """
-        guess = _wider(self._along(box, box, held), WIDER)
+        first = self._along(box, box, held)
+        wider = _wider(first, WIDER)  # but not where nothing moves, so that bounds which are met exactly stay so
+        guess = Spans(*(np.where(within(first, box), old, new) for old, new in zip(box, wider, strict=True)))
         found, shown = guess, np.zeros(len(box.low), dtype=np.bool_)
         for _ in range(ROUNDS):
             image = self._along(box, guess, held)
@@ -145,9 +172,13 @@ class FlowStep:
 
     def _along(self, box: Spans, stay: Spans, held: Mapping[str, Spans]) -> Spans:
         """X + [0, h] (f(B) + W)."""
-        rates = _columns([each[1] for each in self._reading.series(stay, held, 1, sloped=False)], len(box.low))
-        moved = scaled(plus(rates, self._errors_of(len(box.low))), self._powers[1])
+        moved = self._moves(stay, held)
         return plus(box, Spans(np.minimum(moved.low, 0.0), np.maximum(moved.high, 0.0)))
+
+    def _moves(self, stay: Spans, held: Mapping[str, Spans]) -> Spans:
+        """h (f(B) + W)."""
+        rates = _columns([each[1] for each in self._reading.series(stay, held, 1, sloped=False)], len(stay.low))
+        return scaled(plus(rates, self._errors_of(len(stay.low))), self._powers[1])
 
     def _errors_of(self, count: int) -> Spans:
         ends = [(exact(low, count).low, exact(high, count).high) for low, high in self._errors]
@@ -174,17 +205,8 @@ class FlowStep:
 
     def _slopes(self, start: Spans, held: Mapping[str, Spans]) -> Spans:
         """DT_h over boxes, [n, d, d]."""
-        count, size = start.low.shape
         found = self._reading.series(start, held, self._how.order - 1, sloped=True)
-        rows: list[Spans] = []
-        for coefficients in found:
-            row = Spans(np.zeros((count, size)), np.zeros((count, size)))
-            for k in reversed(range(self._how.order)):
-                each = coefficients[k]
-                if each is not None and each.slope is not None:
-                    row = plus(row, each.slope if not k else scaled(each.slope, self._powers[k]))
-            rows.append(row)
-        return Spans(np.stack([row.low for row in rows], axis=1), np.stack([row.high for row in rows], axis=1))
+        return _gathered(found, len(start.low), range(self._how.order), self._powers)
 
     def _left_out(self, stay: Spans, held: Mapping[str, Spans]) -> Spans:
         """What the polynomial leaves out, and what errors of the derivative add."""
@@ -211,12 +233,58 @@ def _framed(frame: Frame, box: Spans, landed: Spans, slopes: Spans) -> Frame:
     about = slopes.middle
     off = slopes.around(about)
     reach = common(minus(frame.box, Spans(frame.centre, frame.centre)), minus(box, Spans(frame.centre, frame.centre)))
-    size = box.low.shape[1]
-    matrix = np.matmul(about, frame.matrix)
-    lost = (size + 2) * EPSILON * np.matmul(np.abs(about), np.abs(frame.matrix)).sum(axis=2)
-    rest = landed.around(centre) + raised(lost)
-    rest = rest + raised(_applied(np.abs(about), frame.rest)) + raised(_applied(off, np.maximum(reach.largest, 0.0)))
-    return Frame(centre, matrix, raised(rest))
+    matrix, lost = _multiplied(about, frame.matrix)
+    moved, lost_too = _multiplied(about, frame.turned)
+    more = landed.around(centre) + raised(lost.sum(axis=2)) + raised(_applied(lost_too, frame.rest))
+    more = raised(more + raised(_applied(off, np.maximum(reach.largest, 0.0))))
+    turned, rest = turned_with(moved, frame.rest, more)
+    return Frame(centre, matrix, rest, turned)
+
+
+def turned_with(matrix: Float64, rest: Float64, more: Float64) -> tuple[Float64, Float64]:
+    """M r + m, where |r_i| and |m_i| have the bounds `rest` and `more`, as Q s: Q and the bounds of s.
+
+    Q Q' = I + E, where row sums of |E| are at most some e. If e < 1/4, Q has the inverse Q' (I + E)**-1, and
+    |(I + E)**-1 x - x| is at most 2 e times the largest |x_i|. Any Q will do; this one is from a QR decomposition.
+    """
+    size = matrix.shape[1]
+    straight = np.broadcast_to(np.eye(size), matrix.shape)
+    sides = matrix * rest[:, None, :]
+    order = np.argsort(-np.abs(sides).sum(axis=1), axis=1, kind="stable")
+    sides = np.take_along_axis(sides, order[:, None, :], axis=2)
+    scale = np.abs(sides).max(axis=(1, 2), keepdims=True)
+    usable = np.isfinite(scale) & (scale > LEAST)
+    found = np.linalg.qr(np.where(usable, sides / np.where(usable, scale, 1.0), straight))[0]
+    square, lost = _multiplied(found, found.transpose(0, 2, 1))
+    off = raised((np.abs(square - straight) + lost + EPSILON).sum(axis=2)).max(axis=1)
+    good = np.isfinite(off) & (off < 0.25)
+    found = np.where(good[:, None, None], found, straight)
+    off = np.where(good, off, 0.0)
+    across = found.transpose(0, 2, 1)
+    seen, lost = _multiplied(across, matrix)
+    largest = raised(_applied(np.abs(matrix), rest) + more).max(axis=1)
+    far = more + (2.0 * off * largest)[:, None]
+    return found, raised(_applied(np.abs(seen) + lost, rest) + _applied(np.abs(across), far))
+
+
+def _multiplied(one: Float64, other: Float64) -> tuple[Float64, Float64]:
+    """Products of matrices, and bounds of what their elements are off by."""
+    lost = (one.shape[1] + 2) * EPSILON * np.matmul(np.abs(one), np.abs(other))
+    return np.matmul(one, other), lost + LEAST
+
+
+def _gathered(found: Sequence[Sequence[Known]], count: int, orders: Sequence[int], powers: Sequence[Factor]) -> Spans:
+    """The sums of the derivatives of some coefficients, times powers of the time, [n, d, d]."""
+    size = len(found)
+    rows: list[Spans] = []
+    for coefficients in found:
+        row = Spans(np.zeros((count, size)), np.zeros((count, size)))
+        for k in reversed(orders):
+            each = coefficients[k]
+            if each is not None and each.slope is not None:
+                row = plus(row, each.slope if not k else scaled(each.slope, powers[k]))
+        rows.append(row)
+    return Spans(np.stack([row.low for row in rows], axis=1), np.stack([row.high for row in rows], axis=1))
 
 
 def _repeated(span: Spans, times_over: int) -> Spans:

@@ -1,7 +1,7 @@
 """The sweep of a claim about a flow: sets that hold every state at all times, each of which has to meet the claim.
 
 Does: cuts the start as a proof says, sends sets down the trees at each sample, moves them through a period in steps,
-  and asks the claim of every set at samples and of every tube between them.
+  makes the jumps of samples, and asks the claim of every set at samples and of every tube between them.
 Assumes: steps.py, covers/trees.py and covers/cuts.py bound what they are asked.
 Does not: read documents, or choose how to cut and step.
 """
@@ -9,7 +9,7 @@ Does not: read documents, or choose how to cut and step.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import NamedTuple
 
@@ -28,12 +28,14 @@ from verify.checker.flows.spans import Spans
 from verify.checker.flows.steps import FlowStep, Stepping, framed
 from verify.checker.reading import RejectedError
 from verify.systems.claims import SystemClaim
-from verify.systems.system import System
+from verify.systems.language.expressions import Name
+from verify.systems.system import Flow, System
 
 MAX_PARTS = 1 << 18  # of the start
 AT_ONCE = 1 << 11  # parts that are swept together
 MAX_SETS = 1 << 18  # of one list
 MAX_SWEPT = 50_000_000  # sets over all steps
+FEW = 50  # sets, fewer of which take as long
 NOT_SHOWN = "no enclosure of its states over a step was shown"
 
 
@@ -64,7 +66,8 @@ Watch = Callable[[SeenStep], None]
 
 class FlowSweep:
     """The sweep for one claim. `open`: the parts that were not shown, by their numbers, and why; `watch` is told of
-    every step, for drawings and tests, `sampled` of the boxes of sets at every sample.
+    every step, for drawings and tests, `sampled` of the boxes of sets at every sample; `swept` sets so far, which took
+    as long as `spent` sets of long lists, at most `most`.
     """
 
     def __init__(self, profile: PolicyProfile, system: System, claim: SystemClaim) -> None:
@@ -78,8 +81,9 @@ class FlowSweep:
         self._flow, self._reading = system.flow, FlowReading(system.flow, names)
         none = Fraction(0), Fraction(0)
         self._errors = [system.flow.error.get(name, none) for name in names]
+        self.jump = _jump_of(system.flow, names)
         self._held: dict[int, dict[str, tuple[float, float]]] = {}
-        self.swept, self.most = 0, MAX_SWEPT
+        self.swept, self.spent, self.most = 0, 0, MAX_SWEPT
         self.open: dict[int, str] = {}
         self.watch: Watch | None = None
         self.sampled: ListWatch | None = None
@@ -119,11 +123,12 @@ class FlowSweep:
 
     def _through(self, sets: SetList, step: FlowStep, plan: Plan, period: int) -> SetList:
         """One period. Beside the frames of their start, sets have one of the sample, which is dropped after it."""
-        inside = sets._replace(frames=(framed(sets.box), *sets.frames))
+        inside = self._jumped(sets._replace(frames=(framed(sets.box), *sets.frames)))
         for number in range(plan.steps):
             if not inside.size:
                 break
-            if self.swept + inside.size > self.most:
+            self.spent += max(inside.size, FEW)
+            if self.spent > self.most:
                 raise RejectedError(f"more than {self.most:,} sets")
             self.swept += inside.size
             moved = step.moved(inside.box, inside.frames, self.inputs(inside.joint))
@@ -136,6 +141,16 @@ class FlowSweep:
                 self.watch(SeenStep(period, number, inside, tube, after.box))
             inside = self._asked_on_the_way(after, tube, period, number + 1 == plan.steps)
         return inside._replace(frames=inside.frames[1:])
+
+    def _jumped(self, sets: SetList) -> SetList:
+        """The sets after what jumps at a sample."""
+        if self.jump is None or not sets.size:
+            return sets
+        moved = self.jump.jumped(sets.box, sets.frames, self.inputs(sets.joint))
+        self._leave(sets, ~moved.shown, NOT_SHOWN)
+        kept = moved.shown & ~moved.empty
+        frames = tuple(frame.at(kept) for frame in moved.frames)
+        return SetList(moved.box.at(kept), frames, sets.part[kept], sets.joint[kept])
 
     def inputs(self, joint: Int64) -> dict[str, Spans]:
         """What is held in each set."""
@@ -244,6 +259,14 @@ class FlowSweep:
     def whole(self) -> StartBox | None:
         """A box around all starts; None where bounds show that there are none."""
         return self._start.whole
+
+
+def _jump_of(flow: Flow, names: Sequence[str]) -> FlowStep | None:
+    """What moves sets at samples; None where nothing jumps."""
+    if not flow.jumps:
+        return None
+    values = {name: flow.jumps.get(name, Name(name)) for name in names}
+    return FlowStep(FlowReading(replace(flow, rates=values), names), (), Stepping(1, Fraction(1)))
 
 
 def _as_list(box: Spans) -> BoxList:

@@ -1,6 +1,6 @@
 """Continuous time, as a world file writes it: derivatives of the variables, and actions that are held for a period.
 
-Does: reads `flow`, `period`, `let` and `error` of the table `dynamics`; checks names and units.
+Does: reads `flow`, `period`, `next`, `let` and `error` of the table `dynamics`; checks names and units.
 Assumes: variables and agents are known.
 Does not: integrate.
 """
@@ -17,8 +17,8 @@ from verify.systems.system import Flow, Interval, Variable
 from verify.systems.values import ADVICE, error_of, flat, measured, only, table, typed
 from verify.toml_places import Place
 
-KEYS = ("flow", "period", "let", "error")
-STEPWISE = ("next", "A", "B", "c", "cuts", "piece")  # of systems that move in steps
+KEYS = ("flow", "period", "next", "let", "error")
+STEPWISE = ("A", "B", "c", "cuts", "piece")  # of systems that move in steps
 MAX_LET = 100
 SMOOTH = ("sin", "cos", "tan", "exp", "sqrt")  # functions that have derivatives of all orders where they are defined
 
@@ -30,7 +30,9 @@ def flow_of(
     for key in STEPWISE:
         if key in given:
             what = f"both flow and {key}"
-            raise InputError(what, where / key, f"a flow states derivatives alone: remove {key}, or remove flow")
+            raise InputError(
+                what, where / key, f"a flow states derivatives, and next what jumps: remove {key}, or flow"
+            )
     only(given, KEYS, where)
     second = unit_of("s", where)
     if "period" not in given:
@@ -51,7 +53,10 @@ def flow_of(
     _ensure_variables(stated, units, where / "flow")
     rates = {name: _rate(stated, name, times(unit, second, -1), known, where / "flow") for name, unit in units.items()}
     errors = _errors(given, units, known, where)
-    return Flow(period, rates, _held(agents, where), errors)
+    jumping = flat(table(given, "next", where), where / "next")
+    _ensure_variables(jumping, units, where / "next")
+    jumps = {name: _smooth(jumping[name], units[name], known, where / "next" / name) for name in jumping}
+    return Flow(period, rates, _held(agents, where), errors, jumps)
 
 
 def _ensure_variables(given: Mapping[str, object], units: Mapping[str, Unit], where: Place) -> None:
@@ -64,13 +69,18 @@ def _rate(stated: Mapping[str, object], name: str, unit: Unit, names: Names, whe
     """A derivative, in the unit of its variable per second."""
     if name not in stated:
         raise InputError(f"nothing says how {name} moves", where, f"write {name} = 0 if it stays")
-    found = fitting(typed(stated[name], names, where / name), unit, where / name)
+    return _smooth(stated[name], unit, names, where / name)
+
+
+def _smooth(value: object, unit: Unit, names: Names, where: Place) -> Expression:
+    """An expression of a unit that has derivatives of all orders."""
+    found = fitting(typed(value, names, where), unit, where)
     pending = [found]
     while pending:
         part = pending.pop()
         if isinstance(part, Call) and part.function not in SMOOTH:
-            what = f"{part.function} in a derivative cannot be enclosed: it has a corner"
-            raise InputError(what, where / name, f"write sums, products, quotients, powers, {', '.join(SMOOTH)}")
+            what = f"{part.function} beside a flow cannot be enclosed: it has a corner"
+            raise InputError(what, where, f"write sums, products, quotients, powers, {', '.join(SMOOTH)}")
         pending += parts(part)
     return found
 

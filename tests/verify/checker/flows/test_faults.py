@@ -10,7 +10,7 @@ from tests.support.flows import CASES, NEAR, case, outside, starts_of, trajector
 from tests.support.system_cases import box
 from verify.checker.flows import functions, series, sets, spans, steps, sweep
 from verify.checker.flows.spans import Spans
-from verify.checker.flows.steps import FlowStep, Frame
+from verify.checker.flows.steps import FlowStep
 from verify.checker.flows.sweep import FlowSweep, Plan
 from verify.checker.reading import RejectedError
 from verify.systems.claims import Pattern
@@ -75,7 +75,11 @@ FRAMED, LEFT_OUT = steps._framed, FlowStep._left_out
 
 def without_rest(frame, box, landed, slopes):
     found = FRAMED(frame, box, landed, slopes)
-    return Frame(found.centre, found.matrix, np.zeros_like(found.rest))
+    return found._replace(rest=np.zeros_like(found.rest))
+
+
+def straight(matrix, rest, more):
+    return np.broadcast_to(np.eye(matrix.shape[1]), matrix.shape), rest + more
 
 
 def at_the_middle(self, start, held):
@@ -115,6 +119,7 @@ SQUARE = series._square
 FAULTS = {
     "what the series leaves out": (FlowStep, "_left_out", no_remainder, lambda: escapes("turning", Plan((0,), 2, 1))),
     "what frames leave out": (steps, "_framed", without_rest, lambda: escapes("pendulum")),
+    "rests that are not turned": (steps, "turned_with", straight, lambda: not _turned()),
     "slopes of the middle": (FlowStep, "_slopes", at_the_middle, lambda: escapes("pendulum")),
     "errors of derivatives": (FlowStep, "_errors_of", no_errors, lambda: escapes("turning", errors=True)),
     "a tube that is the start": (FlowStep, "_stay", only_the_start, lambda: leaves_tubes("pendulum")),
@@ -142,6 +147,18 @@ def _squares():
     flow, one = Flow(F(1), {"x": Power(Name("x"), 2)}, {}), np.ones((1, 1))
     ((*found,),) = series.FlowReading(flow, ["x"]).series(Spans(one, one), {}, 4, sloped=False)
     return all(each is not None and each.value.low[0] <= 1 <= each.value.high[0] for each in found)
+
+
+def _turned():
+    """Whether bounds of turned rests hold them; numpy solves for these."""
+    random = np.random.default_rng(0)
+    matrix, rest, more = random.normal(size=(300, 3, 3)), random.random((300, 3)), random.random((300, 3))
+    rest[:9], more[9:18] = 0.0, 0.0
+    turned, bounds = steps.turned_with(matrix, rest, more)
+    signs = random.choice([-1.0, 1.0], (2, 300, 3))
+    ends = np.einsum("nij,nj->ni", matrix, signs[0] * rest) + signs[1] * more
+    found = np.linalg.solve(turned, ends[:, :, None])[:, :, 0]
+    return (np.abs(found) <= bounds * (1 + 1e-12) + 1e-300).all()
 
 
 def _holds_extremes():
