@@ -37,7 +37,7 @@ from maviper.extraction.outcome import profile_of
 from maviper.extraction.released import released
 from maviper.extraction.selection import refine
 from maviper.extraction.selection.selection import Selection
-from maviper.extraction.settings import DIFFERENCES, RELEASED, Settings
+from maviper.extraction.settings import RELEASED, SUMMED, Settings
 from maviper.files.jobs import side_by_side
 from maviper.worlds import World
 
@@ -95,8 +95,9 @@ def _check_masks(world: World, settings: Settings) -> None:
     if not world.masked:
         return
     where = f"{world.name}: its actions have masks"
-    if settings.splits == DIFFERENCES:
-        raise InputError("--splits differences takes no heed of illegal actions", where, "choose --splits histogram")
+    if settings.splits in SUMMED:
+        what = f"--splits {settings.splits} takes no heed of illegal actions"
+        raise InputError(what, where, "choose --splits histogram")
     if settings.algorithm in (FITTED_Q, RGMDT):
         raise InputError(f"{settings.algorithm} takes no heed of illegal actions", where, "choose another --algorithm")
     if settings.preset == RELEASED:

@@ -50,7 +50,9 @@ from maviper.worlds import World
 
 EXACT, HISTOGRAM = "exact", "histogram"
 DIFFERENCES = "differences"  # a histogram that has differences of two features too
-SPLITS = (EXACT, HISTOGRAM, DIFFERENCES)
+SUMS = "sums"  # of few features, by alternating optimisation of a tree that a histogram grew
+SUMMED = (DIFFERENCES, SUMS)  # after which nothing is refined
+SPLITS = (EXACT, HISTOGRAM, *SUMMED)
 CONSTANT, LINEAR = "constant", "linear"
 LEAVES = ("", CONSTANT, LINEAR)  # "": leaves have actions
 SELECTIONS = (UNIFORM, RETURN, RACE)
@@ -144,7 +146,7 @@ class Settings:
         said = {name: value for name, value in given.items() if value is not None}
         usual = {"preset": preset, **PROTOCOL.get(algorithm, {}), **PRESETS[preset]}
         usual |= papers(algorithm, world) if preset == PAPER else {}
-        summed = said.get("splits") == DIFFERENCES
+        summed = said.get("splits") in SUMMED
         unrefined = (world is not None and world.games is not None) or said.get("max_leaves") or said.get("share")
         unrefined = unrefined or summed
         usual |= {"refinement": 0} if unrefined else {}
@@ -216,7 +218,7 @@ class Settings:
         runs, loops = (len(grouped(world, by, agents)) for by in (self.rollouts_by, self.together))
         alone = self.selection_by == AGENT  # then candidates are scored for each agent, otherwise for each team
         sides = len(agents) if alone else len(world.teams)
-        plain = not self.max_leaves and not self.share and not self.leaf and self.splits != DIFFERENCES
+        plain = not self.max_leaves and not self.share and not self.leaf and self.splits not in SUMMED
         large = self.budget >= LARGE_BUDGET and world.games is None and plain
         rollouts = min(MAX_ROLLOUTS, self.budget // 2)
         selection = rollouts if large else self.budget - rollouts

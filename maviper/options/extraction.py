@@ -40,7 +40,7 @@ class ExtractOptions(TypedDict, total=False):
         Option(
             None,
             WHAT,
-            "exact or histogram (default: the preset's); differences: of two features too, by histogram.",
+            "exact or histogram (default: the preset's); differences: of two features too; sums: of a few.",
             "NAME",
         ),
     ]

@@ -163,14 +163,14 @@ REFUSALS = (
         {"algorithm": (FITTED_Q, RGMDT), "preset": (RELEASED,)},
         "{who} tests single features",
         "choose --splits exact or histogram, or another algorithm",
-        ("differences",),
+        ("differences", "sums"),
     ),
     Refusal(
         ("splits",),
         {"refinement": AllBut([0])},
         "refinement changes tests of single features",
         "leave --refinement-episodes out, or choose --splits histogram",
-        ("differences",),
+        ("differences", "sums"),
     ),
     Refusal(("share",), {"refinement": AllBut([0])}, "refinement changes the trees of a team one by one", SHARING),
     Refusal(
@@ -197,7 +197,7 @@ def ensure_together(said: Mapping[str, Any], changed: Collection[str]) -> None:
         if asked:
             who = AUTHORS if said["preset"] in refusal.beside.get("preset", ()) else said["algorithm"]
             one = refusal.values and not isinstance(refusal.values, AllBut)
-            where = [f"{option_of(name)} {refusal.values[0]}" if one else option_of(name) for name in asked]
+            where = [f"{option_of(name)} {said[name]}" if one else option_of(name) for name in asked]
             raise InputError(refusal.reason.format(who=who), ", ".join(where), refusal.advice)
 
 

@@ -13,11 +13,12 @@ import numpy as np
 
 from codegen.ir import Bool, FeatureSpec, Float32, GrownTree
 from maviper.extraction.dataset import Dataset
+from maviper.extraction.growth.alternating import Labels, Numbers, alternated
 from maviper.extraction.growth.best_first import BestFirstTree, gini
 from maviper.extraction.growth.grow import CartTree, Growing, grow_jointly, grow_shared
 from maviper.extraction.growth.histogram import Bins, Codes, HistogramTree
-from maviper.extraction.growth.regression import KINDS, grown, testing
-from maviper.extraction.settings import DIFFERENCES, EXACT, Settings
+from maviper.extraction.growth.regression import KINDS, Leaves, grown, testing
+from maviper.extraction.settings import DIFFERENCES, EXACT, SUMS, Settings
 from maviper.worlds import World
 from maviper.worlds.world import Int
 
@@ -121,14 +122,22 @@ class Growth:
             kind = KINDS[settings.leaf]
             leaves = kind(part.obs[rows], part.labels[rows], self.outputs[part.agent])
             found = grown(leaves, part.counts[rows], codes, bins, settings.max_depth, settings.leaves)
-            return self._testing(part, found)
+            return self._testing(part, found, leaves)
         vectors = np.zeros((len(rows), self.n_actions[part.agent]))
         vectors[np.arange(len(rows)), part.labels[rows]] = part.counts[rows]
         tree = BestFirstTree(codes, vectors, bins, settings.max_depth, gini).deciding(settings.max_leaves)
         return self._testing(part, tree)
 
-    def _testing(self, part: Part, tree: GrownTree) -> GrownTree:
-        return testing(tree, self.pairs[part.agent], part.obs.shape[1])
+    def _testing(self, part: Part, tree: GrownTree, leaves: Leaves | None = None) -> GrownTree:
+        """The tree with the differences that it tests, or with tests of sums, where they are asked for."""
+        if self.settings.splits != SUMS:
+            return testing(tree, self.pairs[part.agent], part.obs.shape[1])
+        rows = np.flatnonzero(part.counts)
+        counts, n_actions = part.counts[rows], self.n_actions[part.agent]
+        answers = (
+            Numbers(leaves, leaves.vectors(counts), counts) if leaves else Labels(part.labels[rows], counts, n_actions)
+        )
+        return alternated(tree, part.obs[rows], answers)
 
     def _columns(self, agent: int, obs: Float32) -> Any:
         """What is tested, [n, n_columns]: features, then differences of two of them, as double sums have them."""

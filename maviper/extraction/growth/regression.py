@@ -51,6 +51,13 @@ class Leaves(ABC):
     def fitted(self, total: Float64) -> Float64:
         """The numbers that a leaf gives, [n_outputs, n_features + 1], the constant last, in the outputs' units."""
 
+    def off(self, given: Float64) -> Float64:
+        """The squared distance of every point's labels to what a leaf gives, in parts of the ranges; [n]. `given`: as
+        of `fitted`.
+        """
+        numbers = np.clip(self.obs @ given[:, :-1].T + given[:, -1], self.low, self.high)
+        return np.square((numbers - self.low) / self.range - self.parts).sum(axis=1)
+
     def spread(self, counts: Int) -> float:
         """The sum of all squares."""
         return float((np.square(self.parts).sum(axis=1) * counts).sum())

@@ -1,0 +1,202 @@
+"""Trees of experts with continuous actions, on Gymnasium's classic games, beside plain imitation with scikit-learn.
+
+    python -m tests.benchmarks.continuous --train FOLDER [GAME ...]
+    python -m tests.benchmarks.continuous --experts FOLDER [GAME ...] [--leaves N] [--json]
+
+--train makes the experts by stable-baselines3, one file a game (`Pendulum-v1.zip`, ...), from seed 0, on one core.
+Otherwise each game's expert is extracted in several ways, and a row says what a tree returns over the same held-out
+episodes as the expert and random actions, its score (tree - random) / (expert - random) with the interval of a paired
+bootstrap, and its size in leaves and in numbers. The plain rows are what forty lines of scikit-learn give: a
+regressor of the expert's own episodes, and one that also plays (DAgger), with as many rounds and episodes as ours.
+"""
+
+import argparse
+import json
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from codegen import ir
+from codegen.ir import Float64
+from codegen.paths import size
+from maviper.episodes import measures
+from maviper.episodes.play import Policies, play, points, rollout, tree_policies
+from maviper.evaluation import held_out
+from maviper.evaluation.crossplay import Uniform
+from maviper.experts import from_sb3
+from maviper.extraction.algorithms import extract
+from maviper.extraction.settings import Settings
+from maviper.worlds import World, find
+
+PARTS = 6  # of a training, after each of which the expert is written
+# After rl-baselines3-zoo (hyperparams/sac.yml and ppo.yml), SAC with fewer steps; `steps` are environment steps.
+EXPERTS: dict[str, dict[str, Any]] = {
+    "Pendulum-v1": {
+        "algorithm": "SAC",
+        "envs": 1,
+        "steps": 6_000,
+        "net_arch": [64, 64],
+        "settings": {"learning_rate": 1e-3, "gamma": 0.95},
+    },
+    "LunarLanderContinuous-v3": {
+        "algorithm": "PPO",
+        "envs": 16,
+        "steps": 1_000_000,
+        "settings": {
+            "n_steps": 1024,
+            "batch_size": 64,
+            "gae_lambda": 0.98,
+            "gamma": 0.999,
+            "n_epochs": 4,
+            "ent_coef": 0.01,
+        },
+    },
+}
+WANTED = {"Pendulum-v1": -170.0, "LunarLanderContinuous-v3": 250.0}  # of an expert, at least
+REACH = {"Pendulum-v1": (0.97, 1.0), "LunarLanderContinuous-v3": (0.92, 0.98)}
+LEAVES = {"Pendulum-v1": 16, "LunarLanderContinuous-v3": 32}
+ROUNDS = {"iterations": 12, "rollouts": 20, "selection_episodes": 20, "patience": 100, "max_depth": 12}
+WAYS: dict[str, dict[str, str]] = {
+    "constant leaves": {"leaf": "constant"},
+    "constant, splits of differences": {"leaf": "constant", "splits": "differences"},
+    "constant, splits of sums": {"leaf": "constant", "splits": "sums"},
+    "linear leaves": {"leaf": "linear"},
+    "linear, splits of sums": {"leaf": "linear", "splits": "sums"},
+}
+EPISODES = 200
+MISSING = (
+    "Swimmer-v5 and BipedalWalker-v3: no expert is trained (Swimmer needs mujoco)",
+    "mpe2's deception and spread with continuous actions: no expert with Gaussian actors",
+    "cooperative navigation with sums: see --splits sums; no row here yet",
+)
+
+
+def trained(game: str, file: Path, seed: int = 0) -> None:
+    """Trains a game's expert in parts, and writes it after each of them as stable-baselines3 does."""
+    import stable_baselines3
+    import torch
+    from stable_baselines3.common.env_util import make_vec_env
+
+    torch.set_num_threads(1)
+    recipe = EXPERTS[game]
+    kind = getattr(stable_baselines3, recipe["algorithm"])
+    env = make_vec_env(game, recipe["envs"], seed=seed)
+    policy = {"net_arch": recipe["net_arch"]} if "net_arch" in recipe else None
+    learner = kind("MlpPolicy", env, policy_kwargs=policy, device="cpu", seed=seed, **recipe["settings"])
+    for part in range(PARTS):
+        learner.learn(recipe["steps"] // PARTS, reset_num_timesteps=part == 0)
+        learner.save(file)
+        print(f"{game}: {learner.num_timesteps:,} steps", flush=True)
+
+
+def plain(world: World, expert: Any, leaves: int, plays: bool) -> Any:
+    """Imitation by scikit-learn alone: a regressor of what the expert does in its own episodes, or (`plays`) in those
+    of the regressor before it too; the last one.
+    """
+    from sklearn.tree import DecisionTreeRegressor
+
+    def episodes(player: Any, seeds: range) -> tuple[Any, Any]:
+        parts = rollout(world, [player], seeds)
+        seen = np.concatenate([points(part)[0][0] for part in parts])
+        return seen, expert.given(0, seen)
+
+    seen, given = episodes(expert, range(ROUNDS["rollouts"]))
+    model = DecisionTreeRegressor(max_leaf_nodes=leaves, random_state=0)
+    for number in range(1, ROUNDS["iterations"]):
+        model.fit(seen, given)
+        fitted = model
+
+        def act(obs: Any, fitted: Any = fitted) -> Any:
+            return fitted.predict(obs).reshape(len(obs), -1).astype(np.float32)
+
+        first = number * ROUNDS["rollouts"]
+        more = episodes(Policies([act]) if plays else expert, range(first, first + ROUNDS["rollouts"]))
+        seen, given = np.concatenate([seen, more[0]]), np.concatenate([given, more[1]])
+    model.fit(seen, given)
+    return Policies([lambda obs: model.predict(obs).reshape(len(obs), -1).astype(np.float32)])
+
+
+def returns(world: World, player: Any) -> Float64:
+    """The return of each held-out episode."""
+    seeds = range(measures.MEASUREMENT_SEEDS, measures.MEASUREMENT_SEEDS + EPISODES)
+    if player is not None:
+        return np.concatenate([part.returns[0] for part in rollout(world, [player], seeds, keep=False)])
+    at_once = world.games or EPISODES
+    parts = [seeds[low : low + at_once] for low in range(0, EPISODES, at_once)]
+    return np.concatenate(
+        [play(world, [Uniform(world).started(part)], world.start_from_seeds(part)).returns[0] for part in parts]
+    )
+
+
+def scored(tree: Float64, expert: Float64, random: Float64) -> tuple[float, float, float]:
+    """The score and the interval of a paired bootstrap."""
+    rng = np.random.default_rng(0)
+    drawn = rng.integers(len(tree), size=(2_000, len(tree)))
+    ours, theirs, chance = (each[drawn].mean(axis=1) for each in (tree, expert, random))
+    low, high = np.quantile((ours - chance) / (theirs - chance), [0.025, 0.975])
+    value = (tree.mean() - random.mean()) / (expert.mean() - random.mean())
+    return float(value), float(low), float(high)
+
+
+def measured(game: str, file: Path, leaves: int, ways: Sequence[str], seed: int) -> list[dict[str, Any]]:
+    """A row for each way, of trees with so many leaves at most, and for plain imitation."""
+    world = find(f"gymnasium:{game}", giving=True)
+    expert = from_sb3(file, world)
+    best, random = returns(world, expert), returns(world, None)
+    print(f"{game}: expert {best.mean():.1f} (wanted: {WANTED[game]:.0f}), random {random.mean():.1f}", flush=True)
+    rows: list[dict[str, Any]] = []
+    for name in ways:
+        started = time.process_time()
+        numbers: int | None = None
+        if name.startswith("plain"):
+            found, count = plain(world, expert, leaves, "DAgger" in name), leaves
+        else:
+            given = {"algorithm": "viper", "max_leaves": leaves, "seed": seed, **ROUNDS, **WAYS[name]}
+            (policy,) = extract(world, expert, Settings.of(given, world)).agents
+            found, count, numbers = tree_policies([policy]), len(ir.leaves(policy.tree)), size(policy)
+        spent = time.process_time() - started
+        values = returns(world, found)
+        score, low, high = scored(values, best, random)
+        rows.append({"way": name, "score": score, "leaves": count})
+        told = f"{count} leaves" + ("" if numbers is None else f" of {numbers} numbers")
+        print(f"  {name}: {values.mean():.1f}, score {score:.3f} [{low:.3f}, {high:.3f}], {told}, {spent:.0f} CPU s")
+    return rows
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("games", nargs="*", default=list(EXPERTS))
+    parser.add_argument("--train", type=Path)
+    parser.add_argument("--experts", type=Path)
+    parser.add_argument("--leaves", type=int)
+    parser.add_argument("--ways", help="several with +", default="+".join((*WAYS, "plain imitation", "plain DAgger")))
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--json", action="store_true")
+    options = parser.parse_args()
+    held_out.EVALUATION_EPISODES = 10  # a profile's own figures are not asked for
+    if options.train:
+        options.train.mkdir(exist_ok=True)
+        for game in options.games:
+            trained(game, options.train / f"{game}.zip", options.seed)
+    figures: list[dict[str, Any]] = []
+    for game in options.games if options.experts else ():
+        file = options.experts / f"{game}.zip"
+        if not file.exists():
+            print(f"{game}: no expert; --train FOLDER {game} makes it")
+            continue
+        leaves = options.leaves or LEAVES[game]
+        for row in measured(game, file, leaves, options.ways.split("+"), options.seed):
+            reach, stretch = REACH[game]
+            name = f"{game}: score of {row['way']} at {leaves} leaves"
+            figures.append({"name": name, "value": round(row["score"], 3), "reach": reach, "stretch": stretch})
+            figures[-1]["better"] = "higher"
+    print("\n".join(f"not measured: {each}" for each in MISSING))
+    if options.json:
+        print(json.dumps({"figures": figures}))
+
+
+if __name__ == "__main__":
+    main()
