@@ -9,6 +9,8 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from codegen import ir
 from codegen.check import identifier
 from codegen.errors import InputError
@@ -44,11 +46,27 @@ class Moved:
 
 
 @dataclass(frozen=True)
+class Given:
+    """An output: the least and most that it may be, and what is given where the monitor does not vouch for it."""
+
+    constant: str  # its name in C: PREFIX_AGENT_Y_OUTPUT_FALLBACK
+    low: Double
+    high: Double
+    rest: Double
+
+
+@dataclass(frozen=True)
 class Fallback:
-    """An agent, and the action that it takes where the monitor does not vouch for its policy."""
+    """An agent, and the action or outputs that it gives where the monitor does not vouch for its policy."""
 
     agent: Agent
     action: int
+    outputs: tuple[Given, ...] = ()
+
+    @property
+    def kind(self) -> str:
+        """The type of outputs in Rust."""
+        return "f32" if self.agent.summed is not None and self.agent.summed.gives_single else "f64"
 
     @property
     def constant(self) -> str:
@@ -77,12 +95,32 @@ class Watch:
     ever: bool = True  # whether what is proved holds at every step
     early: str = "0.0"  # seconds before which a step comes too soon
     track: Track | None = None  # of episodes from the region: `moved` and `ahead` are empty then
+    inputs: bool = False  # whether observations are watched, of which nothing is proved
+
+    @property
+    def acts(self) -> tuple[Fallback, ...]:
+        """The agents that take actions."""
+        return tuple(each for each in self.fallbacks if not each.outputs)
+
+    @property
+    def gives(self) -> tuple[Fallback, ...]:
+        """The agents that give numbers."""
+        return tuple(each for each in self.fallbacks if each.outputs)
+
+    @property
+    def count(self) -> str:
+        """How many numbers a state has, by the name of this in Rust and Python."""
+        return "N_INPUTS" if self.inputs else "N_VARIABLES" if self.lookup else "N_COORDINATES"
 
     @property
     def says(self) -> Mapping[str, str]:
         """What the words OK, LEAVING, OUTSIDE and INVALID say of a state w."""
         invalid = "a number is missing, too old, not finite or out of its range, or the step came late"
         leaving = "w is, and this is the last step of the proof"
+        if self.inputs:
+            return {"OK": "all observations are as they should be", "LEAVING": "never", "OUTSIDE": "never"} | {
+                "INVALID": f"{invalid}; or an output is not finite, or out of its range"
+            }
         if self.track is not None and self.track.noise:
             near = decimal_literal(self.track.near)
             inside = f"w is within {near} of `last`, the state of an episode of the proof: decide from that"
@@ -134,6 +172,8 @@ class Watch:
     @property
     def comparisons(self) -> int:
         """How many comparisons one step makes at most."""
+        if self.inputs:
+            return 2 + 3 * len(self.watched) + 2 * sum(len(each.outputs) for each in self.fallbacks)
         if self.lookup is not None:
             return 2 + 3 * len(self.watched) + self.lookup.comparisons
         if self.track is not None:
@@ -268,6 +308,54 @@ def watch_cover(model: Model, cover: Cover, certificate: str, claim: str) -> Wat
     )
 
 
+def watch_inputs(profile: ir.PolicyProfile, model: Model) -> Watch:
+    """The monitor of a profile for what it states itself: the ranges of what agents observe and of what they give. All
+    observations are one state, agent by agent. Where the world states no time, a step is 1.
+    """
+    upper, places, watched = model.prefix.upper(), dict[str, Place](), list[Watched]()
+    for agent in model.agents:
+        for feature in agent.features:
+            name = f"{agent.lower.upper()}_{feature.upper}"
+            places[name] = Place(len(places), f"{agent.name}: {feature.name}", name, f"{upper}_I_{name}", ())
+            ends = (_double(_finite(float(end))) for end in (feature.low_seen, feature.high_seen))
+            watched.append(Watched(places[name], *ends))
+    dt = profile.world.dt or 1.0
+    claim = "nothing: ranges, ages and finiteness are checked"
+    return Watch(
+        model=model,
+        guard=model.names.guard,
+        certificate="none",
+        claim=claim,
+        watched=tuple(watched),
+        open=len(watched),
+        moved=(),
+        fallbacks=tuple(_given(*both) for both in zip(model.agents, profile.agents, strict=True)),
+        max_age=decimal_literal(LATE * dt),
+        places=places,
+        size=f"{upper}_N_INPUTS",
+        dt=decimal_literal(dt),
+        inputs=True,
+    )
+
+
+def _given(agent: Agent, policy: ir.AgentPolicy) -> Fallback:
+    """What an agent falls back to: of outputs what is next to 0."""
+    outputs: list[Given] = []
+    for name, output in zip(agent.names.outputs, policy.outputs, strict=True):
+        most = float(np.finfo(policy.tree.gives).max)
+        low = -most if output.low is None else float(output.low)
+        high = most if output.high is None else float(output.high)
+        rest = min(max(0.0, low), high)
+        outputs.append(Given(f"{name}_FALLBACK", _double(low), _double(high), _double(rest)))
+    return Fallback(agent, 0 if outputs else _at_rest(policy), tuple(outputs))
+
+
+def _finite(value: float) -> float:
+    """The nearest finite number."""
+    most = float(np.finfo(np.float64).max)
+    return min(max(value, -most), most)
+
+
 def _ranges(world: ir.WorldSpec) -> dict[str, tuple[float, float]]:
     """What each coordinate can be: speeds have limits where the world states them, other lengths the IR's."""
     found = dict.fromkeys(world.coordinates(), (-ir.MAX_LENGTH, ir.MAX_LENGTH))
@@ -284,4 +372,4 @@ def _at_rest(policy: ir.AgentPolicy) -> int:
 
 
 def _double(value: float) -> Double:
-    return Double(short_hex(value), decimal_literal(value))
+    return Double(short_hex(value + 0.0), decimal_literal(value + 0.0))

@@ -18,7 +18,7 @@ from codegen.ir import PolicyProfile
 from codegen.lowering.covering import Cover
 from codegen.lowering.model import Model
 from codegen.lowering.tracking import MAX_NOISE, Start, ensure_followed
-from codegen.lowering.watching import Watch, watch, watch_cover, watch_start
+from codegen.lowering.watching import Watch, watch, watch_cover, watch_inputs, watch_start
 from codegen.region import RegionSpec
 from codegen.targets import monitor
 from maviper.files import kinds, runs
@@ -34,16 +34,20 @@ MONITOR = "monitor"  # the target
 
 
 def parted(
-    targets: Sequence[str], certificate: Path | None, noise: Number | None = None
+    targets: Sequence[str], certificate: Path | None, noise: Number | None = None, *, sums: bool = False
 ) -> tuple[bool, tuple[str, ...]]:
     """Whether a monitor is asked for, and the other targets: C where there is none that a monitor can be written for.
 
-    InputError for a monitor without a certificate, and for a certificate or noise without one.
+    InputError for a monitor without a certificate, and for a certificate or noise without one. Of `sums` nothing is
+    proved yet: there the monitor has no certificate.
     """
     asked = MONITOR in targets
     if noise is not None and not asked:
         raise InputError("noise is only for the target monitor", "--noise", "leave it out, or add --target monitor")
-    if asked != (certificate is not None):
+    if sums and asked and certificate is not None:
+        what = "nothing is proved about sums and outputs yet, so no certificate is about this profile"
+        raise InputError(what, "--certificate", "leave it out: the monitor checks ranges of inputs and outputs")
+    if asked != (certificate is not None) and not (sums and asked):
         what = "a monitor is made from a certificate" if asked else "a certificate is only for the target monitor"
         raise InputError(what, "--certificate", "give --target monitor and --certificate FILE together")
     others = tuple(target for target in targets if target != MONITOR)
@@ -130,9 +134,12 @@ def noisy(proved: Proved, noise: Number | None) -> Proved:
     return replace(proved, region=replace(proved.region, noise=off), claim=claim)
 
 
-def files_of(build: Build, proved: Proved, targets: Sequence[str]) -> dict[str, str]:
-    """The monitors of a build by file name, one for each language among its targets. InputError as `watch`."""
-    return monitor.emit(watched_by(build.profile, build.model, proved), targets)
+def files_of(build: Build, proved: Proved | None, targets: Sequence[str]) -> dict[str, str]:
+    """The monitors of a build by file name, one for each language among its targets: of what is proved, else of inputs
+    and outputs. InputError as `watch`.
+    """
+    profile, model = build.profile, build.model
+    return monitor.emit(watched_by(profile, model, proved) if proved else watch_inputs(profile, model), targets)
 
 
 def watched_by(profile: PolicyProfile, model: Model, proved: Proved) -> Watch:

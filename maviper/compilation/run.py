@@ -23,10 +23,10 @@ from maviper.options import CompileOptions, requested
 def compile_and_prove(profile: ir.PolicyProfile, targets: Iterable[str], **options: Unpack[CompileOptions]) -> Compiled:
     """Code for a profile. DisagreementError when any decision differs; InputError for options that cannot be used."""
     asked, targets = requested(CompileOptions, options), tuple(targets)
-    watched, targets = monitors.parted(targets, asked.certificate, asked.noise)
+    sums = any(policy.tree.arithmetic for policy in profile.agents)
+    watched, targets = monitors.parted(targets, asked.certificate, asked.noise, sums=sums)
     for option, given in (
         ("--prove", asked.prove),
-        ("--target monitor", watched),
         ("--contracts", asked.contracts),
         ("--frama-c", asked.frama_c),
         ("--pass", asked.passes),
@@ -50,7 +50,7 @@ def compile_and_prove(profile: ir.PolicyProfile, targets: Iterable[str], **optio
         proved_region = monitors.noisy(proved_region, asked.noise)
     code = compile_profile(profile, targets, asked.prefix, asked.style)
     more = vectors.files(code.build, targets) if asked.test_vectors else {}
-    if proved_region:
+    if watched:
         more = {**more, **monitors.files_of(code.build, proved_region, targets)}
     proved = proven = None
     if asked.prove:

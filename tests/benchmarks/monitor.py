@@ -5,13 +5,15 @@
 Of all committed proofs that have a monitor, and of proofs for ever of three committed worlds, which are made first.
 
 Cost: a step of the monitor beside the decision of all agents from the same state, in C, in turn, over states of
-episodes; the decision makes its observations from the state, too. Refused: states of unperturbed episodes for which the
-monitor does not vouch (of games: states within the region). Words: episodes in which every state is pushed at random
-after each step. A word of a game is judged by numpy from the claim's formula; one of a stated system also by what the
-file makes of the state one step on: that must be vouched for again, and keep the claim. Noise: the monitor is given
-numbers that are off by a normal error of 1/1000 of the side of the region, or of the hull of the proof's boxes; a false
-alarm is a word that does not vouch for a state that is vouched for. Warning: of a game, the share of departures that
-LEAVING comes before; of a system, how many steps before the claim breaks the monitor stops to vouch, on average.
+episodes; the decision makes its observations from the state, too. Both are built into one loop over all states
+(ratio), and both are functions that are called for each state (ratio_called). Refused: states of unperturbed episodes
+for which the monitor does not vouch (of games: states within the region). Words: episodes in which every state is
+pushed at random after each step. A word of a game is judged by numpy from the claim's formula; one of a stated system
+also by what the file makes of the state one step on: that must be vouched for again, and keep the claim. Noise: the
+monitor is given numbers that are off by a normal error of 1/1000 of the side of the region, or of the hull of the
+proof's boxes; a false alarm is a word that does not vouch for a state that is vouched for. Warning: of a game, the
+share of departures that LEAVING comes before; of episodes, how many steps before the claim breaks the monitor stops
+to vouch, on average; nan where no pushed episode breaks the claim.
 Control: the same states with other trees, which must be seen to fail. Of claims about episodes of games whole episodes
 are played: they fail while vouched for if no word was another; the control has the landmarks of other episodes.
 """
@@ -150,7 +152,7 @@ def game(name: str, states: int) -> dict[str, Any]:
         "control_fails": int((~meets(formula, at, wrong, goal) & vouched).sum()),
         "refused": int((within & ~vouched).sum()),
         "false_alarms": float((noisy[found == 0] != 0).mean()),
-        "warning": float((whole[:, :-1] == 1)[out].mean()) if out.any() else 1.0,
+        "warning": float((whole[:, :-1] == 1)[out].mean()) if out.any() else np.nan,
     }
 
 
@@ -298,7 +300,7 @@ def perturbed(watching: Watching, states: int) -> dict[str, Any]:
         "fails_elsewhere": seen["elsewhere"],
         "control_fails": seen["control"],
         "false_alarms": alarms / max(1, seen["vouched"]),
-        "warning": float((broke - left)[both].mean()) if both.any() and not watching.claim.about_decisions else 0.0,
+        "warning": float((broke - left)[both].mean()) if both.any() and not watching.claim.about_decisions else np.nan,
     }
 
 

@@ -370,9 +370,8 @@ fn main() {
 def run_rust(texts, watched, folder, asked):
     """The same by the Rust."""
     (folder / "monitor.rs").write_text(texts[f"{watched.model.prefix}_monitor.rs"])
-    size = "N_VARIABLES" if watched.lookup else "N_COORDINATES"
     calls = ", ".join(f"m.{agent.names.module}(acts[{k}])" for k, agent in enumerate(watched.model.agents))
-    main = RUST.replace("CALLS", calls).replace("SIZE", size)
+    main = RUST.replace("CALLS", calls).replace("SIZE", watched.count)
     (folder / "main.rs").write_text(main)
     done = subprocess.run(
         ["rustc", "--edition", "2021", "-A", "dead_code", "main.rs"],
