@@ -48,6 +48,8 @@ from verify.systems.statement import Statement
 from verify.verdicts.systems import JointQuestions, SystemResult, verify_system
 
 BENT = "the claim holds or fails within what the enclosures of its products and functions leave open"
+ERRING = "the claim holds or fails within what the errors of next values leave open"
+SMALLER = ("more `cuts` in [dynamics]", "a smaller region")
 FINER = ("more `cuts` of the claim: cuts = { x = 40 }", "a smaller region")
 
 
@@ -143,8 +145,9 @@ class StatedWorld:
         other = verify_system(replace(question, claim=curved.weaker), None, beside)
         if other.verdict is Verdict.VIOLATED:
             return other
-        open_ = replace(found.evidence, helps=FINER, counterexample=None)
-        return replace(found, verdict=Verdict.UNKNOWN, reason=BENT, evidence=open_)
+        open_ = replace(found.evidence, helps=FINER if curved.enclosures else SMALLER, counterexample=None)
+        reason = BENT if curved.enclosures else ERRING
+        return replace(found, verdict=Verdict.UNKNOWN, reason=reason, evidence=open_)
 
     @cached_property
     def _questions(self) -> list[Question[SystemClaim]]:

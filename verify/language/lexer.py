@@ -2,7 +2,7 @@
 
 Does: cuts a text into tokens; marks the column of a fault; knows what to write instead of what other languages write.
   Between tokens stand spaces, tabs and ends of lines; every other control character is refused.
-Assumes: ASCII; a name with a dash stands in single quotes.
+Assumes: ASCII; a name with a dash stands in single quotes. One quote behind a name is part of it.
 Does not: know what names mean.
 """
 
@@ -23,12 +23,13 @@ HINTS = {
     "^": "write ** for powers",
     '"': "write names without quotes, or 'in-these' where a name has a dash",
     "{": "write a list of actions as [left, stay]",
-    "'": "a formula speaks of one state: claim what the next one is as stays_in, avoids or reaches",
 }
+PRIME = "'"  # behind a name: the next value of a variable
+NEXT = "only formulas about a system in steps name the next value of a number: claim episodes, by stays_in or avoids"
 AROUND = 60  # characters shown on either side of a fault
 _TOKEN = re.compile(
     r"""[ \t\n]*(?:(?P<number>0[xXoObB][0-9a-fA-F_]+|(?:\d[\d_]*(?:\.[\d_]*)?|\.\d[\d_]*)(?:[eE][+-]?\d[\d_]*)?)
-        |(?P<name>(?:'[ -&(-~]{1,64}'|[A-Za-z_][A-Za-z0-9_]*)(?:\.[A-Za-z_][A-Za-z0-9_]*)?)
+        |(?P<name>'[ -&(-~]{1,64}'(?:\.[A-Za-z_][A-Za-z0-9_]*)?|[A-Za-z_][A-Za-z0-9_]*(?:\.[A-Za-z_][A-Za-z0-9_]*)?'?)
         |(?P<mark>\*\*|<=|>=|==|!=|[-+*/()\[\],|<>^%]))""",
     re.VERBOSE | re.ASCII,
 )
@@ -53,8 +54,10 @@ class Source:
         """An error that shows the text, with a mark under the column of an offset."""
         return InputError(what, self._shown(place), advice)
 
-    def unknown(self, kind: str, token: Token, known: Iterable[str]) -> UnknownNameError:
+    def unknown(self, kind: str, token: Token, known: Iterable[str]) -> InputError:
         """An error about a name that does not exist, likewise."""
+        if token.text.endswith(PRIME):
+            return self.wrong(f"{token.text} is a next value, which is known of no such name here", token.place, NEXT)
         return UnknownNameError(kind, token.text, known, self._shown(token.place))
 
     def _shown(self, place: int) -> str:
@@ -83,6 +86,7 @@ def tokens(source: Source, most: int) -> list[Token]:
             advice = HINTS.get(text[start : start + 2], HINTS.get(sign, "see `maviper guide claims`"))
             raise source.wrong(f"cannot read {sign!r}", start, advice)
         kind = match.lastgroup or ""
-        read.append(Token(kind, match[kind].replace("'", ""), match.start(kind)))
+        quoted = match[kind].startswith("'")
+        read.append(Token(kind, match[kind].replace("'", "") if quoted else match[kind], match.start(kind)))
         place = match.end()
     return [*read, Token("end", "", end)]

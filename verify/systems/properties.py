@@ -12,6 +12,7 @@ import numpy as np
 
 from codegen.errors import InputError
 from codegen.ir import NO_CHILD, NO_FEATURE, ActionSpec, AgentPolicy, PolicyProfile, Tree
+from verify.claims.formula import coordinates
 from verify.claims.language.formulas import Vocabulary, formula_of
 from verify.claims.language.tables import Table, properties, read_each
 from verify.claims.region_files import is_list, is_table
@@ -19,11 +20,13 @@ from verify.exact import plain
 from verify.language.arithmetic import Typed
 from verify.systems.claims import MAX_STEPS, SAYS, Pattern, SystemClaim
 from verify.systems.curves.claims import CurvedClaim
+from verify.systems.curves.following import followed, without_next
 from verify.systems.curves.formulas import without_curves
 from verify.systems.curves.reading import Curves
 from verify.systems.files import region_of, region_parts
 from verify.systems.language.expressions import Number, names
 from verify.systems.language.parsing import Names
+from verify.systems.pieces import curved
 from verify.systems.regions import is_empty
 from verify.systems.statement import Statement
 from verify.systems.system import Polytope
@@ -111,7 +114,9 @@ def _decides(
     acting: Mapping[str, AgentPolicy],
     where: Place,
 ) -> SystemClaim:
-    """A claim about decisions with its formula; one with curves becomes one without, which implies it."""
+    """A claim about decisions with its formula; one with next values or curves becomes one without, which implies
+    it.
+    """
     written = _written(table, where)
     constants = {
         name: Typed(number.value.value, number.unit)
@@ -120,10 +125,13 @@ def _decides(
     }
     of_states = Names(statement.names.known, statement.names.meant, statement.names.modes)
     curves = Curves(of_states)
+    following = followed(statement.system.variables) if statement.rules else {}
+    units = statement.names.known
+    units = {**units, **{name: units[whose] for name, whose in following.items()}}
     known = Vocabulary(
-        tuple(statement.names.known),
+        tuple(units),
         acting,
-        units=statement.names.known,
+        units=units,
         constants=constants,
         modes=statement.names.modes,
         curves=curves,
@@ -134,11 +142,18 @@ def _decides(
     for name, value in flat(table_of(table, "cuts", where), where / "cuts").items():
         only({name: None}, sorted(named), where / "cuts", "variable of a product or function")
         cuts[name] = count(value, where / "cuts" / name, MAX_CUTS)
-    begun = replace(begun, written=written)
-    if not curves.found:
-        return replace(begun, formula=found)
-    variables = statement.system.variables
-    stronger, weaker, enclosures = without_curves(found, curves.found, variables, cuts, where / "formula")
+    stronger, weaker = found, found
+    if any(name in following for name in coordinates(found)):
+        exact = not any(map(curved, statement.rules))
+        pieces = statement.system.pieces
+        stronger, weaker = without_next(found, pieces, following, acting, exact, where / "formula")
+    begun, enclosures = replace(begun, written=written), ()
+    if curves.found:
+        bending = curves.found, statement.system.variables, cuts, where / "formula"
+        stronger, _, enclosures = without_curves(stronger, *bending)
+        _, weaker, _ = without_curves(weaker, *bending)
+    if stronger == weaker:
+        return replace(begun, formula=stronger)
     return replace(begun, formula=stronger, curved=CurvedClaim(replace(begun, formula=weaker), enclosures))
 
 

@@ -108,9 +108,8 @@ def _of_curves(claim: SystemClaim, statement: Statement, profile: PolicyProfile,
             shown_again = ensure_curves(
                 each.curved.enclosures, {one.name: one.range for one in statement.system.variables}
             )
-            return (
-                f"{each.sentence}: {' '.join(each.written.split())}, by {counted(shown_again, 'enclosure')} shown again"
-            )
+            shown = f", by {counted(shown_again, 'enclosure')} shown again" if shown_again else ""
+            return f"{each.sentence}: {' '.join(each.written.split())}{shown}"
     return ""
 
 

@@ -13,7 +13,7 @@ from typing import NamedTuple, TypeVar
 
 from codegen.errors import InputError
 from verify.language.arithmetic import Arithmetic, Typed
-from verify.language.lexer import Source, Token
+from verify.language.lexer import NEXT, PRIME, Source, Token
 from verify.language.modes import BY_EQUALITY, Modes, is_compared, resolved
 from verify.language.parser import BARS, CallNode, Joined, Level, Limits, NameNode, Node, parse
 from verify.language.units import DEGREE, PURE, Unit, times, written
@@ -50,6 +50,7 @@ SPECIAL = "#\\'\""  # a comment would hide what follows it; texts and line ends 
 MINUS = Number(Fraction(-1))
 IN_RADIANS = Product(Number(Fraction(1, 180)), Pi())  # of a degree
 HOW = "write sums and products of names and numbers, such as x + 0.1[s]*v"
+LINES = "write sums of variables times numbers: lines bound a product, as x <= 2 and v <= 1 where both are above 0"
 SIGNS = "compare two sums by <=, <, >=, > or =="
 Read = TypeVar("Read")
 
@@ -153,7 +154,7 @@ def read_with(text: str, names: Names, where: Place | str, read: "Callable[[_Exp
         raise InputError(what, where, "split it, and write spaces for tabs and ends of lines")
     for place, letter in enumerate(text):
         if letter in SPECIAL:
-            raise source.wrong(f"cannot read {letter!r}", place, HOW)
+            raise source.wrong(f"cannot read {letter!r}", place, NEXT if letter == PRIME else HOW)
     reader = _Expressions(source, names)
     found = read(reader, resolved(source, parse(source, LIMITS), names.modes))
     if reader.misfits:
@@ -294,8 +295,7 @@ class _Expressions(Arithmetic[Expression]):
             del sign
             found = affine(self.less(left, right).value)
             if found is None:
-                advice = "write sums of variables times numbers"
-                raise self.source.wrong("not an affine form", left.token.place, advice)
+                raise self.source.wrong("not an affine form", left.token.place, LINES)
             return found
 
         return polytopes(self.source, tree, less)
@@ -312,8 +312,7 @@ class _Expressions(Arithmetic[Expression]):
         for sign, right in tree.rest:
             less = affine(self.less(left, right).value)
             if less is None:
-                advice = "write sums of variables times numbers"
-                raise self.source.wrong("not an affine form", left.token.place, advice)
+                raise self.source.wrong("not an affine form", left.token.place, LINES)
             found += self._compared(less, sign)
             left = right
         return found
