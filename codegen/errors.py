@@ -69,7 +69,7 @@ class UnknownNameError(InputError):
     """A name that does not exist; the message carries the closest match."""
 
     def __init__(self, kind: str, name: str, known: Iterable[str], where: object = "") -> None:
-        super().__init__(f"unknown {kind} '{shown(name)}'", where, suggestion(name, known))
+        super().__init__(f"unknown {kind} '{shown(name)}'", where, suggestion(name, known, LISTS.get(kind, "")))
 
 
 class RefusedError(MaviperError):
@@ -97,6 +97,7 @@ class HangingToolError(MaviperError):
 
 
 MAX_NAMES_SHOWN = 10
+LISTS = {"property": "maviper properties list", "world": "maviper worlds list"}  # kind of name -> what prints them all
 STEERING = frozenset(("Cc", "Cf", "Zl", "Zp"))  # categories of control and format characters and of ends of lines
 
 
@@ -127,12 +128,14 @@ def closest(name: str, known: Iterable[str]) -> str | None:
     return found[0] if found else None
 
 
-def suggestion(name: str, known: Iterable[str]) -> str:
-    """One line that helps after a misspelt name: the closest match, else the names if they are few."""
+def suggestion(name: str, known: Iterable[str], lists: str = "") -> str:
+    """One line that helps after a misspelt name: the closest match, else the names if they are few, else the command
+    that `lists` them.
+    """
     names = list(known)
     match = closest(name, names)
     if match is not None:
         return f"did you mean '{shown(match)}'?"
     if len(names) <= MAX_NAMES_SHOWN:
         return "known: " + ", ".join(map(shown, names))
-    return f"none of the {len(names)} known names is close"
+    return f"see `{lists}`" if lists else f"none of the {len(names)} known names is close"

@@ -21,7 +21,7 @@ GONE = (
     "relax every bound of the claim",
     "not the only one: ",
     "names are known, none of them",
-    "missing meanings: none that",
+    "meanings: none that",
     "no state is claimed anything of",
     "An episode that may get there is no proof",
     "says nothing of later steps than it names",

@@ -250,8 +250,8 @@ def _meanings(world: World) -> Iterator[Finding]:
     ]
     if lacking:
         said = f"meanings: some features of {', '.join(lacking)} have none"
-        said = said if len(lacking) < len(world.agents) else "meanings: none that cover all features of an agent"
-        advice = "claims about world states need them; the environment may give `features`"
+        said = said if len(lacking) < len(world.agents) else "meanings: features have none"
+        advice = "claims can only be about observations then; the environment may give `features`"
         yield Finding(Mark.MISSING, said, advice)
     else:
         yield Finding(Mark.OK, "meanings: every feature has one")

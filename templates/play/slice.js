@@ -29,9 +29,10 @@ const Slice = (page) => {
     clear(select).append(...made);
   }
 
-  /** Shows the slice of an agent, with its own features and outputs to choose from. */
+  /** Shows the slice of an agent, with its own features and outputs to choose from, and opens its sliders. */
   function choose(number) {
     sliced = number;
+    [...get("sliders").children].forEach((box, place) => (box.open = place === number));
     const { features, outputs } = agents[number];
     axes = usual(number);
     tone = 0;
@@ -206,9 +207,12 @@ const Slice = (page) => {
   }
 
   function begin() {
-    const wide = agents.findIndex((agent) => agent.features.length > 1);
-    choose(Math.max(0, wide));
+    const wide = ({ features }) => features.length > 1;
+    const testing = agents.findIndex((agent) => wide(agent) && agent.tree.feature.length > 1);
+    const first = Math.max(0, testing < 0 ? agents.findIndex(wide) : testing);
     options(get("sliced"), agents.map((agent) => agent.name));
+    choose(first);
+    get("sliced").value = first;
     get("whose").hidden = agents.length < 2;
     get("sliced").addEventListener("change", (event) => (choose(Number(event.target.value)), draw(null)));
     get("tone").addEventListener("change", (event) => ((tone = Number(event.target.value)), draw(null)));

@@ -11,6 +11,7 @@ from codegen.check import ensure
 from codegen.dynamics import motionless
 from codegen.importers.origin import Names, profile_of
 from codegen.importers.python.source import from_python
+from maviper.files.profiles import load
 from maviper.page.document import Contents, Shown, Stored, usual_claims
 from maviper.page.games import Recorded, about, shown_ranges
 from maviper.page.page import MAX_RULES, contents_of, page
@@ -233,3 +234,16 @@ def test_an_imported_tree_is_no_game_and_has_no_reference():
     profile = profile_of(from_python(source, "t.py"), Names(), "float32")
     assert about(profile).startswith("An imported tree for one agent, thermostat. It observes 1 number (temperature)")
     assert "Reference:" not in page(profile, Contents())
+
+
+def test_the_slice_is_of_an_agent_that_tests_something(tmp_path):
+    """One of the corridor's robots always goes; the sliders that are open are those of the slice's agent."""
+    html = page(load(GENERATED / "worlds" / "corridor.json"), Contents())
+    told = """
+      const open = () => [...document.querySelectorAll("#sliders > details")].map(({ open }) => open);
+      const box = document.getElementById("sliced"), first = [box.selectedOptions[0].textContent, open()];
+      box.value = 0;
+      box.dispatchEvent(new Event("change"));
+      return [first, open()];
+    """
+    assert in_chromium(html, told, [], tmp_path) == [["right", [False, True]], [True, False]]

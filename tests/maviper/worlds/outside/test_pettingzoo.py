@@ -390,7 +390,7 @@ def test_the_current_folder_is_importable_and_broken_modules_are_named(tmp_path,
 @pytest.mark.parametrize(
     ("text", "mark", "message"),
     [
-        ("spread", Mark.MISSING, "meanings: .*; claims about world states need them"),
+        ("spread", Mark.MISSING, "meanings: .*; claims can only be about observations"),
         ("early", Mark.OK, "names: .*left runner is left_runner"),
         ("early", Mark.OK, "teams: left: left_runner; runner: runner_1"),
         ("early", Mark.OK, "repeats: "),
