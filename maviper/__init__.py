@@ -248,7 +248,7 @@ def replay(
     from maviper.files.profiles import find_profile
     from maviper.verification.files.counterexamples import replay as replayed
 
-    about = find_profile(profile, beside=Path(counterexample))
+    about = find_profile(profile, beside=Path(counterexample), sums=True)
     return replayed(Path(counterexample), about, None if world is None else Path(world))
 
 

@@ -79,6 +79,7 @@ def test_commands_refuse_sums_with_one_sentence(verb, options, profile, tmp_path
 def test_functions_refuse_them_too(tmp_path):
     file = tmp_path / "profile.json"
     file.write_text(dumps(ACTS))
+    (tmp_path / "counterexample.json").write_text("{}")
     profile = maviper.load(file)
     asked = [
         lambda: maviper.verify(profile),

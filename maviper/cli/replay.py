@@ -39,7 +39,7 @@ def replay(context: click.Context, counterexample: Path, profile: Path | None, w
     from maviper.verification.files.counterexamples import replay as replayed
 
     console = console_of(context)
-    outcome = replayed(counterexample, find_profile(profile, beside=counterexample), world)
+    outcome = replayed(counterexample, find_profile(profile, beside=counterexample, sums=True), world)
     if not outcome.same_policy:
         console.line("profile", "not the one that the counterexample was made from")
     for agent, action in outcome.actions.items():

@@ -33,8 +33,10 @@ def load(path: str | Path, *, sums: bool = False) -> PolicyProfile:
     return profile if sums else ensure_plain(profile, READER)
 
 
-def find_profile(profile: PolicyProfile | str | Path | None, beside: Path) -> PolicyProfile:
-    """A profile that is given, or that lies in a file; None: profile.json beside another file."""
+def find_profile(profile: PolicyProfile | str | Path | None, beside: Path, *, sums: bool = False) -> PolicyProfile:
+    """A profile that is given, or lies in a file; None: profile.json beside another file. `sums`: as for `load`."""
     if profile is None:
-        return load(beside.parent / runs.PROFILE_FILE)
-    return load(profile) if isinstance(profile, str | Path) else ensure_plain(profile, READER)
+        return load(beside.parent / runs.PROFILE_FILE, sums=sums)
+    if isinstance(profile, str | Path):
+        return load(profile, sums=sums)
+    return profile if sums else ensure_plain(profile, READER)

@@ -150,5 +150,5 @@ def results(profile: ir.PolicyProfile, options: VerifyOptions) -> list[AnyResult
 
 def verified_system(profile: ir.PolicyProfile, options: VerifyOptions) -> Verified:
     """The verdicts on the claims of a world file, as `verified`."""
-    asked, stated = posed(ensure_plain(profile, VERIFIER), runs.PROFILE_FILE, options.checked())
+    asked, stated = posed(profile, runs.PROFILE_FILE, options.checked())
     return verified(profile, asked, options, stated=stated)

@@ -34,6 +34,7 @@ from verify.progress import tell
 from verify.question import Question
 from verify.reach.replay import Course, piece_of, replayed
 from verify.reach.results import SystemCounterexample
+from verify.reach.rounded import truly
 from verify.reports import systems as report
 from verify.result import Result, Verdict
 from verify.semantics import MACHINE
@@ -41,15 +42,20 @@ from verify.subjects import ClosedLoop
 from verify.systems.claims import SystemClaim
 from verify.systems.curves.claims import CurvedClaim
 from verify.systems.files import MAX_BYTES as MAX_WORLD_BYTES
+from verify.systems.given.played import as_played
 from verify.systems.observing import chosen
 from verify.systems.pieces import curved
 from verify.systems.properties import claims_in, claims_of
 from verify.systems.statement import Statement
-from verify.verdicts.systems import JointQuestions, SystemResult, verify_system
+from verify.verdicts.systems import ENCLOSED, JointQuestions, SystemResult, verify_system
 
 BENT = "the claim holds or fails within what the enclosures of its products and functions leave open"
 ERRING = "the claim holds or fails within what the errors of next values leave open"
 SMALLER = ("more `cuts` in [dynamics]", "a smaller region")
+ROUNDED = (
+    "the claim fails within the errors of rules and of the agents' roundings, but no violating episode of their own "
+    "sums was found"
+)
 FINER = ("more `cuts` of the claim: cuts = { x = 40 }", "a smaller region")
 
 
@@ -57,8 +63,9 @@ FINER = ("more `cuts` of the claim: cuts = { x = 40 }", "a smaller region")
 class StatedWorld:
     """A world file with the claims that are asked about, and what is measured of the environment it is about."""
 
-    profile: PolicyProfile
-    statement: Statement
+    profile: PolicyProfile  # as proofs read it
+    origin: PolicyProfile  # as it was given
+    statement: Statement  # as proofs read it
     claims: tuple[SystemClaim, ...]
     given: Mapping[str, Path]  # the files that a user gave, by the name that a copy has
     beside: Mapping[str, str]  # their texts, for a report's folder
@@ -74,11 +81,12 @@ class StatedWorld:
         beside = {name: runs.read(path, MAX_WORLD_BYTES).decode(errors="replace") for name, path in given.items()}
         statement = read(file)
         ensure_plays(profile, statement)
+        origin, (statement, profile) = profile, as_played(statement, profile)
         if options.file is None:
             claims = claims_of(statement, profile, file.name)
         else:
             claims = claims_in(beside[PROPERTY_FILE], statement, profile, options.file.name)
-        return StatedWorld(profile, statement, claims, given, beside, options)
+        return StatedWorld(profile, origin, statement, claims, given, beside, options)
 
     @cached_property
     def reference(self) -> Mapping[str, Any]:
@@ -114,7 +122,7 @@ class StatedWorld:
 
     def document(self, results: Sequence[Result[SystemClaim, Any]]) -> dict[str, Any]:
         """The report as plain data."""
-        return report.document(self.profile, self.statement, results, self.reference, self.asked[0].command)
+        return report.document(self.origin, self.statement, results, self.reference, self.asked[0].command)
 
     def answer(self, question: Question[SystemClaim], beside: bool = True) -> SystemResult:
         """The result of a question. InputError where an enclosure that a proof needs is not shown again."""
@@ -123,7 +131,11 @@ class StatedWorld:
         measured_steps = self.reference.get("steps")  # first, since a wrong statement is not worth a proof
         bent = not question.claim.about_decisions and any(map(curved, self.statement.rules))
         confirm = partial(_by_rules, self.statement, self.profile, question.claim) if bent else None
+        if self.statement.acting:
+            confirm = _unknown if bent else partial(truly, self.statement, self.profile, question.claim)
         result = self._together.verified(self.claims.index(question.claim), confirm, beside)
+        if self.statement.acting and result.reason == ENCLOSED:
+            result = replace(result, reason=ROUNDED)
         if result.verdict is Verdict.PROVED:
             _ = self._shown
         said = replay_words(self.statement, self.profile, result) if measured_steps else ""
@@ -139,10 +151,13 @@ class StatedWorld:
         except RejectedError as error:
             where = f"claim {question.claim.shown}: {error}"
             raise InputError("an enclosure was not shown again", where, "cut its ranges into more parts") from None
-        found = self._together.verified(self.claims.index(question.claim), None, beside)
+        confirm = partial(truly, self.statement, self.profile, question.claim) if self.statement.acting else None
+        found = self._together.verified(self.claims.index(question.claim), confirm, beside)
         if found.verdict in (Verdict.PROVED, Verdict.VACUOUS):
             return found
-        other = verify_system(replace(question, claim=curved.weaker), None, beside)
+        if self.statement.acting:
+            confirm = partial(truly, self.statement, self.profile, curved.weaker)
+        other = verify_system(replace(question, claim=curved.weaker), confirm, beside)
         if other.verdict is Verdict.VIOLATED:
             return other
         open_ = replace(found.evidence, helps=FINER if curved.enclosures else SMALLER, counterexample=None)
@@ -168,6 +183,11 @@ class StatedWorld:
             where = f"{self.statement.system.name}: {error}"
             advice = "cut the ranges of more variables, or into more parts"
             raise InputError("an enclosure was not shown again", where, advice) from None
+
+
+def _unknown(found: SystemCounterexample) -> SystemCounterexample | None:
+    """Nothing is known of the real agents' sums where rules are enclosed."""
+    return None
 
 
 def _by_rules(

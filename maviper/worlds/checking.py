@@ -112,7 +112,7 @@ def _stated(source: Source, run_reference: bool) -> Iterator[Finding]:
     """Of a world file: what it states, whether that can be played, and how far it is from its reference."""
     statement = read(source.function)
     yield from stated(statement)
-    if not statement.moves:
+    if not statement.moves or statement.gives:
         return
     function = import_maker(source)
     world = PettingZooWorld(function, source.text)

@@ -68,7 +68,7 @@ def _played(profile: PolicyProfile, system: System, claim: SystemClaim, course: 
         if piece is None:
             return None
         given: Values = course.errors[step] if step < len(course.errors) else {}
-        error = _within(system.pieces[piece], given)
+        error = within(system.pieces[piece], given)
         joint = _named(profile, chosen(system, profile, state))
         states.append(system.pieces[piece].step(state, joint, error))
         actions.append(joint)
@@ -85,7 +85,7 @@ def piece_of(system: System, state: State, wanted: int | None = None, rank: int 
     return wanted if wanted in holding else holding[min(rank, len(holding) - 1)] if holding else None
 
 
-def _within(piece: Piece, given: Values) -> dict[str, Fraction]:
+def within(piece: Piece, given: Values) -> dict[str, Fraction]:
     """The errors of a step, each cut to its bounds."""
     return {name: min(max(given.get(name, Fraction(0)), low), high) for name, (low, high) in piece.error.items()}
 

@@ -53,6 +53,10 @@ ENCLOSED = (
     "Rules that are not affine are enclosed: over parts of the ranges, an affine form stands for them, and the proved "
     "bound of what it leaves out is part of the error."
 )
+GIVEN = (
+    "What an agent adds in floats is its exact value and a rounding within proved bounds, which is a variable of its "
+    "own (AGENT.rounding_of_...) and may be another one at each step. A leaf that gives numbers is an action."
+)
 STATEMENT = "Verdicts are about the statement. Nothing is proved about a system that moves differently."
 SAMPLED = "Steps of {name} were compared with the statement, from states {where}. At others it may be off by more."
 ANYWHERE = {True: "all over the ranges", False: "that its own episodes come to"}
@@ -86,6 +90,7 @@ def document(
     system, made = statement.system, profile.provenance
     enclosed = any(map(curved, statement.rules)) or any(result.claim.curved for result in results)
     semantics = f"{SEMANTICS} {ENCLOSED}" if enclosed else SEMANTICS
+    semantics = f"{semantics} {GIVEN}" if statement.acting else semantics
     certificates = [result.evidence.certificate for result in results]
     return {
         "report": FORM,

@@ -7,11 +7,13 @@ Does not: know how the state moves (motion.py).
 
 from collections.abc import Mapping
 from fractions import Fraction
+from types import MappingProxyType
 
 from codegen.errors import InputError
 from codegen.ir import NAME
 from codegen.wording import counted
-from verify.language.units import PURE, Unit, written
+from verify.language.units import PURE, Unit, unit_of, written
+from verify.systems.given.agents import Acting
 from verify.systems.language.expressions import Call, Expression, Number, affine
 from verify.systems.language.parsing import Names, feature_of
 from verify.systems.statement import Agent
@@ -19,14 +21,17 @@ from verify.systems.system import Feature, Measure
 from verify.systems.values import ADVICE, as_table, named, only, table, text, typed
 from verify.toml_places import Place
 
-KEYS = ("team", "features", "actions", "reward")
-MAX_AGENTS, MAX_FEATURES, MAX_ACTIONS = 64, 1_024, 1_024
+KEYS = ("team", "features", "actions", "outputs", "reward")
+GIVEN = "given"  # the action that stands for all that an agent gives, as long as no profile says what
+MAX_AGENTS, MAX_FEATURES, MAX_ACTIONS, MAX_OUTPUTS = 64, 1_024, 1_024, 64
 ZERO = Number(Fraction(0))
 FUNCTIONS = {measure.value: measure for measure in (Measure.SIGN, Measure.POSITIVE)}
 
 
-def agents_of(given: Mapping[str, object], names: Names, where: Place) -> tuple[tuple[Agent, ...], dict[str, Unit]]:
-    """The agents, and the units of their inputs by name."""
+def agents_of(
+    given: Mapping[str, object], names: Names, where: Place, acting: Mapping[str, Acting] = MappingProxyType({})
+) -> tuple[tuple[Agent, ...], dict[str, Unit]]:
+    """The agents, and the units of their inputs by name. `acting`: how proofs read those that give numbers."""
     if not 1 <= len(given) <= MAX_AGENTS:
         raise InputError(f"{counted(len(given), 'agent')}, of 1 to {MAX_AGENTS}", where, ADVICE)
     found: list[Agent] = []
@@ -35,16 +40,41 @@ def agents_of(given: Mapping[str, object], names: Names, where: Place) -> tuple[
         place = where / name
         described = as_table(value, place)
         only(described, KEYS, place)
-        actions: dict[str, Mapping[str, Expression]] = {}
-        for action, settings in _some(described, "actions", place, MAX_ACTIONS).items():
-            setting = place / "actions" / action
-            actions[_called(action, setting)] = _settings(name, as_table(settings, setting), names, inputs, setting)
+        outputs = _outputs(name, described, inputs, place) if "outputs" in described else ()
+        if outputs:
+            actions = acting[name].settings if name in acting else {GIVEN: dict.fromkeys(outputs, ZERO)}
+        else:
+            actions = _actions(name, described, names, inputs, place)
         team = _called(text(described.get("team", name), place / "team"), place / "team")
         reward = typed(described.get("reward", 0), names, place / "reward").value
-        found.append(Agent(named(name, place), team, _whole(actions), reward))
+        called = tuple(each.partition(".")[2] for each in outputs)
+        found.append(Agent(named(name, place), team, actions, reward, called))
     for name in inputs.keys() & names.known.keys():
         raise InputError(f"'{name}' is a variable and an input", where, "give each a name of its own")
     return tuple(found), inputs
+
+
+def _actions(
+    agent: str, described: Mapping[str, object], names: Names, inputs: dict[str, Unit], where: Place
+) -> Mapping[str, Mapping[str, Expression]]:
+    """What each action sets, all of them the same inputs."""
+    found: dict[str, Mapping[str, Expression]] = {}
+    for action, settings in _some(described, "actions", where, MAX_ACTIONS).items():
+        place = where / "actions" / action
+        found[_called(action, place)] = _settings(agent, as_table(settings, place), names, inputs, place)
+    return _whole(found)
+
+
+def _outputs(agent: str, described: Mapping[str, object], inputs: dict[str, Unit], where: Place) -> tuple[str, ...]:
+    """The inputs that the numbers of an agent are, `AGENT.OUTPUT`; their units go into `inputs`."""
+    if "actions" in described:
+        raise InputError("an agent has actions or outputs, not both", where, "remove one of the two")
+    found: list[str] = []
+    for key, value in _some(described, "outputs", where, MAX_OUTPUTS).items():
+        place = where / "outputs" / key
+        found.append(f"{agent}.{named(key, place)}")
+        inputs[found[-1]] = unit_of(text(value, place), place)
+    return tuple(found)
 
 
 def _some(described: Mapping[str, object], key: str, where: Place, most: int) -> Mapping[str, object]:

@@ -7,7 +7,9 @@ Does not: run anything that a file holds: expressions are parsed, never evaluate
 
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from fractions import Fraction
+from types import MappingProxyType
 
 from codegen.check import identifier
 from codegen.errors import InputError, UnknownNameError
@@ -18,12 +20,13 @@ from verify.language.arithmetic import Typed
 from verify.language.units import PURE, Unit, unit_of, written
 from verify.systems.actors import agents_of, features_of
 from verify.systems.flows.reading import flow_of
+from verify.systems.given.agents import Acting
 from verify.systems.language.expressions import Expression, Number
 from verify.systems.language.parsing import Names, half_spaces
 from verify.systems.motion import rules_of
 from verify.systems.pieces import pieces
 from verify.systems.regions import box_of, is_empty
-from verify.systems.statement import Rule, Statement
+from verify.systems.statement import Agent, Rule, Statement
 from verify.systems.system import Box, Flow, HalfSpace, Polytope, System, Variable
 from verify.systems.values import (
     ADVICE,
@@ -62,8 +65,10 @@ STEP = "step"  # what texts call the number of a step
 WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 
-def statement_of(source: str, name: str) -> Statement:
-    """What a world file states. `name`: of the file, for errors. InputError with the place of the first fault."""
+def statement_of(source: str, name: str, acting: Mapping[str, Acting] = MappingProxyType({})) -> Statement:
+    """What a world file states. `name`: of the file, for errors; `acting`: how proofs read those of its agents that
+    test sums or give numbers, whose roundings become variables. InputError with the place of the first fault.
+    """
     document, where = parse(source, name, "not a readable file", ADVICE)
     only(document, KEYS, where)
     constants = _constants(document, where)
@@ -73,8 +78,11 @@ def statement_of(source: str, name: str) -> Statement:
     modes = {each.name: each.modes for each in variables if each.modes}
     names = Names(units, constants.meant, modes)
     described = table(document, "agents", where)
-    agents, inputs = agents_of(described, names, where / "agents")
+    agents, inputs = agents_of(described, names, where / "agents", acting)
     features = features_of(described, names, where / "agents")
+    features = {
+        agent: {**own, **(acting[agent].features if agent in acting else {})} for agent, own in features.items()
+    }
     rules: tuple[Rule, ...] = ()
     flow: Flow | None = None
     steps = 0
@@ -85,6 +93,7 @@ def statement_of(source: str, name: str) -> Statement:
         still = dict.fromkeys(unset, Typed[Expression](Number(Fraction(0)), None))
         known = Names(units | inputs, {**constants.meant, **still}, modes)
         if "flow" in moved:
+            _ensure_numbers([*_giving(agents), *acting], "a flow", where / "dynamics" / "flow")
             if "reference" in document:
                 what = "a flow is not compared with an environment"
                 raise InputError(what, where / "reference", "remove the reference; worlds check integrates the flow")
@@ -95,11 +104,45 @@ def statement_of(source: str, name: str) -> Statement:
     start = _start(table(document, "start", where), variables, names, where / "start", clock)
     called, reference, state = (text(document.get(key, ""), where / key) for key in ("name", "reference", "state"))
     if reference:
+        _ensure_numbers(_giving(agents), "an environment", where / "reference")
         _ensure_numbers((*modes, *(each.name for each in clock)), "an environment", where / "reference")
+    rules, variables, start = with_roundings(rules, variables, start, acting)
     made = pieces(rules, variables, where / "dynamics")
     system = System(called or "system", variables, features, start, made, steps, reference, flow)
     stated = {key: value for key, value in document.items() if key == "property"}
-    return Statement(system, agents, rules, names, stated, where, state)
+    return Statement(system, agents, rules, names, stated, where, state, inputs, source, acting)
+
+
+def _giving(agents: Sequence[Agent]) -> list[str]:
+    return [f"{agent.name}.{output}" for agent in agents for output in agent.outputs]
+
+
+def with_roundings(
+    rules: tuple[Rule, ...], variables: tuple[Variable, ...], start: Polytope, acting: Mapping[str, Acting]
+) -> tuple[tuple[Rule, ...], tuple[Variable, ...], Polytope]:
+    """Rules, variables and start with the roundings of agents: each is anywhere within its bounds, anew in each step.
+    As the bounds hold within the ranges, nothing is stated beyond them.
+    """
+    bounds = {each.variable: (-each.bound, each.bound) for one in acting.values() for each in one.roundings}
+    if not bounds:
+        return rules, variables, start
+    ranges = {each.name: each.range for each in variables}
+    anew: dict[str, Expression] = dict.fromkeys(bounds, Number(Fraction(0)))
+    kept = tuple(
+        replace(
+            rule,
+            where={name: _shared(ends, rule.where.get(name, ends)) for name, ends in ranges.items()},
+            move={**rule.move, **anew},
+            error={**rule.error, **bounds},
+        )
+        for rule in rules
+    )
+    added = tuple(Variable(name, "1", ends) for name, ends in bounds.items())
+    return kept, (*variables, *added), (*start, *box_of(bounds))
+
+
+def _shared(one: Interval, other: Interval) -> Interval:
+    return max(one[0], other[0]), min(one[1], other[1])
 
 
 def _ensure_numbers(strange: Sequence[str], what: str, where: Place) -> None:

@@ -24,6 +24,7 @@ from verify.systems.curves.following import followed, without_next
 from verify.systems.curves.formulas import without_curves
 from verify.systems.curves.reading import Curves
 from verify.systems.files import region_of, region_parts
+from verify.systems.given.formulas import named_inputs, of_actions
 from verify.systems.language.expressions import Number, names
 from verify.systems.language.parsing import Names
 from verify.systems.pieces import curved
@@ -125,10 +126,11 @@ def _decides(
     }
     of_states = Names(statement.names.known, statement.names.meant, statement.names.modes)
     curves = Curves(of_states)
-    following = followed(statement.system.variables) if statement.rules else {}
-    units = statement.names.known
-    units = {**units, **{name: units[whose] for name, whose in following.items()}}
-    known = Vocabulary(
+    known = statement.names.known  # without the roundings of agents, which nobody names
+    stated = [each for each in statement.system.variables if each.name in known]
+    following = followed(stated) if statement.rules else {}
+    units = {**known, **statement.inputs, **{name: known[whose] for name, whose in following.items()}}
+    vocabulary = Vocabulary(
         tuple(units),
         acting,
         units=units,
@@ -136,7 +138,8 @@ def _decides(
         modes=statement.names.modes,
         curves=curves,
     )
-    found = formula_of(written, known, lambda offset: (where / "formula").of_offset(written, offset))
+    found = formula_of(named_inputs(written), vocabulary, lambda offset: (where / "formula").of_offset(written, offset))
+    found = of_actions(found, statement, acting, where / "formula")
     named = frozenset[str]().union(*map(names, curves.found.values()))
     cuts: dict[str, int] = {}
     for name, value in flat(table_of(table, "cuts", where), where / "cuts").items():

@@ -8,6 +8,8 @@ Does not: read files or play.
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from verify.language.units import Unit
+from verify.systems.given.agents import Acting
 from verify.systems.language.expressions import Expression
 from verify.systems.language.parsing import Names
 from verify.systems.system import Box, Interval, Polytope, System
@@ -24,6 +26,9 @@ class Agent:
     team: str
     actions: Mapping[str, Mapping[str, Expression]]
     reward: Expression
+    outputs: tuple[
+        str, ...
+    ] = ()  # where it gives numbers; its actions are then those of a profile, see given/agents.py
 
     @property
     def inputs(self) -> frozenset[str]:
@@ -59,6 +64,14 @@ class Statement:
     properties: Mapping[str, object] = field(default_factory=dict[str, object], compare=False)  # tables of claims
     place: Place = field(default=Place("", ""), compare=False)  # of the file
     state: str = ""  # the attribute of the reference environment that holds the variables in order
+    inputs: Mapping[str, Unit] = field(default_factory=dict[str, Unit], compare=False)  # what actions and outputs set
+    source: str = field(default="", compare=False)  # the text of the file
+    acting: Mapping[str, Acting] = field(default_factory=dict[str, Acting], compare=False)  # who tests sums in it, read
+
+    @property
+    def gives(self) -> tuple[str, ...]:
+        """The agents that give numbers, as long as no profile says which."""
+        return tuple(each.name for each in self.agents if each.outputs and each.name not in self.acting)
 
     @property
     def moves(self) -> bool:

@@ -19,7 +19,9 @@ import msgspec
 from codegen.errors import InputError, shown
 from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash
+from codegen.sum_rules import ensure_plain
 from maviper.files import kinds, runs
+from maviper.files.profiles import READER
 from maviper.verification.bench import replayed
 from maviper.verification.files import episodes as episode_files
 from verify.claims.decisions import OWN, PLAIN, formula
@@ -121,6 +123,7 @@ def replay(path: Path, profile: PolicyProfile, world: Path | None = None) -> Rep
     data = runs.read(path, MAX_BYTES)
     if kinds.kind_of(data) is kinds.SYSTEM_COUNTEREXAMPLE:
         return _replayed_statement(path, profile, world)
+    ensure_plain(profile, READER)
     called = kinds.COUNTEREXAMPLE.called
     kinds.ensure(data, str(path), called, kinds.COUNTEREXAMPLE, kinds.EPISODE_COUNTEREXAMPLE)
     about_episode = kinds.kind_of(data) is kinds.EPISODE_COUNTEREXAMPLE
@@ -130,7 +133,7 @@ def replay(path: Path, profile: PolicyProfile, world: Path | None = None) -> Rep
 def _replayed_statement(path: Path, profile: PolicyProfile, world: Path | None) -> Replayed:
     from maviper.verification.files import systems
 
-    found, claim, again, same = systems.replay(path, profile, world)
+    found, claim, again, same, by_same = systems.replay(path, profile, world)
     actions: dict[str, list[str]] = {} if again is None else counterexample(again)["actions"]
     return Replayed(
         property=systems.called(claim),
@@ -138,7 +141,7 @@ def _replayed_statement(path: Path, profile: PolicyProfile, world: Path | None) 
         actions={agent: " ".join(names) for agent, names in actions.items()},
         before={agent: " ".join(names) for agent, names in found.actions.items()},
         by=(),
-        same_policy=content_hash(profile) == found.profile,
+        same_policy=by_same,
         says=(PLAYED if again is None or again.seconds is None else FOLLOWED) + ("" if same else OTHER_SYSTEM),
     )
 

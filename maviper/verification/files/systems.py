@@ -33,12 +33,15 @@ from verify.flows.replay import replayed as flow_replayed
 from verify.question import Question
 from verify.reach.replay import Course, is_start, replayed
 from verify.reach.results import SystemCounterexample
+from verify.reach.rounded import truly
 from verify.reports import systems as report
 from verify.reports.trajectories import counterexample
 from verify.subjects import ClosedLoop
 from verify.systems import documents
 from verify.systems.claims import SystemClaim
 from verify.systems.files import MAX_BYTES as MAX_WORLD_BYTES
+from verify.systems.given.formulas import named_inputs
+from verify.systems.given.played import as_played
 from verify.systems.properties import claims_in, claims_of
 from verify.systems.statement import Statement
 
@@ -83,8 +86,9 @@ def checked(path: Path, profile: PolicyProfile | Path | None, world: Path | None
     The pieces of the system are shown again from the rules of the file, then the proof is followed.
     """
     found, statement = read_certificate(path, world)
-    about = find_profile(profile, beside=path)
+    about = find_profile(profile, beside=path, sums=True)
     closed = ensure_accepted(path, found.reading(FollowedProof), statement, about, told=tell_shown)
+    statement, about = as_played(statement, about)
     try:
         curve = _of_curves(found.claim, statement, about, path.parent / PROPERTY_FILE)
     except RejectedError as error:
@@ -95,8 +99,8 @@ def checked(path: Path, profile: PolicyProfile | Path | None, world: Path | None
 
 
 def _of_curves(claim: SystemClaim, statement: Statement, profile: PolicyProfile, beside: Path) -> str:
-    """What a proof says of a formula with curves in the world file, or in the file of claims beside it; "" where there
-    is none that the claim implies. RejectedError where its enclosures are not shown again.
+    """What a proof says of a formula with curves or outputs in the world file, or in the file of claims beside it; ""
+    where there is none that the claim implies. RejectedError where its enclosures are not shown again.
     """
     stated = list(claims_of(statement, profile, WORLD_FILE)) if statement.properties else []
     if beside.exists():
@@ -104,6 +108,8 @@ def _of_curves(claim: SystemClaim, statement: Statement, profile: PolicyProfile,
             runs.read(beside, MAX_WORLD_BYTES).decode(errors="replace"), statement, profile, beside.name
         )
     for each in stated:
+        if each == claim and each.curved is None and named_inputs(each.written) != each.written:
+            return f"{each.sentence}: {' '.join(each.written.split())}"
         if each == claim and each.curved is not None:
             shown_again = ensure_curves(
                 each.curved.enclosures, {one.name: one.range for one in statement.system.variables}
@@ -118,13 +124,16 @@ def called(claim: SystemClaim) -> str:
     return claim.name + (f" (in the file: '{shown(claim.label)}')" if claim.label else "")
 
 
-def replay(path: Path, profile: PolicyProfile, world: Path | None) -> tuple[CounterexampleJson, SystemClaim, Any, bool]:
+def replay(
+    path: Path, profile: PolicyProfile, world: Path | None
+) -> tuple[CounterexampleJson, SystemClaim, Any, bool, bool]:
     """A counterexample of a file, the claim in it, the episode that breaks it again (None where none does), and whether
-    the system is the one that it was made of.
+    the system and the profile are those that it was made of.
     """
     document = runs.decoded(path, MAX_BYTES, CounterexampleJson, "not a readable counterexample", ADVICE)
     statement = read(world or path.parent / WORLD_FILE)
     ensure_plays(profile, statement)
+    statement, profile = as_played(statement, profile)
     try:
         claim = system_certificates.read_claim(document.claim)
         start = {name: read_number(value) for name, value in document.start.items()}
@@ -137,10 +146,12 @@ def replay(path: Path, profile: PolicyProfile, world: Path | None) -> tuple[Coun
             raise InputError("the counterexample does not start where the world file has starts", where, ADVICE)
         if statement.system.flow is None or claim.about_decisions:
             again = replayed(profile, statement.system, claim, Course(start, errors, document.pieces))
+            again = truly(statement, profile, claim, again) if again and statement.acting else again
         else:
             claim = replace(claim, at_samples=bool(document.at_samples))
             course = FlowCourse(start, errors[0] if errors else {})
             again = flow_replayed(profile, statement.system, claim, course)
     except (ValueError, LookupError, TypeError, ZeroDivisionError) as error:
         raise InputError("not a readable counterexample", f"{path}: {shown(error)}", ADVICE) from None
-    return document, claim, again, document.system == documents.content_hash(statement.system)
+    same = document.system == documents.content_hash(statement.system)
+    return document, claim, again, same, document.profile == content_hash(profile)

@@ -30,6 +30,7 @@ from verify.checker.reading import RejectedError
 from verify.checker.systems.certificates import SystemCertificate
 from verify.checker.systems.enclosures import ensure_enclosed
 from verify.systems.claims import SystemClaim
+from verify.systems.given.played import as_played
 from verify.systems.statement import Statement
 from verify.systems.words import spelled
 
@@ -43,7 +44,8 @@ def _untold(done: int, most: int) -> None:
 
 def ensure_plays(profile: PolicyProfile, statement: Statement) -> None:
     """InputError for agents, features or actions that the file does not state."""
-    actions = {agent.name: tuple(agent.actions) for agent in statement.agents}
+    actions = {agent.name: () if agent.outputs else tuple(agent.actions) for agent in statement.agents}
+    outputs = {agent.name: agent.outputs for agent in statement.agents}
     for policy in profile.agents:
         where = f"{statement.system.name}: {policy.agent}"
         if policy.agent not in actions:
@@ -53,7 +55,12 @@ def ensure_plays(profile: PolicyProfile, statement: Statement) -> None:
         for kind, names, known in (
             ("feature", [each.name for each in policy.features], statement.system.features[policy.agent]),
             ("action", [each.name for each in policy.actions], actions[policy.agent]),
+            ("output", [each.name for each in policy.outputs], outputs[policy.agent]),
         ):
+            if kind == "output" and set(names) != set(known):
+                said, stated = (", ".join(each) or "no numbers" for each in (names, known))
+                advice = "name all outputs of the agent: [agents.A.outputs], or --outputs of import"
+                raise InputError(f"{policy.agent} gives {said}, and in the file {stated}", where, advice)
             for name in names:
                 if name not in known:
                     raise UnknownNameError(kind, name, known, where)
@@ -64,6 +71,7 @@ def ensure_plays(profile: PolicyProfile, statement: Statement) -> None:
 
 def sentence(claim: SystemClaim, statement: Statement, profile: PolicyProfile) -> str:
     """A claim in words, with its numbers."""
+    statement, profile = as_played(statement, profile)
     actions = {policy.agent: [action.name for action in policy.actions] for policy in profile.agents}
     return spelled(claim, actions, {variable.name: variable.range for variable in statement.system.variables})
 
@@ -95,6 +103,7 @@ def ensure_accepted(
     InputError for another profile or world, RefusedError where the proof does not hold.
     """
     ensure_plays(profile, statement)
+    statement, profile = as_played(statement, profile)
     with _refusing(path):
         ensure_enclosed(statement, told)
         if isinstance(found, SystemCertificate):

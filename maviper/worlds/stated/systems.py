@@ -72,6 +72,9 @@ def _made(path: str) -> StatedEnv:
     found = read(path)
     if not found.moves:
         raise InputError("the file does not say how the state moves", path, "add [dynamics.next]")
+    if found.gives:
+        what = f"{', '.join(found.gives)} gives numbers, and play of a world file takes actions"
+        raise InputError(what, path, "`maviper verify`, `maviper check` and `maviper replay` take such a file")
     return StatedEnv(found, path)
 
 

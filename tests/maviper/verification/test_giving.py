@@ -1,0 +1,128 @@
+"""Claims about agents that give numbers, from a world file to certificates, counterexamples and refusals."""
+
+import json
+
+import pytest
+
+from codegen.errors import InputError, RefusedError
+from maviper.cli import main
+from maviper.files.profiles import load
+from maviper.verification.files.certificates import check_file
+from maviper.verification.files.counterexamples import replay
+
+WORLD = """
+name = "double integrator"
+steps = 12
+dt = "0.1 s"
+[variables]
+x = { unit = "m", range = [-5, 5] }
+v = { unit = "m/s", range = [-5, 5] }
+[agents.cart.features]
+x = "x"
+v = "v"
+[agents.cart.outputs]
+push = "m/s^2"
+[start]
+box = { x = [-1, 1], v = [-0.5, 0.5] }
+[dynamics.next]
+x = "x + dt*v"
+v = "v + dt*cart.push"
+
+[[property]]
+label = "bounded"
+formula = "out(cart).push <= 2 and out(cart).push >= -2[m/s^2]"
+[[property]]
+label = "bounded by less"
+formula = "out(cart).push < 2"
+[[property]]
+label = "pushes back"
+formula = "x >= 1 and v >= 0 implies out(cart).push <= -1.25"
+[[property]]
+label = "pushes back harder"
+formula = "x >= 1 and v >= 0 implies out(cart).push <= -1.2500001"
+[[property]]
+label = "stays"
+name = "stays_in"
+region = { box = { x = [-1.5, 1.5], v = [-1.5, 1.5] } }
+[[property]]
+label = "hardly moves"
+name = "stays_in"
+region = { box = { x = [-1.04, 1.04] } }
+"""
+CART = """
+import numpy as np
+def cart(x, v):
+    if x + v <= -1.5:
+        return 2.0
+    return np.clip(-1.25 * x - 1.5 * v, -2.0, 2.0)
+"""
+VERDICTS = ["PROVED", "VIOLATED", "UNKNOWN", "VIOLATED", "PROVED", "VIOLATED"]
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory):
+    """A folder with the report of a linear controller."""
+    folder = tmp_path_factory.mktemp("giving")
+    (folder / "cart.py").write_text(CART)
+    (folder / "world.toml").write_text(WORLD)
+    given = ["import", "--agents", f"cart={folder / 'cart.py'}", "--arrays", "float64", "--outputs", "push"]
+    assert main.run([*given, "-o", str(folder / "cart.json")]) == 0
+    asked = ["verify", str(folder / "cart.json"), "--world", str(folder / "world.toml"), "-o", str(folder / "out")]
+    assert main.run(asked) == 1
+    return folder
+
+
+def test_verdicts_are_about_the_sums_as_they_are_computed(place):
+    report = json.loads((place / "out" / "report.json").read_text())
+    assert [result["verdict"] for result in report["results"]] == VERDICTS
+    # at x = 1, v = 0 the sum may be above -1.25 by its rounding alone; the agent itself gives -1.25
+    assert "roundings" in report["results"][2]["reason"] and "AGENT.rounding_of_" in report["semantics"]
+
+
+def test_certificates_are_accepted_and_say_what_was_asked(place):
+    accepted = {path.name: check_file(path) for path in sorted((place / "out").glob("certificate-*.json"))}
+    assert sorted(accepted) == ["certificate-1-decides.json", "certificate-5-stays_in.json"]
+    said = [each.subject for each in accepted.values()]
+    assert "out(cart).push <= 2" in said[0] and "for" not in said[0] and "12 steps" in said[1]
+
+
+def test_certificates_of_another_controller_are_refused(place, tmp_path):
+    other = tmp_path / "cart.py"
+    other.write_text(CART.replace("1.25", "1.3"))
+    given = ["import", "--agents", f"cart={other}", "--arrays", "float64", "--outputs", "push"]
+    assert main.run([*given, "-o", str(tmp_path / "cart.json")]) == 0
+    for path in (place / "out").glob("certificate-*.json"):
+        with pytest.raises((InputError, RefusedError)):
+            check_file(path, tmp_path / "cart.json", world=place / "world.toml")
+        with pytest.raises((InputError, RefusedError)):
+            wider = tmp_path / "world.toml"
+            wider.write_text(WORLD.replace('v = "v + dt*cart.push"', 'v = "v + 2*dt*cart.push"'))
+            check_file(path, place / "cart.json", world=wider)
+
+
+def test_counterexamples_are_played_by_the_agent_itself(place, tmp_path):
+    profile = load(place / "cart.json", sums=True)
+    found = sorted((place / "out").glob("counterexample-*.json"))
+    assert [path.name[:16] for path in found] == [f"counterexample-{place}" for place in (2, 4, 6)]
+    for path in found:
+        again = replay(path, profile)
+        assert again.violated and again.same_policy
+    # with a rounding that the agent does not make, the claim is not known to be broken
+    document = json.loads(found[1].read_text())
+    (name,) = [name for name in document["start"] if "output" in name]
+    document["start"][name] = "1/1000000000000000"
+    moved = tmp_path / "moved.json"
+    moved.write_text(json.dumps(document))
+    assert replay(moved, profile, place / "world.toml").violated  # by the agent's own, all the same
+
+
+def test_a_file_that_others_play_is_refused_by_name(place, capsys):
+    assert main.run(["worlds", "check", f"system:{place / 'world.toml'}"]) == 0
+    capsys.readouterr()
+    world = f"system:{place / 'world.toml'}"
+    assert main.run(["evaluate", "random", "--world", world]) == 2
+    assert "cart gives numbers" in capsys.readouterr().err
+    missing = place / "other.toml"
+    missing.write_text(WORLD.replace("push", "pull"))
+    assert main.run(["verify", str(place / "cart.json"), "--world", str(missing)]) == 2
+    assert "cart gives push, and in the file pull" in capsys.readouterr().err

@@ -1,0 +1,163 @@
+"""Agents that test sums or give numbers, as proofs read them: with the roundings that they make, the plain agent
+decides as the reference does, number by number, and the roundings are within their bounds.
+"""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from codegen import ir
+from codegen.errors import InputError
+from codegen.sums import DOUBLE_SUMS, FLOAT32_STEPS, FLOAT64_SUMS, Sum
+from tests.support import summed
+from verify.systems.files import statement_of
+from verify.systems.given import agents as giving
+from verify.systems.given.played import as_played, with_roundings
+from verify.systems.language.expressions import affine
+from verify.systems.observing import chosen, observed
+
+VARIABLES = ("p", "q", "r")
+FEATURES = ("p - 2*q", "0.1*r + 0.3", "q", "p + q - r", "3*p - 0.7")  # of the five features of random agents
+FEW, MANY = 3, 120  # trees a kind
+STATES = 40
+
+
+def world(outputs=0, actions=("left", "stay", "right"), more=""):
+    acting = (
+        "[agents.agent_0.outputs]\n" + "".join(f'u{place} = "N"\n' for place in range(outputs))
+        if outputs
+        else "[agents.agent_0.actions]\n" + "".join(f"{name} = {{ push = 0 }}\n" for name in actions)
+    )
+    features = "".join(f'x{place} = "{text}"\n' for place, text in enumerate(FEATURES))
+    variables = "".join(f"{name} = {{ range = [-3, 3] }}\n" for name in VARIABLES)
+    start = ", ".join(f"{name} = [-1, 1]" for name in VARIABLES)
+    rules = "".join(f'{name} = "{name}"\n' for name in VARIABLES)
+    dynamics = "" if outputs else f"[dynamics.next]\n{rules}"
+    head = f'name = "w"\nsteps = 3\n[variables]\n{variables}[agents.agent_0.features]\n{features}{acting}'
+    return f"{head}[start]\nbox = {{ {start} }}\n{dynamics}{more}"
+
+
+def states(statement, policy, rng):
+    """Exact states within the ranges: random ones of few and of many digits, and some where a sum is a threshold."""
+    found = []
+    for digits in (1, 3, 60):
+        found += [
+            {
+                name: Fraction(int(rng.integers(-(3 * 2**20), 3 * 2**20 + 1)), 2**20)
+                if digits < 60
+                else Fraction(float(rng.uniform(-3, 3)))
+                for name in VARIABLES
+            }
+            for _ in range(STATES // 4)
+        ]
+    forms = [feature.form for feature in statement.system.features["agent_0"].values()]
+    thresholds = [Fraction(float(each)) for each in policy.tree.threshold[policy.tree.feature >= 0]]
+    for form in forms:
+        name, factor = next(((name, factor) for name, factor in form.terms if name in VARIABLES), (None, None))
+        if name is None:
+            continue
+        for threshold in thresholds[:4]:
+            state = {other: Fraction(int(rng.integers(-48, 49)), 16) for other in VARIABLES}
+            rest = form.constant + sum(
+                weight * state[other] for other, weight in form.terms if other in VARIABLES and other != name
+            )
+            state[name] = (threshold - rest) / factor
+            if abs(state[name]) <= 3:
+                found.append(state)
+    return found
+
+
+def alike(policy, seed):
+    """How many states of an agent were compared."""
+    profile = summed.profile(policy)
+    statement = statement_of(world(len(policy.outputs)), "w.toml")
+    read, plain = as_played(statement, profile)
+    (agent,) = read.agents
+    asked = states(read, policy, np.random.default_rng(seed))
+    for state in asked:
+        full = with_roundings(read, state)
+        row = observed(read.system, policy, full)
+        action = plain.agents[0].actions[chosen(read.system, plain, full)["agent_0"]]
+        if not policy.outputs:
+            assert action.name == policy.actions[int(ir.act(policy, row)[0])].name
+            continue
+        real = ir.outputs(policy, row)[0].tolist()
+        given = [affine(agent.actions[action.name][f"agent_0.{each.name}"]).at(full) for each in policy.outputs]
+        assert given == [Fraction(value) for value in real]
+    return len(asked)
+
+
+def tree(seed, arithmetic, outputs, gives=None, bounded=True):
+    """A random tree whose numbers are of a size at which roundings have bounds."""
+    drawn = summed.policy(seed, arithmetic, outputs=outputs, gives=gives, bounded=bounded)
+
+    def tame(each):
+        return Sum(tuple((weight if 2.0**-20 < abs(weight) < 2.0**20 else 0.5, place) for weight, place in each.terms))
+
+    made = drawn.tree
+    named = {"sums": tuple(map(tame, made.sums)), "vectors": tuple(tuple(map(tame, each)) for each in made.vectors)}
+    arrays = (made.feature, made.threshold, made.left, made.right, made.action)
+    kept = {name: getattr(made, name) for name in ("numbers", "arithmetic", "gives")}
+    return ir.AgentPolicy(
+        "agent_0", "team", drawn.features, drawn.actions, ir.Tree(*arrays, **kept, **named), outputs=drawn.outputs
+    )
+
+
+KINDS = [
+    (arithmetic, outputs, gives, bounded)
+    for arithmetic in (DOUBLE_SUMS, FLOAT32_STEPS, FLOAT64_SUMS)
+    for outputs, gives, bounded in ((0, None, True), (2, None, True), (1, None, False))
+] + [(DOUBLE_SUMS, 2, "float32", True)]
+
+
+@pytest.mark.parametrize(("arithmetic", "outputs", "gives", "bounded"), KINDS)
+def test_with_its_roundings_the_plain_agent_is_the_real_one(arithmetic, outputs, gives, bounded):
+    assert sum(alike(tree(seed, arithmetic, outputs, gives, bounded), seed) for seed in range(FEW)) > FEW * STATES // 2
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("arithmetic", "outputs", "gives", "bounded"), KINDS)
+def test_many_plain_agents_are_the_real_ones(arithmetic, outputs, gives, bounded):
+    assert (
+        sum(alike(tree(seed, arithmetic, outputs, gives, bounded), seed) for seed in range(MANY)) > MANY * STATES // 2
+    )
+
+
+@pytest.mark.parametrize("part", ["of", "seen", "given"])
+def test_bounds_that_forget_a_rounding_are_found_out(part, monkeypatch):
+    """A bound of nothing for sums, for observations or for the last rounding is too small in some state."""
+    forgotten = {
+        "of": lambda errors, each: Fraction(0),
+        "seen": lambda errors, place: Fraction(0),
+        "given": lambda errors, largest: Fraction(0),
+    }
+    monkeypatch.setattr(giving.Errors, part, forgotten[part])
+    monkeypatch.setattr(giving, "_short", lambda bound: bound)
+    with pytest.raises(AssertionError, match="beyond"):
+        for seed in range(FEW):
+            alike(tree(seed, FLOAT32_STEPS if part == "seen" else DOUBLE_SUMS, 2, "float32"), seed)
+
+
+def test_sums_that_cannot_be_bounded_are_refused():
+    policy = tree(1, FLOAT64_SUMS, 1)
+    text = world(1).replace('x0 = "p - 2*q"', 'x0 = "sign(p)"').replace('x1 = "0.1*r + 0.3"', 'x1 = "sign(q)"')
+    with pytest.raises(InputError, match="stands in a sum"):
+        as_played(statement_of(text, "w.toml"), summed.profile(policy))
+    huge = summed.policy(3, DOUBLE_SUMS, outputs=3)
+    with pytest.raises(InputError, match="too large to bound"):
+        for seed in range(20):
+            huge = summed.policy(seed, DOUBLE_SUMS, outputs=3)
+            as_played(statement_of(world(3), "w.toml"), summed.profile(huge))
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        (world(1, more="") + "[agents.agent_0.actions]\ngo = { push = 1 }\n", "actions or outputs, not both"),
+        (world(1).replace('u0 = "N"', 'u0 = "N*"'), "unit"),
+    ],
+)
+def test_files_with_outputs_are_read_or_refused(text, says):
+    with pytest.raises(InputError, match=says):
+        statement_of(text, "w.toml")

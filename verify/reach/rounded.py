@@ -1,0 +1,42 @@
+"""Episodes of agents that test sums or give numbers, with the roundings that they really make.
+
+Does: plays the real agents from a start, in exact numbers but for their own floats; says whether that breaks a claim.
+Assumes: a statement and a profile as `as_played` reads them.
+Does not: look for counterexamples.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from fractions import Fraction
+
+from codegen.ir import PolicyProfile
+from verify.reach.replay import Course, piece_of, replayed, within
+from verify.reach.results import SystemCounterexample
+from verify.systems.claims import SystemClaim
+from verify.systems.given.played import made, with_roundings
+from verify.systems.observing import chosen
+from verify.systems.statement import Statement
+
+
+def truly(
+    statement: Statement, profile: PolicyProfile, claim: SystemClaim, found: SystemCounterexample
+) -> SystemCounterexample | None:
+    """The episode of the real agents from the start of another one, with its errors, where it breaks the claim too;
+    None where it does not.
+    """
+    state, system = with_roundings(statement, found.start), statement.system
+    start, roundings = state, made(statement)
+    errors: list[Mapping[str, Fraction]] = []
+    for step in range(0 if claim.about_decisions else claim.steps):
+        number = piece_of(system, state, found.pieces[step] if step < len(found.pieces) else None)
+        if number is None:
+            break
+        given = found.errors[step] if step < len(found.errors) else dict[str, Fraction]()
+        piece = system.pieces[number]
+        error = within(piece, {name: value for name, value in given.items() if name not in roundings})
+        actions = chosen(system, profile, state)
+        joint = {policy.agent: policy.actions[actions[policy.agent]].name for policy in profile.agents}
+        state = with_roundings(statement, piece.step(state, joint, error))
+        errors.append({**error, **{name: state[name] for name in roundings}})
+    return replayed(profile, system, claim, Course(start, errors, found.pieces))

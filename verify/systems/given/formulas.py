@@ -1,0 +1,71 @@
+"""Formulas about what agents give, as formulas about their actions.
+
+Does: `out(AGENT).OUTPUT` in a text as the input that it is; each comparison with an input as one for each action, of
+  the affine form that the action sets it to.
+Assumes: a statement whose agents that give numbers were read with a profile (agents.py).
+Does not: read formulas.
+"""
+
+import re
+from collections.abc import Iterator, Mapping
+from fractions import Fraction
+
+from codegen.errors import InputError
+from codegen.ir import AgentPolicy
+from verify.claims.formula import Acts, And, Formula, Linear, Not, Or, below, conjunction, disjunction
+from verify.systems.language.expressions import affine
+from verify.systems.statement import Agent, Statement
+from verify.systems.system import Affine
+from verify.toml_places import Place
+
+GIVEN = re.compile(r"\bout\(\s*([A-Za-z][A-Za-z0-9_]*)\s*\)\s*\.\s*([A-Za-z_][A-Za-z0-9_]*)")
+
+
+def named_inputs(text: str) -> str:
+    """The text with `out(AGENT).OUTPUT` as `AGENT.OUTPUT`, of the same length, so that places in it stay."""
+    return GIVEN.sub(lambda found: f"{found[1]}.{found[2]}".ljust(len(found[0])), text)
+
+
+def of_actions(formula: Formula, statement: Statement, acting: Mapping[str, AgentPolicy], where: Place) -> Formula:
+    """The formula without inputs. InputError for an input that some action sets to what is not affine."""
+    if isinstance(formula, Linear):
+        return _compared(formula, statement, acting, where)
+    if isinstance(formula, And):
+        return conjunction(*(of_actions(part, statement, acting, where) for part in formula.parts))
+    if isinstance(formula, Or):
+        return disjunction(*(of_actions(part, statement, acting, where) for part in formula.parts))
+    return Not(of_actions(formula.part, statement, acting, where)) if isinstance(formula, Not) else formula
+
+
+def _compared(formula: Linear, statement: Statement, acting: Mapping[str, AgentPolicy], where: Place) -> Formula:
+    """One comparison: whatever the action is, the comparison of what it sets."""
+    agent = next((each for _, name in formula.terms for each in statement.agents if name in each.inputs), None)
+    if agent is None:
+        return formula
+    own = {name: weight for weight, name in formula.terms if name in agent.inputs}
+    parts: list[Formula] = []
+    for number, action in enumerate(acting[agent.name].actions):
+        form = Affine.of({name: weight for weight, name in formula.terms if name not in own}, -formula.bound)
+        for name, weight in own.items():
+            added = affine(agent.actions[action.name][name])
+            if added is None:
+                what = f"{name} is not affine in the state where {agent.name} does {action.name}"
+                raise InputError(what, where, "compare what is affine")
+            form = form.plus(added, Fraction(weight))
+        kept = below(dict(form.terms), -form.constant, formula.strict)
+        inner = of_actions(kept, statement, acting, where)
+        beyond = [each for name in own for each in _beyond(statement, agent, action.name, name)]
+        parts.append(disjunction(Not(Acts(agent.name, number)), *beyond, inner))
+    return conjunction(*parts)
+
+
+def _beyond(statement: Statement, agent: Agent, action: str, name: str) -> Iterator[Formula]:
+    """The states in which an action would set an output beyond its bounds: no real agent takes it there."""
+    form = affine(agent.actions[action][name])
+    if agent.name not in statement.acting or form is None or not form.terms:
+        return
+    (spec,) = (each for each in statement.acting[agent.name].real.outputs if f"{agent.name}.{each.name}" == name)
+    if spec.high is not None:
+        yield below({each: -weight for each, weight in form.terms}, form.constant - Fraction(spec.high), strict=True)
+    if spec.low is not None:
+        yield below(dict(form.terms), Fraction(spec.low) - form.constant, strict=True)

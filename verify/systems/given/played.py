@@ -1,0 +1,98 @@
+"""A world file and the profile that plays in it, as proofs read both.
+
+Does: reads the file again with what its agents compute, where they test sums or give numbers; says which roundings the
+  real agents make in a state.
+Assumes: a profile that plays in the file.
+Does not: decide.
+"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+
+from codegen.ir import CONSTANT, AgentPolicy, PolicyProfile, Sum, apply
+from codegen.sums import clipped
+from verify.systems.files import statement_of
+from verify.systems.given.agents import Acting, Rounded, acting
+from verify.systems.observing import observed
+from verify.systems.statement import Statement
+from verify.systems.system import Feature, State, System
+
+
+def as_played(statement: Statement, profile: PolicyProfile) -> tuple[Statement, PolicyProfile]:
+    """Both as proofs read them; as they are where no agent tests sums or gives numbers. InputError for agents whose
+    sums are not affine in the state.
+    """
+    ranges = {each.name: each.range for each in statement.system.variables}
+    features = statement.system.features
+    read = {
+        policy.agent: acting(policy, features[policy.agent], ranges)
+        for policy in profile.agents
+        if policy.tree.arithmetic
+    }
+    if not read:
+        return statement, profile
+    agents = tuple(read[each.agent].policy if each.agent in read else each for each in profile.agents)
+    return statement_of(statement.source, statement.place.name, read), replace(profile, agents=agents, region=None)
+
+
+def made(statement: Statement) -> list[str]:
+    """The variables that roundings are."""
+    return [each.variable for one in statement.acting.values() for each in one.roundings]
+
+
+def with_roundings(statement: Statement, state: State) -> dict[str, Fraction]:
+    """A state with the roundings that the real agents make there, exactly, if it lies in the ranges; its other
+    variables are kept.
+    """
+    found = dict(state)
+    added = set(made(statement))
+    if any(
+        not one.range[0] <= state[one.name] <= one.range[1]
+        for one in statement.system.variables
+        if one.name not in added
+    ):
+        return found
+    for each in statement.acting.values():
+        found |= _roundings(statement.system, each, state)
+    return found
+
+
+def _roundings(system: System, acting: Acting, state: State) -> dict[str, Fraction]:
+    real = acting.real
+    row = observed(system, real, state)
+    vector = int(real.tree.action[apply(real.tree, row)[0]]) if real.outputs else 0
+    found: dict[str, Fraction] = {}
+    for each in acting.roundings:
+        chosen = each.sums[0 if each.output is None else vector]
+        if each.output is not None and all(place == CONSTANT for _, place in chosen.terms):
+            found[each.variable] = Fraction(0)
+            continue
+        found[each.variable] = _rounding(
+            real, each, chosen, row, _exact(real, chosen, system.features[real.agent], state)
+        )
+        assert abs(found[each.variable]) <= each.bound, f"{each.variable}: {found[each.variable]} beyond {each.bound}"
+    return found
+
+
+def _rounding(real: AgentPolicy, rounded: Rounded, chosen: Sum, row: np.ndarray, exact: Fraction) -> Fraction:
+    """By how much a sum is above its exact value; or what its last rounding adds."""
+    if len(chosen.terms) == 1 and chosen.terms[0][0] == 1 and rounded.output is None:
+        return Fraction(float(row[0, chosen.terms[0][1]])) - exact  # a feature
+    value = chosen.value(row, real.tree.arithmetic)
+    if not rounded.given:
+        return Fraction(float(value[0])) - exact
+    assert rounded.output is not None
+    spec = real.outputs[rounded.output]
+    cut = clipped(value, spec.low, spec.high)
+    return Fraction(float(cut.astype(real.tree.gives)[0])) - Fraction(float(cut[0]))
+
+
+def _exact(real: AgentPolicy, each: Sum, features: Mapping[str, Feature], state: State) -> Fraction:
+    """The exact value of a sum in a state."""
+    total = Fraction(0)
+    for weight, place in each.terms:
+        total += Fraction(weight) * (1 if place == CONSTANT else features[real.features[place].name].form.at(state))
+    return total
