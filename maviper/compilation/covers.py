@@ -70,6 +70,9 @@ def covered_by(certificate: Path, profile: PolicyProfile) -> Covered:
         followed = [set(part.widths) for part in found.parts]
         parts = [_together(lists[at]) for at in range(len(followed))]
         steps = [[_meeting(statement, claim, part, of) for part, of in zip(parts, followed, strict=True)]]
+        if claim.assuming:  # of whatever it leaves out nothing is said, and from then on nothing
+            anywhere = [one._replace(low=-np.inf, high=np.inf) for one in ranges]
+            steps[0].append(_within(statement, claim.assuming, anywhere))
     else:
         steps = [[_together(lists[step])] for step in range(claim.steps + 1)]
     ever = claim.about_decisions or claim.says.ever
@@ -93,13 +96,13 @@ def _ensure_boxes(found: Certificate, where: str) -> None:
     if claim.says.once:
         what = "the claim is fulfilled once the region is reached, and nothing is proved of what comes then"
         raise InputError(what, where, "a monitor needs a claim about all states, such as reaches_and_stays")
-    if isinstance(found, InvariantCertificate) and (claim.assuming or any(part.regions for part in found.parts)):
-        what = "the proof assumes something, or follows several states in a row, and a monitor knows one state"
-        raise InputError(what, where, "a monitor needs a proof by cells, of a claim that assumes nothing")
+    if isinstance(found, InvariantCertificate) and any(part.regions for part in found.parts):
+        what = "the invariant is a region that may be left for some steps, and a monitor knows one state"
+        raise InputError(what, where, "a monitor needs a proof by cells: leave `invariant` out of the claim")
     if isinstance(found, SystemCertificate | InvariantCertificate):
-        for half in chain.from_iterable(claim.regions):
+        for half in chain.from_iterable((*claim.regions, *claim.assuming)):
             if len(half.form.terms) > 1:
-                what = f"a condition of the claim's region compares {' and '.join(sorted(names_of(half)))}"
+                what = f"a condition of the claim's regions compares {' and '.join(sorted(names_of(half)))}"
                 raise InputError(f"{what}, and {BOXES}", where, "state the region as a box")
 
 

@@ -3,6 +3,7 @@
 import json
 import math
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,7 +15,9 @@ from codegen.lowering.lower import lower
 from codegen.lowering.watching import watch_cover
 from codegen.targets import emit, monitor
 from maviper import load, verify_system
+from maviper.compilation import covers
 from maviper.compilation.monitors import proved_by, watched_by
+from maviper.worlds.stated.certified import read_certificate
 from maviper.worlds.stated.systems import read
 from tests.support import monitors
 from tests.support.generated import FOLDER
@@ -152,6 +155,67 @@ def test_sets_that_are_no_boxes_are_refused_with_the_reason(tmp_path):
     (tmp_path / "forms.json").write_text(json.dumps(body | {"content_hash": body_hash(body)}))
     with pytest.raises(InputError, match="turned boxes"):
         made(tmp_path, "forms.json")
+
+
+def proved_for(folder, world, text):
+    """The certificate of a claim about a committed world, in a folder of its own beside profile and world file."""
+    for name in ("profile.json", "world.toml"):
+        shutil.copy(WORLDS / world / name, folder)
+    (folder / "properties.toml").write_text(f"[[property]]\n{text}\n")
+    profile = load(folder / "profile.json")
+    found = verify_system(profile, folder / "world.toml", folder / "properties.toml")
+    ((_, certificate),) = found.certificates.items()
+    (folder / "certificate.json").write_text(certificate)
+    return made(folder, "certificate.json")
+
+
+ASSUMING = 'name = "always"\nregion = { box = { angle = [-0.15, 0.15] } }\nassuming = { box = { x = [-1, 1] } }'
+
+
+def test_what_a_claim_assumes_is_watched(tmp_path):
+    """Where the cart is as the claim assumes, the words are those without; elsewhere the monitor never vouches."""
+    _, proved, watched = proved_for(tmp_path, "pendulum", ASSUMING)
+    assert "as long as it stays in" in proved.claim and watched.lookup.parts == len(proved.region.steps[0]) == 2
+    (text,) = monitor.emit(watched, ["python"]).values()
+    space = {}
+    exec(compile(text, "monitor", "exec"), space)
+    beyond = math.nextafter(1.0, 2.0)
+    said = []
+    for x in (0.0, 1.0, -1.0, beyond, -beyond):
+        found = space["Monitor"]()
+        found.renew_all()
+        said.append(int(found.step([x, 0.0, 0.0, 0.0], 0.05)))
+    assert said == [OK, OK, OK, OUTSIDE, OUTSIDE]
+    assert proved.region.holds(np.array([[0.0, 0.0, 0.2, 0.0]]), 0).tolist() == [False]
+
+
+REFUSED = {
+    "once": ("is fulfilled once", 'name = "reaches"\nsteps = 1\nregion = { box = { angle = [-0.2, 0.2] } }'),
+    "sums": ("compares angle and spin", 'name = "always"\nregion = { where = ["angle + 0.1[s]*spin <= 0.3"] }'),
+    "sums assumed": ("compares angle and x", """name = "always"
+region = { box = { angle = [-0.15, 0.15] } }
+assuming = { where = ["x + 1[m]*angle <= 2"] }"""),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("why", list(REFUSED))
+def test_what_one_state_does_not_show_is_refused_with_the_reason(why, tmp_path):
+    said, text = REFUSED[why]
+    with pytest.raises(InputError, match=said):
+        proved_for(tmp_path, "pendulum", text)
+
+
+def test_invariants_by_regions_and_symbolic_states_are_refused_with_the_reason(for_ever, monkeypatch):
+    """Their sets are no boxes: the certificates are those of other proofs, with sets of these kinds in them."""
+    ever, world = read_certificate(for_ever / "certificate-1-always.json")
+    regions = replace(ever, parts=tuple(part._replace(regions=(None,)) for part in ever.parts))
+    stays, tanks = read_certificate(WORLDS / "tanks" / "certificate-1-stays_in.json")
+    decides, _ = read_certificate(WORLDS / "tanks" / "certificate-3-decides.json")
+    symbolic = replace(decides, claim=stays.claim)
+    for found, statement, said in ((regions, world, "knows one state"), (symbolic, tanks, "symbolic states")):
+        with monkeypatch.context() as patched, pytest.raises(InputError, match=said):
+            patched.setattr(covers, "read_certificate", lambda _, answer=(found, statement): answer)
+            covers.covered_by(for_ever / "certificate-1-always.json", load(for_ever / "profile.json"))
 
 
 def test_nothing_is_rounded_where_boxes_are_joined():
