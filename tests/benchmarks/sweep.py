@@ -178,7 +178,7 @@ def beside_numpy(rounds):
     for _ in range(rounds):
         boxes, by_numpy = timed(lambda: plain(profile.agents[0].tree))
         swept, ours = timed(lambda: Sweep(Model(profile, system), system, [claim]).run((low, high), {}, 10**7))
-        checked, check = timed(lambda: CoverSweep(profile, system, claim).run(Cells((0,), {})))
+        checked, check = timed(lambda: CoverSweep(profile, system, [claim]).run(Cells((0,), {}))[0])
         assert not swept.open.any()
         found.append((by_numpy / boxes * swept.boxes / ours, by_numpy / boxes * checked / check, ours, check))
     leaves = int((profile.agents[0].tree.feature < 0).sum())

@@ -47,7 +47,7 @@ def shown(question, cells, forms=False):
         if forms:
             FormSweep(profile, system, [claim]).run(cells.cuts)
         else:
-            CoverSweep(profile, system, claim).run(cells)
+            CoverSweep(profile, system, [claim]).run(cells)
     except RejectedError:
         return False
     return True

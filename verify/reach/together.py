@@ -22,8 +22,7 @@ from codegen.ir import Float64, PolicyProfile
 from codegen.policy_json import content_hash
 from verify.boxes.covering import CoveredClaims, Covering, Search
 from verify.certificates.proofs import encode_numbers
-from verify.checker.covers.certificates import CoverCertificate
-from verify.checker.covers.certificates import accepted as accepted_cover
+from verify.checker.covers.certificates import CoverCertificate, accepted_together
 from verify.checker.reading import RejectedError
 from verify.question import Budgets
 from verify.reach.forever.lasting import lasting
@@ -122,26 +121,37 @@ class Together:
         search = Search(self.profile, self.system, claims, self.spending, by_forms)
         for found in search.found():
             if isinstance(found, CoveredClaims):
-                for place in found.claims:
-                    self._accept(asked[place], found.covering)
+                self._accept([asked[place] for place in found.claims], found.covering)
             else:
                 self._play_open({asked[place]: parts for place, parts in found.parts.items()}, found.played)
             search.left &= {place for place, number in enumerate(asked) if number in self._left}
             yield
 
-    def _accept(self, number: int, covering: Covering) -> None:
-        """Settles a claim whose cover the checker accepts; a razor-thin one it refuses, as it rounds outward."""
-        claim = self.claims[number]
+    def _accept(self, numbers: Sequence[int], covering: Covering) -> None:
+        """Settles the claims whose cover the checker accepts; a razor-thin one it refuses, as it rounds outward. Those
+        whose lists are the same are checked by one sweep, and one by one where it refuses that.
+        """
         state = self._inhabitant
         if isinstance(state, Verdict):
-            self._settle(number, ReachOutcome(state, NO_STATE[state], helps=(ROOM,)))
+            for number in numbers:
+                self._settle(number, ReachOutcome(state, NO_STATE[state], helps=(ROOM,)))
             return
         hashes = content_hash(self.profile), documents.content_hash(self.system)
         cuts = encode_numbers(covering.cuts)
-        cover = CoverCertificate(*hashes, claim, state, covering.widths, cuts, covering.forms)
-        with suppress(RejectedError):
-            shown = accepted_cover(cover, self.profile, self.system)
-            self._settle(number, ReachOutcome(Verdict.PROVED, certificate=cover, branches=shown))
+        covers = {
+            number: CoverCertificate(*hashes, self.claims[number], state, covering.widths, cuts, covering.forms)
+            for number in numbers
+        }
+        alike = [] if covering.forms else [number for number in numbers if not self.claims[number].says.once]
+        groups = [alike] if len(alike) > 1 else []
+        for group in (*groups, *([number] for number in numbers)):
+            left = [number for number in group if number in self._left]
+            with suppress(RejectedError):
+                shown = (
+                    accepted_together([covers[number] for number in left], self.profile, self.system) if left else []
+                )
+                for number, count in zip(left, shown, strict=True):
+                    self._settle(number, ReachOutcome(Verdict.PROVED, certificate=covers[number], branches=count))
 
     @property
     def _inhabitant(self) -> Mapping[str, Fraction] | Verdict:

@@ -7,7 +7,7 @@ Does not: prove, or write (verify/certificates).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any, Literal
@@ -86,20 +86,33 @@ def accepted(certificate: CoverCertificate, profile: PolicyProfile, system: Syst
     InputError when it is about another profile or system, or names what they do not have; RejectedError when its sets
     do not show the claim.
     """
+    return accepted_together([certificate], profile, system, watch)[0]
+
+
+def accepted_together(
+    certificates: Sequence[CoverCertificate], profile: PolicyProfile, system: System, watch: Watch | None = None
+) -> list[int]:
+    """Checks certificates that differ in their claims alone, of which none is fulfilled once, by one sweep; for each
+    the number of its sets. Errors as of `accepted`, whichever claim they are about.
+    """
     ensure_in_steps(system, "this form of certificate")
-    ensure_asked(certificate, set(certificate.widths), profile, system)
-    if certificate.claim.about_decisions:
-        raise RejectedError("boxes show claims about episodes only")
-    columns = {one.name: column for column, one in enumerate(system.variables)}
-    if not all(1 / MAX_WIDTH < width < MAX_WIDTH for width in certificate.widths.values()):
+    for each in certificates:
+        ensure_asked(each, set(each.widths), profile, system)
+        if each.claim.about_decisions:
+            raise RejectedError("boxes show claims about episodes only")
+    one, claims = certificates[0], [each.claim for each in certificates]
+    if any(replace(each, claim=one.claim) != one for each in certificates):
+        raise ValueError("certificates of one sweep differ in their claims alone")
+    columns = {each.name: column for column, each in enumerate(system.variables)}
+    if not all(1 / MAX_WIDTH < width < MAX_WIDTH for width in one.widths.values()):
         raise RejectedError("a cell has a width out of range")
-    widths = {columns[name]: floor(width) for name, width in certificate.widths.items()}
-    cuts = list(numbers(certificate.cuts))
-    if not certificate.forms:
-        return CoverSweep(profile, system, certificate.claim, watch).run(Cells(cuts, widths))
+    widths = {columns[name]: floor(width) for name, width in one.widths.items()}
+    cuts = list(numbers(one.cuts))
+    if not one.forms:
+        return CoverSweep(profile, system, claims, watch).run(Cells(cuts, widths))
     if widths:
         raise RejectedError("forms are not joined in cells")
-    return FormSweep(profile, system, [certificate.claim]).run(cuts)
+    return [FormSweep(profile, system, [claim]).run(cuts) for claim in claims]
 
 
 AnyCertificate = SystemCertificate | CoverCertificate | InvariantCertificate

@@ -39,49 +39,16 @@ class Cells:
     widths: Mapping[int, float]
 
 
-class CoverSweep:
-    """The sweep for one claim. `watch` is told of every list, by its step."""
+class _Asked:
+    """A claim, with its regions as cuts, and how many boxes were asked about."""
 
-    def __init__(self, profile: PolicyProfile, system: System, claim: SystemClaim, watch: Watch | None = None) -> None:
-        self._claim = claim
-        columns = {one.name: column for column, one in enumerate(system.variables)}
-        self._trees = [TreeCuts(system, policy, columns) for policy in profile.agents]
-        self._pieces = [PieceImage(system, piece, profile.agents, self._trees) for piece in system.pieces]
+    def __init__(self, claim: SystemClaim, columns: Mapping[str, int]) -> None:
+        self.claim, self.swept = claim, 0
         self._regions = [RegionCut(list(map(linear, region)), columns) for region in claim.regions]
-        self._parts, self._stated = Parts(system), StatedStates(system, claim)
-        self._several = any(tree.several for tree in self._trees)
-        self.swept, self.watch = 0, watch
 
-    def run(self, cells: Cells) -> int:
-        """How many boxes were asked about. RejectedError where one may break the claim, or leave what is stated."""
-        ensure_arithmetic()
-        with np.errstate(all="ignore"):  # what overflows is not finite, and is refused
-            for boxes in self._parts.parts(cells.cuts):
-                self._follow(boxes, cells.widths)
-        return self.swept
-
-    def _follow(self, boxes: BoxList, widths: Mapping[int, float]) -> None:
-        for step in range(self._claim.steps + 1):
-            if widths:
-                boxes = in_cells(boxes, widths)
-            self.swept += boxes.size
-            if self.swept > MAX_SWEPT:
-                raise RejectedError(f"the cover has more than {MAX_SWEPT:,} boxes")
-            boxes.ensure_finite()
-            if self.watch is not None:
-                self.watch(step, boxes)
-            boxes = self._asked(boxes, step)
-            if step == self._claim.steps or not boxes.size:
-                return
-            if self._stated.beyond(boxes.low, boxes.high).any():
-                raise RejectedError(f"at step {step} a box may hold states of which nothing is stated")
-            boxes = decided(self._trees, boxes)
-            boxes = together([piece.moved(piece.within(boxes)) for piece in self._pieces])
-            boxes = alike_joined(boxes) if self._several else boxes
-
-    def _asked(self, boxes: BoxList, step: int) -> BoxList:
+    def ask(self, boxes: BoxList, step: int) -> BoxList:
         """The boxes that are followed further. RejectedError where one may hold a state that breaks the claim."""
-        says, claim = self._claim.says, self._claim
+        says, claim = self.claim.says, self.claim
         if says.avoided:
             self._ensure_none([region.within(boxes) for region in self._regions], step)
             return boxes
@@ -99,3 +66,55 @@ class CoverSweep:
         found = sum(each.size for each in lists)
         if found:
             raise RejectedError(f"at step {step} {found:,} boxes may hold states that break the claim")
+
+
+class CoverSweep:
+    """The sweep for some claims, whose lists are the same as far as they go: one that is fulfilled once, of which boxes
+    are dropped on the way, is swept alone. `watch` is told of every list, by its step.
+    """
+
+    def __init__(
+        self, profile: PolicyProfile, system: System, claims: Sequence[SystemClaim], watch: Watch | None = None
+    ) -> None:
+        if len(claims) > 1 and any(claim.says.once for claim in claims):
+            raise ValueError("a claim that is fulfilled once is swept alone")
+        columns = {one.name: column for column, one in enumerate(system.variables)}
+        self._asked = [_Asked(claim, columns) for claim in claims]
+        self._trees = [TreeCuts(system, policy, columns) for policy in profile.agents]
+        self._pieces = [PieceImage(system, piece, profile.agents, self._trees) for piece in system.pieces]
+        self._several = any(tree.several for tree in self._trees)
+        self._parts, self._stated = Parts(system), StatedStates(system, max(claims, key=lambda claim: claim.steps))
+        self._watch = watch
+
+    def run(self, cells: Cells) -> list[int]:
+        """For each claim, how many boxes were asked about. RejectedError where one may break it, or leave what is
+        stated.
+        """
+        ensure_arithmetic()
+        with np.errstate(all="ignore"):  # what overflows is not finite, and is refused
+            for boxes in self._parts.parts(cells.cuts):
+                self._follow(boxes, cells.widths)
+        return [one.swept for one in self._asked]
+
+    def _follow(self, boxes: BoxList, widths: Mapping[int, float]) -> None:
+        step, asked = 0, self._asked
+        while True:
+            boxes = in_cells(boxes, widths) if widths else boxes
+            boxes.ensure_finite()
+            if self._watch is not None:
+                self._watch(step, boxes)
+            size = boxes.size
+            for one in asked:
+                one.swept += size
+                if one.swept > MAX_SWEPT:
+                    raise RejectedError(f"the cover has more than {MAX_SWEPT:,} boxes")
+                boxes = one.ask(boxes, step)
+            asked = [one for one in asked if one.claim.steps > step]
+            if not asked or not boxes.size:
+                return
+            if self._stated.beyond(boxes.low, boxes.high).any():
+                raise RejectedError(f"at step {step} a box may hold states of which nothing is stated")
+            boxes = decided(self._trees, boxes)
+            boxes = together([piece.moved(piece.within(boxes)) for piece in self._pieces])
+            boxes = alike_joined(boxes) if self._several else boxes
+            step += 1

@@ -98,7 +98,7 @@ def covered(question):
     """Whether boxes around whole starts show a claim."""
     system, profile, claim = question
     with suppress(RejectedError):
-        return CoverSweep(profile, system, claim).run(Cells([0], {})) > 0
+        return CoverSweep(profile, system, [claim]).run(Cells([0], {})) > [0]
     return False
 
 
