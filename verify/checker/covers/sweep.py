@@ -39,7 +39,7 @@ class Cells:
     widths: Mapping[int, float]
 
 
-class _Asked:
+class _ClaimCuts:
     """A claim, with its regions as cuts, and how many boxes were asked about."""
 
     def __init__(self, claim: SystemClaim, columns: Mapping[str, int]) -> None:
@@ -79,7 +79,7 @@ class CoverSweep:
         if len(claims) > 1 and any(claim.says.once for claim in claims):
             raise ValueError("a claim that is fulfilled once is swept alone")
         columns = {one.name: column for column, one in enumerate(system.variables)}
-        self._asked = [_Asked(claim, columns) for claim in claims]
+        self._asked = [_ClaimCuts(claim, columns) for claim in claims]
         self._trees = [TreeCuts(system, policy, columns) for policy in profile.agents]
         self._pieces = [PieceImage(system, piece, profile.agents, self._trees) for piece in system.pieces]
         self._several = any(tree.several for tree in self._trees)

@@ -107,8 +107,8 @@ def test_boxes_that_are_alike_become_one():
 
 
 FAULTS = [
-    (sweep._Asked, "ask", lambda f: lambda self, listed, step: listed),
-    (sweep._Asked, "_ensure_none", lambda f: lambda *given: None),
+    (sweep._ClaimCuts, "ask", lambda f: lambda self, listed, step: listed),
+    (sweep._ClaimCuts, "_ensure_none", lambda f: lambda *given: None),
     (stated.StatedStates, "beyond", lambda f: lambda self, low, high: np.zeros(len(low), dtype=np.bool_)),
     (parts.Parts, "started", after(lambda found: found.taken(np.arange(found.size) < 0))),
     (sweep, "decided", lambda f: lambda grown, listed: f(grown, listed).taken(slice(0, 1))),
