@@ -12,7 +12,7 @@ leaves.
 """
 
 from collections.abc import Sequence
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -48,11 +48,8 @@ class CartTree:
     def _majority(self, rows: Int) -> int:
         return int(np.argmax(np.bincount(self.labels[rows], self.counts[rows], self.n_actions)))
 
-    def _fit(self, rows: Int, max_depth: int):  # noqa: ANN202 - scikit-learn is imported late
-        from sklearn.tree import DecisionTreeClassifier
-
-        tree = DecisionTreeClassifier(max_depth=max_depth, random_state=self.seed)
-        return tree.fit(self.obs[rows], self.labels[rows], sample_weight=self.counts[rows])
+    def _fit(self, rows: Int, max_depth: int) -> Any:
+        return cart(self.obs[rows], self.labels[rows], self.counts[rows], max_depth, self.seed)
 
     def predicted_right(self) -> Bool:
         """Predict for all points: does the projected final tree act as the expert does? [n]"""
@@ -98,6 +95,19 @@ class CartTree:
     def tree(self) -> GrownTree:
         """The tree grown so far."""
         return grown_tree(self.feature, self.threshold, self.children, self.action)
+
+
+def cart(obs: Float32, labels: Int, counts: Int, max_depth: int, seed: int) -> Any:
+    """scikit-learn's tree of the points `obs` [n, n_features], each `counts` times. That arguments are what they are
+    declared to be it looks up at each fit, which takes longer than a fit to a few points.
+    """
+    from sklearn import config_context
+    from sklearn.tree import DecisionTreeClassifier
+
+    obs = np.ascontiguousarray(obs, dtype=np.float32)
+    tree = DecisionTreeClassifier(max_depth=max_depth, random_state=seed)
+    with config_context(skip_parameter_validation=True):
+        return tree.fit(obs, labels, sample_weight=counts, check_input=not bool(np.isfinite(obs).all()))
 
 
 class Growing(Protocol):

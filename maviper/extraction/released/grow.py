@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, Bool, Float32, Float64, GrownTree
+from maviper.extraction.growth.grow import cart
 from maviper.worlds.world import Int
 
 FEWEST = 2  # points that a node needs
@@ -37,10 +38,7 @@ class _Growing:
         self.whole = self._fit(self.everything, max_depth)  # predicts until there is a root
 
     def _fit(self, rows: Int, depth: int) -> Any:
-        from sklearn.tree import DecisionTreeClassifier
-
-        tree = DecisionTreeClassifier(max_depth=depth, random_state=self.seed)
-        return tree.fit(self.obs[rows], self.labels[rows], sample_weight=self.counts[rows])
+        return cart(self.obs[rows], self.labels[rows], self.counts[rows], depth, self.seed)
 
     def right(self) -> Bool:
         """Whether each point is predicted as the expert acts, [n]."""
