@@ -121,11 +121,13 @@ def _write(
     from maviper.files import runs
     from maviper.page.document import usual_claims
     from maviper.page.page import contents_of, page
-    from maviper.page.results import proved_claim
+    from maviper.page.results import with_proof
 
-    first = () if certificate is None else (proved_claim(profile, certificate),)
     played = None if world is None else playing(profile, world, "--world")
-    written = runs.write(file, page(profile, contents_of(profile, (*first, *usual_claims(profile)), played=played)))
+    contents = contents_of(profile, usual_claims(profile), played=played)
+    if certificate is not None:
+        contents = with_proof(contents, profile, certificate)
+    written = runs.write(file, page(profile, contents))
     console_of(context).line("page", str(written))
     return written
 

@@ -49,6 +49,17 @@ class Shown:
 
 
 @dataclass(frozen=True)
+class Told:
+    """A claim about a stated system: its name, the sentence that its proof shows, and what a monitor of the proof says
+    at each step of the recorded episode.
+    """
+
+    name: str
+    sentence: str
+    words: tuple[str, ...]
+
+
+@dataclass(frozen=True)
 class Stored:
     """A world state behind a button: coordinates by name; `claim`: the place of the claim that fails there."""
 
@@ -77,6 +88,7 @@ class Contents:
     visits: Mapping[str, Sequence[int]] = field(default_factory=dict[str, Sequence[int]])
     expert: NetworkExpert | None = None
     recorded: Recorded | None = None  # an episode to go through, where agents have no places
+    told: tuple[Told, ...] = ()  # of stated systems, in the episode that is recorded
     second: Second | None = None  # with it, that both act alike is what the first claims of the page say
 
 
@@ -128,7 +140,7 @@ def document(profile: ir.PolicyProfile, contents: Contents) -> dict[str, Any]:
             | _numbers(policy, shown_ranges(policy, contents.recorded and contents.recorded.seen[place]))
             for place, policy in enumerate(profile.agents)
         ],
-        "claims": [*_alike(profile, second), *claims],
+        "claims": [*_alike(profile, second), *map(_told, contents.told), *claims],
         "states": [
             {"label": state.label, "claim": state.claim, "position": dict(state.position), "goal": state.goal}
             for state in contents.states
@@ -304,6 +316,13 @@ def _region(spec: RegionSpec) -> dict[str, Any]:
         "apart": [list(pair) for pair in spec.distances()],
         "goals": list(spec.goals),
     }
+
+
+def _told(one: Told) -> dict[str, Any]:
+    """A claim that is not judged here. In a stated system a page knows the states of one episode alone."""
+    unsaid: dict[str, Any] = {"team": "", "verdict": "", "formula": None, "eps": None, "episode": None, "region": None}
+    said = {"name": one.name, "title": f"{one.name} in the stated system", "sentence": one.sentence}
+    return unsaid | said | {"unjudged": "proved for the stated system", "words": list(one.words)}
 
 
 def _alike(profile: ir.PolicyProfile, second: Second | None) -> list[dict[str, Any]]:

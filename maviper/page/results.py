@@ -6,13 +6,15 @@ Does not: decide.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from codegen import ir
 from codegen.errors import InputError
+from codegen.lowering.covering import Cover
 from codegen.region import RegionSpec
-from maviper.compilation.monitors import proved_by, spec_of
-from maviper.page.document import Shown, Stored
+from maviper.compilation.monitors import Proved, proved_by, spec_of
+from maviper.page.document import Contents, Shown, Stored
 from maviper.page.page import contents_of, page
 from verify.checker.decisions.certificates import Certificate, from_json
 from verify.claims.formula import agents
@@ -31,11 +33,27 @@ def page_of(profile: ir.PolicyProfile, results: Sequence[AnyResult]) -> str:
     return page(profile, contents_of(profile, shown, tuple(filter(None, states))))
 
 
+def with_proof(contents: Contents, profile: ir.PolicyProfile, certificate: Path) -> Contents:
+    """What a page shows, with the claim of a certificate first and what a monitor of its proof says; of a claim about a
+    stated system in an episode of it, which is recorded. InputError and RefusedError as for a monitor.
+    """
+    proved = proved_by(certificate, profile)
+    if isinstance(proved.region, Cover):
+        from maviper.page.stated import told  # here, since most profiles are of games
+
+        claim, episode = told(profile, certificate, proved)
+        return replace(contents, told=(claim, *contents.told), recorded=episode)
+    return replace(contents, claims=(_proved_claim(profile, certificate, proved), *contents.claims))
+
+
 def proved_claim(profile: ir.PolicyProfile, certificate: Path) -> Shown:
     """The claim of a certificate, with the region of its proof. InputError and RefusedError as for a monitor."""
-    proved = proved_by(certificate, profile)
+    return _proved_claim(profile, certificate, proved_by(certificate, profile))
+
+
+def _proved_claim(profile: ir.PolicyProfile, certificate: Path, proved: Proved) -> Shown:
     if not isinstance(proved.region, RegionSpec):
-        what = "the certificate is not about single decisions in a game, of which alone a page says a word"
+        what = "the certificate is about whole episodes of a game, and a page says no word of these"
         raise InputError(what, str(certificate), "leave --certificate out; `maviper check` says what it proves")
     found = from_json(certificate.read_bytes(), str(certificate))
     claim = found.claim or OwnFormula(profile.policy(min(agents(found.formula))).team, statement=found.formula)

@@ -7,7 +7,8 @@
   const get = (id) => document.getElementById(id);
   const placed = Slice === null; // the page knows how everybody moves
   const judges = data.claims.map((claim) => (placed ? Engine.judge(game, claim) : null));
-  const LOOKS = { OK: "holds", LEAVING: "other", OUTSIDE: "fails" };
+  const LOOKS = { OK: "holds", LEAVING: "other", OUTSIDE: "fails", INVALID: "fails" };
+  const worded = data.claims.some((claim) => claim.words); // of the recorded episode, in a stated system
   const monitors = data.claims.map((claim) => (placed && claim.region ? Engine.monitor(game, claim.region) : null));
   const COLOURS = ["#c9ced6", "#8ecdf0", "#f2b84b", "#dfa5c8", "#6cc7a4", "#e8e07a", "#d98c6b", "#9aa9e8"];
   const CELLS = 120; // of the coloured ground, on each axis
@@ -419,14 +420,19 @@
 
   // --- the claim
 
+  /** The word of the recorded step, as long as the reader has not changed what is observed. */
+  function wordOf(words) {
+    return film.seen.every((rows, agent) => rows[time].every((number, place) => number === seen[agent][place])) ? words[time] : null;
+  }
+
   function drawClaim() {
     const badge = get("badge");
     const asked = data.claims[claim];
     if (!asked) return;
     const judge = judges[claim];
-    get("word").hidden = monitors[claim] === null;
-    if (monitors[claim]) {
-      const word = monitors[claim](now());
+    const word = asked.words ? wordOf(asked.words) : monitors[claim] && monitors[claim](now());
+    get("word").hidden = !word;
+    if (word) {
       get("word").className = `badge ${LOOKS[word]}`;
       get("word").textContent = `monitor: ${word}`;
     }
@@ -656,6 +662,7 @@
       remember();
     }
     if (placed || film) drawTime();
+    if (worded) drawClaim();
     agents.forEach((_, number) => get(`more-${number}`).open && drawTree(number, observed[number]));
     get("agent").value = chosen;
     get("claim").value = claim;
@@ -784,7 +791,7 @@
       });
       get("states").append(button);
     });
-    get("verdict").hidden = !data.claims.length || !placed;
+    get("verdict").hidden = !data.claims.length || !(placed || worded);
     get("claim").addEventListener("change", (event) => (ask(Number(event.target.value)), show()));
     get("agent").addEventListener("change", (event) => ((chosen = Number(event.target.value)), show()));
     get("compared").hidden = TEAMS.length < 2;

@@ -4,10 +4,18 @@ import numpy as np
 import pytest
 
 from codegen.errors import InputError
-from maviper.compilation.monitors import proved_by
+from codegen.ir import act
+from codegen.lowering.lower import lower
+from codegen.targets import monitor
+from maviper import load
+from maviper.compilation.monitors import proved_by, watched_by
+from maviper.episodes import measures
 from maviper.page.document import Contents, Shown, usual_claims
 from maviper.page.page import page
-from maviper.page.results import proved_claim
+from maviper.page.results import proved_claim, with_proof
+from maviper.page.stated import words
+from maviper.worlds.stated.certified import read_certificate
+from maviper.worlds.stated.systems import StatedEnv
 from tests.maviper.page.browsers import in_chromium, in_node
 from tests.support.monitors import LEAVING, OK, OUTSIDE, Twin, files
 from tests.support.pages import GENERATED, STATE, committed
@@ -78,3 +86,41 @@ def test_play_shows_the_claim_of_a_certificate(name):
 def test_committed_pages_have_the_regions_of_their_proofs(folder):
     text = (GENERATED / folder / "play.html").read_text(encoding="utf-8")
     assert text.count('"region":{"bounds":[["') == 1
+
+
+@pytest.mark.parametrize("name", ["pendulum/certificate-1-stays_in", "tanks/certificate-2-always"])
+def test_the_word_of_a_stated_system_is_the_monitors_at_each_step(name, tmp_path):
+    """The page has the words of a recorded episode: those of the generated monitor, which is given its states."""
+    certificate = GENERATED / "worlds" / f"{name}.json"
+    profile = load(certificate.parent / "profile.json")
+    contents = with_proof(Contents(), profile, certificate)
+    ((claim,), episode) = contents.told, contents.recorded
+    proved, (_, statement) = proved_by(certificate, profile), read_certificate(certificate)
+    env = StatedEnv(statement, "again")
+    observed, _ = env.reset(measures.ON_POLICY_SEEDS)
+    space = {}
+    watched = watched_by(profile, lower(profile), proved)
+    exec(compile(monitor.emit(watched, ["python"]).popitem()[1], "monitor", "exec"), space)
+    found, wanted = space["Monitor"](), []
+    while env.agents:
+        found.renew_all()
+        wanted.append(found.step([env.state[one.name] for one in statement.system.variables], space["DT"]).name)
+        seen = {policy.agent: episode.seen[place][len(wanted) - 1] for place, policy in enumerate(profile.agents)}
+        assert all((observed[agent] == seen[agent]).all() for agent in seen)
+        observed = env.step({policy.agent: int(act(policy, seen[policy.agent][None])[0]) for policy in profile.agents})[
+            0
+        ]
+    assert list(claim.words) == wanted and wanted[0] == "OK" and len(wanted) == len(episode.seen[0])
+    shown = in_chromium(page(profile, contents), SHOWN, [], tmp_path)
+    assert shown == [False, "monitor: OK", "badge holds"]
+
+
+def test_the_word_of_a_system_stays_where_a_state_is_not_vouched_for():
+    certificate = GENERATED / "worlds" / "pendulum" / "certificate-1-stays_in.json"
+    cover = proved_by(certificate, load(certificate.parent / "profile.json")).region
+    still = np.zeros((len(cover.steps) + 1, 4))
+    assert words(cover, still) == ("OK",) * (len(cover.steps) - 1) + ("LEAVING", "OUTSIDE")
+    fallen = still.copy()
+    fallen[2, 2], fallen[5, 2] = 0.9, np.nan
+    assert words(cover, fallen)[:5] == ("OK", "OK", "OUTSIDE", "OUTSIDE", "OUTSIDE")
+    assert words(cover, fallen[5:])[:2] == ("INVALID", "INVALID")
