@@ -59,15 +59,14 @@ class Labels:
 
 @dataclass(frozen=True)
 class Numbers:
-    """Leaves give numbers. `vectors`: of the points, see `regression.Leaves`; `counts`: [n]."""
+    """Leaves give numbers. `counts`: [n]."""
 
     leaves: Leaves
-    vectors: Float64
     counts: Int
 
     def given(self, rows: Sequence[Int]) -> Float64:
         """What each leaf gives, [n_leaves, n_outputs, n_features + 1]."""
-        return np.array([self.leaves.fitted(self.vectors[each].sum(axis=0)) for each in rows])
+        return np.array([self.leaves.fitted(each, self.counts[each]) for each in rows])
 
     def losses(self, rows: Sequence[Int]) -> Float64:
         """As `Answers.losses`: squared distances in parts of the ranges, of clipped numbers."""

@@ -134,9 +134,7 @@ class Growth:
             return testing(tree, self.pairs[part.agent], part.obs.shape[1])
         rows = np.flatnonzero(part.counts)
         counts, n_actions = part.counts[rows], self.n_actions[part.agent]
-        answers = (
-            Numbers(leaves, leaves.vectors(counts), counts) if leaves else Labels(part.labels[rows], counts, n_actions)
-        )
+        answers = Numbers(leaves, counts) if leaves else Labels(part.labels[rows], counts, n_actions)
         return alternated(tree, part.obs[rows], answers)
 
     def _columns(self, agent: int, obs: Float32) -> Any:

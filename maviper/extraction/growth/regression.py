@@ -7,8 +7,8 @@ Does not: search for splits (best_first.py).
 Numbers are learned in parts of their ranges, so that each counts alike. For constants, the purity of a leaf is the
 squared sum of its labels over their count: its loss to the sum of all squares is their variance times their count.
 Linear leaves take b' G^-1 b, where G are the summed products of a point's features and 1, and b those with its labels:
-what a ridge regression of the leaf explains. The ridge lets no weight count but for the constant's; it grows with the
-count, so that a split never explains less.
+what a ridge regression of the leaf explains. The ridge is on all weights but the constant's; it grows with the count,
+so that a split never explains less.
 """
 
 from abc import ABC, abstractmethod
@@ -26,6 +26,8 @@ from maviper.worlds.world import Int, bounds
 
 RIDGE = 1e-3  # in parts of a feature's variance over all points
 POINTS_A_WEIGHT = 5  # that a linear leaf must have at least, for each of its weights
+BEYOND = 12  # regressions of a linear leaf's points that are not met yet, at most
+TINY = 1e-9  # that keeps the equations of few points solvable
 
 
 class Leaves(ABC):
@@ -48,8 +50,10 @@ class Leaves(ABC):
         """How much of the labels' squares leaves explain, [...], by what their points add up to, [..., width]."""
 
     @abstractmethod
-    def fitted(self, total: Float64) -> Float64:
-        """The numbers that a leaf gives, [n_outputs, n_features + 1], the constant last, in the outputs' units."""
+    def fitted(self, rows: Int, counts: Int) -> Float64:
+        """The numbers that a leaf of these points gives, [n_outputs, n_features + 1], the constant last, in the
+        outputs' units. `counts`: of the rows.
+        """
 
     def off(self, given: Float64) -> Float64:
         """The squared distance of every point's labels to what a leaf gives, in parts of the ranges; [n]. `given`: as
@@ -79,10 +83,10 @@ class ConstantLeaves(Leaves):
         """As `Leaves.purity`."""
         return np.square(total[..., 1:]).sum(axis=-1) / np.maximum(total[..., 0], 1)
 
-    def fitted(self, total: Float64) -> Float64:
+    def fitted(self, rows: Int, counts: Int) -> Float64:
         """As `Leaves.fitted`, with weights of 0."""
-        found = np.zeros((len(total) - 1, self.obs.shape[1] + 1))
-        found[:, -1] = total[1:] / total[0]
+        found = np.zeros((self.parts.shape[1], self.obs.shape[1] + 1))
+        found[:, -1] = counts @ self.parts[rows] / counts.sum()
         return self._in_units(found)
 
 
@@ -124,13 +128,33 @@ class LinearLeaves(Leaves):
         answers, weights = self._solved(total)
         return (answers * weights).sum(axis=(-1, -2))
 
-    def fitted(self, total: Float64) -> Float64:
-        """As `Leaves.fitted`; weights as float32 holds them."""
-        weights = self._solved(total)[1].T
+    def fitted(self, rows: Int, counts: Int) -> Float64:
+        """As `Leaves.fitted`; weights as float32 holds them. A label at a bound is met by any number beyond it, since
+        that is clipped: the ridge regression is one of the points that are not met yet, until these stay the same.
+        """
+        points, parts = self.points[rows], self.parts[rows]
+        weights = np.stack([self._beyond(points, column, counts) for column in parts.T])
         found = np.empty_like(weights)
         found[:, :-1] = (weights[:, :-1] / self.scale * self.range[:, None]).astype(np.float32) / self.range[:, None]
         found[:, -1] = weights[:, -1] - found[:, :-1] @ self.mean
         return self._in_units(found)
+
+    def _beyond(self, points: Float64, labels: Float64, counts: Int) -> Float64:
+        """The weights of one output, [width]: the best of some Newton steps."""
+        missing, best, least = np.ones(len(points), dtype=bool), np.zeros(self.width), np.inf
+        for _ in range(BEYOND):
+            some, weighted = points[missing], points[missing].T * counts[missing]
+            ridge = counts[missing].sum() * self.ridge + TINY * np.eye(self.width)
+            weights = np.linalg.solve(weighted @ some + ridge, weighted @ labels[missing])
+            given = points @ weights
+            lost = float((np.square(np.clip(given, 0, 1) - labels) * counts).sum())
+            if lost < least:
+                best, least = weights, lost
+            met = ((labels >= 1) & (given >= 1)) | ((labels <= 0) & (given <= 0))
+            if (met != missing).all() or met.all():
+                break
+            missing = ~met
+        return best
 
 
 KINDS: dict[str, type[Leaves]] = {CONSTANT: ConstantLeaves, LINEAR: LinearLeaves}
@@ -147,7 +171,7 @@ def grown(leaves: Leaves, counts: Int, codes: Codes, bins: Bins, max_depth: int,
     given: list[Any] = []
     for leaf in growing.open:
         action[leaf.node] = len(given)
-        given.append(leaves.fitted(vectors[leaf.rows].sum(axis=0)))
+        given.append(leaves.fitted(leaf.rows, counts[leaf.rows]))
     assert (np.equal(action, -1) == (tree.feature != NO_FEATURE)).all()
     arrays = tree.feature, tree.threshold, tree.left, tree.right, action
     return SummedTree(*arrays, np.zeros((0, leaves.obs.shape[1]), np.float32), np.array(given))

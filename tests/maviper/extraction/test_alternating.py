@@ -69,7 +69,7 @@ def test_numbers_that_change_along_a_sum(kind):
     labels = np.where(score > 0, 0.5 + 0.1 * obs[:, 2], -0.5).astype(np.float32)[:, None]
     leaves, bins = kind(obs, labels, SPAN), Bins.of(obs)
     before = grown(leaves, counts, bins.codes(obs), bins, 6, 3)
-    answers = Numbers(leaves, leaves.vectors(counts), counts)
+    answers = Numbers(leaves, counts)
     after = alternated(before, obs, answers)
 
     def lost(tree):

@@ -52,7 +52,8 @@ def test_constants_are_those_of_scikit_learn(leaves):
 def test_linear_leaves_are_ridge_regressions_of_their_points():
     obs, labels, counts = points(1)
     bins = Bins.of(obs)
-    tree = grown(LinearLeaves(obs, labels, SPANS), counts, bins.codes(obs), bins, 6, 4)
+    wide = (OutputSpec("one", "N", -9.0, 9.0), OutputSpec("two", "N", -1.0, 2.0))  # no label is at a bound
+    tree = grown(LinearLeaves(obs, labels, wide), counts, bins.codes(obs), bins, 6, 4)
     assert len(tree.given) == 4 and tree.feature[0] == 0 and abs(tree.threshold[0]) < 0.1
     scaled = (obs - obs.mean(axis=0)) / obs.std(axis=0)
     leaf = tree.action[ir.apply(tree, obs)]
@@ -64,6 +65,19 @@ def test_linear_leaves_are_ridge_regressions_of_their_points():
         assert np.allclose(values(tree, obs[rows]), wanted, atol=1e-5)
     right = obs[:, 0] > 0.1  # where the first output is twice the second feature, and noise
     assert np.abs(values(tree, obs)[right, 0] - 2 * obs[right, 1]).mean() < 0.15
+
+
+def test_numbers_beyond_a_bound_are_as_good_as_the_bound():
+    """A steep line that is cut at both ends is learned as it is, where a plain regression would flatten it."""
+    rng = np.random.default_rng(4)
+    obs = rng.uniform(-2, 2, (800, 3)).astype(np.float32)
+    labels = np.clip(np.column_stack([12 * obs[:, 0] - 4 * obs[:, 1], 0.5 + obs[:, 2]]), [-4, 0], [4, 1])
+    leaves = LinearLeaves(obs, labels.astype(np.float32), SPANS)
+    given = leaves.fitted(np.arange(800), np.ones(800, np.int64))
+    assert leaves.off(given).mean() < 1e-3
+    assert abs(given[0, 0] - 12) < 1.5 and abs(given[1, 2] - 1) < 0.1
+    plain = np.linalg.lstsq(np.column_stack([obs, np.ones(800)]), labels, rcond=None)[0].T
+    assert leaves.off(plain).mean() > 0.01
 
 
 def test_a_tree_of_numbers_gives_the_same_when_deployed_and_when_written():
