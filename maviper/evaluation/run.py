@@ -217,15 +217,23 @@ def lines(asked: Request, found: Evaluation) -> list[str]:
     for name, rows in found.against.items():
         opponents = asked.against.get(name, "itself")
         said += ["", *([f"against {opponents}"] if len(asked.world.teams) > 1 else []), *_aligned(_standings(rows))]
-        lower = dict.fromkeys(row.measure.name for row in rows if row.measure.lower_is_better)
-        if lower and asked.expert:
-            said += [f"lower is better, and the ratio the expert's over the subject's, in {', '.join(lower)}"]
+        said += _ratios(rows) if asked.expert else []
     for name, rows in found.why.items():
         opponents = f"against {asked.against.get(name, 'itself')}, " if len(asked.world.teams) > 1 else ""
         said += ["", f"why, {opponents}gap = individual + shift + interaction; positive: worse than the expert"]
         said += _aligned(_causes(rows))
     if found.trees:
         said += ["", *_aligned(_trees(found.trees))]
+    return said
+
+
+def _ratios(rows: Sequence[Standing]) -> list[str]:
+    """What a ratio is where it is not the subject's value over the expert's."""
+    lower = dict.fromkeys(row.measure.name for row in rows if row.measure.lower_is_better)
+    negative = dict.fromkeys(row.measure.name for row in rows if row.expert and row.expert.value < 0)
+    said = [f"lower is better, and the ratio the expert's over the subject's, in {', '.join(lower)}"] if lower else []
+    if negative:
+        said += [f"the expert is below 0, and the ratio 1 + (subject - expert) / |expert|, in {', '.join(negative)}"]
     return said
 
 
