@@ -131,7 +131,7 @@ class Search:
         counting = {name for claim in claims for name in _relevant(self._model, system, claim)}
         self._failed: set[tuple[int, int]] = set()  # cells, by their number, that leave a claim open
         self._modes = [column for column, one in enumerate(system.variables) if one.modes]  # never joined
-        counting -= _set_anew(system)
+        counting -= set_anew(system)
         self._columns = [column for name, column in self._model.columns.items() if name in counting]
 
     def found(self) -> Iterator[CoveredClaims | OpenClaims]:
@@ -262,7 +262,7 @@ class Search:
         return StartPart(rows.low[0], rows.high[0]) if rows.size else StartPart(ends[:, 0], ends[:, 0])
 
 
-def _set_anew(system: System) -> set[str]:
+def set_anew(system: System) -> set[str]:
     """The variables that each step sets anew, whatever they were: parts of their start tell nothing after a step."""
     found = {one.name for one in system.variables if not one.modes}
     for piece in system.pieces:

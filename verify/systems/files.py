@@ -123,11 +123,11 @@ def with_roundings(
     """Rules, variables and start with the roundings of agents: each is anywhere within its bounds, anew in each step.
     As the bounds hold within the ranges, nothing is stated beyond them.
     """
-    bounds = {each.variable: (-each.bound, each.bound) for one in acting.values() for each in one.roundings}
+    bounds = {each.variable: each.range for one in acting.values() for each in one.roundings}
     if not bounds:
         return rules, variables, start
     ranges = {each.name: each.range for each in variables}
-    anew: dict[str, Expression] = dict.fromkeys(bounds, Number(Fraction(0)))
+    anew: dict[str, Expression] = dict.fromkeys(bounds, Number(Fraction(0)))  # and an error, which is all of it
     kept = tuple(
         replace(
             rule,

@@ -19,7 +19,7 @@ from verify.systems.observing import chosen, observed
 
 VARIABLES = ("p", "q", "r")
 FEATURES = ("p - 2*q", "0.1*r + 0.3", "q", "p + q - r", "3*p - 0.7")  # of the five features of random agents
-FEW, MANY = 3, 120  # trees a kind
+FEW, MANY = 2, 120  # trees a kind
 STATES = 40
 
 

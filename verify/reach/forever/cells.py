@@ -20,6 +20,7 @@ import numpy as np
 
 from codegen.floats import nearest_double
 from codegen.ir import Float64, Int64, PolicyProfile
+from verify.boxes.covering import set_anew
 from verify.boxes.model import Model
 from verify.boxes.sweep import Sweep
 from verify.certificates.proofs import encode_numbers
@@ -119,6 +120,9 @@ class CellSearch:
         modes = {one.name for one in self._system.variables if one.modes}
         scale = {name: float(self._scale[at]) for at, name in enumerate(one.name for one in self._system.variables)}
         widths = {name: Fraction(2) ** (floor(log2(scale[name])) - power) if scale[name] > 0 else 1 for name in names}
+        ranges = {one.name: one.range for one in self._system.variables}
+        for name in set_anew(self._system) & widths.keys():  # one cell from 0 on, if the range begins there
+            widths[name] = Fraction(2) ** (2 + floor(log2(max(map(abs, ranges[name])) or 1)))
         return {name: Fraction(1 if name in modes else width) for name, width in widths.items()}
 
     def _closed_list(self, widths: Mapping[str, Fraction], steps: int, approach: Approach) -> InvariantPart:

@@ -7,9 +7,10 @@ Does not: leave out a decision. In each state within the ranges there are values
   bounds, with which the plain agent decides as the real one (played.py says which).
 
 A sum that an agent computes is its exact value plus an error. The error has a bound known from the order of the
-operations and the ranges of the features: see `Errors`. A variable of a system, with this bound as its range, holds it;
-each step sets it anew. So a test of a sum is a test of an affine feature, and `y = clip(sum)` is a test of either bound
-and an affine effect. Outputs share one such variable each, since one leaf at a time gives them.
+operations and the ranges of the features: see `Errors`. A variable of a system holds error and bound together, so it is
+between 0 and twice the bound; each step sets it anew. So a test of a sum is a test of an affine feature, and
+`y = clip(sum)` is a test of either bound and an affine effect. Outputs share one such variable each, since one leaf at
+a time gives them.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -43,10 +44,20 @@ class Rounded:
     """
 
     variable: str
-    bound: Fraction
+    bound: Fraction  # the variable is the rounding and this bound
     sums: tuple[Sum, ...]
     output: int | None = None  # the place of the output whose sums these are, by vector; None: one sum, which is tested
     given: bool = False
+
+    @property
+    def range(self) -> Interval:
+        """What the variable may be. It begins at 0, so that one cell of any width holds it."""
+        return Fraction(0), 2 * self.bound
+
+    @property
+    def form(self) -> Affine:
+        """The rounding itself."""
+        return Affine(((self.variable, Fraction(1)),), -self.bound)
 
 
 @dataclass(frozen=True)
@@ -260,8 +271,7 @@ class _Reading:
 
     def _with(self, form: Affine, name: str, each: Sum, bound: Fraction) -> Affine:
         variable = f"{self.real.agent}.{ROUNDING}{name}"
-        self._roundings.setdefault(variable, Rounded(variable, _short(bound), (each,)))
-        return form.plus(Affine(((variable, Fraction(1)),)))
+        return form.plus(self._roundings.setdefault(variable, Rounded(variable, _short(bound), (each,))).form)
 
     def _value(self, output: int, given: Sum) -> Affine:
         """What an output is before it is cut, with its rounding, whose bound is that of all leaves."""
@@ -270,7 +280,7 @@ class _Reading:
             sums = tuple(vector[output] for vector in self._tree.vectors)
             bound = max(self._errors.of(each) for each in sums)
             self._roundings[variable] = Rounded(variable, _short(bound), sums, output)
-        return self._form(given).plus(Affine(((variable, Fraction(1)),)))
+        return self._form(given).plus(self._roundings[variable].form)
 
     def _last(self, output: int, form: Affine, low: Fraction, high: Fraction) -> Affine:
         """The form after the last rounding of an output."""
@@ -281,8 +291,7 @@ class _Reading:
         variable = f"{self.real.agent}.{ROUNDING}given_{output + 1}"
         sums = tuple(vector[output] for vector in self._tree.vectors)
         bound = _short(self._errors.given(max(map(abs, ends))))
-        self._roundings.setdefault(variable, Rounded(variable, bound, sums, output, given=True))
-        return form.plus(Affine(((variable, Fraction(1)),)))
+        return form.plus(self._roundings.setdefault(variable, Rounded(variable, bound, sums, output, given=True)).form)
 
     def _form(self, each: Sum) -> Affine:
         """The exact value of a sum."""
@@ -318,5 +327,5 @@ class _Reading:
     def _ends(self, form: Affine) -> Iterator[Interval]:
         for name, factor in form.terms:
             rounding = self._roundings.get(name)
-            low, high = self._ranges[name] if rounding is None else (-rounding.bound, rounding.bound)
+            low, high = self._ranges[name] if rounding is None else rounding.range
             yield (factor * low, factor * high) if factor > 0 else (factor * high, factor * low)

@@ -68,12 +68,12 @@ def _roundings(system: System, acting: Acting, state: State) -> dict[str, Fracti
     for each in acting.roundings:
         chosen = each.sums[0 if each.output is None else vector]
         if each.output is not None and all(place == CONSTANT for _, place in chosen.terms):
-            found[each.variable] = Fraction(0)
+            found[each.variable] = each.bound
             continue
-        found[each.variable] = _rounding(
-            real, each, chosen, row, _exact(real, chosen, system.features[real.agent], state)
-        )
-        assert abs(found[each.variable]) <= each.bound, f"{each.variable}: {found[each.variable]} beyond {each.bound}"
+        exact = _exact(real, chosen, system.features[real.agent], state)
+        rounding = _rounding(real, each, chosen, row, exact)
+        assert abs(rounding) <= each.bound, f"{each.variable}: {rounding} beyond {each.bound}"
+        found[each.variable] = each.bound + rounding
     return found
 
 
