@@ -1,6 +1,7 @@
 """Pictures of a counterexample in a stated system: each variable over the steps, ready for the page.
 
-Does: lays out lines, the bounds that the claim names, and labels; adds them to the facts of a result.
+Does: lays out lines, the bounds that the claim names, and labels; adds them to the facts of a result; says states and
+  bounds of modes by their names.
 Assumes: facts of systems.py.
 Does not: change the facts, which are also the JSON report.
 """
@@ -8,6 +9,7 @@ Does not: change the facts, which are also the JSON report.
 from collections.abc import Collection, Mapping, Sequence
 from fractions import Fraction
 from itertools import groupby
+from math import ceil, floor
 from typing import Any
 
 from codegen.floats import nearest_double
@@ -43,12 +45,16 @@ def drawn(result: Mapping[str, Any], variables: Sequence[Mapping[str, Any]], dt:
         return dict(result)
     ready = {**counterexample, "runs": {agent: runs(actions) for agent, actions in counterexample["actions"].items()}}
     ready["chosen"] = {name: runs(taken) for name, taken in counterexample.get("choices", {}).items()}
+    named = in_modes(counterexample["start_float64"], result)
+    ready |= {"began": counterexample["start_float64"] | named, "begun_in": named}
+    ready["start"] = {name: value for name, value in counterexample["start"].items() if name not in named}
     if not is_still(result):
         units = {each["name"]: each["unit"] for each in variables}
         named = [
             name for name in counterexample["states"] if any(name in region["box"] for region in result["regions"])
         ]
         rest = [*named, *(name for name in counterexample["states"] if name not in named)]
+        last = {name: values[-1] for name, values in counterexample["states"].items()}
         shown = [name for name in rest if all(_drawable(value) for value in counterexample["states"][name])]
         ready |= {
             "plots": [_plot(result, name, units[name], dt) for name in shown[:MAX_DRAWN]],
@@ -56,10 +62,36 @@ def drawn(result: Mapping[str, Any], variables: Sequence[Mapping[str, Any]], dt:
             "table": table_name(counterexample["file"]),
             "not_drawn": [name for name in rest if name not in shown[:MAX_DRAWN]],
             "legend": _legend(result),
-            "last": {name: values[-1] for name, values in counterexample["states"].items()},
+            "last": last | in_modes(last, result),
             "errs": _errors(counterexample["errors"]),
         }
     return {**result, "counterexample": ready}
+
+
+def in_modes(state: Mapping[str, float | str], result: Mapping[str, Any]) -> dict[str, str]:
+    """The modes of a state, by their names."""
+    modes = result.get("modes", {})
+    return {name: modes[name][round(float(value))] for name, value in state.items() if name in modes}
+
+
+def within(told: Mapping[str, Any]) -> list[str]:
+    """The bounds of what an answer leaves open."""
+    if "open" not in told:
+        return []
+    bounds = told["open"]["bounds"]
+    return [_between(name, each, told.get("modes", {})) for name, each in bounds.items()]
+
+
+def _between(name: str, ends: Sequence[float | str], modes: Mapping[str, Sequence[str]]) -> str:
+    """Bounds in words; of a mode the names between them."""
+    low, high = ends
+    if name in modes and not isinstance(low, str) and not isinstance(high, str):
+        return f"{name} in [{', '.join(modes[name][max(ceil(low), 0) : floor(high) + 1])}]"
+    return f"{name} in [{_in_few(low)}, {_in_few(high)}]"
+
+
+def _in_few(number: float | str) -> str:
+    return number if isinstance(number, str) else f"{number:.4g}"
 
 
 def is_still(result: Mapping[str, Any]) -> bool:

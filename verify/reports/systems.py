@@ -20,10 +20,11 @@ from codegen.wording import counted
 from verify.exact import plain
 from verify.language.units import unit_of
 from verify.reports import flows, trusted
-from verify.reports.courses import DECISIONS, drawn, is_still, runs
+from verify.reports.courses import DECISIONS, drawn, in_modes, is_still, runs, within
 from verify.reports.telling import Telling, sets, shown
 from verify.reports.trajectories import counterexample, moment, nearness, number
 from verify.result import Result, Verdict
+from verify.subjects import ClosedLoop, Subject
 from verify.systems import documents
 from verify.systems.claims import Pattern, SystemClaim
 from verify.systems.language.expressions import Number
@@ -251,7 +252,18 @@ def facts(result: Result[SystemClaim, Any], place: int) -> dict[str, Any]:
         document["counterexample"] = {"file": counterexample_name(place, claim)} | counterexample(
             evidence.counterexample
         )
-    return document | ({"replay": evidence.environment} if evidence.environment else {})
+    return (
+        document
+        | _modes(result.question.subject, document)
+        | ({"replay": evidence.environment} if evidence.environment else {})
+    )
+
+
+def _modes(subject: Subject, document: Mapping[str, Any]) -> dict[str, Any]:
+    """The names of modes, where the result tells states."""
+    assert isinstance(subject, ClosedLoop)
+    modes = {one.name: list(one.modes) for one in subject.system.variables if one.modes}
+    return {"modes": modes} if modes and {"open", "counterexample"} & document.keys() else {}
 
 
 # --- words
@@ -265,13 +277,13 @@ def lines(told: Mapping[str, Any]) -> list[str]:
     written += _open(told)
     if "counterexample" in told:
         broken = told["counterexample"]
-        written.append(f"{'in' if is_still(told) else 'from'} {_state(broken['start_float64'])}")
+        written.append(f"{'in' if is_still(told) else 'from'} {_state(broken['start_float64'], told)}")
         written += [f"{agent}: {runs(actions)}" for agent, actions in broken["actions"].items()]
         written += [f"choice of {name}: {runs(taken)}" for name, taken in broken.get("choices", {}).items()]
         if broken["step"]:
             last = {name: values[-1] for name, values in broken["states"].items()}
             when = f"{broken['seconds']} s" if "seconds" in broken else moment(broken["step"], told.get("dt"))
-            written.append(f"at {when}: {_state(last)}")
+            written.append(f"at {when}: {_state(last, told)}")
         written += [told["replay"]] if "replay" in told else []
     if told["verdict"] == Verdict.PROVED.value:
         proof = told["certificate"]
@@ -299,20 +311,9 @@ def _open(told: Mapping[str, Any]) -> list[str]:
     return found + ([f"may help: {'; '.join(told['helps'])}"] if "helps" in told else [])
 
 
-def within(told: Mapping[str, Any]) -> list[str]:
-    """The bounds of what an answer leaves open."""
-    if "open" not in told:
-        return []
-    ends = {name: map(_in_few, each) for name, each in told["open"]["bounds"].items()}
-    return [f"{name} in [{', '.join(each)}]" for name, each in ends.items()]
-
-
-def _in_few(number: float | str) -> str:
-    return number if isinstance(number, str) else f"{number:.4g}"
-
-
-def _state(state: Mapping[str, float | str]) -> str:
-    shown = [f"{name} {brief(value)}" for name, value in state.items()]
+def _state(state: Mapping[str, float | str], told: Mapping[str, Any]) -> str:
+    named = in_modes(state, told)
+    shown = [f"{name} {named[name] if name in named else brief(value)}" for name, value in state.items()]
     return ", ".join(shown[:SHOWN]) + (", ..." if len(shown) > SHOWN else "")
 
 

@@ -74,7 +74,7 @@ def test_formulas_have_units(text, x, v, true):
         ("expression", "x // 2", 4, "cannot begin with '/'", "a number, a name"),
         ("condition", "x <= v", 6, "units do not fit", "as in 0.1[s]*v"),
         ("condition", "x", 1, "not a comparison", "compare two sums"),
-        ("condition", "x != 2", 3, "not a comparison that a region can have", "compare two sums"),
+        ("condition", "x != 2", 3, "not a comparison that a region can have", "a list of regions"),
     ],
 )
 def test_faults_are_marked_in_the_text(kind, text, column, what, step):

@@ -18,6 +18,8 @@ def told(name, values, box, steps=4, by=0, more=()):
         "counterexample": {
             "file": "counterexample-1.json",
             "step": len(values) - 1,
+            "start": {"v": "0", "x": str(values[0])},
+            "start_float64": {"v": 0.0, "x": values[0]},
             "states": {"v": [0.0] * len(values), "x": values},
             "actions": {"cart": ["left"] * 3 + ["stay"]},
             "errors": [{"x": "-1/8"}, {"x": "1/10", "v": "0"}],

@@ -51,6 +51,7 @@ MINUS = Number(Fraction(-1))
 IN_RADIANS = Product(Number(Fraction(1, 180)), Pi())  # of a degree
 HOW = "write sums and products of names and numbers, such as x + 0.1[s]*v"
 LINES = "write sums of variables times numbers: lines bound a product, as x <= 2 and v <= 1 where both are above 0"
+UNION = "compare two sums by < in one region and by > in another: a list of regions is their union"
 SIGNS = "compare two sums by <=, <, >=, > or =="
 Read = TypeVar("Read")
 
@@ -328,7 +329,8 @@ class _Expressions(Arithmetic[Expression]):
             case "==":
                 return [HalfSpace(less), HalfSpace(more)]
             case _:
-                raise self.source.wrong("not a comparison that a region can have", sign.place, SIGNS)
+                what = "not a comparison that a region can have"
+                raise self.source.wrong(what, sign.place, UNION if sign.text == "!=" else SIGNS)
 
     def _small(self, expression: Expression, token: Token) -> Expression:
         """The expression itself. InputError for one that is large or deep, and for powers of powers, whose numbers
