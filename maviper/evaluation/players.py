@@ -103,7 +103,7 @@ def _profile(text: str, where: str, world: World | None) -> tuple[Player, World]
 
 def playing(profile: ir.PolicyProfile, world: str, where: str) -> World:
     """The world that a user names for a profile. InputError where the profile does not play it."""
-    played = find(world)
+    played = find(world, giving=True)
     _ensure_plays(profile, played, f"{where}: {world}")
     return played
 

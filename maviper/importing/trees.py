@@ -43,11 +43,7 @@ def import_trees(
     else:
         origins = {agent: _one(agent, path, said) for agent, path in agents.items()}
     if asked.name in WORLDS or named_by_user(asked.name):
-        for agent, origin in origins.items():
-            if origin.arithmetic:
-                what = "a tree that tests sums or gives numbers cannot be tied to a game yet"
-                raise InputError(what, agent, "leave --world out, or give it another name")
-        return tied(origins, find(asked.name), Spoken(asked.feature_names, asked.action_names))
+        return tied(origins, find(asked.name, giving=True), Spoken(asked.feature_names, asked.action_names))
     return profile_of(origins, names, asked.numbers)
 
 

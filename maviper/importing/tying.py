@@ -5,6 +5,9 @@ Does: gives each agent of a world its tree; ties features by name or place and a
 Assumes: trees that were read in full; a world that a user named.
 Does not: guess: a name that the world does not know is an error.
 
+Numbers that a source gives are the world's outputs, in their order, cut to the world's bounds, as programs that play
+its experts cut them.
+
 Features are tied by name where the source knows some by the world's names, else by place. A whole number that a source
 returns is the action of that number. Where the world calls its features feature_0, feature_1, ... or its actions
 action_0, ..., the names that the source has for them are kept.
@@ -87,6 +90,8 @@ def _tied(
     """An agent's policy, and what is told of it."""
     specs, choices = world.features[place], world.actions[place]
     features = _features(origin, agent, [each.name for each in specs], renaming(said.features))
+    if origin.vectors or world.outputs:
+        return _giving(features, agent, world, place)
     numbers = _numbers(origin, agent, [each.name for each in choices], renaming(said.actions))
     actions = _action_names(origin, numbers, [each.name for each in choices], renaming(said.actions))
     source = replace(features.origin, labels=tuple(numbers), called={})
@@ -108,6 +113,35 @@ def _tied(
     (before, *_) = {key.rpartition(" ")[0] for key in profile.provenance.training if key.endswith(" given")}
     told = {f"{agent}{key.removeprefix(before)}": value for key, value in profile.provenance.training.items()}
     return policy, {**told, f"{agent} actions": ", ".join(lines)}
+
+
+def _giving(
+    features: "_Features", agent: str, world: World, place: int
+) -> tuple[ir.AgentPolicy, dict[str, float | int | str]]:
+    """The policy of an agent that gives numbers, cut to the bounds that the world has for them."""
+    origin, outputs = features.origin, world.outputs[place] if world.outputs else ()
+    if not origin.vectors or not outputs:
+        what = "gives numbers, and the world takes actions" if origin.vectors else "takes actions, and gives no numbers"
+        raise InputError(f"the tree of {agent} {what}", world.name, "--outputs says that numbers are given")
+    names = [each.name for each in outputs]
+    _ensure_count(len(origin.vectors[0]), names, agent, "output")
+    profile = profile_of({agent: origin}, Names(features.names, outputs=names), FLOAT32)
+    (policy,) = profile.agents
+    for own, spec in zip(policy.outputs, outputs, strict=True):
+        if not _wider(own, spec):
+            what = f"the source cuts {spec.name} to [{own.low}, {own.high}], and the world to [{spec.low}, {spec.high}]"
+            raise InputError(what, agent, "leave the cut out, or test the sum: if u > 1: return 1.0")
+    kept = zip(world.features[place], policy.features, strict=True)
+    seen = tuple(replace(spec, name=own.name) for spec, own in kept)
+    policy = replace(policy, agent=agent, team=world.team_of(agent), features=seen, outputs=outputs)
+    (before, *_) = {key.rpartition(" ")[0] for key in profile.provenance.training if key.endswith(" given")}
+    return policy, {f"{agent}{key.removeprefix(before)}": value for key, value in profile.provenance.training.items()}
+
+
+def _wider(own: ir.OutputSpec, spec: ir.OutputSpec) -> bool:
+    """Whether bounds change nothing once a number is cut to others."""
+    low = own.low is None or (spec.low is not None and own.low <= spec.low)
+    return low and (own.high is None or (spec.high is not None and own.high >= spec.high))
 
 
 # --- features
@@ -134,7 +168,7 @@ def _features(origin: Origin, agent: str, known: list[str], given: Renaming) -> 
         return _Features(replace(origin, features=tuple(own), keyed=True), known)
     if own or origin.n_features:
         _ensure_count(len(own) or origin.n_features, known, agent, "feature")
-    read = max(int(origin.grown.feature.max()) + 1, origin.n_read)
+    read = max(origin.n_named, origin.n_read)
     if read > len(known):
         what = f"the source reads feature {read - 1}, and {agent} observes {len(known)}, from 0 on"
         raise InputError(what, agent, f"the world shows {', '.join(known)}")

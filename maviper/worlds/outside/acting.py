@@ -100,6 +100,8 @@ def random_actions(all_choices: Sequence[Choices], rng: np.random.Generator, ste
 
 def refuse_numbers(text: str) -> InputError:
     """The error where numbered actions are needed, and the environment `text` has a Box."""
-    takes = "extract, evaluate, show, compile, diff, worlds show and worlds check take such an environment"
+    takes = (
+        "extract, import, evaluate, show, play, compile, diff, worlds show and worlds check take such an environment"
+    )
     what = "the environment has continuous actions, a Box; here agents choose among numbered ones"
     return InputError(what, text, f"{takes}; to number them, {NUMBERED}; {OWN}")

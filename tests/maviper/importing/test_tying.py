@@ -5,8 +5,10 @@ import pytest
 
 import maviper
 from codegen.errors import ExitCode, InputError, UnknownNameError
-from codegen.ir import act
+from codegen.ir import act, outputs
 from codegen.policy_json import dumps
+from maviper.importing import tying
+from maviper.page.page import contents_of, page
 from maviper.worlds import find
 from maviper.worlds.matching import not_ours, plays
 from tests.support.verifying import run
@@ -121,3 +123,45 @@ def test_zones_that_end_at_zero_say_zero(bring, tmp_path, capsys):
         (tmp_path / f"{name}.json").write_text(dumps(bring(text)))
     code, _, err = run(capsys, "diff", str(tmp_path / "zero.json"), str(tmp_path / "low.json"))
     assert code == ExitCode.VIOLATED and "velocity < 0\n" in err and "e-4" not in err, err
+
+
+SWING = """
+import numpy as np
+def swing(x):
+    if x[0] > 0.9:
+        return {}
+    return 2.0 if x[2] - 0.5 * x[1] > 0 else -2.0
+"""
+ALONE = "import numpy as np\ndef car(x):\n    return {}\n"
+PENDULUM = "gymnasium:Pendulum-v1"
+
+
+def test_numbers_that_a_tree_gives_are_the_worlds_outputs(bring, monkeypatch):
+    """With the names, the unit and the bounds of the world; an episode of it is on the page."""
+    monkeypatch.setattr(tying, "EPISODES", 2)
+    world = find(PENDULUM, giving=True)
+    for cut in ("np.clip(-12.0 * x[1] - 2.5 * x[2], -2.0, 2.0)", "np.clip(-12.0 * x[1] - 2.5 * x[2], -3.0, 2.0)"):
+        profile = bring(SWING.format(cut), PENDULUM, arrays="float32")
+        (policy,) = profile.agents
+        assert plays(profile, world) and policy.outputs == world.outputs[0]
+        assert [(each.name, each.unit, each.low, each.high) for each in policy.outputs] == [
+            ("torque", "N m", -2.0, 2.0)
+        ]
+        assert outputs(policy, [[1.0, 0.5, 0.0], [1.0, -0.125, 0.0], [0.0, 0.0, -1.0]]).tolist() == [[-2], [1.5], [-2]]
+    html = page(profile, contents_of(profile, (), played=world))
+    assert "The recorded episode, of seed 4000000, took 200 steps" in html and "gives 1 number (torque in N m)" in html
+
+
+@pytest.mark.parametrize(
+    ("source", "world", "message"),
+    [
+        (ALONE.format("np.clip(-12.0 * x[1], -1.0, 1.0)"), PENDULUM, r"cuts torque to \[-1.0, 1.0\]"),
+        (ALONE.format("x[1] - x[0]"), CAR, "gives numbers, and the world takes actions"),
+        ("def car(x):\n    return [x[0], x[1]]\n", PENDULUM, "2 outputs for agent"),
+        (NUMBERS.replace("obs\n", "obs[:2]\n", 1), PENDULUM, "takes actions, and gives no numbers"),
+    ],
+)
+def test_numbers_that_do_not_fit_are_refused(bring, source, world, message):
+    with pytest.raises(InputError, match=message) as caught:
+        bring(source, world, arrays="float32")
+    assert caught.value.next_step
