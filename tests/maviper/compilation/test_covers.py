@@ -198,7 +198,9 @@ assuming = { where = ["x + 1[m]*angle <= 2"] }"""),
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("why", list(REFUSED))
+@pytest.mark.parametrize(
+    "why", ["once", *(pytest.param(each, marks=pytest.mark.slow) for each in ("sums", "sums assumed"))]
+)
 def test_what_one_state_does_not_show_is_refused_with_the_reason(why, tmp_path):
     said, text = REFUSED[why]
     with pytest.raises(InputError, match=said):

@@ -21,6 +21,7 @@ from tests.support.shadows import ShadowTwin, asked_of_shadows
 
 VERDICTS = FOLDER.parent / "verdicts"
 NAME = "certificate-7-reaches.json"
+TWO = ("c", "python")
 
 
 @pytest.fixture(scope="module")
@@ -49,11 +50,12 @@ def test_all_languages_say_what_follows(made, tmp_path):
 
 
 @pytest.mark.compile
-def test_all_languages_follow_the_episode_that_noisy_numbers_are_near(made, tmp_path):
+@pytest.mark.parametrize("languages", [TWO, pytest.param(monitors.LANGUAGES, marks=pytest.mark.slow)])
+def test_all_languages_follow_the_episode_that_noisy_numbers_are_near(languages, made, tmp_path):
     profile, start, _ = made
     start = replace(start, noise=0.008)
     watched = watch_start(profile, lower(profile), start, "0" * 64, "nothing, but in a test")
-    texts = {**emit(profile, monitors.LANGUAGES), **monitor.emit(watched, monitors.LANGUAGES)}
+    texts = {**emit(profile, languages), **monitor.emit(watched, languages)}
     rows = asked_of_shadows(profile, start, 1_200, 4)
     twin, wanted = ShadowTwin(profile, start), []
     for w, fresh, dt, begun, acts in zip(*rows, strict=True):
@@ -64,7 +66,7 @@ def test_all_languages_follow_the_episode_that_noisy_numbers_are_near(made, tmp_
     assert {OK, LEAVING, OUTSIDE, INVALID} == set(wanted) and wanted.count(OK) > 500
     given, rest = rows[4][:, 0].tolist(), watched.fallbacks[0].action
     acted = [act if word in (OK, LEAVING) else rest for act, word in zip(given, wanted, strict=True)]
-    monitors.ensure_said_by_all(texts, watched, tmp_path, rows, (wanted, acted))
+    monitors.ensure_said_by_all(texts, watched, tmp_path, rows, (wanted, acted), languages)
 
 
 def test_noise_is_for_episodes_and_a_small_number(made):

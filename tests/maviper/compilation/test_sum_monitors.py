@@ -17,6 +17,7 @@ from tests.support.outputs import given_by
 from tests.support.summed import policy, profile
 
 PROVED = FOLDER.parent / "verdicts" / "physical_deception" / "certificate-1-distinct_targets.json"
+TWO = ("c", "python")
 
 
 def files(made):
@@ -27,7 +28,8 @@ def files(made):
 
 
 @pytest.mark.compile
-def test_inputs_are_watched_in_all_languages(tmp_path):
+@pytest.mark.parametrize("languages", [TWO, pytest.param(monitors.LANGUAGES, marks=pytest.mark.slow)])
+def test_inputs_are_watched_in_all_languages(languages, tmp_path):
     """Ranges, finiteness and ages of what both agents observe; the word stays."""
     made = profile(policy(3, DOUBLE_SUMS), policy(4, DOUBLE_SUMS, agent="agent_1"))
     texts, watched = files(made)
@@ -52,11 +54,13 @@ def test_inputs_are_watched_in_all_languages(tmp_path):
     assert wanted.count(OK) > 100 < wanted.count(INVALID)
     n, rest = 3, watched.fallbacks[0].action
     acted = [i % n if word == OK else rest for i, word in enumerate(wanted)]
-    monitors.ensure_said_by_all(texts, watched, tmp_path, (w, fresh, dt, start), (wanted, acted))
+    monitors.ensure_said_by_all(texts, watched, tmp_path, (w, fresh, dt, start), (wanted, acted), languages)
 
 
 @pytest.mark.compile
-@pytest.mark.parametrize(("arithmetic", "gives"), [(FLOAT64_SUMS, None), (DOUBLE_SUMS, "float32")])
+@pytest.mark.parametrize(
+    ("arithmetic", "gives"), [(FLOAT64_SUMS, None), pytest.param(DOUBLE_SUMS, "float32", marks=pytest.mark.slow)]
+)
 def test_outputs_are_watched_in_all_languages(arithmetic, gives, tmp_path):
     """An output beyond its bounds, or no number, is INVALID; then the fallback is given, which is next to 0."""
     texts, watched = files(profile(policy(7, arithmetic, outputs=2, gives=gives)))
