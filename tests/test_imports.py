@@ -10,7 +10,6 @@ from importlib import metadata
 from pathlib import Path
 
 import grimp
-import pytest
 
 from tests.support.heavy import ASIDE, HEAVY
 from tests.support.sources import PACKAGES, modules, parsed
@@ -101,6 +100,7 @@ def at_once():
     return found
 
 
+@cache
 def loaded(name):
     """Everything that comes with a module."""
     found, open_ = set(), [name]
@@ -111,19 +111,21 @@ def loaded(name):
     return found
 
 
-@pytest.mark.parametrize("name", modules())
-def test_functions_import_only_what_is_heavy_or_aside(name):
-    tree = parsed(modules()[name])
+def hidden_imports(name):
+    """What the functions of a module import that is not heavy, and neither aside."""
     if name in VERBS or name.startswith("maviper.cli."):
         return
-    for node in in_functions(tree).values():
+    for node in in_functions(parsed(modules()[name])).values():
         for target in set(imported(node)) & at_once().keys():
             if isinstance(node, ast.ImportFrom) and any(f"{target}.{each.name}" in at_once() for each in node.names):
                 continue  # the package of what is imported
-            if target in ASIDE:
-                continue
-            heavy = HEAVY & {each.split(".")[0] for each in loaded(target)}
-            assert heavy, f"{name} imports {target} in a function, which hides it and saves nothing"
+            if target not in ASIDE and not HEAVY & {each.split(".")[0] for each in loaded(target)}:
+                yield target
+
+
+def test_functions_import_only_what_is_heavy_or_aside():
+    hidden = [f"{name} imports {target}" for name in modules() for target in hidden_imports(name)]
+    assert not hidden, f"in a function, which hides it and saves nothing: {hidden}"
 
 
 def test_what_is_imported_is_declared():

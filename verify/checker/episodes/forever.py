@@ -247,7 +247,7 @@ def accepted(certificate: LastingCertificate, profile: PolicyProfile) -> int:
         region = reading.danger(certificate.edges, coordinate, upper)
         proof = numbers(certificate.proofs[coordinate, upper, goal])
         try:
-            closed += check(profile, formula, region, goal, Semantics(), proof)
+            closed += check(profile, formula, region, goal, Semantics(MACHINE), proof)
         except RejectedError as error:
             edge = "upper" if upper else "lower"
             raise RejectedError(f"the {edge} edge of {coordinate}, goal {goal or 'none'}: {error}") from None
