@@ -141,9 +141,9 @@ def _check_shared(world: World, settings: Settings) -> None:
 
 
 def _space(world: World, agent: int) -> tuple[object, ...]:
-    """What must be equal of agents that share a tree: features by place, whatever they are called, and actions."""
-    units = [feature.unit for feature in world.features[agent]]
-    return units, [(action.name, action.effect) for action in world.actions[agent]], world.mask(agent)
+    """What must be equal of agents that share a tree: features by place, whatever they are called, and what they do."""
+    units, given = [feature.unit for feature in world.features[agent]], world.outputs[agent] if world.outputs else ()
+    return units, given, [(action.name, action.effect) for action in world.actions[agent]], world.mask(agent)
 
 
 Iterates = tuple[list[list[GrownTree]], dict[str, int]]

@@ -163,6 +163,7 @@ def test_a_tree_of_differences_decides_as_its_deployed_form():
         ({"weights": "own"}, "--weights"),
         ({"least_right": "N"}, "--least-right"),
         ({"refinement": 500}, "--refinement-episodes"),
+        ({"share": "team"}, "tug_0 and tug_1 cannot share a tree"),
     ],
 )
 def test_what_needs_numbered_actions_is_refused(asked, said):
