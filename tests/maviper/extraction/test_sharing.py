@@ -62,9 +62,9 @@ def random_points(n=200, members=3):
 
 
 class Three:
-    """A world of which growth needs only the numbers of actions."""
+    """A world of which growth needs only the numbers of actions, and that there are no outputs."""
 
-    actions = ((0, 1, 2),) * 3
+    actions, outputs = ((0, 1, 2),) * 3, ()
 
 
 @pytest.mark.parametrize("splits", ["exact", "histogram"])
