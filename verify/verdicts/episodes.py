@@ -120,8 +120,9 @@ def verify_episodes(
     state = episode = None
     if decision.state is not None:
         question = _shortened(question, decision.state)
-        claim = question.claim
         state = simplest(profile.world, decision.state, partial(_stands, question))
+        question = _shortened(question, state)
+        claim = question.claim
         episode = agree_on_course(profile, state, claim.steps, rollouts)
     evidence = EpisodeEvidence(
         followed=decision.followed,
