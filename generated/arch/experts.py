@@ -92,3 +92,24 @@ def acc() -> Script:
         return _nearest([-3, -1, 0, 1], wish)
 
     return Script(find("system:acc.toml"), {"driver": rule})
+
+
+def docking() -> Script:
+    """Brakes along each axis."""
+
+    def along(seen: Mapping[str, Numbers]) -> Ints:
+        return _nearest([-1, 0, 1], -12 * seen["x3"])
+
+    def across(seen: Mapping[str, Numbers]) -> Ints:
+        return _nearest([-1, 0, 1], -12 * seen["x4"])
+
+    return Script(find("system:docking.toml"), {"along": along, "across": across})
+
+
+def tora_reach() -> Script:
+    """Sets the arm turning by 1 rad/s."""
+
+    def arm(seen: Mapping[str, Numbers]) -> Ints:
+        return np.where(seen["x4"] > -0.9, 0, 1)
+
+    return Script(find("system:tora_reach.toml"), {"arm": arm})

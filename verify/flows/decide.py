@@ -20,7 +20,7 @@ from verify.checker.flows.certificates import accepted as accepted_flow
 from verify.checker.flows.sweep import NOT_SHOWN, Plan
 from verify.checker.reading import RejectedError
 from verify.flows.playing import FlowPlay
-from verify.flows.replay import replayed
+from verify.flows.replay import StepsLeft, replayed
 from verify.flows.search import PlanSearch
 from verify.flows.undefined import undefined
 from verify.question import Question
@@ -33,6 +33,7 @@ from verify.systems import documents
 from verify.systems.claims import SystemClaim
 
 SETS_A_BOX = 120  # boxes of the budget that one set of a flow takes as long as
+STEP, LEAST_STEPS = 6_000, 400  # boxes of the budget that a step of a replay takes as long as; and how many at least
 FIRST_SAMPLES = 256
 MIDDLES = 64  # parts left open whose middles are played
 LEFT_OPEN = (
@@ -49,13 +50,13 @@ def decide(question: Question[SystemClaim]) -> ReachOutcome:
     if claim.at_samples is None:
         what = "the claim does not say whether it is about samples or about all times"
         raise InputError(what, f"claim {claim.shown}", "set at_samples")
-    play = FlowPlay(profile, system, claim)
+    play, left = FlowPlay(profile, system, claim), StepsLeft(max(LEAST_STEPS, question.budgets.max_boxes // STEP))
     for course in play.breaking(min(question.budgets.samples, FIRST_SAMPLES)):
-        found = replayed(profile, system, claim, course)
+        found = replayed(profile, system, claim, course, left)
         if found is not None:
             return ReachOutcome(Verdict.VIOLATED, counterexample=found)
     search = PlanSearch(profile, system, claim, question.budgets.max_boxes // SETS_A_BOX)
-    outcome = _shown(question, search) or _played(question, play, search) or _unknown(question, search)
+    outcome = _shown(question, search) or _played(question, play, search, left) or _unknown(question, search)
     return replace(outcome, boxes=search.spent)
 
 
@@ -83,7 +84,9 @@ def _shown(question: Question[SystemClaim], search: PlanSearch) -> ReachOutcome 
     return None
 
 
-def _played(question: Question[SystemClaim], play: FlowPlay, search: PlanSearch) -> ReachOutcome | None:
+def _played(
+    question: Question[SystemClaim], play: FlowPlay, search: PlanSearch, left: StepsLeft
+) -> ReachOutcome | None:
     """VIOLATED by one of more random episodes, or by the middle of a part that was left open."""
     assert isinstance(question.subject, ClosedLoop)
     profile, system, claim = question.profile, question.subject.system, question.claim
@@ -91,7 +94,7 @@ def _played(question: Question[SystemClaim], play: FlowPlay, search: PlanSearch)
     middles = [0.5 * one.low + 0.5 * one.high for one in search.open[:MIDDLES]]
     starts = [dict(zip(names, middle.tolist(), strict=True)) for middle in middles]
     for course in (*play.breaking(question.budgets.samples), *play.from_starts(starts)):
-        found = replayed(profile, system, claim, course)
+        found = replayed(profile, system, claim, course, left)
         if found is not None:
             return ReachOutcome(Verdict.VIOLATED, counterexample=found)
     return None

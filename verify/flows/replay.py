@@ -8,6 +8,7 @@ Does not: look for such starts.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
@@ -25,13 +26,21 @@ from verify.systems.claims import SystemClaim
 from verify.systems.system import System
 
 ORDER, PARTS = 8, (4, 16, 64)  # of the series, and of a period: the next where enclosures are too wide
-NONE = (Fraction(0), Fraction(0))
+MAX_STEPS = 1_000_000  # of one replay
+
+
+@dataclass
+class StepsLeft:
+    """How many steps replays may still take."""
+
+    count: int = MAX_STEPS
 
 
 def replayed(
-    profile: PolicyProfile, system: System, claim: SystemClaim, course: FlowCourse
+    profile: PolicyProfile, system: System, claim: SystemClaim, course: FlowCourse, left: StepsLeft | None = None
 ) -> SystemCounterexample | None:
-    """The episode of a course as a counterexample; None where it does not surely break the claim."""
+    """The episode of a course as a counterexample; None where it does not surely break the claim in `left` steps."""
+    left = left or StepsLeft()
     assert system.flow is not None
     bounds = system.flow.error
     within = all(low <= course.errors.get(name, Fraction(0)) <= high for name, (low, high) in bounds.items())
@@ -40,7 +49,7 @@ def replayed(
     ensure_arithmetic()
     with np.errstate(all="ignore"):  # what is not finite is not shown
         for parts in PARTS:
-            episode = _Narrow(profile, system, claim, course, parts)
+            episode = _Narrow(profile, system, claim, course, parts, left)
             found = episode.followed()
             if found is not None or not episode.lost:
                 return found
@@ -51,9 +60,16 @@ class _Narrow:
     """One episode in enclosures."""
 
     def __init__(
-        self, profile: PolicyProfile, system: System, claim: SystemClaim, course: FlowCourse, parts: int
+        self,
+        profile: PolicyProfile,
+        system: System,
+        claim: SystemClaim,
+        course: FlowCourse,
+        parts: int,
+        left: StepsLeft,
     ) -> None:
         assert system.flow is not None
+        self._left = left
         self._parts, self.lost = parts, False  # whether an enclosure was not shown: steps are too long
         self._sweep, self._claim, self._system = FlowSweep(profile, system, claim), claim, system
         names = [one.name for one in system.variables]
@@ -89,6 +105,9 @@ class _Narrow:
             if not self._jumped(held):
                 return None
             for part in range(self._parts):
+                self._left.count -= 1
+                if self._left.count < 0:
+                    return None
                 moved = self._step.moved(self._box, self._frames, held)
                 if not moved.shown.all() or moved.empty.any():
                     self.lost = True

@@ -32,6 +32,7 @@ FIRST = 20_000  # sets for cuts of the start at first, and for cells of one widt
 MANY = FEW_SETS  # sets of a part at each step, beyond which it is cut and not followed further
 ASIDE = 0.125  # how much the width of a variable counts on which no decision depends
 CELLS = tuple(range(2, 7))  # into how many parts, as powers of two, what episodes range over is cut
+MAX_POWER = 18  # of 2: cells of a list that could be followed, if a set ranged over all of them
 MAX_DEPTH = 20  # of cuts of the start
 NARROW = 1e-200
 FEW = 8  # parts that are looked at for what would help
@@ -84,6 +85,8 @@ class PlanSearch:
             self.how = how
             if not self._left:
                 return
+            if self._shown([whole], Plan((), *how), self._once) == []:
+                yield FoundPlan(Plan((0,), *how), {})
             if not self._points_are_shown(whole):
                 continue
             yield from self._by(whole, how)
@@ -91,10 +94,9 @@ class PlanSearch:
     def _by(self, whole: StartBox, how: tuple[int, int]) -> Iterator[FoundPlan]:
         """Plans with one order and number of steps: cuts and cells in turn, with ever more sets."""
         cutting, cells = _Cutting(whole), list[dict[int, float]]()
-        once = MANY * self._steps * how[1]
-        allowed = max(FIRST, once)
+        allowed = max(FIRST, self._once)
         for turn in count():
-            if self._left <= once or (turn and not cutting.pending and not cells):
+            if self._left <= self._once or (turn and not cutting.pending and not cells):
                 return
             found = self._by_cuts(cutting, how, min(allowed, self._left))
             if found is not None:
@@ -109,6 +111,11 @@ class PlanSearch:
                 if open_ is not None:
                     cells.remove(widths)
             allowed *= 4
+
+    @property
+    def _once(self) -> int:
+        """What following a part once may take."""
+        return MANY * self._steps * self.how[1]
 
     @property
     def _left(self) -> int:
@@ -135,7 +142,7 @@ class PlanSearch:
         open_ = self._shown(
             [StartBox(point, point) for point in points],
             Plan((), *self.how),
-            max(FIRST, MANY * (self._steps + 1) * self.how[1]),
+            max(FIRST, self._once),
         )
         if open_ != []:
             self.open = [whole]
@@ -144,7 +151,7 @@ class PlanSearch:
     def _by_cuts(self, cutting: _Cutting, how: tuple[int, int], allowed: int) -> Plan | None:
         """Cuts of the start after which all of its parts are shown; None where some are left open, in `pending`."""
         end = self.spent + allowed
-        each = MANY * self._steps * how[1]  # sets that a part may take
+        each = self._once
         while cutting.pending and end - self.spent >= each:
             count = min(AT_ONCE, (end - self.spent) // each)
             some, cutting.pending = cutting.pending[:count], cutting.pending[count:]
@@ -175,7 +182,7 @@ class PlanSearch:
         tested = [column for column in ranging if self._names[column] in self._tested]
         for columns in (tested, ranging) if tested != ranging else (ranging,):
             for power in CELLS:
-                if columns:
+                if columns and power * len(columns) <= MAX_POWER:
                     yield {column: 2.0 ** (floor(log2(scale[column])) - power) for column in columns}
 
     def _scale(self, whole: StartBox, how: tuple[int, int]) -> Float64:
