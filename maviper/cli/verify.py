@@ -211,12 +211,13 @@ def _write(
 ) -> None:
     """All files, without those of an earlier run, and the command that reads each kind."""
     from maviper.files import outputs, runs
-    from maviper.page.page import FILE, unplayable
-    from maviper.page.results import page_of
 
-    page, no_page = {}, ""
-    if done.stated is None:
-        no_page = unplayable(done.profile)
+    page, no_page, page_file = dict[str, str](), "", Path()
+    if done.stated is None:  # no page plays a system, and what makes pages takes long to load
+        from maviper.page.page import FILE, unplayable
+        from maviper.page.results import page_of
+
+        no_page, page_file = unplayable(done.profile), folder / FILE
         page = {} if no_page else {FILE: page_of(done.profile, done.results)}
     asked = [*given.values(), Path(options.region), *([options.file] if options.file else [])]
     asked += [path.parent / one.region.name for path in asked for one in done.asked]
@@ -224,7 +225,7 @@ def _write(
     outputs.write_set(folder, files, outputs.VERIFY, keep=asked)
     console.line("report", str(folder / "report.html"))
     if done.stated is None:
-        console.line("no page" if no_page else "page", no_page or str(folder / FILE))
+        console.line("no page" if no_page else "page", no_page or str(page_file))
     beside = "" if done.stated else f" --profile {given[runs.PROFILE_FILE]}"
     for name in done.certificates:
         console.line("certificate", f"{folder / name}; maviper check {folder / name}{beside}")

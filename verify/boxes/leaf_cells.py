@@ -90,13 +90,15 @@ class LeafCells:
         for column, ends, up_to, down_to in self._ends:
             high = np.searchsorted(ends, rows.high[:, column])
             low = np.searchsorted(ends, rows.low[:, column], "right")
-            both = up_to[np.minimum(low, high)] & down_to[high]  # a point on an end lies in the leaf below it
+            both = up_to.take(np.minimum(low, high), axis=0) & down_to.take(high, axis=0)  # a point on an end lies in the leaf below it
             common = both if common is None else common & both
         assert common is not None
         flags = np.unpackbits(common.view(np.uint8), axis=1, count=len(self._action), bitorder="little")
-        box, leaf = np.nonzero(flags)
-        low, high = np.maximum(rows.low[box], self._low[leaf]), np.minimum(rows.high[box], self._high[leaf])
-        return Rows(low, high, rows.part[box], rows.joint[box] * actions + self._action[leaf], rows.met[box])
+        box, leaf = np.divmod(np.flatnonzero(flags), len(self._action))
+        met = rows.at(box)
+        low = np.maximum(met.low, self._low.take(leaf, axis=0))
+        high = np.minimum(met.high, self._high.take(leaf, axis=0))
+        return met._replace(low=low, high=high, joint=met.joint * actions + self._action.take(leaf))
 
 
 def _bits(flags: Bool) -> Bits:

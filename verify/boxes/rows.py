@@ -40,13 +40,15 @@ class Rows(NamedTuple):
 
     def at(self, which: Bool | Int64 | slice) -> Rows:
         """Some of them, copied."""
-        if isinstance(which, slice):
-            which = np.arange(self.size)[which]
-        return Rows(self.low[which], self.high[which], self.part[which], self.joint[which], self.met[which])
+        at = np.arange(self.size)[which] if isinstance(which, slice) else which
+        at = np.flatnonzero(at) if at.dtype == np.bool_ else np.asarray(at, dtype=np.int64)  # `take` beats a mask
+        low, high, part, joint, met = self
+        return Rows(low.take(at, axis=0), high.take(at, axis=0), part.take(at), joint.take(at), met.take(at, axis=0))
 
 
 def joined(lists: Sequence[Rows]) -> Rows:
     """Several lists as one."""
+    lists = [each for each in lists if each.size] or lists[:1]
     return lists[0] if len(lists) == 1 else Rows(*map(np.concatenate, zip(*lists, strict=True)))
 
 

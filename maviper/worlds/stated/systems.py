@@ -1,10 +1,8 @@
-"""A world that a file states, in play, as a PettingZoo environment: `system:FILE`.
+"""A world that a file states, `system:FILE`, in floats: its rules, its ranges and its starts.
 
-Does: draws starts and errors by a seed; moves the state by the rules as they are written, in float64.
+Does: reads the file; moves the state by the rules as they are written, in float64; draws starts by a seed.
 Assumes: a checked file (verify/systems).
-Does not: prove. Proofs are about exact numbers; here each operation of a rule rounds.
-
-An episode ends where the statement ends: after its steps, or where the state leaves the ranges of the variables.
+Does not: play (environment.py), or prove. Proofs are about exact numbers; here each operation of a rule rounds.
 """
 
 from __future__ import annotations
@@ -13,24 +11,20 @@ from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-from pettingzoo import ParallelEnv  # pyright: ignore[reportMissingTypeStubs]
 
 from codegen.errors import InputError
-from codegen.ir import FeatureSpec
 from maviper.files import kinds, runs
 from maviper.worlds.outside.sources import SYSTEM, named_by_user
 from maviper.worlds.stated.flowing import FlowRule
 from verify.systems.files import MAX_BYTES, statement_of
 from verify.systems.language.expressions import function
-from verify.systems.observing import measured, nearest
-from verify.systems.system import Affine, Feature, Interval, Measure
+from verify.systems.system import Interval
 
 if TYPE_CHECKING:
-    from gymnasium.spaces import Box, Discrete
-
+    from maviper.worlds.stated.environment import StatedEnv
     from verify.systems.statement import Rule, Statement
 
 DRAWS, TRIES = 1_000, 100  # of starts at once, until one lies in the start region
@@ -69,6 +63,8 @@ def stated(path: str) -> Callable[[], StatedEnv]:
 
 
 def _made(path: str) -> StatedEnv:
+    from maviper.worlds.stated.environment import StatedEnv  # PettingZoo takes long to load, and proofs do without
+
     found = read(path)
     if not found.moves:
         raise InputError("the file does not say how the state moves", path, "add [dynamics.next]")
@@ -149,88 +145,6 @@ def _floats(bounds: Interval) -> tuple[float, float]:
     return float(bounds[0]), float(bounds[1])
 
 
-class StatedEnv(ParallelEnv[str, Any, Any]):
-    """A statement in play. It says about itself what `maviper.worlds.outside.pettingzoo` reads."""
-
-    plays_here = True
-
-    def __init__(self, statement: Statement, text: str) -> None:
-        from gymnasium.spaces import Box, Discrete
-
-        self.statement, self.metadata = statement, {"name": text}
-        self.possible_agents = [agent.name for agent in statement.agents]
-        self.agents: list[str] = []
-        self.max_cycles = statement.system.steps
-        self.state: Floats = {}
-        self._moving = Moving(statement)
-        self._rewards = {agent.name: function(agent.reward) for agent in statement.agents}
-        self.teams: dict[str, tuple[str, ...]] = {}
-        for agent in statement.agents:
-            self.teams[agent.team] = (*self.teams.get(agent.team, ()), agent.name)
-        self.action_names = {agent.name: tuple(agent.actions) for agent in statement.agents}
-        self.features = {name: _specs(statement, name) for name in self.possible_agents}
-        ends = {
-            name: np.array([(each.low, each.high) for each in of], np.float32) for name, of in self.features.items()
-        }
-        self._boxes = {name: Box(found[:, 0], found[:, 1]) for name, found in ends.items()}
-        self._choices = {name: Discrete(len(names)) for name, names in self.action_names.items()}
-        self._rng = np.random.default_rng()
-        self._steps = 0
-
-    def observation_space(self, agent: str) -> Box:
-        """The ranges of the agent's features, [n_features] float32."""
-        return self._boxes[agent]
-
-    def action_space(self, agent: str) -> Discrete:
-        """The agent's actions, in the order of the file."""
-        return self._choices[agent]
-
-    def reset(self, seed: int | None = None, options: Mapping[str, Any] | None = None) -> tuple[dict[str, Any], Any]:
-        """Draws a start."""
-        del options
-        if seed is not None:
-            self._rng = np.random.default_rng(seed)
-        self.state, self._steps = start(self.statement, self._rng), 0
-        self.agents = list(self.possible_agents)
-        infos: dict[str, dict[str, Any]] = {agent: {} for agent in self.agents}
-        return self._seen(), infos
-
-    def step(  # pyright: ignore[reportIncompatibleMethodOverride]
-        self, actions: Mapping[str, int]
-    ) -> tuple[dict[str, Any], ...]:
-        """One step: observations, rewards, terminations, truncations and infos."""
-        acted = self.agents
-        chosen = {agent: self.action_names[agent][actions[agent]] for agent in acted}
-        rule = drawn(self._moving.rules(self.state), self._rng)
-        after = rule.moved(self.state, chosen)
-        for name, (low, high) in rule.error.items():
-            after[name] += self._rng.uniform(low, high)
-        left = not self._moving.rules(after)
-        self.state = self._moving.clipped(after)  # pyright: ignore[reportIncompatibleMethodOverride]
-        self._steps += 1
-        cut = not left and self._steps >= self.max_cycles
-        rewards = {agent: paid(self.state) for agent, paid in self._rewards.items()}
-        if left or cut:
-            self.agents = []
-        infos: dict[str, dict[str, Any]] = {agent: {} for agent in acted}
-        return self._seen(), rewards, dict.fromkeys(acted, left), dict.fromkeys(acted, cut), infos
-
-    def _seen(self) -> dict[str, Any]:
-        exact = {name: Fraction(number) for name, number in self.state.items()}
-        features = self.statement.system.features
-        return {
-            agent: np.array([self._of(feature, exact) for feature in features[agent].values()], np.float32)
-            for agent in self.possible_agents
-        }
-
-    def _of(self, feature: Feature, exact: Mapping[str, Fraction]) -> np.float32:
-        match feature:
-            case Feature(Affine(((name, factor),), constant), Measure.VALUE) if factor == 1 and not constant:
-                return np.float32(self.state[name])  # the same in less time
-            case _:
-                return nearest(measured(feature, exact))
-
-
 def start(statement: Statement, rng: np.random.Generator) -> Floats:
     """A start: uniform among the states that the box of the start region and its further conditions allow.
 
@@ -261,31 +175,3 @@ def box(statement: Statement) -> dict[str, Interval]:
             case _:
                 pass
     return found
-
-
-def _specs(statement: Statement, agent: str) -> list[FeatureSpec]:
-    features = statement.system.features[agent]
-    return [_spec(name, feature, statement) for name, feature in features.items()]
-
-
-def _spec(name: str, feature: Feature, statement: Statement) -> FeatureSpec:
-    """A feature as profiles hold it, without a meaning: coordinates of profiles are places and velocities."""
-    ranges = {each.name: each.range for each in statement.system.variables}
-    units = {each.name: each.unit for each in statement.system.variables}
-    low = high = feature.form.constant
-    for variable, factor in feature.form.terms:
-        ends = [factor * end for end in ranges[variable]]
-        low, high = low + min(ends), high + max(ends)
-    match feature.measure:
-        case Measure.SIGN:
-            low, high = Fraction(-1), Fraction(1)
-        case Measure.POSITIVE | Measure.EQUALS:
-            low, high = Fraction(0), Fraction(1)
-        case Measure.CLIP:
-            assert feature.bounds is not None
-            low, high = (min(max(end, feature.bounds[0]), feature.bounds[1]) for end in (low, high))
-        case Measure.VALUE:
-            pass
-    only = {units[variable] for variable, _ in feature.form.terms}
-    unit = only.pop() if len(only) == 1 and feature.measure in (Measure.VALUE, Measure.CLIP) else "1"
-    return FeatureSpec(name, "none" if unit == "1" else unit, float(low), float(high), None)

@@ -7,8 +7,8 @@ import pytest
 from codegen.errors import InputError
 from codegen.policy_json import content_hash
 from maviper.worlds.stated.deviation import deviation
+from maviper.worlds.stated.environment import StatedEnv
 from maviper.worlds.stated.integrating import integrated
-from maviper.worlds.stated.systems import StatedEnv
 from maviper.worlds.stated.written import episodes
 from tests.support.flows import PENDULUM
 from tests.support.system_cases import policy, team

@@ -7,7 +7,7 @@ from codegen.errors import ExitCode
 from codegen.ir import EntitySpec
 from codegen.policy_json import dumps
 from maviper.cli.main import run as command
-from maviper.worlds.stated.systems import StatedEnv
+from maviper.worlds.stated.environment import StatedEnv
 from tests.support.heater import CASES, HEAD, read
 from tests.support.system_cases import policy, team
 

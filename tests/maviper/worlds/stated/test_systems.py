@@ -11,7 +11,8 @@ from maviper.cli import main
 from maviper.worlds import find
 from maviper.worlds.checking import Mark, check, new, usable
 from maviper.worlds.stated.deviation import deviation
-from maviper.worlds.stated.systems import StatedEnv, box, start
+from maviper.worlds.stated.environment import StatedEnv
+from maviper.worlds.stated.systems import box, start
 from maviper.worlds.stated.systems import read as read_world
 from tests.support.systems import CART, CURVED, MOUNTAIN
 from verify.systems.files import statement_of

@@ -1,0 +1,138 @@
+"""A world that a file states, in play, as a PettingZoo environment.
+
+Does: draws starts and errors by a seed; steps by the rules as they are written, in float64; shows what agents observe.
+Assumes: a checked file (verify/systems).
+Does not: read files (systems.py).
+
+An episode ends where the statement ends: after its steps, or where the state leaves the ranges of the variables.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from pettingzoo import ParallelEnv  # pyright: ignore[reportMissingTypeStubs]
+
+from codegen.ir import FeatureSpec
+from maviper.worlds.stated.systems import Floats, Moving, drawn, start
+from verify.systems.language.expressions import function
+from verify.systems.observing import measured, nearest
+from verify.systems.system import Affine, Feature, Measure
+
+if TYPE_CHECKING:
+    from gymnasium.spaces import Box, Discrete
+
+    from verify.systems.statement import Statement
+
+
+class StatedEnv(ParallelEnv[str, Any, Any]):
+    """A statement in play. It says about itself what `maviper.worlds.outside.pettingzoo` reads."""
+
+    plays_here = True
+
+    def __init__(self, statement: Statement, text: str) -> None:
+        from gymnasium.spaces import Box, Discrete
+
+        self.statement, self.metadata = statement, {"name": text}
+        self.possible_agents = [agent.name for agent in statement.agents]
+        self.agents: list[str] = []
+        self.max_cycles = statement.system.steps
+        self.state: Floats = {}
+        self._moving = Moving(statement)
+        self._rewards = {agent.name: function(agent.reward) for agent in statement.agents}
+        self.teams: dict[str, tuple[str, ...]] = {}
+        for agent in statement.agents:
+            self.teams[agent.team] = (*self.teams.get(agent.team, ()), agent.name)
+        self.action_names = {agent.name: tuple(agent.actions) for agent in statement.agents}
+        self.features = {name: _specs(statement, name) for name in self.possible_agents}
+        ends = {
+            name: np.array([(each.low, each.high) for each in of], np.float32) for name, of in self.features.items()
+        }
+        self._boxes = {name: Box(found[:, 0], found[:, 1]) for name, found in ends.items()}
+        self._choices = {name: Discrete(len(names)) for name, names in self.action_names.items()}
+        self._rng = np.random.default_rng()
+        self._steps = 0
+
+    def observation_space(self, agent: str) -> Box:
+        """The ranges of the agent's features, [n_features] float32."""
+        return self._boxes[agent]
+
+    def action_space(self, agent: str) -> Discrete:
+        """The agent's actions, in the order of the file."""
+        return self._choices[agent]
+
+    def reset(self, seed: int | None = None, options: Mapping[str, Any] | None = None) -> tuple[dict[str, Any], Any]:
+        """Draws a start."""
+        del options
+        if seed is not None:
+            self._rng = np.random.default_rng(seed)
+        self.state, self._steps = start(self.statement, self._rng), 0
+        self.agents = list(self.possible_agents)
+        infos: dict[str, dict[str, Any]] = {agent: {} for agent in self.agents}
+        return self._seen(), infos
+
+    def step(  # pyright: ignore[reportIncompatibleMethodOverride]
+        self, actions: Mapping[str, int]
+    ) -> tuple[dict[str, Any], ...]:
+        """One step: observations, rewards, terminations, truncations and infos."""
+        acted = self.agents
+        chosen = {agent: self.action_names[agent][actions[agent]] for agent in acted}
+        rule = drawn(self._moving.rules(self.state), self._rng)
+        after = rule.moved(self.state, chosen)
+        for name, (low, high) in rule.error.items():
+            after[name] += self._rng.uniform(low, high)
+        left = not self._moving.rules(after)
+        self.state = self._moving.clipped(after)  # pyright: ignore[reportIncompatibleMethodOverride]
+        self._steps += 1
+        cut = not left and self._steps >= self.max_cycles
+        rewards = {agent: paid(self.state) for agent, paid in self._rewards.items()}
+        if left or cut:
+            self.agents = []
+        infos: dict[str, dict[str, Any]] = {agent: {} for agent in acted}
+        return self._seen(), rewards, dict.fromkeys(acted, left), dict.fromkeys(acted, cut), infos
+
+    def _seen(self) -> dict[str, Any]:
+        exact = {name: Fraction(number) for name, number in self.state.items()}
+        features = self.statement.system.features
+        return {
+            agent: np.array([self._of(feature, exact) for feature in features[agent].values()], np.float32)
+            for agent in self.possible_agents
+        }
+
+    def _of(self, feature: Feature, exact: Mapping[str, Fraction]) -> np.float32:
+        match feature:
+            case Feature(Affine(((name, factor),), constant), Measure.VALUE) if factor == 1 and not constant:
+                return np.float32(self.state[name])  # the same in less time
+            case _:
+                return nearest(measured(feature, exact))
+
+
+def _specs(statement: Statement, agent: str) -> list[FeatureSpec]:
+    features = statement.system.features[agent]
+    return [_spec(name, feature, statement) for name, feature in features.items()]
+
+
+def _spec(name: str, feature: Feature, statement: Statement) -> FeatureSpec:
+    """A feature as profiles hold it, without a meaning: coordinates of profiles are places and velocities."""
+    ranges = {each.name: each.range for each in statement.system.variables}
+    units = {each.name: each.unit for each in statement.system.variables}
+    low = high = feature.form.constant
+    for variable, factor in feature.form.terms:
+        ends = [factor * end for end in ranges[variable]]
+        low, high = low + min(ends), high + max(ends)
+    match feature.measure:
+        case Measure.SIGN:
+            low, high = Fraction(-1), Fraction(1)
+        case Measure.POSITIVE | Measure.EQUALS:
+            low, high = Fraction(0), Fraction(1)
+        case Measure.CLIP:
+            assert feature.bounds is not None
+            low, high = (min(max(end, feature.bounds[0]), feature.bounds[1]) for end in (low, high))
+        case Measure.VALUE:
+            pass
+    only = {units[variable] for variable, _ in feature.form.terms}
+    unit = only.pop() if len(only) == 1 and feature.measure in (Measure.VALUE, Measure.CLIP) else "1"
+    return FeatureSpec(name, "none" if unit == "1" else unit, float(low), float(high), None)
