@@ -90,7 +90,8 @@ class LeafCells:
         for column, ends, up_to, down_to in self._ends:
             high = np.searchsorted(ends, rows.high[:, column])
             low = np.searchsorted(ends, rows.low[:, column], "right")
-            both = up_to.take(np.minimum(low, high), axis=0) & down_to.take(high, axis=0)  # a point on an end lies in the leaf below it
+            first = np.minimum(low, high)  # a point on an end lies in the leaf below it
+            both = up_to.take(first, axis=0) & down_to.take(high, axis=0)
             common = both if common is None else common & both
         assert common is not None
         flags = np.unpackbits(common.view(np.uint8), axis=1, count=len(self._action), bitorder="little")
