@@ -40,7 +40,7 @@ SWITCHES = ("velocity", "shuffled")
 
 def _stated(file: str) -> Callable[..., Any]:
     """What makes the environment of a world file. What it needs is imported where a name asks for it."""
-    from maviper.worlds.stated.systems import stated
+    from maviper.worlds.stated.environment import stated
 
     return stated(file)
 

@@ -2,22 +2,24 @@
 
 Does: draws starts and errors by a seed; steps by the rules as they are written, in float64; shows what agents observe.
 Assumes: a checked file (verify/systems).
-Does not: read files (systems.py).
+Does not: load with what only proves: PettingZoo takes long to load.
 
 An episode ends where the statement ends: after its steps, or where the state leaves the ranges of the variables.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from fractions import Fraction
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from pettingzoo import ParallelEnv  # pyright: ignore[reportMissingTypeStubs]
 
+from codegen.errors import InputError
 from codegen.ir import FeatureSpec
-from maviper.worlds.stated.systems import Floats, Moving, drawn, start
+from maviper.worlds.stated.systems import Floats, Moving, drawn, read, start
 from verify.systems.language.expressions import function
 from verify.systems.observing import measured, nearest
 from verify.systems.system import Affine, Feature, Measure
@@ -26,6 +28,21 @@ if TYPE_CHECKING:
     from gymnasium.spaces import Box, Discrete
 
     from verify.systems.statement import Statement
+
+
+def stated(path: str) -> Callable[[], StatedEnv]:
+    """What makes the environment of a file."""
+    return partial(_made, path)
+
+
+def _made(path: str) -> StatedEnv:
+    found = read(path)
+    if not found.moves:
+        raise InputError("the file does not say how the state moves", path, "add [dynamics.next]")
+    if found.gives:
+        what = f"{', '.join(found.gives)} gives numbers, and play of a world file takes actions"
+        raise InputError(what, path, "`maviper verify`, `maviper check` and `maviper replay` take such a file")
+    return StatedEnv(found, path)
 
 
 class StatedEnv(ParallelEnv[str, Any, Any]):

@@ -7,9 +7,8 @@ Does not: play (environment.py), or prove. Proofs are about exact numbers; here 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -24,7 +23,6 @@ from verify.systems.language.expressions import function
 from verify.systems.system import Interval
 
 if TYPE_CHECKING:
-    from maviper.worlds.stated.environment import StatedEnv
     from verify.systems.statement import Rule, Statement
 
 DRAWS, TRIES = 1_000, 100  # of starts at once, until one lies in the start region
@@ -55,23 +53,6 @@ def file_of(world: str | Path) -> Path:
         )
         raise InputError(what, f"--world {name}", advice)
     return Path(name)
-
-
-def stated(path: str) -> Callable[[], StatedEnv]:
-    """What makes the environment of a file."""
-    return partial(_made, path)
-
-
-def _made(path: str) -> StatedEnv:
-    from maviper.worlds.stated.environment import StatedEnv  # PettingZoo takes long to load, and proofs do without
-
-    found = read(path)
-    if not found.moves:
-        raise InputError("the file does not say how the state moves", path, "add [dynamics.next]")
-    if found.gives:
-        what = f"{', '.join(found.gives)} gives numbers, and play of a world file takes actions"
-        raise InputError(what, path, "`maviper verify`, `maviper check` and `maviper replay` take such a file")
-    return StatedEnv(found, path)
 
 
 class MovingRule:
