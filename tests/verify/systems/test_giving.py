@@ -9,33 +9,17 @@ import pytest
 
 from codegen import ir
 from codegen.errors import InputError
-from codegen.sums import DOUBLE_SUMS, FLOAT32_STEPS, FLOAT64_SUMS, Sum
+from codegen.sums import DOUBLE_SUMS, FLOAT32_STEPS, FLOAT64_SUMS
 from tests.support import summed
+from tests.support.giving import VARIABLES, tree, world
 from verify.systems.files import statement_of
 from verify.systems.given import agents as giving
 from verify.systems.given.played import as_played, with_roundings
 from verify.systems.language.expressions import affine
 from verify.systems.observing import chosen, observed
 
-VARIABLES = ("p", "q", "r")
-FEATURES = ("p - 2*q", "0.1*r + 0.3", "q", "p + q - r", "3*p - 0.7")  # of the five features of random agents
 FEW, MANY = 2, 120  # trees a kind
 STATES = 40
-
-
-def world(outputs=0, actions=("left", "stay", "right"), more=""):
-    acting = (
-        "[agents.agent_0.outputs]\n" + "".join(f'u{place} = "N"\n' for place in range(outputs))
-        if outputs
-        else "[agents.agent_0.actions]\n" + "".join(f"{name} = {{ push = 0 }}\n" for name in actions)
-    )
-    features = "".join(f'x{place} = "{text}"\n' for place, text in enumerate(FEATURES))
-    variables = "".join(f"{name} = {{ range = [-3, 3] }}\n" for name in VARIABLES)
-    start = ", ".join(f"{name} = [-1, 1]" for name in VARIABLES)
-    rules = "".join(f'{name} = "{name}"\n' for name in VARIABLES)
-    dynamics = "" if outputs else f"[dynamics.next]\n{rules}"
-    head = f'name = "w"\nsteps = 3\n[variables]\n{variables}[agents.agent_0.features]\n{features}{acting}'
-    return f"{head}[start]\nbox = {{ {start} }}\n{dynamics}{more}"
 
 
 def states(statement, policy, rng):
@@ -86,22 +70,6 @@ def alike(policy, seed):
         given = [affine(agent.actions[action.name][f"agent_0.{each.name}"]).at(full) for each in policy.outputs]
         assert given == [Fraction(value) for value in real]
     return len(asked)
-
-
-def tree(seed, arithmetic, outputs, gives=None, bounded=True):
-    """A random tree whose numbers are of a size at which roundings have bounds."""
-    drawn = summed.policy(seed, arithmetic, outputs=outputs, gives=gives, bounded=bounded)
-
-    def tame(each):
-        return Sum(tuple((weight if 2.0**-20 < abs(weight) < 2.0**20 else 0.5, place) for weight, place in each.terms))
-
-    made = drawn.tree
-    named = {"sums": tuple(map(tame, made.sums)), "vectors": tuple(tuple(map(tame, each)) for each in made.vectors)}
-    arrays = (made.feature, made.threshold, made.left, made.right, made.action)
-    kept = {name: getattr(made, name) for name in ("numbers", "arithmetic", "gives")}
-    return ir.AgentPolicy(
-        "agent_0", "team", drawn.features, drawn.actions, ir.Tree(*arrays, **kept, **named), outputs=drawn.outputs
-    )
 
 
 KINDS = [
