@@ -50,7 +50,7 @@ def compile_verb(
     ordered.
 
     The target monitor adds code that says, at run time, whether a state is one for which the claim of --certificate is
-    proved.
+    proved. Of trees with sums or outputs nothing is proved: their monitor watches ranges, without a certificate.
 
     Passes make the trees smaller or faster. Each pass is proved to change no decision. For drop, this holds within the
     region.
