@@ -103,7 +103,9 @@ def find_episode_claim(name: str, profile: PolicyProfile, team: str | None = Non
     if name not in EPISODE_CLAIMS:
         raise UnknownNameError("property", name, EPISODE_CLAIMS)
     kind = EPISODE_CLAIMS[name]
-    listed = {key: tuple(cast("Sequence[str]", value)) for key, value in given.items() if key in LISTS and value}
+    listed = {
+        key: tuple(cast("Sequence[str]", value)) for key, value in given.items() if key in LISTS and value is not None
+    }
     given |= listed
     given = {key: value for key, value in given.items() if value not in (None, ())}
     check_read(name, tuple(given), readable(name))
