@@ -71,7 +71,7 @@ def plot(found, path):
     import matplotlib
 
     matplotlib.use("svg")
-    matplotlib.rcParams["svg.hashsalt"] = "growth"
+    matplotlib.rcParams |= {"svg.hashsalt": "growth", "svg.fonttype": "none"}  # letters, not their outlines
     from matplotlib import pyplot
 
     figure, axes = pyplot.subplots(figsize=(6, 4))
