@@ -18,7 +18,7 @@ import numpy as np
 
 from codegen.errors import InputError
 from codegen.floats import round_down
-from codegen.ir import NO_FEATURE, AgentPolicy, Float64, Floats, Int32, Tree
+from codegen.ir import NO_FEATURE, ActionSpec, AgentPolicy, Float64, Floats, Int32, Tree
 from codegen.paths import box_of, in_preorder, leaves_below
 from verify.checker.thresholds import sides
 from verify.claims.decisions import DecisionClaim
@@ -91,6 +91,19 @@ def guard(question: DecisionQuestion, post: Post, seen: Seen, max_levels: int | 
     return _Grid(question, post, seen).cheapest(max_levels)
 
 
+class _Action(NamedTuple):
+    """An action: its effect, and the push along one axis alone by which it may close."""
+
+    number: int
+    effect: tuple[float, float]
+    pushed: tuple[float, float]
+
+    @classmethod
+    def of(cls, number: int, action: ActionSpec) -> "_Action":
+        effect = action.effect or (0.0, 0.0)
+        return cls(number, effect, effect if 0 in effect else (0.0, 0.0))
+
+
 class _Grid:
     """The offsets to one landmark that reach a node, cut where closing or being near begins and ends."""
 
@@ -120,6 +133,8 @@ class _Grid:
             int(action): self._counted(seen.rows[here & (acted == action)], seen.weight[here & (acted == action)])[0]
             for action in np.unique(policy.tree.action[below])
         }
+        actions = [_Action.of(number, action) for number, action in enumerate(policy.actions)]
+        self._actions = sorted(actions, key=lambda action: action.number not in self._kept)  # those taken there first
 
     def cheapest(self, max_levels: int | None) -> Guard | None:
         """See `guard`."""
@@ -142,37 +157,36 @@ class _Grid:
         return self._known[cells, levels]
 
     def _leaves(self, cells: "_Cells") -> "Iterator[tuple[GuardCost, _Node]]":
+        safe = [action for action in self._actions if self._safe(action.pushed, cells)]
+        if not safe:
+            return
         x0, x1, y0, y1 = cells
         weight, *sums = (float(table[x0:x1, y0:y1].sum()) for table in (self._weights, *self._sums))
-        for action in sorted(range(len(self._policy.actions)), key=lambda action: (action not in self._kept, action)):
-            if self._safe(action, cells):
-                effect = self._policy.actions[action].effect or (0.0, 0.0)
-                ahead = sum(part * total for part, total in zip(effect, sums, strict=True))
-                kept = float(self._kept[action][x0:x1, y0:y1].sum()) if action in self._kept else 0.0
-                yield GuardCost(weight - kept, -ahead), action
+        for action in safe:
+            ahead = sum(part * total for part, total in zip(action.effect, sums, strict=True))
+            kept = float(self._kept[action.number][x0:x1, y0:y1].sum()) if action.number in self._kept else 0.0
+            yield GuardCost(weight - kept, -ahead), action.number
 
     def _splits(self, cells: "_Cells", levels: int) -> "Iterator[tuple[GuardCost, _Node]]":
         if not levels:
             return
         x0, x1, y0, y1 = cells
+        further = levels - 1 if levels > 0 else levels
         cuts = [(0, cut, (x0, cut, y0, y1), (cut, x1, y0, y1)) for cut in range(x0 + 1, x1)]
         cuts += [(1, cut, (x0, x1, y0, cut), (x0, x1, cut, y1)) for cut in range(y0 + 1, y1)]
         for axis, cut, below, above in cuts:
-            left = self._best(below, levels - 1 if levels > 0 else levels)
-            right = self._best(above, levels - 1 if levels > 0 else levels)
+            left = self._best(below, further)
+            right = self._best(above, further) if left is not None else None
             if left is not None and right is not None:
                 test = self._features[axis], self._lines[axis][cut - 1]
                 yield left[0] + right[0] + GuardCost(PRICE, 0.0), (*test, left[1], right[1])
 
-    def _safe(self, action: int, cells: "_Cells") -> bool:
-        """Whether the action keeps the agent engaged in all of a rectangle."""
-        effect = self._policy.actions[action].effect or (0.0, 0.0)
-        pushed = effect if 0 in effect else (0.0, 0.0)
-        sides = [self._side(axis, cells[2 * axis : 2 * axis + 2], pushed[axis]) for axis in (0, 1)]
-        found = [side for side in sides if side is not None]
-        if len(found) < len(sides):
+    def _safe(self, pushed: tuple[float, float], cells: "_Cells") -> bool:
+        """Whether an action that pushes so keeps the agent engaged in all of a rectangle."""
+        on_x, on_y = self._side(0, cells[:2], pushed[0]), self._side(1, cells[2:], pushed[1])
+        if on_x is None or on_y is None:
             return True  # no state of the region is there
-        return any(closes for closes, _ in found) or all(near for _, near in found)
+        return on_x[0] or on_y[0] or (on_x[1] and on_y[1])
 
     def _side(self, axis: int, span: tuple[int, ...], push: float) -> tuple[bool, bool] | None:
         """Of one side of a rectangle: whether the push closes in all of it, and whether all where it does not is
