@@ -45,6 +45,17 @@ def deviation(statement: Statement, steps: int | None = None) -> Deviation:
     steps = STEPS if steps is None else steps
     reference, moving = Reference(statement), Moving(statement)
     so_far = Deviation(placed=reference.placeable)
+    with reference.kept_quiet():
+        _play(reference, moving, so_far, steps)
+    if not so_far.steps:
+        began = f"{so_far.outside} steps of {statement.system.reference} began"
+        what = f"nothing was measured: {began} where nothing is stated"
+        raise InputError(what, statement.system.name, "widen the ranges to where its episodes lead")
+    return so_far
+
+
+def _play(reference: Reference, moving: Moving, so_far: Deviation, steps: int) -> None:
+    """Plays so many steps, each compared."""
     rng = np.random.default_rng(SEED)
     while so_far.steps + so_far.outside < steps:
         tell(so_far.steps + so_far.outside, steps, "steps of the reference compared")
@@ -60,11 +71,6 @@ def deviation(statement: Statement, steps: int | None = None) -> Deviation:
             if not moving.within(after):
                 break
             before = after
-    if not so_far.steps:
-        began = f"{so_far.outside} steps of {statement.system.reference} began"
-        what = f"nothing was measured: {began} where nothing is stated"
-        raise InputError(what, statement.system.name, "widen the ranges to where its episodes lead")
-    return so_far
 
 
 def _compared(moving: Moving, found: Deviation, before: Floats, actions: Mapping[str, str], after: Floats) -> None:

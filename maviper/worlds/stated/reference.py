@@ -7,8 +7,8 @@ Does not: compare (deviation.py).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from typing import Any, cast
 
 import numpy as np
@@ -18,6 +18,7 @@ from codegen.ir import Float32
 from codegen.wording import counted
 from maviper.worlds.outside.making import import_maker, make_environment
 from maviper.worlds.outside.processes import Copy
+from maviper.worlds.outside.silence import output_aside
 from maviper.worlds.outside.sources import GYMNASIUM, fault, named_by_user, parse_source
 from maviper.worlds.stated.systems import Floats
 from verify.systems.statement import Statement
@@ -40,6 +41,7 @@ class Reference:
             raise InputError("the reference is no environment that can be played", self._where, advice)
         source = parse_source(self._where)
         self._copy = Copy(make_environment(import_maker(source), source), source)
+        self._ask = self._copy.ask
         self.actions = {agent.name: tuple(agent.actions) for agent in statement.agents}
         self._names = [each.name for each in statement.system.variables]
         self._ensure_agents()
@@ -64,9 +66,19 @@ class Reference:
         at = self.state()
         return not callable(getattr(self._holder(), self._statement.state)) and self.place(at)
 
+    @contextmanager
+    def kept_quiet(self) -> Generator[None]:
+        """What it prints meanwhile goes to standard error: to see to that at each step takes as long as a small one."""
+        with output_aside():
+            self._ask = self._copy.answer
+            try:
+                yield
+            finally:
+                self._ask = self._copy.ask
+
     def reset(self, seed: int) -> None:
         """Starts an episode as the environment does."""
-        self._observations, self.playing = self._copy.ask("reset", seed).observations, True
+        self._observations, self.playing = self._ask("reset", seed).observations, True
 
     def place(self, state: Floats) -> bool:
         """Puts the environment, which was reset, into a state; whether it took that. What agents observe follows with
@@ -81,7 +93,7 @@ class Reference:
     def step(self, actions: Mapping[str, str]) -> None:
         """One step, for a joint action by names."""
         chosen = [names.index(actions[agent]) for agent, names in self.actions.items()]
-        outcome = self._copy.ask("step", chosen)
+        outcome = self._ask("step", chosen)
         self._observations, self.playing = outcome.observations, not all(outcome.done)
 
     def state(self) -> Floats:
