@@ -6,6 +6,9 @@ Assumes: a checked profile, system and claims.
 Does not: prove: the checker makes the boxes again and says whether they do.
 
 What is tried, in which order, and how much each attempt may take depends on no budget. A budget only ends the search.
+
+Most boxes of a long list lie in another one of it. They are not dropped: cells join them anyway, so that it decides no
+claim that is open without it, and to look for them costs as much as to move them.
 """
 
 from __future__ import annotations
