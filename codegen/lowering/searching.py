@@ -8,6 +8,10 @@ Does not: know what is proved, or write text (codegen/targets/monitor.py).
 A state's cell is found by arithmetic alone, without a branch that could be guessed wrongly. Then the boxes of the cell
 are compared, with the very numbers of the proof: a wrong cell could refuse a state, and never vouch for one. Cells have
 the boxes next to them too, so that rounding never puts a state into a wrong one.
+
+Tried on the committed covers, which take 4 to 19 ns so: a tree of comparisons takes 15 to 97, since each waits for the
+one before; eight cuts at once, without a tree, leave twice as many boxes to compare; a third axis or four times the
+cells gain less than a tenth.
 """
 
 from __future__ import annotations
