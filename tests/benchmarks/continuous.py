@@ -2,12 +2,14 @@
 
     python -m tests.benchmarks.continuous --train FOLDER [GAME ...]
     python -m tests.benchmarks.continuous --experts FOLDER [GAME ...] [--leaves N] [--json]
+    python -m tests.benchmarks.continuous --navigation
 
 --train makes the experts by stable-baselines3, one file a game (`Pendulum-v1.zip`, ...), from seed 0, on one core.
 Otherwise each game's expert is extracted in several ways, and a row says what a tree returns over the same held-out
 episodes as the expert and random actions, its score (tree - random) / (expert - random) with the interval of a paired
 bootstrap, and its size in leaves and in numbers. The plain rows are what forty lines of scikit-learn give: a
 regressor of the expert's own episodes, and one that also plays (DAgger), with as many rounds and episodes as ours.
+--navigation asks what tests of sums do for numbered actions: D of the shipped expert's trees of 16 leaves.
 """
 
 import argparse
@@ -27,6 +29,7 @@ from maviper.episodes.play import Policies, play, points, rollout, tree_policies
 from maviper.evaluation import held_out
 from maviper.evaluation.crossplay import Uniform
 from maviper.experts import from_sb3
+from maviper.experts.finding import find_expert
 from maviper.extraction.algorithms import extract
 from maviper.extraction.settings import Settings
 from maviper.worlds import World, find
@@ -70,7 +73,6 @@ EPISODES = 200
 MISSING = (
     "Swimmer-v5 and BipedalWalker-v3: no expert is trained (Swimmer needs mujoco)",
     "mpe2's deception and spread with continuous actions: no expert with Gaussian actors",
-    "cooperative navigation with sums: see --splits sums; no row here yet",
 )
 
 
@@ -166,6 +168,36 @@ def measured(game: str, file: Path, leaves: int, ways: Sequence[str], seed: int)
     return rows
 
 
+NAVIGATION = {
+    "least_right": "0",
+    "weights": "equal",
+    "max_leaves": 16,
+    "max_depth": 9,
+    "iterations": 10,
+    "rollouts": 60,
+    "selection_episodes": 60,
+    "patience": 100,
+}
+
+
+def navigation() -> list[dict[str, Any]]:
+    """D of trees of 16 leaves in cooperative navigation, by what they test."""
+    held_out.EVALUATION_EPISODES = 400
+    expert, world = find_expert("cooperative-navigation")
+    figures: list[dict[str, Any]] = []
+    for splits in ("histogram", "differences", "sums"):
+        started = time.process_time()
+        profile = extract(world, expert, Settings.of({**NAVIGATION, "splits": splits}, world))
+        reached, sizes = profile.provenance.evaluation, [size(policy) for policy in profile.agents]
+        told = f"expert {float(reached['agents expert D']):.3f}, {sizes} numbers"
+        spent = time.process_time() - started
+        print(f"navigation, {splits}: D {float(reached['agents D']):.3f}, {told}, {spent:.0f} CPU s", flush=True)
+        name = f"navigation: D at 16 leaves, splits {splits}"
+        figures.append({"name": name, "value": float(reached["agents D"]), "reach": 0.8, "stretch": 0.7})
+        figures[-1]["better"] = "lower"
+    return figures
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("games", nargs="*", default=list(EXPERTS))
@@ -174,6 +206,7 @@ def main() -> None:
     parser.add_argument("--leaves", type=int)
     parser.add_argument("--ways", help="several with +", default="+".join((*WAYS, "plain imitation", "plain DAgger")))
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--navigation", action="store_true")
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
     held_out.EVALUATION_EPISODES = 10  # a profile's own figures are not asked for
@@ -181,7 +214,7 @@ def main() -> None:
         options.train.mkdir(exist_ok=True)
         for game in options.games:
             trained(game, options.train / f"{game}.zip", options.seed)
-    figures: list[dict[str, Any]] = []
+    figures = navigation() if options.navigation else list[dict[str, Any]]()
     for game in options.games if options.experts else ():
         file = options.experts / f"{game}.zip"
         if not file.exists():
