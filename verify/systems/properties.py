@@ -28,7 +28,7 @@ from verify.systems.given.formulas import named_inputs, of_actions
 from verify.systems.language.expressions import Number, names
 from verify.systems.language.parsing import Names
 from verify.systems.pieces import curved
-from verify.systems.regions import is_empty
+from verify.systems.regions import box_of, is_empty
 from verify.systems.statement import Statement
 from verify.systems.system import Polytope
 from verify.systems.values import ADVICE, as_list, as_table, count, flat, only, text
@@ -183,7 +183,9 @@ def _for_ever(claim: SystemClaim, table: Mapping[str, object], statement: Statem
     for place, region in enumerate(invariant):
         if is_empty(region):
             raise InputError("no state lies in this region", where / "invariant" / place, "remove it, or widen it")
-    return replace(claim, assuming=assuming, assumed=assumed, invariant=invariant)
+    roundings = box_of({each.variable: each.range for one in statement.acting.values() for each in one.roundings})
+    held = tuple((*region, *roundings) for region in invariant)  # an invariant bounds all that moves what it names
+    return replace(claim, assuming=assuming, assumed=assumed, invariant=held)
 
 
 def _steps(table: Mapping[str, object], pattern: Pattern, statement: Statement, where: Place) -> tuple[int, int]:

@@ -107,3 +107,27 @@ def test_it_is_proved_to_come_near_and_stay(tmp_path):
     assert [result["verdict"] for result in report["results"]] == ["PROVED", "PROVED", "VIOLATED"]
     for path in (tmp_path / "out").glob("certificate-*.json"):
         assert check_file(path).closed > 0
+
+
+# within it no control is at a bound, and the linear law of the controller leads back into it
+LASTING = """
+[[property]]
+label = "stays for ever"
+name = "always"
+region = { box = { x = [-1, 1], v = [-1, 1] } }
+invariant = { box = { x = [-1, 1], v = [-1, 1] }, where = [
+  "0.9053*x + 1.3561[s]*v <= 1[m]", "-0.9053*x - 1.3561[s]*v <= 1[m]",
+] }
+"""
+
+
+def test_it_is_proved_to_stay_for_ever(tmp_path):
+    """The region that is proposed bounds the roundings too, which nobody has to name."""
+    start, inside = "x = [-1, 1], v = [-0.5, 0.5]", "x = [-0.5, 0.5], v = [-0.2, 0.2]"
+    world = WORLD[: WORLD.index("[[property]]")].replace(start, inside)
+    (tmp_path / "cart.json").write_text(dumps(controller(2)[1]))
+    (tmp_path / "world.toml").write_text(world + LASTING)
+    asked = ["verify", str(tmp_path / "cart.json"), "--world", str(tmp_path / "world.toml"), "--max-boxes", "300000"]
+    assert main.run([*asked, "-o", str(tmp_path / "out")]) == 0
+    (path,) = (tmp_path / "out").glob("certificate-*.json")
+    assert check_file(path).closed > 0
