@@ -40,6 +40,7 @@ STARTS = {  # as they are specified
     "double_pendulum_less": dict.fromkeys(("th1", "th2", "w1", "w2"), ("1", "1.3")),
     "double_pendulum_more": dict.fromkeys(("th1", "th2", "w1", "w2"), ("1", "1.3")),
     "airplane": {f"x{number}": ("0", "1") if 4 <= number <= 9 else ("0", "0") for number in range(1, 13)},
+    "quad": {f"x{number}": ("-0.4", "0.4") if number <= 6 else ("0", "0") for number in range(1, 13)},
     "cart_pole": {
         "x1": ("-0.1", "0.1"),
         "x2": ("-0.05", "0.05"),
@@ -60,6 +61,7 @@ HORIZONS = {
     "double_pendulum_less": ("0.05", 20),
     "double_pendulum_more": ("0.02", 20),
     "airplane": ("0.1", 20),
+    "quad": ("0.1", 50),
     "cart_pole": ("0.02", 500),
 }
 RULES = {"double_pendulum_less": "double_pendulum", "double_pendulum_more": "double_pendulum"}

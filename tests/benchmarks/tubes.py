@@ -7,6 +7,7 @@ of the step among them. Episodes start at random and are integrated by scipy.
 """
 
 import argparse
+import re
 import sys
 from fractions import Fraction
 from pathlib import Path
@@ -122,6 +123,11 @@ def panel(axes, name):
     axes.tick_params(labelsize=7)
 
 
+def shortened(drawing):
+    """An SVG with points of lines to a tenth."""
+    return re.sub(r"(?m)^(L|M|<path d=\"M) .*$", lambda line: re.sub(r"(\d\.\d)\d+", r"\1", line[0]), drawing)
+
+
 def main():
     """Draws the questions that are asked for, or all."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -147,6 +153,7 @@ def main():
     )
     figure.tight_layout()
     figure.savefig(options.plot, metadata={"Date": None})
+    options.plot.write_text(shortened(options.plot.read_text()))
 
 
 if __name__ == "__main__":
