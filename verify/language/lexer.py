@@ -57,7 +57,7 @@ class Source:
     def unknown(self, kind: str, token: Token, known: Iterable[str]) -> InputError:
         """An error about a name that does not exist, likewise."""
         if token.text.endswith(PRIME):
-            return self.wrong(f"{token.text} is a next value, which is known of no such name here", token.place, NEXT)
+            return self.wrong(f"{token.text} is no next value that is known here", token.place, NEXT)
         return UnknownNameError(kind, token.text, known, self._shown(token.place))
 
     def _shown(self, place: int) -> str:

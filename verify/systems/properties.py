@@ -155,7 +155,7 @@ def _decides(
         bending = curves.found, statement.system.variables, cuts, where / "formula"
         stronger, _, enclosures = without_curves(stronger, *bending)
         _, weaker, _ = without_curves(weaker, *bending)
-    if stronger == weaker:
+    if stronger == weaker and not enclosures:  # else the checker shows what made them equal
         return replace(begun, formula=stronger)
     return replace(begun, formula=stronger, curved=CurvedClaim(replace(begun, formula=weaker), enclosures))
 

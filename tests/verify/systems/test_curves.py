@@ -95,7 +95,7 @@ def replaced(enclosure, **changes):
         ("sqrt(x) > 0.1", "", "sqrt of what may be below 0"),
         ("x*mode > 0.1", "", "mode is a mode, and no number"),
         ("x*v > 0.1[m]", "", "units do not fit"),
-        ("x' > 0.1", "", "a formula speaks of one state"),
+        ("x' > 0.1", "", "x' is no next value that is known here"),
         ("x*y > 0.1", "", "unknown name 'y'"),
     ],
 )
@@ -108,3 +108,9 @@ def test_the_words_of_a_claim_are_those_of_the_file():
     found, _ = claim("x*v > 0.1", 'label = "far"')
     assert found.written == found.curved.weaker.written == "x*v > 0.1" and found.curved.weaker.label == "far"
     assert replace(found, label="") == found
+
+
+def test_a_formula_that_enclosures_alone_decide_has_them_shown():
+    found, statement = claim("not (sqrt(x + 2) < 0.9)")
+    assert found.curved.enclosures and found.formula == found.curved.weaker.formula
+    assert ensure_curves(found.curved.enclosures, {one.name: one.range for one in statement.system.variables})

@@ -147,7 +147,7 @@ def test_formulas_say_what_steps_do(rules):
 @pytest.mark.parametrize(
     ("formula", "said"),
     [
-        ("x'*v <= 1", "linear"), ("y' <= 1", "no such name"), ("x'' <= 1", "cannot"),
+        ("x'*v <= 1", "linear"), ("y' <= 1", "is no next value"), ("x'' <= 1", "cannot"),
         ("v' <= 1[m]", "units do not fit"),
     ],
 )  # fmt: skip
