@@ -34,13 +34,13 @@ from maviper.extraction.algorithms import extract
 from maviper.extraction.settings import Settings
 from maviper.worlds import World, find
 
-PARTS = 6  # of a training, after each of which the expert is written
+PARTS = 4  # of a training, after each of which the expert is written
 # After rl-baselines3-zoo (hyperparams/sac.yml and ppo.yml), SAC with fewer steps; `steps` are environment steps.
 EXPERTS: dict[str, dict[str, Any]] = {
     "Pendulum-v1": {
         "algorithm": "SAC",
         "envs": 1,
-        "steps": 6_000,
+        "steps": 4_000,
         "net_arch": [64, 64],
         "settings": {"learning_rate": 1e-3, "gamma": 0.95},
     },
