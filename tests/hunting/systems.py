@@ -185,7 +185,7 @@ def answered(case, claim):
     """The result, by the door that a user takes where rules are curved."""
     if case.statement is None:
         return verify_system(question(case, claim), beside=False)
-    world = StatedWorld(case.profile, case.statement, (claim,), {}, {}, VerifyOptions(verdict_only=True))
+    world = StatedWorld(case.profile, case.profile, case.statement, (claim,), {}, {}, VerifyOptions(verdict_only=True))
     return world.answer(question(case, claim), beside=False)
 
 
