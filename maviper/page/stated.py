@@ -19,7 +19,7 @@ from maviper.episodes import measures
 from maviper.page.document import Told
 from maviper.page.games import Recorded
 from maviper.worlds.stated.certified import read_certificate
-from maviper.worlds.stated.systems import StatedEnv
+from maviper.worlds.stated.environment import StatedEnv
 from verify.result import Verdict
 
 OK, LEAVING, OUTSIDE, INVALID = WORDS

@@ -15,7 +15,7 @@ from maviper.page.page import page
 from maviper.page.results import proved_claim, with_proof
 from maviper.page.stated import words
 from maviper.worlds.stated.certified import read_certificate
-from maviper.worlds.stated.systems import StatedEnv
+from maviper.worlds.stated.environment import StatedEnv
 from tests.maviper.page.browsers import in_chromium, in_node
 from tests.support.monitors import LEAVING, OK, OUTSIDE, Twin, files
 from tests.support.pages import GENERATED, STATE, committed

@@ -83,15 +83,20 @@ def test_spaces_that_no_tree_can_act_in_are_refused(name, said):
     "command",
     [
         ["train", PENDULUM, "-o", "run"],
-        ["import", "tree.py", "--world", PENDULUM, "-o", "tree.json"],
         ["properties", "new", PENDULUM],
     ],
 )
 def test_commands_that_need_numbered_actions_say_so(command, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "tree.py").write_text("def act(x):\n    return 0 if x[0] <= 0.5 else 1\n")
     assert main.run(command) == 2
     assert "continuous actions" in capsys.readouterr().err
+
+
+def test_a_tree_of_actions_is_refused_in_a_game_of_numbers(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "tree.py").write_text("def act(x):\n    return 0 if x[0] <= 0.5 else 1\n")
+    assert main.run(["import", "tree.py", "--world", PENDULUM, "-o", "tree.json"]) == 2
+    assert "takes actions, and gives no numbers" in capsys.readouterr().err
 
 
 def test_likeness_is_nearness_in_parts_of_the_range():
