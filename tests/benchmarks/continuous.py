@@ -33,6 +33,7 @@ from maviper.experts.finding import find_expert
 from maviper.extraction.algorithms import extract
 from maviper.extraction.settings import Settings
 from maviper.worlds import World, find
+from tests.benchmarks import single_agent
 
 PARTS = 4  # of a training, after each of which the expert is written
 # After rl-baselines3-zoo (hyperparams/sac.yml and ppo.yml), SAC with fewer steps; `steps` are environment steps.
@@ -44,19 +45,7 @@ EXPERTS: dict[str, dict[str, Any]] = {
         "net_arch": [64, 64],
         "settings": {"learning_rate": 1e-3, "gamma": 0.95},
     },
-    "LunarLanderContinuous-v3": {
-        "algorithm": "PPO",
-        "envs": 16,
-        "steps": 1_000_000,
-        "settings": {
-            "n_steps": 1024,
-            "batch_size": 64,
-            "gae_lambda": 0.98,
-            "gamma": 0.999,
-            "n_epochs": 4,
-            "ent_coef": 0.01,
-        },
-    },
+    "LunarLanderContinuous-v3": single_agent.EXPERTS["LunarLander-v3"],
 }
 WANTED = {"Pendulum-v1": -170.0, "LunarLanderContinuous-v3": 250.0}  # of an expert, at least
 REACH = {"Pendulum-v1": (0.97, 1.0), "LunarLanderContinuous-v3": (0.92, 0.98)}
@@ -78,20 +67,11 @@ MISSING = (
 
 def trained(game: str, file: Path, seed: int = 0) -> None:
     """Trains a game's expert in parts, and writes it after each of them as stable-baselines3 does."""
-    import stable_baselines3
-    import torch
-    from stable_baselines3.common.env_util import make_vec_env
-
-    torch.set_num_threads(1)
-    recipe = EXPERTS[game]
-    kind = getattr(stable_baselines3, recipe["algorithm"])
-    env = make_vec_env(game, recipe["envs"], seed=seed)
-    policy = {"net_arch": recipe["net_arch"]} if "net_arch" in recipe else None
-    learner = kind("MlpPolicy", env, policy_kwargs=policy, device="cpu", seed=seed, **recipe["settings"])
+    found = single_agent.learner(game, EXPERTS[game], seed)
     for part in range(PARTS):
-        learner.learn(recipe["steps"] // PARTS, reset_num_timesteps=part == 0)
-        learner.save(file)
-        print(f"{game}: {learner.num_timesteps:,} steps", flush=True)
+        found.learn(EXPERTS[game]["steps"] // PARTS, reset_num_timesteps=part == 0)
+        found.save(file)
+        print(f"{game}: {found.num_timesteps:,} steps", flush=True)
 
 
 def plain(world: World, expert: Any, leaves: int, plays: bool) -> Any:

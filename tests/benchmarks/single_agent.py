@@ -14,7 +14,9 @@ import argparse
 import json
 import math
 import time
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -77,22 +79,26 @@ EXPERTS = {
 }
 
 
-def trained(game: str, file: Path, seed: int = 0) -> None:
-    """Trains a game's expert and writes it as stable-baselines3 does."""
+def learner(game: str, recipe: Mapping[str, Any], seed: int = 0) -> Any:
+    """A learner of stable-baselines3 by a recipe, on one core, that has not learned yet."""
     import stable_baselines3
     import torch
     from stable_baselines3.common.env_util import make_vec_env
 
     torch.set_num_threads(1)
-    recipe = EXPERTS[game]
     falling = {key: (lambda left, top=top: left * top) for key, top in recipe.get("linear", {}).items()}
     policy = {"net_arch": recipe["net_arch"]} if "net_arch" in recipe else None
     kind = getattr(stable_baselines3, recipe["algorithm"])
     env = make_vec_env(game, recipe["envs"], seed=seed)
     settings = recipe["settings"] | falling
-    learner = kind("MlpPolicy", env, policy_kwargs=policy, device="cpu", seed=seed, **settings)
-    learner.learn(recipe["steps"])
-    learner.save(file)
+    return kind("MlpPolicy", env, policy_kwargs=policy, device="cpu", seed=seed, **settings)
+
+
+def trained(game: str, file: Path, seed: int = 0) -> None:
+    """Trains a game's expert and writes it as stable-baselines3 does."""
+    found = learner(game, EXPERTS[game], seed)
+    found.learn(EXPERTS[game]["steps"])
+    found.save(file)
 
 
 # What is asked of VIPER: the leaves of the task, then how much it may play.

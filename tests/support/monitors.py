@@ -178,25 +178,28 @@ class TrackTwin:
 
 def asked_of_episodes(profile, start, count, seed):
     """Starts, what follows from them by random actions, and what does not quite: w, fresh, dt, start, actions."""
-    rng, twin, rows = np.random.default_rng(seed), TrackTwin(profile, start), []
+
+    def disturbed(rng, w, begins):
+        if begins and rng.random() < 0.1:
+            w[rng.integers(len(w))] = rng.choice([1.5, 1e-300, np.nan])
+        if not begins and rng.random() < 0.03:
+            w[rng.integers(len(w))] += rng.choice([2.0**-39, -(2.0**-39), 2.0**-42, 1e-3, np.inf])
+        return w
+
+    return asked_of(TrackTwin(profile, start), profile, start, count, seed, disturbed)
+
+
+def asked_of(twin, profile, start, count, seed, disturbed):
+    """Starts and what follows from them by random actions, as `disturbed(rng, state, whether it is a start)` has it."""
+    rng, rows = np.random.default_rng(seed), []
     size, names = len(twin.names), twin.names
     for _ in range(count):
         begun = int(twin.stays or rng.random() < 0.01)
         if begun:
             twin.start()
-        if twin.at == 0:
-            w = np.zeros(size)
-            for name, (low, high) in start.region.box.items():
-                w[names.index(name)] = rng.uniform(float(Fraction(low)), float(Fraction(high)))
-            goal = rng.choice(start.region.goals)
-            for axis in "xy":
-                w[names.index(f"goal.{axis}")] = w[names.index(f"{goal}.{axis}")]
-            if rng.random() < 0.1:
-                w[rng.integers(size)] = rng.choice([1.5, 1e-300, np.nan])
-        else:
-            w = twin.moved(twin.last, twin.acts)
-            if rng.random() < 0.03:
-                w[rng.integers(size)] += rng.choice([2.0**-39, -(2.0**-39), 2.0**-42, 1e-3, np.inf])
+        begins = twin.at == 0
+        w = _started(start.region, names, rng) if begins else twin.moved(twin.last, twin.acts)
+        w = disturbed(rng, w, begins)
         fresh = (rng.random(size) > 0.0005).astype(np.int32)
         dt = rng.choice([profile.world.dt, 0.0, np.nan, 9.0], p=[0.991, 0.003, 0.003, 0.003])
         twin.step(w, fresh, dt)
@@ -204,6 +207,16 @@ def asked_of_episodes(profile, start, count, seed):
         rows.append((w, fresh, dt, begun, twin.acts))
     w, fresh, dt, starts, acts = map(np.array, zip(*rows, strict=True))
     return w, fresh, dt, starts.astype(np.int32), acts.astype(np.int32)
+
+
+def _started(region, names, rng):
+    w = np.zeros(len(names))
+    for name, (low, high) in region.box.items():
+        w[names.index(name)] = rng.uniform(float(Fraction(low)), float(Fraction(high)))
+    goal = rng.choice(region.goals)
+    for axis in "xy":
+        w[names.index(f"goal.{axis}")] = w[names.index(f"{goal}.{axis}")]
+    return w
 
 
 def inside(spec, names, w):

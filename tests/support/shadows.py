@@ -5,7 +5,7 @@ from itertools import product
 
 import numpy as np
 
-from tests.support.monitors import INVALID, LEAVING, OK, OUTSIDE, TrackTwin
+from tests.support.monitors import INVALID, LEAVING, OK, OUTSIDE, TrackTwin, asked_of
 
 
 class ShadowTwin(TrackTwin):
@@ -58,28 +58,12 @@ class ShadowTwin(TrackTwin):
 
 def asked_of_shadows(profile, start, count, seed):
     """Noisy starts and what follows from them, pushes, sensors that fail: w, fresh, dt, start, actions."""
-    rng, twin, rows = np.random.default_rng(seed), ShadowTwin(profile, start), []
-    size, names = len(twin.names), twin.names
-    for _ in range(count):
-        begun = int(twin.stays or rng.random() < 0.01)
-        if begun:
-            twin.start()
-        if twin.at == 0:
-            w = np.zeros(size)
-            for name, (low, high) in start.region.box.items():
-                w[names.index(name)] = rng.uniform(float(Fraction(low)), float(Fraction(high)))
-            goal = rng.choice(start.region.goals)
-            for axis in "xy":
-                w[names.index(f"goal.{axis}")] = w[names.index(f"{goal}.{axis}")]
-        else:
-            w = twin.moved(twin.last, twin.acts)
+
+    def disturbed(rng, w, begins):
+        size = len(w)
         w = w + rng.uniform(-1.0, 1.0, size) * start.noise * rng.choice([0.0, 1.0, 1.9, 2.3], p=[0.2, 0.6, 0.18, 0.02])
         if rng.random() < 0.02:
             w[rng.integers(size)] += rng.choice([3.0 * start.noise, 1.5, np.nan, np.inf])
-        fresh = (rng.random(size) > 0.0005).astype(np.int32)
-        dt = rng.choice([profile.world.dt, 0.0, np.nan, 9.0], p=[0.991, 0.003, 0.003, 0.003])
-        twin.step(w, fresh, dt)
-        twin.acts = [int(rng.integers(len(policy.actions))) for policy in profile.agents]
-        rows.append((w, fresh, dt, begun, twin.acts))
-    w, fresh, dt, starts, acts = map(np.array, zip(*rows, strict=True))
-    return w, fresh, dt, starts.astype(np.int32), acts.astype(np.int32)
+        return w
+
+    return asked_of(ShadowTwin(profile, start), profile, start, count, seed, disturbed)

@@ -32,12 +32,9 @@ def made():
     return profile, proved.region, watched_by(profile, lower(profile), proved)
 
 
-@pytest.mark.compile
-def test_all_languages_say_what_follows(made, tmp_path):
-    profile, start, watched = made
-    texts = {**emit(profile, monitors.LANGUAGES), **monitor.emit(watched, monitors.LANGUAGES)}
-    rows = asked_of_episodes(profile, start, 1_200, 4)
-    twin, wanted = TrackTwin(profile, start), []
+def wanted_of(twin, rows, watched):
+    """What a monitor must say of each row, and the action that it must give to the first agent: all words occur."""
+    wanted = []
     for w, fresh, dt, begun, acts in zip(*rows, strict=True):
         if begun:
             twin.start()
@@ -46,7 +43,16 @@ def test_all_languages_say_what_follows(made, tmp_path):
     assert {OK, LEAVING, OUTSIDE, INVALID} == set(wanted) and wanted.count(OK) > 500
     given, rest = rows[4][:, 0].tolist(), watched.fallbacks[0].action
     acted = [act if word in (OK, LEAVING) else rest for act, word in zip(given, wanted, strict=True)]
-    monitors.ensure_said_by_all(texts, watched, tmp_path, rows, (wanted, acted))
+    return wanted, acted
+
+
+@pytest.mark.compile
+def test_all_languages_say_what_follows(made, tmp_path):
+    profile, start, watched = made
+    texts = {**emit(profile, monitors.LANGUAGES), **monitor.emit(watched, monitors.LANGUAGES)}
+    rows = asked_of_episodes(profile, start, 1_200, 4)
+    said = wanted_of(TrackTwin(profile, start), rows, watched)
+    monitors.ensure_said_by_all(texts, watched, tmp_path, rows, said)
 
 
 @pytest.mark.compile
@@ -57,16 +63,8 @@ def test_all_languages_follow_the_episode_that_noisy_numbers_are_near(languages,
     watched = watch_start(profile, lower(profile), start, "0" * 64, "nothing, but in a test")
     texts = {**emit(profile, languages), **monitor.emit(watched, languages)}
     rows = asked_of_shadows(profile, start, 1_200, 4)
-    twin, wanted = ShadowTwin(profile, start), []
-    for w, fresh, dt, begun, acts in zip(*rows, strict=True):
-        if begun:
-            twin.start()
-        wanted.append(twin.step(w, fresh, dt))
-        twin.acts = acts.tolist()
-    assert {OK, LEAVING, OUTSIDE, INVALID} == set(wanted) and wanted.count(OK) > 500
-    given, rest = rows[4][:, 0].tolist(), watched.fallbacks[0].action
-    acted = [act if word in (OK, LEAVING) else rest for act, word in zip(given, wanted, strict=True)]
-    monitors.ensure_said_by_all(texts, watched, tmp_path, rows, (wanted, acted), languages)
+    said = wanted_of(ShadowTwin(profile, start), rows, watched)
+    monitors.ensure_said_by_all(texts, watched, tmp_path, rows, said, languages)
 
 
 def test_noise_is_for_episodes_and_a_small_number(made):

@@ -14,15 +14,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
+from functools import partial
 from itertools import product
 from math import prod
 
 from codegen.errors import InputError
 from codegen.ir import AgentPolicy
-from verify.claims.formula import Acts, And, Formula, Linear, Not, Or, atoms, below, conjunction, disjunction, negated
+from verify.claims.formula import Acts, Formula, Linear, atoms, conjunction, disjunction, negated
 from verify.claims.formula import normal as pushed
 from verify.language.lexer import PRIME
 from verify.systems.claims import atom
+from verify.systems.curves.formulas import beyond, with_comparisons
 from verify.systems.system import Affine, HalfSpace, Interval, Piece, Variable
 
 MAX_PARTS = 20_000  # of a formula: pieces times joint actions
@@ -92,12 +94,7 @@ def _after(piece: Piece, name: str, actions: Action) -> Affine:
 
 def _beyond(piece: Piece) -> Formula:
     """That a state is none of a piece."""
-    sides = [(name, *bounds) for name, bounds in piece.where.items()]
-    return disjunction(
-        *(below({name: 1}, low, strict=True) for name, low, _ in sides),
-        *(below({name: -1}, -high, strict=True) for name, _, high in sides),
-        *(negated(atom(half)) for half in piece.when),
-    )
+    return disjunction(beyond(piece.where), *(negated(atom(half)) for half in piece.when))
 
 
 def _implied(
@@ -114,18 +111,7 @@ def _implied(
 
 def _put(formula: Formula, after: Mapping[str, Affine], errors: Mapping[str, Interval], worst: Worst) -> Formula:
     """A formula whose negations stand before actions alone, with forms in place of next values."""
-    match formula:
-        case Linear():
-            return _compared(formula, after, errors, worst)
-        case And(parts):
-            return conjunction(*(_put(part, after, errors, worst) for part in parts))
-        case Or(parts):
-            return disjunction(*(_put(part, after, errors, worst) for part in parts))
-        case Not(part):
-            assert not isinstance(part, Linear)
-            return formula
-        case _:
-            return formula
+    return with_comparisons(formula, partial(_compared, after=after, errors=errors, worst=worst))
 
 
 def _compared(one: Linear, after: Mapping[str, Affine], errors: Mapping[str, Interval], worst: Worst) -> Formula:

@@ -13,8 +13,9 @@ sides cannot meet in a cell are true or false there.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
+from functools import partial
 from itertools import pairwise, product
 from math import prod
 
@@ -60,9 +61,10 @@ def without_curves(
             if key not in found:
                 found[key] = CurveOverCell(expression, own, *enclosed(expression, over, where))
             known[name] = found[key]
-        for parts, worst in zip(both, (max, min), strict=True):
-            held = _settled(stated, known, worst is max, {**ranges, **cell})
-            parts.append(disjunction(_beyond(cell), held))
+        box = {**ranges, **cell}
+        for parts, stronger in zip(both, (True, False), strict=True):
+            held = with_comparisons(stated, partial(_compared, known=known, stronger=stronger, box=box))
+            parts.append(disjunction(beyond(cell), held))
     return conjunction(*both[0]), conjunction(*both[1]), tuple(found.values())
 
 
@@ -71,7 +73,7 @@ def _parts(bounds: Interval, count: int) -> list[Interval]:
     return list(pairwise(low + (high - low) * k / count for k in range(count + 1)))
 
 
-def _beyond(cell: Box) -> Formula:
+def beyond(cell: Box) -> Formula:
     """That a state lies outside a cell."""
     sides = [(name, low, high) for name, (low, high) in cell.items()]
     return disjunction(
@@ -80,15 +82,15 @@ def _beyond(cell: Box) -> Formula:
     )
 
 
-def _settled(formula: Formula, known: Mapping[str, CurveOverCell], stronger: bool, box: Box) -> Formula:
-    """A formula whose negations stand before actions alone, in a cell."""
+def with_comparisons(formula: Formula, change: Callable[[Linear], Formula]) -> Formula:
+    """A formula whose negations stand before actions alone, with something else in place of each comparison."""
     match formula:
         case Linear():
-            return _compared(formula, known, stronger, box)
+            return change(formula)
         case And(parts):
-            return conjunction(*(_settled(part, known, stronger, box) for part in parts))
+            return conjunction(*(with_comparisons(part, change) for part in parts))
         case Or(parts):
-            return disjunction(*(_settled(part, known, stronger, box) for part in parts))
+            return disjunction(*(with_comparisons(part, change) for part in parts))
         case Not(part):
             assert not isinstance(part, Linear)
             return formula
