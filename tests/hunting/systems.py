@@ -37,7 +37,7 @@ from verify.verdicts.systems import verify_system
 
 BUDGETS = Budgets(max_boxes=150_000, samples=512)
 EPISODES = 1_000
-NEAR = (Fraction(98, 100), Fraction(102, 100))
+NEAR, BEYOND = Fraction(2, 100), 0.6  # of the sampled extreme; the share of close claims that lie beyond it
 LONG, BENT = 30, 6  # steps of a claim for ever in which the judge looks; where squares double the digits each time
 SECOND = 32  # of so many questions one is asked of the solver too
 
@@ -133,10 +133,11 @@ def for_ever(rng, case):
 def near(rng, case, claim, episodes):
     """The claim that a sum stays below a bound close to what was sampled; None where nothing was."""
     total = random_systems.affine(rng, numbers(case.system), [Fraction(0)])
-    found = episodes.most(plain(documents._affine(total)), claim.by)
-    if found is None or not 2.0**-10 < abs(found) < 2.0**40:
+    sampled = episodes.most(plain(documents._affine(total)), claim.by)
+    if sampled is None or not 2.0**-10 < abs(sampled) < 2.0**40:
         return None
-    end = Fraction(found).limit_denominator(1 << 20) * NEAR[int(rng.integers(2))]
+    extreme = Fraction(sampled).limit_denominator(1 << 20)
+    end = extreme + abs(extreme) * (NEAR if rng.random() < BEYOND else -NEAR)
     region = (HalfSpace(Affine.of(dict(total.terms), -end)),)
     pattern = claim.pattern if claim.says.ever else Pattern.STAYS_IN
     return replace(claim, pattern=pattern, regions=(region,), by=claim.by if claim.says.ever else 0, assuming=())
