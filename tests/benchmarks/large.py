@@ -11,8 +11,6 @@ two gigabytes. Trees: fixed roles under fitted splits (held), and full trees wit
 
 import argparse
 import json
-import os
-import resource
 import shutil
 import subprocess
 import sys
@@ -142,15 +140,22 @@ def ran(profile: PolicyProfile, verb: str, *more: str) -> Ended:
         return spent([verb, str(path), *more])
 
 
+# A process counts the memory of the one that it came from, and this benchmark grows: so a small one stands between.
+SPENDING = """
+import os, resource, subprocess, sys
+limit, *words = sys.argv[1:]
+command = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+resource.prlimit(command.pid, resource.RLIMIT_CPU, (int(limit), int(limit)))
+_, status, used = os.wait4(command.pid, 0)
+print(os.waitstatus_to_exitcode(status), used.ru_utime + used.ru_stime, used.ru_maxrss)
+"""
+
+
 def spent(words: list[str]) -> Ended:
     """A command of maviper's, and how it ended."""
-    command = subprocess.Popen(
-        [sys.executable, "-m", "maviper", *words], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-    )
-    resource.prlimit(command.pid, resource.RLIMIT_CPU, (LIMIT, LIMIT))
-    _, status, used = os.wait4(command.pid, 0)
-    command.returncode = os.waitstatus_to_exitcode(status)
-    return Ended(ANSWERS.get(command.returncode, ""), used.ru_utime + used.ru_stime, used.ru_maxrss / 1024)
+    command = [sys.executable, "-S", "-c", SPENDING, str(LIMIT), sys.executable, "-m", "maviper", *words]
+    code, seconds, kilobytes = subprocess.run(command, capture_output=True, text=True, check=True).stdout.split()
+    return Ended(ANSWERS.get(ExitCode(int(code)), "") if int(code) >= 0 else "", float(seconds), int(kilobytes) / 1024)
 
 
 def command(name: str, expert: str = "") -> Ended:
