@@ -1,24 +1,20 @@
 """The paper's comparison as it was published: MAVIPER with all of its rounds, and the authors' released code.
 
     python -m tests.benchmarks.published [--register NAME] [--plan | --tables] [--cells FOLDER] [--groups NAME,...]
-        [--record PLACE]
+        [--cell NAME] [--record PLACE]
 
 The register stands in NAME.toml: claims, cells in the order in which they are made, and their words. `published` is the
 default; `steps` undoes what the released code does besides its text, one by one, and has a figure; `splits` compares
 splits by every threshold with histograms; `factorial` combines what MAVIPER and IVIPER differ in; `learner` has our own
 algorithm beside the paper's. --plan prints a register with its cells, CPU time and power. Without an option the missing
 cells are made, one after the other, then the tables are printed; --tables only prints. Every cell is a file in the
-folder, so an interrupted run goes on where it was. --record writes the finished cells, the tables and figures into a
-folder.
+folder, so an interrupted run goes on where it was. --record writes what the finished cells come to, the tables and
+figures into a folder, in the form of compact.py; a folder of cells may hold such a record, and its cells count as made.
+--cell makes one cell alone, and prints the hash of its episodes beside that of the committed record.
 """
 
 import argparse
-import csv
-import io
-import lzma
-import tarfile
 import time
-from dataclasses import astuple, fields
 from itertools import product
 from pathlib import Path
 
@@ -28,11 +24,13 @@ from threadpoolctl import threadpool_limits
 from maviper.files import runs
 from maviper.reproduction import figures
 from maviper.reproduction.statistics import holm, of_differences, size
+from tests.benchmarks import compact
 from tests.benchmarks.paired import BETTER, NOT_DECIDED, WORSE, detectable
-from tests.benchmarks.registered import ARCHIVE, Cell, Found, cells_of, comparisons_of, made, make, read_register
+from tests.benchmarks.registered import Cell, Found, cells_of, comparisons_of, kept_in, made, make, read_register
 
 FOLDER = "/tmp/maviper-{}"
-TABLE, TEXT, README, FIGURE = "cells.csv.xz", "tables.txt", "README.md", "figure.svg"
+RECORDS = Path(__file__).parents[2] / "generated" / "reproduction"
+TEXT, README, FIGURE = "tables.txt", "README.md", "figure.svg"
 PRIMARY, EXPERT = "primary", "expert"
 LEVELS = {
     "maviper-every-round": "MAVIPER, all rounds",
@@ -105,7 +103,7 @@ def row_lines(register, found, group, expert, depth, algorithm):
 def absolute_of(document, label):
     """The team's mean, and the expert's."""
     team = label.partition(" ")[0]
-    return [float(np.mean(document["values"][lineup][label])) for lineup in (f"joint:{team}", "expert")]
+    return [document["values"][lineup][label]["mean"] for lineup in (f"joint:{team}", "expert")]
 
 
 def family_lines(register, found, family):
@@ -143,17 +141,9 @@ def words_of(pairs, alpha, margin):
 # --- the record
 
 
-def recorded(register, digest, found, folder, place):
-    """Writes the finished cells, a table of their means, the tables and a page."""
-    data = io.BytesIO()
-    with tarfile.open(fileobj=data, mode="w", format=tarfile.USTAR_FORMAT) as tar:
-        for cell in sorted(found.documents):
-            content = (folder / cell.name).read_bytes()
-            member = tarfile.TarInfo(cell.name)
-            member.size = len(content)
-            tar.addfile(member, io.BytesIO(content))
-    runs.write(place / ARCHIVE, lzma.compress(data.getvalue(), preset=6))
-    runs.write(place / TABLE, lzma.compress(means(found).encode(), preset=9))
+def recorded(register, digest, found, place):
+    """Writes what the finished cells come to, the tables and a page."""
+    runs.write(place / compact.FILE, compact.packed({cell.name: of for cell, of in found.documents.items()}))
     runs.write(place / TEXT, "\n".join(table_lines(register, found)) + "\n")
     runs.write(place / README, page(register, digest, found))
     if "figure" in register:
@@ -228,19 +218,6 @@ def row_values(register, found, about, row):
     return [sides[0][seed] - (sides[1][seed] if len(sides) > 1 else 0.0) for seed in seeds]
 
 
-def means(found):
-    """A row for each cell, line-up and measure, as CSV."""
-    table = io.StringIO()
-    rows = csv.writer(table, lineterminator="\n")
-    rows.writerow([*(field.name for field in fields(Cell)), "lineup", "measure", "mean", "rounds"])
-    for cell, document in sorted(found.documents.items()):
-        for lineup, columns in document["values"].items():
-            for label, values in columns.items():
-                mean = repr(float(np.mean(values)))
-                rows.writerow([*astuple(cell), lineup, label, mean, document["training"]["stopped_after"]])
-    return table.getvalue()
-
-
 def page(register, digest, found):
     """README.md: what is here, what is not yet, and how to go on."""
     lines = []
@@ -272,11 +249,27 @@ It was committed before the first cell was made.
 {chr(10).join(lines)}
 
 - `{TEXT}`: ratios to the expert, then every comparison with its interval and words.
-- `{TABLE}`: the mean of every line-up and measure, and the rounds that were played.
-- `{ARCHIVE}`: every cell with the value of every episode.{figure}{drawings}
+- `{compact.FILE}`: of every cell its training, and of every line-up and measure the number of episodes and their mean.
+  {compact.TOLD}{figure}{drawings}
 
-To go on, unpack `{ARCHIVE}` into FOLDER and run the command: it makes only what is missing.
+Episodes are left out. `--cell NAME --cells FOLDER` in place of `--cells FOLDER --record ...` makes those of one cell
+again, and prints their hash beside the recorded one. To go on, copy `{compact.FILE}` into FOLDER and run the command:
+it makes only what is missing.
 """
+
+
+def again_lines(register, digest, name, folder, record):
+    """Makes one cell, if it is not in the folder; the hash of its episodes, and what the committed record has."""
+    (cell,) = {cell for group in register["groups"] for cell in cells_of(register, group) if cell.name == name} or (
+        None,
+    )
+    if cell is None:
+        raise SystemExit(f"no cell of the register is named {name}: copy the name from a record's {compact.FILE}")
+    if not (folder / cell.name).exists():
+        with threadpool_limits(1):
+            make(register, digest, cell, folder)
+    recorded = kept_in(RECORDS / record).get(name, {}).get("sha256", "none")
+    return [f"{made(digest, cell, folder)['sha256']}  {name}", f"{recorded}  in the committed record"]
 
 
 def main():
@@ -287,12 +280,16 @@ def main():
     parser.add_argument("--tables", action="store_true", help="make nothing")
     parser.add_argument("--cells", type=Path, help="where cells lie")
     parser.add_argument("--groups", help="names, separated by commas; all others are left for another time")
+    parser.add_argument("--cell", help="the only one that is made, by its name in a record")
     parser.add_argument("--record", type=Path, help="where the record is written")
     given = parser.parse_args()
     register, digest = read_register(given.register)
     folder = given.cells or Path(FOLDER.format(given.register))
     if given.plan:
         print("\n".join(plan_lines(register)))
+        return
+    if given.cell:
+        print("\n".join(again_lines(register, digest, given.cell, folder, given.register)))
         return
     wanted = given.groups.split(",") if given.groups else [group["name"] for group in register["groups"]]
     with threadpool_limits(1):
@@ -304,7 +301,7 @@ def main():
     found = Found(register, digest, folder)
     print("\n".join(table_lines(register, found)))
     if given.record:
-        recorded(register, digest, found, folder, given.record)
+        recorded(register, digest, found, given.record)
 
 
 if __name__ == "__main__":

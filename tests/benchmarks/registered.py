@@ -1,14 +1,13 @@
 """Registered cells: extractions that a register names before any is made, and the numbers that claims take from them.
 
 Does: reads a register (such as published.toml) with its hash and says its factors as algorithms, makes a cell as a
-  file, finds those that there are, also those that another record holds, and pairs them by seed.
+  file, finds those that there are, each a file or in a record, also in another record, and pairs them by seed.
 Assumes: a register that stands in this folder.
 Does not: print or draw (published.py).
 """
 
 import hashlib
 import json
-import tarfile
 import time
 import tomllib
 from dataclasses import dataclass
@@ -29,11 +28,11 @@ from maviper.reproduction.cells.making import replacing
 from maviper.reproduction.statistics import of_differences, untestable
 from maviper.worlds import Measure
 from maviper.worlds.world import RETURN
+from tests.benchmarks import compact
 from tests.benchmarks.paired import Paired
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
-ARCHIVE = "cells.tar.xz"
 MAX_CELL_BYTES = 2**22
 
 
@@ -140,14 +139,28 @@ def make(register, digest, cell, folder):
 
 
 def made(digest, cell, folder):
-    """A cell's document, or None; the benchmark ends where it is of another register."""
+    """What a cell comes to, from its own file or from the record in the folder, or None; the benchmark ends where it is
+    of another register.
+    """
     place = folder / cell.name
-    if not place.exists():
-        return None
-    document = json.loads(runs.read(place, MAX_CELL_BYTES))
-    if document["register"] != digest:
+    document = json.loads(runs.read(place, MAX_CELL_BYTES)) if place.exists() else kept_in(folder).get(cell.name)
+    if document and document["register"] != digest:
         raise SystemExit(f"{place} is of another register: choose another folder with --cells")
-    return document
+    return in_compact_form(document, cell) if document and "sha256" not in document else document
+
+
+def in_compact_form(document, cell):
+    """A cell without its episodes."""
+    values = document["values"]
+    told = {"values": compact.summed_up(values), "sha256": compact.hash_of(compact.table_of(values, cell.episodes[0]))}
+    return {**document, **told}
+
+
+@cache
+def kept_in(folder):
+    """The cells of a record, by name; none where the folder holds no record."""
+    place = folder / compact.FILE
+    return compact.unpacked(place)["cells"] if place.exists() else {}
 
 
 # --- numbers
@@ -166,8 +179,7 @@ def beside_of(register):
     if digest != register["beside"]["sha256"]:
         raise SystemExit(f"{register['beside']['register']}.toml is not the register that this one names")
     cells = {cell.name: cell for group in other["groups"] for cell in cells_of(other, group)}
-    with tarfile.open(ROOT / register["beside"]["record"] / ARCHIVE) as packed:
-        documents = {member.name: json.loads(packed.extractfile(member).read()) for member in packed.getmembers()}
+    documents = kept_in(ROOT / register["beside"]["record"])
     wrong = [name for name, document in documents.items() if document["register"] != digest]
     if wrong:
         raise SystemExit(f"{wrong[0]} in {register['beside']['record']} is of another register")
@@ -219,8 +231,8 @@ def ratio(values, world, label):
     known = [*world.measures, *(Measure(team, RETURN) for team in world.teams)]
     measure = next(each for each in known if each.label == label)
     ours, theirs = values[f"joint:{measure.team}"][label], values["expert"][label]
-    scale = float(np.mean(np.abs(theirs))) if measure.name == RETURN else None
-    return float(measures.quotient(measure, float(np.mean(ours)), float(np.mean(theirs)), scale))
+    scale = theirs.get("size", abs(theirs["mean"])) if measure.name == RETURN else None
+    return float(measures.quotient(measure, ours["mean"], theirs["mean"], scale))
 
 
 def comparisons_of(register):

@@ -1,8 +1,8 @@
 """The registers of tests/benchmarks/published.py: they can be carried out, and their numbers are paired."""
 
+import hashlib
 import json
 import lzma
-import tarfile
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,7 +10,7 @@ import pytest
 
 from maviper.extraction.bundles import PARTS, bundle, grouped
 from maviper.extraction.settings import MAX_NUMBER
-from tests.benchmarks import published
+from tests.benchmarks import compact, published
 from tests.benchmarks.paired import Paired
 from tests.benchmarks.registered import Cell, Found, beside_of, cells_of, comparisons_of, expert_of, made, settings_of
 
@@ -194,14 +194,58 @@ def test_the_record_says_that_it_is_partial_and_holds_the_cells(folder, tmp_path
     found = Found(REGISTER, DIGEST, folder)
     places = [tmp_path / name for name in ("one", "two")]
     for place in places:
-        published.recorded(REGISTER, DIGEST, found, folder, place)
+        published.recorded(REGISTER, DIGEST, found, place)
     one, two = ({path.name: path.read_bytes() for path in place.iterdir()} for place in places)
-    whole = {"cells.tar.xz", "cells.csv.xz", "tables.txt", "README.md", "physical-deception.svg"}
+    whole = {compact.FILE, "tables.txt", "README.md", "physical-deception.svg"}
     assert one == two and set(one) == whole
     drawing = one["physical-deception.svg"].decode()
     assert "expert by MADDPG: 0.8" in drawing and "MAVIPER, all rounds: " in drawing and "imitation" not in drawing
     text = one["README.md"].decode()
     assert "**This record is partial.**" in text and DIGEST in text
+    assert Found(REGISTER, DIGEST, places[0]).documents == found.documents  # read again, it gives the same
+
+
+def test_a_record_says_of_a_cell_what_its_episodes_come_to(folder):
+    told = made(DIGEST, FIRST, folder)
+    values = json.loads((folder / FIRST.name).read_text())["values"]
+    assert told["values"]["expert"]["defenders success r=0.316"] == {"count": 2, "mean": 0.8}
+    assert told["values"]["joint:defenders"]["defenders success r=0.316"]["mean"] == pytest.approx(0.6)
+    table = compact.table_of(values, FIRST.episodes[0])
+    assert table.splitlines()[1] == f"joint:defenders,defenders success r=0.316,{FIRST.episodes[0]},{0.4 + 0.2!r}"
+    assert told["sha256"] == hashlib.sha256(table.encode()).hexdigest()
+    values["expert"]["defenders success r=0.316"][1] = 1.0 - 2**-53
+    assert compact.hash_of(compact.table_of(values, FIRST.episodes[0])) != told["sha256"]
+
+
+def test_what_signs_and_leaving_prey_come_to_is_kept():
+    values = {"joint:prey": {"prey touches": [0.0, 1.0, 2.0], "prey return": [1.0, -5.0, -25.0]}}
+    told = compact.summed_up(values)["joint:prey"]
+    assert told["prey return"] == {"count": 3, "mean": pytest.approx(-29 / 3), "size": pytest.approx(31 / 3)}
+    assert told["prey touches"] == {"count": 3, "mean": 1.0}
+    assert told["prey touches inside"] == {"count": 2, "mean": 0.5}
+    assert compact.summed_up({"all": {"prey touches": [0.0], "prey return": [-9.0]}})["all"][compact.INSIDE] == {
+        "count": 0
+    }
+
+
+def test_a_cell_is_made_again_beside_its_recorded_hash(folder):
+    lines = published.again_lines(REGISTER, DIGEST, FIRST.name, folder, "published")
+    assert lines[0] == f"{made(DIGEST, FIRST, folder)['sha256']}  {FIRST.name}"
+    kept = compact.unpacked(RECORD / compact.FILE)["cells"][FIRST.name]["sha256"]
+    assert lines[1] == f"{kept}  in the committed record" and len(kept) == 64
+    with pytest.raises(SystemExit, match="no cell of the register"):
+        published.again_lines(REGISTER, DIGEST, "cell.json", folder, "published")
+
+
+def test_a_file_that_is_no_record_or_unpacks_to_more_than_any_is_refused(tmp_path, monkeypatch):
+    place = tmp_path / compact.FILE
+    place.write_bytes(lzma.compress(b'{"form": "other-1", "cells": {}}'))
+    with pytest.raises(ValueError, match="not of the form"):
+        compact.unpacked(place)
+    monkeypatch.setattr(compact, "MAX_BYTES", 2**16)
+    place.write_bytes(lzma.compress(bytes(2**17)))
+    with pytest.raises(ValueError, match="more than 65536 bytes"):
+        compact.unpacked(place)
 
 
 def test_a_cell_of_another_register_ends_the_run(folder):
@@ -225,13 +269,15 @@ def test_words_are_corrected_within_the_family():
 
 
 @pytest.fixture(scope="module")
-def committed(tmp_path_factory):
+def committed():
     """The cells of the committed record."""
-    folder = tmp_path_factory.mktemp("cells")
-    with tarfile.open(RECORD / published.ARCHIVE) as packed:
-        packed.extractall(folder, filter="data")
-    found = Found(REGISTER, DIGEST, folder)
-    assert len(found.documents) == len(list(folder.iterdir()))
+    return read_again(REGISTER, DIGEST, RECORD)
+
+
+def read_again(register, digest, place):
+    """A committed record, all of whose cells its register names."""
+    found = Found(register, digest, place)
+    assert len(found.documents) == len(compact.unpacked(place / compact.FILE)["cells"])
     return found
 
 
@@ -239,20 +285,15 @@ def test_the_committed_record_is_what_its_cells_say(committed):
     found = committed
     assert "\n".join(published.table_lines(REGISTER, found)) + "\n" == (RECORD / published.TEXT).read_text()
     assert (RECORD / published.README).read_text() == published.page(REGISTER, DIGEST, found)
-    assert published.means(found) == lzma.decompress((RECORD / published.TABLE).read_bytes()).decode()
 
 
 @pytest.mark.parametrize("name", ["steps", "splits", "learner", "factorial"])
-def test_other_committed_records_are_what_their_cells_say(name, tmp_path):
+def test_other_committed_records_are_what_their_cells_say(name):
     register, digest = published.read_register(name)
     place = RECORD.parent / name
-    with tarfile.open(place / published.ARCHIVE) as packed:
-        packed.extractall(tmp_path, filter="data")
-    found = Found(register, digest, tmp_path)
-    assert len(found.documents) == len(list(tmp_path.iterdir()))
+    found = read_again(register, digest, place)
     assert "\n".join(published.table_lines(register, found)) + "\n" == (place / published.TEXT).read_text()
     assert (place / published.README).read_text() == published.page(register, digest, found)
-    assert published.means(found) == lzma.decompress((place / published.TABLE).read_bytes()).decode()
     pages = [ROOT / "maviper" / "manual" / f"{page}.md" for page in ("reproduce", "extraction")]
     manual = " ".join(" ".join(page.read_text() for page in pages).split())
     for claim in register["claims"]:
