@@ -24,14 +24,13 @@ GIVEN = {
         ["--pass", "merge", "-o", "out"],
         ["--test-vectors", "-o", "out"],
     ],
-    "verify": [[]],
     "exploit": [["team"]],
     "repair": [["-o", "out"]],
     "robust": [["rows.csv"]],
     "properties": [[]],
 }
 # replay and check find the profile beside another file; extract and properties take experts and worlds; diff, evaluate,
-# play and show take sums
+# play, show and verify take sums
 OTHERS = {
     "check",
     "diff",
@@ -47,6 +46,7 @@ OTHERS = {
     "schema",
     "show",
     "train",
+    "verify",
     "worlds",
 }
 
@@ -82,7 +82,6 @@ def test_functions_refuse_them_too(tmp_path):
     (tmp_path / "counterexample.json").write_text("{}")
     profile = maviper.load(file)
     asked = [
-        lambda: maviper.verify(profile),
         lambda: maviper.repair(profile),
         lambda: maviper.robust(profile, tmp_path / "rows.csv"),
         lambda: maviper.replay(tmp_path / "counterexample.json", profile),

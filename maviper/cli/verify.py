@@ -102,7 +102,7 @@ def _decided(
     asking = VerifyOptions.of(options).checked()
     if output is not None and asking.verdict_only:
         raise InputError("--verdict-only writes no report", "-o", "leave one of them out")
-    loaded, unread = load(profile, sums=asking.world is not None), list[InputError]()
+    loaded, unread = load(profile, sums=True), list[InputError]()
     with console.following("reading") as listener, listening(listener):
         asked, stated = posed(loaded, profile.name, asking, unread.append)
     if any(one.question.viewed is not None for one in asked) and not asking.observations:

@@ -34,6 +34,7 @@ from verify.checker.flows.certificates import FlowCertificate
 from verify.checker.systems.certificates import SystemCertificate
 from verify.reports.systems import period
 from verify.systems.claims import SystemClaim
+from verify.systems.given.played import as_played
 from verify.systems.statement import Statement
 from verify.systems.system import HalfSpace, Polytope
 
@@ -80,7 +81,7 @@ def covered_by(certificate: Path, profile: PolicyProfile) -> Covered:
     if not claim.about_decisions:
         ranges = _reaching(ranges, steps)
     cover = Cover(ranges, tuple(map(tuple, steps)), ever, not claim.about_decisions, dt, _rests(statement))
-    return Covered(cover, sentence(replace(claim, label=""), statement, profile))
+    return Covered(cover, sentence(replace(claim, label=""), *as_played(statement, profile)))
 
 
 def _ensure_boxes(found: Certificate, where: str) -> None:

@@ -120,13 +120,10 @@ class VerifyOptions:
 
     def _check_world(self) -> None:
         """InputError for options that are about games alone, or about stated systems alone."""
-        given = [one.name for one in fields(self) if getattr(self, one.name) != getattr(VerifyOptions(), one.name)]
-        options = ["--" + {"names": "property"}.get(name, name).replace("_", "-") for name in given]
-        for name, option in zip(given, options, strict=True):
+        for name, option in self.unusual.items():
             if self.world is None and name in OF_SYSTEMS:
                 raise InputError(f"{option} has no effect without --world", option, "add --world FILE")
             if self.world is not None and name not in (*OF_SYSTEMS, "world", "file", "verdict_only"):
-                option = option_of(next(iter(self.parameters))) if name == "parameters" else option
                 advice = "leave it out; the file states claims and regions"
                 raise InputError(f"{option} has no effect with --world", option, advice)
         if self.verdict_only and self.run_reference:
@@ -135,6 +132,13 @@ class VerifyOptions:
         if self.max_boxes is not None and self.max_boxes < 1:
             what = f"--max-boxes must be at least 1, given {self.max_boxes}"
             raise InputError(what, "--max-boxes", "leave it out for the usual")
+
+    @property
+    def unusual(self) -> dict[str, str]:
+        """The options that a user gave, by name, each as it is written on the command line."""
+        given = [one.name for one in fields(self) if getattr(self, one.name) != getattr(VerifyOptions(), one.name)]
+        called = {"names": "property", "file": "properties", "parameters": next(iter(self.parameters), "")}
+        return {name: "--" + called.get(name, name).replace("_", "-") for name in given}
 
     @property
     def units(self) -> int:

@@ -17,7 +17,6 @@ from codegen import ir
 from codegen.check import ensure
 from codegen.errors import InputError
 from codegen.policy_json import dumps
-from codegen.sum_rules import VERIFIER, ensure_plain
 from maviper.files import runs
 from maviper.verification.ask import Asked, VerifyOptions, questions
 from maviper.verification.files.places import repeated
@@ -108,14 +107,17 @@ def posed(
     options: VerifyOptions,
     aside: Callable[[InputError], None] | None = None,
 ) -> tuple[list[Asked], StatedWorld | None]:
-    """The questions of checked options, and the world file that they are about, where one is named. `aside`: as for
-    `questions`.
+    """The questions of checked options, and the world file that they are about, where one is named or agents give
+    numbers or test sums. `aside`: as for `questions`.
     """
-    if options.world is None:
+    summing = any(policy.tree.arithmetic for policy in profile.agents)
+    if options.world is None and not summing:
         return questions(profile, profile_name, options, aside), None
     from maviper.verification.stated import StatedWorld
 
-    stated = StatedWorld.of(profile, options)
+    stated = (
+        StatedWorld.of_observations(profile, options) if options.world is None else StatedWorld.of(profile, options)
+    )
     return stated.asked, stated
 
 
@@ -144,11 +146,10 @@ def verified(
 
 def results(profile: ir.PolicyProfile, options: VerifyOptions) -> list[AnyResult]:
     """The results alone. InputError for options that cannot be used."""
-    asked = questions(ensure_plain(ensure(profile), VERIFIER), runs.PROFILE_FILE, options.checked())
-    return list(verified(profile, asked, options).results)
+    return list(verified_system(ensure(profile), options).results)
 
 
 def verified_system(profile: ir.PolicyProfile, options: VerifyOptions) -> Verified:
-    """The verdicts on the claims of a world file, as `verified`."""
+    """The verdicts on the claims of options, of a world file among them, as `verified`."""
     asked, stated = posed(profile, runs.PROFILE_FILE, options.checked())
     return verified(profile, asked, options, stated=stated)

@@ -22,6 +22,8 @@ from codegen.ir import PolicyProfile
 from maviper.files import runs
 from maviper.verification.ask import Asked, VerifyOptions
 from maviper.verification.files.systems import PROPERTY_FILE
+from maviper.verification.observation_world import errors_in, world_of
+from maviper.verification.observing import named_region
 from maviper.verification.reference import measured, replay_words
 from maviper.worlds.stated.certified import WORLD_FILE, ensure_plays
 from maviper.worlds.stated.systems import file_of, read
@@ -29,9 +31,12 @@ from maviper.worlds.stated.written import episodes
 from verify.checker.reading import RejectedError
 from verify.checker.systems.enclosures import ensure_curves, ensure_enclosed
 from verify.claims.formula import holds
+from verify.claims.observed import View
 from verify.claims.region import UNBOUNDED
+from verify.claims.uncertified.views import Viewed, shared_features
 from verify.progress import tell
 from verify.question import Question
+from verify.reach.play.observable import fails, observable
 from verify.reach.replay import Course, piece_of, replayed
 from verify.reach.results import SystemCounterexample
 from verify.reach.rounded import truly
@@ -42,10 +47,11 @@ from verify.subjects import ClosedLoop
 from verify.systems.claims import SystemClaim
 from verify.systems.curves.claims import CurvedClaim
 from verify.systems.files import MAX_BYTES as MAX_WORLD_BYTES
+from verify.systems.files import statement_of
 from verify.systems.given.played import as_played
 from verify.systems.observing import chosen
 from verify.systems.pieces import curved
-from verify.systems.properties import claims_in, claims_of
+from verify.systems.properties import claims_in, claims_of, said_of_outputs
 from verify.systems.statement import Statement
 from verify.verdicts.systems import ENCLOSED, JointQuestions, SystemResult, verify_system
 
@@ -56,6 +62,10 @@ ROUNDED = (
     "the claim fails within the errors of rules and of the agents' roundings, but no violating episode of their own "
     "sums was found"
 )
+OF_OBSERVATIONS = ("file", "region", "observations", "shared", "verdict_only")  # options
+NOT_OBSERVED = "the claim fails within the agents' roundings, but no observation that breaks it was found"
+LOOSER = ("a bound that is looser by a little more than a rounding", "a smaller region")
+OVER = "over observations: any combination of numbers in the ranges of world.toml"
 FINER = ("more `cuts` of the claim: cuts = { x = 40 }", "a smaller region")
 
 
@@ -70,6 +80,7 @@ class StatedWorld:
     given: Mapping[str, Path]  # the files that a user gave, by the name that a copy has
     beside: Mapping[str, str]  # their texts, for a report's folder
     options: VerifyOptions
+    observed: bool = False  # whether its variables are observations: then a counterexample is one of floats
 
     @staticmethod
     def of(profile: PolicyProfile, options: VerifyOptions) -> StatedWorld:
@@ -78,15 +89,45 @@ class StatedWorld:
         file = file_of(options.world)
         options = replace(options, world=file)
         given = {WORLD_FILE: file} | ({} if options.file is None else {PROPERTY_FILE: options.file})
-        beside = {name: runs.read(path, MAX_WORLD_BYTES).decode(errors="replace") for name, path in given.items()}
-        statement = read(file)
-        ensure_plays(profile, statement)
-        origin, (statement, profile) = profile, as_played(statement, profile)
+        return StatedWorld._joined(profile, read(file), given, _texts(given), options)
+
+    @staticmethod
+    def of_observations(profile: PolicyProfile, options: VerifyOptions) -> StatedWorld:
+        """The observations of a profile whose agents give numbers or test sums, as a world file. InputError for claims
+        that are not about numbers.
+        """
+        for name, option in options.unusual.items():
+            if name not in OF_OBSERVATIONS:
+                what = f"{option} has no effect on claims about numbers and sums"
+                raise InputError(what, option, "leave it out; claims are those of --properties FILE")
         if options.file is None:
-            claims = claims_of(statement, profile, file.name)
+            what = "claims about agents that give numbers or test sums are formulas of a file"
+            raise InputError(what, "--properties", f'write a property with formula = "{_example(profile)}"')
+        given = {PROPERTY_FILE: options.file}
+        beside = _texts(given)
+        viewed = Viewed(profile, View(shared_features(profile, options.shared or ())))
+        region = named_region(viewed.profile, viewed, options.region)
+        errors = errors_in(beside[PROPERTY_FILE], profile, options.file.name)
+        source = world_of(profile, viewed.view, region, errors)
+        statement = statement_of(source, WORLD_FILE)
+        return StatedWorld._joined(profile, statement, given, {WORLD_FILE: source, **beside}, options, observed=True)
+
+    @staticmethod
+    def _joined(
+        origin: PolicyProfile,
+        statement: Statement,
+        given: Mapping[str, Path],
+        beside: Mapping[str, str],
+        options: VerifyOptions,
+        observed: bool = False,
+    ) -> StatedWorld:
+        ensure_plays(origin, statement)
+        statement, profile = as_played(statement, origin)
+        if options.file is None:
+            claims = claims_of(statement, profile, given[WORLD_FILE].name)
         else:
             claims = claims_in(beside[PROPERTY_FILE], statement, profile, options.file.name)
-        return StatedWorld(profile, origin, statement, claims, given, beside, options)
+        return StatedWorld(profile, origin, statement, claims, given, beside, options, observed)
 
     @cached_property
     def reference(self) -> Mapping[str, Any]:
@@ -113,7 +154,7 @@ class StatedWorld:
     @property
     def about(self) -> str:
         """What verdicts are about."""
-        return report.sentence(self.statement.system)
+        return OVER if self.observed else report.sentence(self.statement.system)
 
     @property
     def form(self) -> ModuleType:
@@ -132,14 +173,28 @@ class StatedWorld:
         bent = not question.claim.about_decisions and any(map(curved, self.statement.rules))
         confirm = partial(_by_rules, self.statement, self.profile, question.claim) if bent else None
         if self.statement.acting:
-            confirm = _unknown if bent else partial(truly, self.statement, self.profile, question.claim)
+            confirm = _unknown if bent else partial(self._truly, question.claim)
         result = self._together.verified(self.claims.index(question.claim), confirm, beside)
         if self.statement.acting and result.reason == ENCLOSED:
-            result = replace(result, reason=ROUNDED)
+            result = replace(result, reason=NOT_OBSERVED if self.observed else ROUNDED)
+            if self.observed:
+                result = replace(result, evidence=replace(result.evidence, helps=LOOSER))
         if result.verdict is Verdict.PROVED:
             _ = self._shown
         said = replay_words(self.statement, self.profile, result) if measured_steps else ""
         return replace(result, evidence=replace(result.evidence, environment=said))
+
+    def _truly(self, claim: SystemClaim, found: SystemCounterexample) -> SystemCounterexample | None:
+        """A counterexample of the real agents. AssertionError where the reference, asked for what they give in its
+        state, does not break the formula as it was written: that is our bug.
+        """
+        confirm = observable if self.observed else truly
+        again = confirm(self.statement, self.profile, claim, found)
+        if again is not None and claim.about_decisions:
+            said = said_of_outputs(claim, self.statement, self.profile)
+            if said is not None and not fails(self.statement, self.profile, said, again.start):
+                raise AssertionError(f"the reference breaks no formula at {dict(again.start)}: {claim.written}")
+        return again
 
     def _by_curves(self, question: Question[SystemClaim], curved: CurvedClaim, beside: bool) -> SystemResult:
         """The answer about a formula with curves: PROVED where the formula that implies it is, VIOLATED where the one
@@ -151,12 +206,12 @@ class StatedWorld:
         except RejectedError as error:
             where = f"claim {question.claim.shown}: {error}"
             raise InputError("an enclosure was not shown again", where, "cut its ranges into more parts") from None
-        confirm = partial(truly, self.statement, self.profile, question.claim) if self.statement.acting else None
+        confirm = partial(self._truly, question.claim) if self.statement.acting else None
         found = self._together.verified(self.claims.index(question.claim), confirm, beside)
         if found.verdict in (Verdict.PROVED, Verdict.VACUOUS):
             return found
         if self.statement.acting:
-            confirm = partial(truly, self.statement, self.profile, curved.weaker)
+            confirm = partial(self._truly, curved.weaker)
         other = verify_system(replace(question, claim=curved.weaker), confirm, beside)
         if other.verdict is Verdict.VIOLATED:
             return other
@@ -183,6 +238,18 @@ class StatedWorld:
             where = f"{self.statement.system.name}: {error}"
             advice = "cut the ranges of more variables, or into more parts"
             raise InputError("an enclosure was not shown again", where, advice) from None
+
+
+def _texts(given: Mapping[str, Path]) -> dict[str, str]:
+    return {name: runs.read(path, MAX_WORLD_BYTES).decode(errors="replace") for name, path in given.items()}
+
+
+def _example(profile: PolicyProfile) -> str:
+    """A formula about the first agent that gives numbers, or tests sums."""
+    policy = next(each for each in profile.agents if each.tree.arithmetic)
+    if policy.outputs:
+        return f"out({policy.agent}).{policy.outputs[0].name} <= 1"
+    return f"acts({policy.agent}) == {policy.actions[0].name}"
 
 
 def _unknown(found: SystemCounterexample) -> SystemCounterexample | None:

@@ -7,6 +7,14 @@ from tests.support import summed
 VARIABLES = ("p", "q", "r")
 FEATURES = ("p - 2*q", "0.1*r + 0.3", "q", "p + q - r", "3*p - 0.7")  # of the five features of random agents
 
+CART = """
+import numpy as np
+def cart(x, v):
+    if x + v <= -1.5:
+        return 2.0
+    return np.clip(-1.25 * x - 1.5 * v, -2.0, 2.0)
+"""
+
 
 def world(outputs=0, actions=("left", "stay", "right"), more=""):
     acting = (

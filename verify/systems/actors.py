@@ -21,7 +21,7 @@ from verify.systems.system import Feature, Measure
 from verify.systems.values import ADVICE, as_table, named, only, table, text, typed
 from verify.toml_places import Place
 
-KEYS = ("team", "features", "actions", "outputs", "reward")
+KEYS = ("team", "like", "features", "actions", "outputs", "reward")
 GIVEN = "given"  # the action that stands for all that an agent gives, as long as no profile says what
 MAX_AGENTS, MAX_FEATURES, MAX_ACTIONS, MAX_OUTPUTS = 64, 1_024, 1_024, 64
 ZERO = Number(Fraction(0))
@@ -48,10 +48,21 @@ def agents_of(
         team = _called(text(described.get("team", name), place / "team"), place / "team")
         reward = typed(described.get("reward", 0), names, place / "reward").value
         called = tuple(each.partition(".")[2] for each in outputs)
-        found.append(Agent(named(name, place), team, actions, reward, called))
+        found.append(Agent(named(name, place), team, actions, reward, called, _like(name, given, place)))
     for name in inputs.keys() & names.known.keys():
         raise InputError(f"'{name}' is a variable and an input", where, "give each a name of its own")
     return tuple(found), inputs
+
+
+def _like(agent: str, given: Mapping[str, object], where: Place) -> str:
+    """The agent whose tree this one acts by; "": its own."""
+    described = as_table(given[agent], where)
+    if "like" not in described:
+        return ""
+    other = text(described["like"], where / "like")
+    own = [name for name, value in given.items() if name != agent and "like" not in as_table(value, where)]
+    only({other: None}, own, where / "like", "agent with a tree of its own")
+    return other
 
 
 def _actions(

@@ -12,7 +12,7 @@ import numpy as np
 
 from codegen.errors import InputError
 from codegen.ir import NO_CHILD, NO_FEATURE, ActionSpec, AgentPolicy, PolicyProfile, Tree
-from verify.claims.formula import coordinates
+from verify.claims.formula import Formula, coordinates
 from verify.claims.language.formulas import Vocabulary, formula_of
 from verify.claims.language.tables import Table, properties, read_each
 from verify.claims.region_files import is_list, is_table
@@ -24,6 +24,7 @@ from verify.systems.curves.following import followed, without_next
 from verify.systems.curves.formulas import without_curves
 from verify.systems.curves.reading import Curves
 from verify.systems.files import region_of, region_parts
+from verify.systems.given import robust
 from verify.systems.given.formulas import named_inputs, of_actions
 from verify.systems.language.expressions import Number, names
 from verify.systems.language.parsing import Names
@@ -37,7 +38,19 @@ from verify.toml_places import Place, parse
 
 PATTERNS = {pattern.value: pattern for pattern in Pattern}
 PLAYED = 200  # steps in which counterexamples of `always` are looked for
-KEYS = ("name", "label", "region", "steps", "by", "formula", "at_samples", "cuts", "assuming", "invariant")
+KEYS = (
+    "name",
+    "label",
+    "region",
+    "steps",
+    "by",
+    "formula",
+    "at_samples",
+    "cuts",
+    "assuming",
+    "invariant",
+    *robust.KEYS,
+)
 FOR_EVER = ("assuming", "invariant")  # parameters of claims for ever
 MAX_CUTS = 1_000  # of a range
 
@@ -87,9 +100,14 @@ def _claim(
     stated, regions = _regions(table, "region", statement, where)
     words = " or ".join(_words(each, place) for each in stated)
     name = text(table.get("name", Pattern.DECIDES.value), where / "name")
-    only({name: None}, PATTERNS, where, "property")
+    only({name: None}, (*PATTERNS, robust.NAME), where, "property")
+    if name == robust.NAME:
+        return _robust(
+            table, SystemClaim(Pattern.DECIDES, regions, label=label, region=words), statement, acting, where
+        )
     pattern = PATTERNS[name]
-    for key in ("formula", "cuts") if pattern is not Pattern.DECIDES else ("steps", "by", "at_samples", *FOR_EVER):
+    strange = ("formula", "cuts") if pattern is not Pattern.DECIDES else ("steps", "by", "at_samples", *FOR_EVER)
+    for key in (*strange, *robust.KEYS):
         if key in table:
             raise InputError(f"{name} has no {key}", where / key, "remove it")
     if pattern is Pattern.DECIDES:
@@ -108,6 +126,51 @@ def _claim(
     return _for_ever(claim, table, statement, where)
 
 
+def _robust(
+    table: Mapping[str, object],
+    begun: SystemClaim,
+    statement: Statement,
+    acting: Mapping[str, AgentPolicy],
+    where: Place,
+) -> SystemClaim:
+    """A claim that an output changes little where observations are a little off, as a formula about two agents."""
+    only(table, ("name", "label", "region", *robust.KEYS), where)
+    found = robust.robust_of(table, statement, where)
+    regions = tuple((*each, *found.errors) for each in begun.regions) or (found.errors,)
+    words = f"with {begun.region and f'{begun.region} and '}{found.words}"
+    label = begun.label or f"robust: {found.formula}"
+    return _decides(
+        {"formula": found.formula}, replace(begun, regions=regions, region=words, label=label), statement, acting, where
+    )
+
+
+def said_of_outputs(claim: SystemClaim, statement: Statement, profile: PolicyProfile) -> Formula | None:
+    """The formula of a claim about decisions as it was written, over variables, outputs and actions; None where it has
+    curves or next values.
+    """
+    curves = Curves(Names(statement.names.known, statement.names.meant, statement.names.modes))
+    vocabulary, following = _vocabulary(statement, {policy.agent: policy for policy in profile.agents}, curves)
+    found = formula_of(named_inputs(claim.written), vocabulary, lambda offset: f"column {offset + 1}")
+    return None if curves.found or coordinates(found) & following.keys() else found
+
+
+def _vocabulary(
+    statement: Statement, acting: Mapping[str, AgentPolicy], curves: Curves
+) -> tuple[Vocabulary, dict[str, str]]:
+    """What formulas may name, and whose next value each name of one is."""
+    constants = {
+        name: Typed(number.value.value, number.unit)
+        for name, number in statement.names.meant.items()
+        if isinstance(number.value, Number)
+    }
+    known = statement.names.known  # without the roundings of agents, which nobody names
+    stated = [each for each in statement.system.variables if each.name in known]
+    following = followed(stated) if statement.rules else {}
+    units = {**known, **statement.inputs, **{name: known[whose] for name, whose in following.items()}}
+    modes = statement.names.modes
+    return Vocabulary(tuple(units), acting, units=units, constants=constants, modes=modes, curves=curves), following
+
+
 def _decides(
     table: Mapping[str, object],
     begun: SystemClaim,
@@ -119,25 +182,8 @@ def _decides(
     it.
     """
     written = _written(table, where)
-    constants = {
-        name: Typed(number.value.value, number.unit)
-        for name, number in statement.names.meant.items()
-        if isinstance(number.value, Number)
-    }
-    of_states = Names(statement.names.known, statement.names.meant, statement.names.modes)
-    curves = Curves(of_states)
-    known = statement.names.known  # without the roundings of agents, which nobody names
-    stated = [each for each in statement.system.variables if each.name in known]
-    following = followed(stated) if statement.rules else {}
-    units = {**known, **statement.inputs, **{name: known[whose] for name, whose in following.items()}}
-    vocabulary = Vocabulary(
-        tuple(units),
-        acting,
-        units=units,
-        constants=constants,
-        modes=statement.names.modes,
-        curves=curves,
-    )
+    curves = Curves(Names(statement.names.known, statement.names.meant, statement.names.modes))
+    vocabulary, following = _vocabulary(statement, acting, curves)
     found = formula_of(named_inputs(written), vocabulary, lambda offset: (where / "formula").of_offset(written, offset))
     found = of_actions(found, statement, acting, where / "formula")
     named = frozenset[str]().union(*map(names, curves.found.values()))

@@ -29,6 +29,7 @@ class Agent:
     outputs: tuple[
         str, ...
     ] = ()  # where it gives numbers; its actions are then those of a profile, see given/agents.py
+    like: str = ""  # the agent by whose tree it acts; "": a profile has a tree of its own for it
 
     @property
     def inputs(self) -> frozenset[str]:

@@ -30,7 +30,7 @@ from verify.checker.reading import RejectedError
 from verify.checker.systems.certificates import SystemCertificate
 from verify.checker.systems.enclosures import ensure_enclosed
 from verify.systems.claims import SystemClaim
-from verify.systems.given.played import as_played
+from verify.systems.given.played import as_played, with_copies
 from verify.systems.statement import Statement
 from verify.systems.words import spelled
 
@@ -44,6 +44,7 @@ def _untold(done: int, most: int) -> None:
 
 def ensure_plays(profile: PolicyProfile, statement: Statement) -> None:
     """InputError for agents, features or actions that the file does not state."""
+    profile = with_copies(statement, profile)
     actions = {agent.name: () if agent.outputs else tuple(agent.actions) for agent in statement.agents}
     outputs = {agent.name: agent.outputs for agent in statement.agents}
     for policy in profile.agents:
@@ -70,8 +71,7 @@ def ensure_plays(profile: PolicyProfile, statement: Statement) -> None:
 
 
 def sentence(claim: SystemClaim, statement: Statement, profile: PolicyProfile) -> str:
-    """A claim in words, with its numbers."""
-    statement, profile = as_played(statement, profile)
+    """A claim in words, with its numbers. Statement and profile: as proofs read them."""
     actions = {policy.agent: [action.name for action in policy.actions] for policy in profile.agents}
     return spelled(claim, actions, {variable.name: variable.range for variable in statement.system.variables})
 

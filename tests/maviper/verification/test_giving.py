@@ -9,6 +9,7 @@ from maviper.cli import main
 from maviper.files.profiles import load
 from maviper.verification.files.certificates import check_file
 from maviper.verification.files.counterexamples import replay
+from tests.support.giving import CART
 
 WORLD = """
 name = "double integrator"
@@ -48,13 +49,6 @@ region = { box = { x = [-1.5, 1.5], v = [-1.5, 1.5] } }
 label = "hardly moves"
 name = "stays_in"
 region = { box = { x = [-1.04, 1.04] } }
-"""
-CART = """
-import numpy as np
-def cart(x, v):
-    if x + v <= -1.5:
-        return 2.0
-    return np.clip(-1.25 * x - 1.5 * v, -2.0, 2.0)
 """
 VERDICTS = ["PROVED", "VIOLATED", "UNKNOWN", "VIOLATED", "PROVED", "VIOLATED"]
 

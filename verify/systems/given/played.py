@@ -12,6 +12,7 @@ from fractions import Fraction
 
 import numpy as np
 
+from codegen.errors import InputError
 from codegen.ir import CONSTANT, AgentPolicy, PolicyProfile, Sum, apply
 from codegen.sums import clipped
 from verify.systems.files import statement_of
@@ -25,6 +26,7 @@ def as_played(statement: Statement, profile: PolicyProfile) -> tuple[Statement, 
     """Both as proofs read them; as they are where no agent tests sums or gives numbers. InputError for agents whose
     sums are not affine in the state.
     """
+    profile = with_copies(statement, profile)
     ranges = {each.name: each.range for each in statement.system.variables}
     features = statement.system.features
     read = {
@@ -36,6 +38,20 @@ def as_played(statement: Statement, profile: PolicyProfile) -> tuple[Statement, 
         return statement, profile
     agents = tuple(read[each.agent].policy if each.agent in read else each for each in profile.agents)
     return statement_of(statement.source, statement.place.name, read), replace(profile, agents=agents, region=None)
+
+
+def with_copies(statement: Statement, profile: PolicyProfile) -> PolicyProfile:
+    """The profile with the agents of a file that act by the tree of another one, as policies of their own. InputError
+    where it has such an agent itself.
+    """
+    own = {policy.agent: policy for policy in profile.agents}
+    copied = [each for each in statement.agents if each.like in own]
+    for each in copied:
+        if each.name in own:
+            what = f"the profile has a tree for {each.name}, which the file lets act like {each.like}"
+            raise InputError(what, statement.system.name, f"remove `like` from [agents.{each.name}]")
+    copies = tuple(replace(own[each.like], agent=each.name, team=each.team) for each in copied)
+    return replace(profile, agents=(*profile.agents, *copies)) if copies else profile
 
 
 def made(statement: Statement) -> list[str]:
