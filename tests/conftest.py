@@ -3,8 +3,11 @@
 import contextlib
 import ctypes
 import gc
+import hashlib
 import importlib
 import os
+import shutil
+import subprocess
 import sys
 from pathlib import Path
 
@@ -12,6 +15,7 @@ import pytest
 from hypothesis import settings
 
 from codegen import ir
+from codegen.agreement import compiled
 from codegen.agreement.compiled import find_compiler
 from tests import seconds
 
@@ -49,6 +53,8 @@ def pytest_cmdline_main(config):
 
 def pytest_configure(config):
     draw_nothing_of_sources()
+    os.fsync = lambda handle: None  # nothing that tests write must outlive a power cut, and each wait is milliseconds
+    read_each_header_once()
     if config.getoption("seconds") and not hasattr(config, "workerinput"):
         config.pluginmanager.register(seconds.Recorder(Path(config.getoption("seconds"))))
 
@@ -61,6 +67,28 @@ def draw_nothing_of_sources():
         providers = importlib.import_module("hypothesis.internal.conjecture.providers")
         none = providers._local_constants
         providers._get_local_constants = lambda: none
+
+
+CLEAN: set[bytes] = set()  # what compilers have read without a warning, as hashes
+
+
+def read_each_header_once():
+    """A compiler that has read a header without a warning is not asked about the same one again in a process."""
+    asked = compiled.run
+
+    def run(command, folder, *limit):
+        if "-fsyntax-only" not in command:
+            return asked(command, folder, *limit)
+        texts = sorted((place.name, place.read_bytes()) for place in Path(folder).iterdir())
+        read = hashlib.sha256(repr((shutil.which(command[0]), command, texts)).encode()).digest()
+        if read not in CLEAN:
+            ran = asked(command, folder, *limit)
+            if ran.returncode != 0:
+                return ran
+            CLEAN.add(read)
+        return subprocess.CompletedProcess(command, 0, "", "")
+
+    compiled.run = run
 
 
 def pytest_ignore_collect(collection_path, config):
@@ -125,7 +153,7 @@ LIBRARIES: dict[tuple, object] = {}  # by what they are built from; closing one 
 
 def keep_libraries(patch):
     """A header is compiled once in a process, however often commands ask for it. Tests of builds do not keep any."""
-    from codegen.agreement import build, compiled
+    from codegen.agreement import build
 
     def kept(header, model, compiler, optimised=True):
         made_from = header, *compiler, optimised

@@ -1,6 +1,7 @@
-"""One Chromium for all pages that a process of tests opens: starting one takes longer than most pages do.
+"""One Chromium, and one tab of it, for all pages that a process of tests opens: another process takes longer than most
+pages do.
 
-Does: opens a page in a context of its own, without what earlier pages stored, and says what an expression is there.
+Does: opens a page, without what earlier pages stored, and says what an expression is there.
 Assumes: POSIX, where a program finds the two ends of its pipe as files 3 and 4.
 Does not: know what the pages are.
 """
@@ -40,6 +41,9 @@ class Chromium:
         os.close(from_write)
         self._asked, self._heard = 0, b""
         atexit.register(self.close)
+        target = self._ask("Target.createTarget", url="about:blank")["targetId"]
+        self._tab = self._ask("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
+        self._ask("Page.enable", self._tab)
 
     def close(self) -> None:
         """Ends the browser and removes what it stored."""
@@ -50,14 +54,10 @@ class Chromium:
 
     def evaluated(self, address, expression):
         """What an expression is in a page once it is loaded, as JSON would say it."""
-        context = self._ask("Target.createBrowserContext")["browserContextId"]
-        target = self._ask("Target.createTarget", url="about:blank", browserContextId=context)["targetId"]
-        session = self._ask("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
-        self._ask("Page.enable", session)
-        self._ask("Page.navigate", session, url=address)
-        self._wait(lambda told: told.get("method") == "Page.loadEventFired" and told.get("sessionId") == session)
-        found = self._ask("Runtime.evaluate", session, expression=expression, returnByValue=True)
-        self._ask("Target.disposeBrowserContext", browserContextId=context)
+        self._ask("Storage.clearDataForOrigin", self._tab, origin="file://", storageTypes="all")
+        self._ask("Page.navigate", self._tab, url=address)
+        self._wait(lambda told: told.get("method") == "Page.loadEventFired" and told.get("sessionId") == self._tab)
+        found = self._ask("Runtime.evaluate", self._tab, expression=expression, returnByValue=True)
         assert "exceptionDetails" not in found, found["exceptionDetails"]
         return found["result"]["value"]
 
