@@ -10,6 +10,7 @@ Does not: run anything, or use what the emitter made on the way.
 # pycparser's nodes have no declared attributes
 import re
 from collections.abc import Iterator, Mapping
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -54,7 +55,7 @@ COPIED = re.compile(r"for \(row = 0; row < count; row\+\+\) \{ actions\[first \+
 def faults(header: str, profile: ir.PolicyProfile, model: Model) -> dict[str, list[str]]:
     """Per agent, how its `act` and `act_columns` in the header differ from its tree; nothing where they do not."""
     try:
-        parsed = CParser().parse(TYPES + plain(header))
+        parsed = syntax(header)
     except ParseError as error:
         return {policy.agent: [f"not C as it should be: {error}"] for policy in profile.agents}
     odd = odd_lines(header)
@@ -77,6 +78,12 @@ def faults(header: str, profile: ir.PolicyProfile, model: Model) -> dict[str, li
                 problems.append(f"{suffix}: not of the form that is proved ({error})")
         found[policy.agent] = problems
     return found
+
+
+@lru_cache(maxsize=2)
+def syntax(header: str) -> Any:
+    """The header's syntax tree, to be read only: proofs about one header parse it once. ParseError if it is not C."""
+    return CParser().parse(TYPES + plain(header))
 
 
 def followed(functions: Mapping[str, Any], name: str) -> Any:

@@ -17,10 +17,10 @@ from fractions import Fraction
 from typing import Any, NamedTuple
 
 import numpy as np
-from pycparser import CParser, c_ast, c_generator
+from pycparser import c_ast, c_generator
 from pycparser.c_parser import ParseError
 
-from codegen.equivalence.structure import TYPES, enumerators, followed, odd_lines, plain
+from codegen.equivalence.structure import enumerators, followed, odd_lines, syntax
 from codegen.floats import neighbour
 
 MAX_STEPS = 1_000_000  # statements run for one function, on all its paths together
@@ -98,7 +98,7 @@ class Header:
 
     def __init__(self, header: str) -> None:
         try:
-            parsed = CParser().parse(TYPES + plain(header))
+            parsed = syntax(header)
         except ParseError as error:
             raise Unreadable(f"not C: {error}") from None
         odd = odd_lines(header)

@@ -40,7 +40,7 @@ def proven(style, change=lambda code: code, promise=lambda text: text, steps=STE
 
 
 @installed
-@pytest.mark.parametrize("style", ["nested", "ordered"])
+@pytest.mark.parametrize("style", ["nested", pytest.param("ordered", marks=pytest.mark.slow)])
 def test_what_is_compiled_is_proved(style):
     found = proven(style)
     assert found.complete and found.open_goals == () and found.goals == {"nested": 16, "ordered": 28}[style]
