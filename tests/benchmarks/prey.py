@@ -5,77 +5,50 @@
 A prey's return is what it pays for touches and a fine for leaving the arena, so fine = -return - 5 * touches, per prey.
 For each algorithm and depth: touches, fine, share of episodes inside (a fine of at most 5), touches in those episodes,
 and the return. Then MAVIPER less each other one, paired by seed, by return, by touches and by touches inside: positive
-is better. Records that keep no episodes have the first two and the return, from the means in cells.csv.
+is better. Records that keep nothing of the episodes inside have the first two and the return.
 """
 
 import argparse
 import json
-import lzma
-import tarfile
-import tempfile
 from collections import defaultdict
 from pathlib import Path
 
 import numpy as np
 
-from maviper.reproduction import results
-from maviper.reproduction.cells.table import TABLE_FILE
 from maviper.reproduction.statistics import of_differences
-from tests.benchmarks.record import TABLE, rows
+from tests.benchmarks.compact import INSIDE, PER_TOUCH, RETURN, TOUCHES
+from tests.benchmarks.record import rows
 
 RECORDS = Path(__file__).parents[2] / "generated" / "reproduction"
 NAMES = ("maddpg-predator-prey", "mappo-predator-prey", "maddpg", "mappo")
 OTHERS = ("iviper", "imitation", "fitted-q")
-INSIDE = 5.0
-PER_TOUCH = 5.0  # two prey share what a touch costs one of them
-LINEUP, TOUCHES, RETURN = "joint:prey", "prey touches", "prey return"
-
-
-def by_episode(record):
-    """(algorithm, depth) -> seed -> (touches, return) of every episode, or None where the record keeps none."""
-    if not (record / "episodes.tar.xz").exists():
-        return None
-    with tempfile.TemporaryDirectory() as name:
-        with tarfile.open(record / "episodes.tar.xz") as packed:
-            packed.extractall(name, filter="data")
-        (Path(name) / TABLE_FILE).write_bytes(lzma.decompress((record / TABLE).read_bytes()))
-        table = results.read(Path(name))
-        found = defaultdict(dict)
-        for row in table.cells(kind="extraction", game="predator-prey", preset="paper", splits="histogram"):
-            values = table.values(row.cell)
-            found[row.algorithm, row.depth][row.seed] = [values[LINEUP, measure][1] for measure in (TOUCHES, RETURN)]
-        return dict(found)
+LINEUP = "joint:prey"
 
 
 def by_cell(record):
-    """As `by_episode`, with the mean of each cell as its only episode."""
+    """(algorithm, depth) -> seed -> measure -> (episodes, mean)."""
     found = defaultdict(lambda: defaultdict(dict))
     for row in rows(record):
         asked = row["kind"], row["game"], row["preset"], row["splits"], row["lineup"]
         if asked == ("extraction", "predator-prey", "paper", "histogram", LINEUP):
-            mean = np.array([float(row["mean"])])
-            found[row["algorithm"], int(row["depth"])][int(row["seed"])][row["measure"]] = mean
-    return {key: {seed: [each[TOUCHES], each[RETURN]] for seed, each in of.items()} for key, of in found.items()}
+            seeds = found[row["algorithm"], int(row["depth"])]
+            seeds[int(row["seed"])][row["measure"]] = int(row["episodes"]), float(row["mean"])
+    return found
 
 
-def told(cells, whole):
+def told(cell):
     """A seed's numbers, each higher being better but the fine and the touches, which are as they are."""
-    touches, returns = cells
-    fine = -returns - PER_TOUCH * touches
-    numbers = {"touches": touches.mean(), "fine": fine.mean(), "return": returns.mean()}
-    if whole:
-        inside = fine <= INSIDE
-        numbers |= {"inside": inside.mean(), "touches inside": touches[inside].mean() if inside.any() else np.nan}
+    (episodes, touches), (_, returns) = cell[TOUCHES], cell[RETURN]
+    numbers = {"touches": touches, "fine": -returns - PER_TOUCH * touches, "return": returns}
+    if INSIDE in cell:
+        inside, touched = cell[INSIDE]
+        numbers |= {"inside": inside / episodes, "touches inside": touched}
     return numbers
 
 
 def rows_of(record):
     """Rows of algorithms, and of comparisons with their intervals."""
-    episodes = by_episode(record)
-    found = episodes or by_cell(record)
-    by_seed = {
-        key: {seed: told(cells, episodes is not None) for seed, cells in of.items()} for key, of in found.items()
-    }
+    by_seed = {key: {seed: told(cell) for seed, cell in of.items()} for key, of in by_cell(record).items()}
     levels = [
         {"depth": depth, "algorithm": algorithm, "seeds": len(of)}
         | {name: float(np.nanmean([each[name] for each in of.values()])) for name in next(iter(of.values()))}

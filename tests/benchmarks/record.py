@@ -3,9 +3,10 @@
     maviper reproduce --experts maddpg --jobs 2 -o FOLDER
     python -m tests.benchmarks.record FOLDER generated/reproduction/maddpg -- --experts maddpg
 
-Copies report.html, summary.txt, claims.json, recompute.py and figures/ as the command wrote them, and packs cells.csv.
-Packs what recompute.py needs besides (episodes/, facts/, numbers.json) into episodes.tar.xz, unless that is larger than
---most MB. Episodes that follow one another stand there in one row.
+Copies report.html, summary.txt, claims.json, recompute.py and figures/ as the command wrote them. What recompute.py
+needs besides is packed into cells.json.xz, in the form of compact.py: what the episodes of each cell come to, their
+hash, the facts that numbers take, and what each number is made of. Single episodes stay where a number needs them: its
+error is drawn over the episodes of one seed, or it takes only some of a line-up's.
 Writes readme-1.svg and readme-2.svg, two figures on a panel of their own, and README.md with command, versions and
 core-hours; the command's options stand after --. Equal folders give equal bytes. Nothing is played, and nothing in
 FOLDER is changed.
@@ -13,29 +14,26 @@ FOLDER is changed.
 
 import argparse
 import csv
-import hashlib
-import io
+import functools
 import json
 import lzma
 import platform
 import re
 import shutil
-import tarfile
 from contextlib import suppress
 from html import escape
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 from maviper.files import runs
-from maviper.reproduction import report
-from maviper.reproduction.cells.table import EPISODES_FOLDER, FACTS_FOLDER, TABLE_FILE
+from maviper.reproduction import report, results
+from maviper.reproduction.cells.table import ABOUT, COLUMNS, EPISODES_FOLDER, TABLE_FILE
 from maviper.reproduction.sections import short
+from tests.benchmarks import compact
 
 COPIED = (report.PAGE, report.SUMMARY, report.CLAIMS, report.SCRIPT)
-ARCHIVE, README = "episodes.tar.xz", "README.md"
-TABLE = f"{TABLE_FILE}.xz"
-MOST = 5.0  # MB of the archive
-EFFORT = 6  # of xz
+README = "README.md"
+OLD_TABLE = f"{TABLE_FILE}.xz"  # of records that keep nothing else of their cells
 SHOWN = (  # the figures of the README: the first two that there are
     ("physical-deception", "defenders success r=0.316"),
     ("cooperative-navigation", "agents D"),
@@ -47,61 +45,103 @@ STYLE = ".panel{fill:#ffffff}@media (prefers-color-scheme:dark){.panel{fill:#101
 PANEL = '<rect class="panel" width="100%" height="100%" rx="6"/>'
 
 
-def recorded(folder: Path, place: Path, options: str = "", most: float = MOST) -> list[Path]:
+def recorded(folder: Path, place: Path, options: str = "") -> list[Path]:
     """Writes the record of a finished folder into `place`; the files. FileNotFoundError where a report is missing."""
     shutil.rmtree(place / report.FIGURES, ignore_errors=True)
     for name in COPIED:
         runs.write(place / name, (folder / name).read_bytes())
-    runs.write(place / TABLE, lzma.compress((folder / TABLE_FILE).read_bytes(), preset=9))
+    runs.write(place / compact.FILE, cells(folder))
+    (place / OLD_TABLE).unlink(missing_ok=True)
     figures = sorted((folder / report.FIGURES).glob("*.svg"))
     for path in figures:
         runs.write(place / report.FIGURES / path.name, path.read_bytes())
     for number, text in enumerate(readme_figures(folder), 1):
         runs.write(place / f"readme-{number}.svg", text)
-    packed = archive(folder)
-    kept = len(packed) <= most * 1e6
-    (place / ARCHIVE).unlink(missing_ok=True)
-    if kept:
-        runs.write(place / ARCHIVE, packed)
-    runs.write(place / README, page(folder, options, packed, kept))
+    runs.write(place / README, page(place, options))
     return sorted(path for path in place.rglob("*") if path.is_file())
 
 
 def rows(place: Path) -> list[dict[str, str]]:
     """The table of a record, a row per line-up and measure of each cell."""
-    with lzma.open(place / TABLE, "rt", encoding="utf-8", newline="") as file:
-        return list(csv.DictReader(file))
+    if not (place / compact.FILE).exists():
+        with lzma.open(place / OLD_TABLE, "rt", encoding="utf-8", newline="") as file:
+            return list(csv.DictReader(file))
+    found: list[dict[str, str]] = []
+    for name, cell in compact.unpacked(place / compact.FILE)["cells"].items():
+        for lineup, columns in cell["values"].items():
+            for measure, told in columns.items():
+                higher = str(int(measure not in cell["lower_is_better"]))
+                numbers = {"episodes": str(told["count"]), "mean": repr(told.get("mean", float("nan")))}
+                row = {"cell": name, **cell["about"], "lineup": lineup, "measure": measure}
+                row |= {"higher_is_better": higher, **numbers, "cpu_seconds": cell["cpu_seconds"]}
+                found.append({column: row[column] for column in COLUMNS})
+    return found
 
 
-def archive(folder: Path) -> bytes:
-    """What the numbers are computed from, in a tar file without times or owners, compressed by xz."""
-    names = [report.NUMBERS]
-    names += [f"{part}/{path.name}" for part in (EPISODES_FOLDER, FACTS_FOLDER) for path in (folder / part).iterdir()]
-    data = io.BytesIO()
-    with tarfile.open(fileobj=data, mode="w", format=tarfile.USTAR_FORMAT) as tar:
-        for name in sorted(names):
-            content = (folder / name).read_bytes()
-            content = in_rows(content) if name.startswith(EPISODES_FOLDER) else content
-            member = tarfile.TarInfo(name)
-            member.size = len(content)
-            tar.addfile(member, io.BytesIO(content))
-    return lzma.compress(data.getvalue(), preset=EFFORT)
+def cells(folder: Path) -> bytes:
+    """The cells of a finished folder in the form of records, and what each number of its report is made of."""
+    numbers = json.loads((folder / report.NUMBERS).read_text())
+    table = results.read(folder)
+    whole, paths = needed(numbers, table)
+    with (folder / TABLE_FILE).open(encoding="utf-8", newline="") as file:
+        first = {row["cell"]: row for row in reversed(list(csv.DictReader(file)))}
+    lower = sorted(measure for measure, better in table.higher.items() if not better)
+    found = {}
+    for name, row in first.items():
+        text = (folder / EPISODES_FOLDER / f"{name}.csv").read_text(encoding="utf-8")
+        told = {"sha256": compact.hash_of(text), "values": summed_up(table, name, whole)}
+        told |= {"about": {column: row[column] for column in ABOUT}, "lower_is_better": lower}
+        told |= {"facts": kept_facts(table.facts(name), paths.get(name, set()))} if name in paths else {}
+        found[name] = {**told, "cpu_seconds": row["cpu_seconds"]}
+    return compact.packed(found, numbers=numbers)
 
 
-def in_rows(table: bytes) -> bytes:
-    """The same values, those of episodes that follow one another in one row: line-up, measure, first episode, values.
-    It packs into less than half, as no row says again what it is about.
-    """
-    (header, *values), wide = csv.reader(io.StringIO(table.decode(), newline="")), list[list[str]]()
-    for lineup, measure, episode, value in values:
-        last = wide[-1] if wide else []
-        if last[:2] == [lineup, measure] and int(last[2]) + len(last) - 3 == int(episode):
-            last.append(value)
-        else:
-            wide.append([lineup, measure, episode, value])
-    text = io.StringIO(newline="")
-    csv.writer(text, lineterminator="\n").writerows([header, *wide])
-    return text.getvalue().encode()
+def needed(numbers, table):
+    """The (cell, line-up, measure) of which a number needs single episodes, and the paths of facts by cell."""
+    whole: set[tuple[str, str, str]] = set()
+    paths: dict[str, set[tuple[str, ...]]] = {}
+    for number in numbers.values():
+        sources = [each for part in number["parts"] for each in (part["ours"], part["theirs"]) if each]
+        for source in sources:
+            for cell, _ in source["places"] if source["facts"] else ():
+                paths.setdefault(cell, set()).update(tuple(path) for _, path in source["facts"])
+        played = [
+            [(cell, lineup, each["measure"]) for cell, lineup in each["places"]]
+            for each in sources
+            if not each["facts"]
+        ]
+        known = [[table.values(cell)[lineup, measure][0].tolist() for cell, lineup, measure in each] for each in played]
+        taken = [sorted(set.intersection(*map(set, seeds)))[: number["episodes"]] for seeds in zip(*known, strict=True)]
+        drawn_too = len(taken) == 1 or all(each == taken[0] for each in taken)  # and episodes
+        for places, seeds in zip(played, known, strict=True):
+            kept = (drawn_too or mine != wanted for mine, wanted in zip(seeds, taken, strict=True))
+            whole.update(place for place, keep in zip(places, kept, strict=True) if keep)
+    return whole, paths
+
+
+def summed_up(table, cell, whole):
+    """What a cell's episodes come to, by line-up and measure: which there are, and the values of those in `whole`."""
+    values: dict[str, dict[str, list[float]]] = {}
+    for (lineup, measure), (_, column) in table.values(cell).items():
+        values.setdefault(lineup, {})[measure] = column.tolist()
+    told = compact.summed_up(values)
+    for (lineup, measure), (episodes, column) in table.values(cell).items():
+        first, count = int(episodes[0]), len(episodes)
+        follow = episodes.tolist() == list(range(first, first + count))
+        told[lineup][measure] |= {"first": first} if follow else {"episodes": [int(each) for each in episodes]}
+        told[lineup][measure] |= {"values": column.tolist()} if (cell, lineup, measure) in whole else {}
+    return told
+
+
+def kept_facts(facts, paths):
+    """The numbers at some paths of a cell's facts, where they stand."""
+    found = {}
+    for path in sorted(paths):
+        inner = found
+        for name in path[:-1]:
+            inner = inner.setdefault(name, {})
+        inner[path[-1]] = functools.reduce(dict.__getitem__, path, facts)
+    return found
 
 
 def readme_figures(folder: Path) -> list[str]:
@@ -121,18 +161,14 @@ def readme_figures(folder: Path) -> list[str]:
     return found[:2]
 
 
-def page(folder: Path, options: str, packed: bytes, kept: bool) -> str:
+def page(place: Path, options: str) -> str:
     """README.md: what was run, with what, and what lies here."""
-    claims = json.loads((folder / report.CLAIMS).read_text())
-    table = io.StringIO((folder / TABLE_FILE).read_text(encoding="utf-8"), newline="")
-    cells = {row["cell"]: row for row in csv.DictReader(table)}
+    claims = json.loads((place / report.CLAIMS).read_text())
+    cells = {row["cell"]: row for row in rows(place)}
     hours = sum(float(row["cpu_seconds"]) for row in cells.values()) / 3600
     words = [claim["verdict"] for claim in claims["claims"]]
     experts = ", ".join(sorted({row["expert"] for row in cells.values()}))
     command = " ".join(word for word in ("maviper reproduce", options, "-o FOLDER") if word)
-    size, digest = f"{len(packed) / 1e6:.1f} MB", hashlib.sha256(packed).hexdigest()
-    lies = f"`{ARCHIVE}` ({size}) holds what they are made of: `tar xf {ARCHIVE} && python {report.SCRIPT}`."
-    left = f"What they are made of ({size} packed, sha256 {digest}) is left out; the command makes it again."
     return f"""# A reproduction of the paper, experts: {experts}
 
     {command}
@@ -142,10 +178,12 @@ Register of claims: sha256 {claims["register"]}. Versions: {_versions()}.
 
 - `{report.SUMMARY}`: a line for each claim; `{report.CLAIMS}`: every comparison, with p-values.
 - `{report.PAGE}`: tables and figures on one page; `{report.FIGURES}/`: the figures alone.
-- `{TABLE}`: the mean of every line-up and measure of every cell, with its CPU time.
-- `{report.SCRIPT}` computes all numbers again without maviper. {lies if kept else left}
+- `{compact.FILE}`: the mean of every line-up and measure of every cell, with its CPU time, and what each number of the
+  report is made of. {compact.TOLD}
+- `{report.SCRIPT}` computes all numbers and verdicts again from `{compact.FILE}`, without maviper.
 
-This folder was written by `python -m tests.benchmarks.record`.
+Episodes are left out but where an error is drawn over those of one seed. The command makes them again, as
+`episodes/CELL.csv`. This folder was written by `python -m tests.benchmarks.record`.
 """
 
 
@@ -162,10 +200,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", type=Path)
     parser.add_argument("place", type=Path)
-    parser.add_argument("--most", type=float, default=MOST, help="MB of the archive, at most")
     parser.add_argument("options", nargs="*", help="those of maviper reproduce")
     given = parser.parse_args()
-    for path in recorded(given.folder, given.place, " ".join(given.options), given.most):
+    for path in recorded(given.folder, given.place, " ".join(given.options)):
         print(f"{path.stat().st_size:>9}  {path}")
 
 

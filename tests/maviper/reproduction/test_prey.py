@@ -44,9 +44,9 @@ def test_the_order_by_touches_is_that_of_the_fine_reversed(found):
 
 def test_no_fine_is_negative():
     """So a return is nothing but touches and fines."""
-    for cells in prey.by_episode(prey.RECORDS / "mappo-predator-prey").values():
-        for touches, returns in cells.values():
-            assert (-returns - prey.PER_TOUCH * touches > -1e-9).all()
+    for of in prey.by_cell(prey.RECORDS / "mappo-predator-prey").values():
+        for cell in of.values():
+            assert prey.told(cell)["fine"] > -1e-9 and 0 <= prey.told(cell)["inside"] <= 1
 
 
 def test_differences_leave_out_seeds_without_a_number():

@@ -1,21 +1,22 @@
 """The record of a reproduction: what lies in it, that it stands alone, and that the committed ones are whole."""
 
 import csv
+import hashlib
 import json
 import re
 import shutil
 import subprocess
 import sys
-import tarfile
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import pytest
 
 from maviper.reproduction import register, report
+from maviper.reproduction.cells.table import COLUMNS
 from maviper.reproduction.verdicts import AGREES, DIFFERS, NOT_DECIDED
-from tests.benchmarks import record
-from tests.benchmarks.record import TABLE, recorded, rows
+from tests.benchmarks import compact
+from tests.benchmarks.record import OLD_TABLE, kept_facts, recorded, rows
 from tests.maviper.reproduction import tables
 from tests.maviper.reproduction.tables import DECEPTION, NAVIGATION
 
@@ -24,14 +25,6 @@ RECORDS = ROOT / "generated" / "reproduction"
 COMMITTED = sorted(RECORDS.glob("*/claims.json"))
 FAMILIES = ("maddpg", "mappo")  # of the default tier
 MORE = ("maddpg-deception", "maddpg-predator-prey", "mappo-predator-prey")  # seeds; a family, then a game
-
-
-@pytest.fixture(scope="module", autouse=True)
-def packed_quickly():
-    """What a record is packed with says nothing about what lies in it."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(record, "EFFORT", 0)
-        yield
 
 
 @pytest.fixture(scope="module")
@@ -56,47 +49,93 @@ def contents(place):
 def test_equal_folders_give_equal_records_without_paths_or_times(folder, place, tmp_path):
     (tmp_path / "figures").mkdir()
     (tmp_path / "figures" / "old.svg").write_text("of an earlier record")
+    (tmp_path / OLD_TABLE).write_text("of an earlier form")
     recorded(folder, tmp_path, "--experts mappo")
     assert contents(tmp_path) == contents(place)
     for name, data in contents(place).items():
         assert str(folder).encode() not in data, name
-    with tarfile.open(place / "episodes.tar.xz") as packed:
-        assert {(member.mtime, member.uid, member.uname) for member in packed} == {(0, 0, "")}
+    assert str(folder) not in json.dumps(compact.unpacked(place / compact.FILE))
 
 
-def test_a_record_packs_each_value_of_each_episode(folder, place, tmp_path):
-    """Episodes that follow one another share a row, and one that does not has its own."""
-    with tarfile.open(place / "episodes.tar.xz") as packed:
-        packed.extractall(tmp_path, filter="data")
-    cells = sorted(path.name for path in (folder / "episodes").iterdir())
-    assert sorted(path.name for path in (tmp_path / "episodes").iterdir()) == cells
-    for name in cells:
-        with (folder / "episodes" / name).open() as file:
-            _, *played = csv.reader(file)
-        with (tmp_path / "episodes" / name).open() as file:
-            _, *rows = csv.reader(file)
-        assert len(rows) < len(played) / 20
-        assert [row for each in rows for row in apart(*each)] == played
-    apart_in_time = "lineup,measure,episode,value\na,m,3,1.0\na,m,4,2.0\na,m,6,3.0\nb,m,7,4.0\n"
-    assert record.in_rows(apart_in_time.encode()).split()[1:] == [b"a,m,3,1.0,2.0", b"a,m,6,3.0", b"b,m,7,4.0"]
+def test_a_record_says_what_the_episodes_of_each_cell_come_to(folder, place):
+    """The table is that of the folder, the hash that of the file of episodes, which `sha256sum` gives too."""
+    with (folder / "cells.csv").open(newline="") as file:
+        table = sorted(map(tuple, map(dict.values, csv.DictReader(file))))
+    ours = sorted(map(tuple, map(dict.values, rows(place))))
+    at = COLUMNS.index("mean")
+    assert [row[:at] + row[at + 1 :] for row in ours] == [row[:at] + row[at + 1 :] for row in table]
+    assert [float(row[at]) for row in ours] == pytest.approx([float(row[at]) for row in table], rel=1e-12)
+    cells = compact.unpacked(place / compact.FILE)["cells"]
+    assert {f"{name}.csv" for name in cells} == {path.name for path in (folder / "episodes").iterdir()}
+    for name, cell in cells.items():
+        data = (folder / "episodes" / f"{name}.csv").read_bytes()
+        assert cell["sha256"] == hashlib.sha256(data).hexdigest()
 
 
-def apart(lineup, measure, first, *values):
-    return [[lineup, measure, str(int(first) + place), value] for place, value in enumerate(values)]
+def test_single_episodes_stay_where_a_number_needs_them_alone(place):
+    """Experts, whose errors are drawn over the episodes of one seed; of trees, what a single seed has."""
+    kept, left = set(), 0
+    for cell in compact.unpacked(place / compact.FILE)["cells"].values():
+        for columns in cell["values"].values():
+            for told in columns.values():
+                if "values" in told:
+                    assert len(told["values"]) == told["count"]
+                    kept.add((cell["about"]["kind"], cell["about"]["splits"]))
+                left += "values" not in told
+    assert ("expert", "") in kept and ("crossplay", "") not in kept and left > 1000
 
 
-def computed_again(place, folder):
+def test_facts_are_kept_where_numbers_take_them(place):
+    cells = compact.unpacked(place / compact.FILE)
+    taken = {
+        (cell, *path)
+        for number in cells["numbers"].values()
+        for part in number["parts"]
+        for source in (part["ours"], part["theirs"] or part["ours"])
+        for _, path in source["facts"]
+        for cell, _ in source["places"]
+    }
+    assert taken
+    for cell, *path in taken:
+        found = cells["cells"][cell]["facts"]
+        for name in path:
+            found = found[name]
+        assert isinstance(found, float | int)
+    assert kept_facts({"a": {"b": 1, "c": 2}, "d": 3}, {("a", "b")}) == {"a": {"b": 1}}
+
+
+def computed_again(place):
     """What the record's own script says of the record's own data."""
-    with tarfile.open(place / "episodes.tar.xz") as packed:
-        packed.extractall(folder, filter="data")
-    for name in (TABLE, "recompute.py"):
-        (folder / name).write_bytes((place / name).read_bytes())
-    command = [sys.executable, "-I", str(folder / "recompute.py")]
-    return subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    command = [sys.executable, "-I", str(place / "recompute.py")]
+    return subprocess.run(command, capture_output=True, text=True, check=False).stdout
 
 
-def test_numbers_are_computed_again_from_the_record_alone(place, tmp_path):
-    assert " 0 come out otherwise" in computed_again(place, tmp_path)
+def test_numbers_and_verdicts_are_computed_again_from_the_record_alone(place):
+    numbers, verdicts = (len(each) for each in (compact.unpacked(place / compact.FILE)["numbers"], judged(place)))
+    said = f"{numbers} numbers and {verdicts} verdicts computed again, 0 come out otherwise"
+    assert computed_again(place).strip() == said and numbers > 300 and verdicts > 30
+
+
+def judged(place):
+    claims = json.loads((place / report.CLAIMS).read_text())["claims"]
+    return [claim for claim in claims if claim["test"] != register.NUMBER]
+
+
+def test_a_mean_or_a_word_that_was_changed_is_noticed(place, tmp_path):
+    for name in (report.SCRIPT, compact.FILE, report.CLAIMS):
+        shutil.copy(place / name, tmp_path)
+    told = json.loads((tmp_path / report.CLAIMS).read_text())
+    claim = next(each for each in told["claims"] if each["verdict"] == AGREES)
+    claim["verdict"] = DIFFERS
+    (tmp_path / report.CLAIMS).write_text(json.dumps(told))
+    assert f"{claim['id']}: AGREES, the report has DIFFERS" in computed_again(tmp_path)
+    document = compact.unpacked(place / compact.FILE)
+    wanted = {"kind": "extraction", "algorithm": "maviper", "depth": "4", "preset": "paper", "game": DECEPTION}
+    cell = next(each for each in document["cells"].values() if wanted.items() <= each["about"].items())
+    cell["values"]["joint:defenders"]["defenders success r=0.316"]["mean"] += 0.1
+    more = {name: of for name, of in document.items() if name not in ("form", "cells")}
+    (tmp_path / compact.FILE).write_bytes(compact.packed(document["cells"], **more))
+    assert "joint/maviper/physical-deception" in computed_again(tmp_path)
 
 
 def test_the_page_says_how_it_was_made(folder, place):
@@ -105,16 +144,6 @@ def test_the_page_says_how_it_was_made(folder, place):
     assert register.read().sha256 in text and re.search(r"numpy \d+\.", text)
     cells = len(list((folder / "episodes").iterdir()))
     assert f"{cells} cells, {cells * 1.5 / 3600:.1f} core-hours" in text
-
-
-def test_a_large_archive_is_left_out_and_the_page_says_so(folder, place, tmp_path, monkeypatch):
-    packed = (place / "episodes.tar.xz").read_bytes()
-    monkeypatch.setattr(record, "archive", {folder: packed}.__getitem__)  # as it was packed for `place`
-    shutil.copytree(place, tmp_path, dirs_exist_ok=True)  # a record with its archive
-    assert (tmp_path / "episodes.tar.xz").exists()
-    recorded(folder, tmp_path, most=0.001)
-    assert not (tmp_path / "episodes.tar.xz").exists()
-    assert "is left out" in (tmp_path / "README.md").read_text()
 
 
 def test_the_figures_of_the_readme_have_a_background_of_their_own(place):
@@ -135,8 +164,9 @@ def test_committed_records_are_whole(path):
         and f"<strong>{report.counts(words)}.</strong>" in (place / "report.html").read_text()
     )
     assert f"{report.counts(words)}. " in (place / "README.md").read_text()
-    assert all((place / name).exists() for name in ("report.html", TABLE, "README.md", "readme-1.svg"))
-    assert (place / "episodes.tar.xz").exists() != ("is left out" in (place / "README.md").read_text())
+    assert all((place / name).exists() for name in ("report.html", "README.md", "readme-1.svg"))
+    assert (place / compact.FILE).exists() != ("is left out" in (place / "README.md").read_text())
+    assert (place / compact.FILE).exists() != (place / OLD_TABLE).exists() and rows(place)
 
 
 def decided(*names):
@@ -278,22 +308,24 @@ def test_readme_and_manual_say_what_the_registered_claims_came_to():
         assert told.format(*shown) in said
 
 
-@pytest.mark.parametrize("path", sorted(RECORDS.glob("*/episodes.tar.xz")), ids=lambda path: path.parent.name)
-def test_committed_episodes_give_the_recorded_numbers(path, tmp_path):
-    assert " 0 come out otherwise" in computed_again(path.parent, tmp_path)
-
-
 @pytest.mark.parametrize("path", sorted(RECORDS.glob("*/recompute.py")), ids=lambda path: path.parent.name)
-def test_a_record_without_its_episodes_says_where_they_are(path):
+def test_committed_cells_give_the_recorded_numbers_and_verdicts(path):
+    """A record of the earlier form, which keeps no cells, says where they are."""
     assert path.read_bytes() == sorted(RECORDS.glob("*/recompute.py"))[0].read_bytes()
-    found = subprocess.run([sys.executable, "-I", str(path)], capture_output=True, text=True, check=False)
-    assert found.returncode == 1 and "README.md has the command" in found.stderr and "Traceback" not in found.stderr
+    command = [sys.executable, "-I", str(path)]
+    found = subprocess.run(command, capture_output=True, text=True, check=False)
+    if (path.parent / compact.FILE).exists():
+        assert found.returncode == 0 and f"{len(judged(path.parent))} verdicts computed again, 0 come" in found.stdout
+    else:
+        assert found.returncode == 1 and "README.md has the command" in found.stderr
+    assert "Traceback" not in found.stderr
 
 
 @pytest.mark.parametrize("name", MORE)
 def test_more_seeds_are_the_same_cells_and_more(name):
     def told(name):
-        return {tuple(row.values())[:-1]: row["cell"] for row in rows(RECORDS / name)}  # without CPU seconds
+        kept = (row for row in rows(RECORDS / name) if row["measure"] != compact.INSIDE)  # of new records alone
+        return {tuple(row.values())[:-1]: row["cell"] for row in kept}  # without CPU seconds
 
     first, second = told(name.partition("-")[0]), told(name)
     both = set(first.values()) & set(second.values())
