@@ -14,11 +14,11 @@ from typing import NamedTuple
 import numpy as np
 
 from codegen.floats import nearest_double
-from codegen.ir import AgentPolicy, Bool, Float64, PolicyProfile, act
+from codegen.ir import AgentPolicy, Bool, Float64, Int64, PolicyProfile, act
 from verify.claims.uncertified.values import Batch
 from verify.systems.claims import SystemClaim
 from verify.systems.language.expressions import Call, Expression, Name, Number, Pi, Power, Product, Quotient, Sum
-from verify.systems.system import Feature, HalfSpace, Measure, System
+from verify.systems.system import Feature, HalfSpace, Interval, Measure, System
 
 PARTS = 8  # of a period
 MAX_FOUND = 16
@@ -28,10 +28,22 @@ Evaluated = Callable[[Mapping[str, Float64]], Float64]
 
 
 class FlowCourse(NamedTuple):
-    """How an episode is to go: its start, and the errors of the derivatives, which stay."""
+    """How an episode is to go: its start, and what stays: the errors of the derivatives, by how many seconds each
+    period is longer than stated, and which of the flow's ways to observe late it is.
+    """
 
     start: Mapping[str, Fraction]
     errors: Mapping[str, Fraction]
+    longer: Fraction = Fraction(0)
+    way: int = 0
+
+
+class _Chances(NamedTuple):
+    """The same of many episodes in float64: errors by variable, seconds, ways, [batch] each."""
+
+    errors: Planes
+    longer: Float64
+    way: Int64
 
 
 class FlowPlay:
@@ -53,30 +65,39 @@ class FlowPlay:
         size = len(next(iter(start.values())))
         ends = {name: (nearest_double(low), nearest_double(high)) for name, (low, high) in self._flow.error.items()}
         errors = {name: random.choice([low, high, 0.5 * (low + high)], size) for name, (low, high) in ends.items()}
+        chances = _Chances(errors, *self._sampled(size))
         with np.errstate(all="ignore"):  # what overflows breaks nothing that could be replayed
-            broken = self._broken(start, errors, size)
+            broken = self._broken(start, chances, size)
         for place in np.flatnonzero(broken)[:MAX_FOUND]:
             begun = {name: Fraction(float(values[place])) for name, values in start.items()}
-            yield FlowCourse(begun, {name: self._error(name, float(values[place])) for name, values in errors.items()})
+            off = {name: _exact(float(values[place]), self._flow.error[name]) for name, values in errors.items()}
+            longer = _exact(float(chances.longer[place]), self._flow.jitter)
+            yield FlowCourse(begun, off, longer, int(chances.way[place]))
+
+    def _sampled(self, size: int) -> tuple[Float64, Int64]:
+        """By how much periods are longer, and the ways to observe late, both of episodes in turn."""
+        low, high = map(nearest_double, self._flow.jitter)
+        turns = np.arange(size)
+        return np.array([low, high, 0.5 * (low + high)])[turns % 3], turns // 3 % len(self._flow.seen)
 
     def from_starts(self, starts: Sequence[Mapping[str, float]]) -> Iterator[FlowCourse]:
         """Courses from some starts, without errors, that break the claim in float64."""
         if not starts:
             return
+        starts = [{**start, **{name: start[of] for name, of in self._flow.kept.items()}} for start in starts]
         planes = {name: np.array([start[name] for start in starts]) for name in starts[0]}
         with np.errstate(all="ignore"):
-            broken = self._broken(planes, {}, len(starts))
+            broken = self._broken(planes, self._even(len(starts)), len(starts))
         for start, found in zip(starts, broken.tolist(), strict=True):
             if found:
                 yield FlowCourse({name: Fraction(value) for name, value in start.items()}, {})
 
-    def _error(self, name: str, near: float) -> Fraction:
-        """The exact error that a float stands for: an end of its bounds, or a number between them."""
-        low, high = self._flow.error[name]
-        ends = {nearest_double(low): low, nearest_double(high): high}
-        return ends.get(near, min(max(Fraction(near), low), high))
+    def _even(self, count: int) -> _Chances:
+        """No errors, periods as stated, the first way to observe."""
+        middle = min(max(0.0, nearest_double(self._flow.jitter[0])), nearest_double(self._flow.jitter[1]))
+        return _Chances({}, np.full(count, middle), np.zeros(count, dtype=np.int64))
 
-    def _broken(self, start: Planes, errors: Planes, count: int) -> Bool:
+    def _broken(self, start: Planes, chances: _Chances, count: int) -> Bool:
         claim, state = self._claim, start
         broken, alive = np.zeros(count, dtype=np.bool_), np.ones(count, dtype=np.bool_)
         for period in range(claim.steps + 1):
@@ -85,11 +106,11 @@ class FlowPlay:
             alive &= ~bad & ~good
             if period == claim.steps or not alive.any():
                 break
-            held = self._held(state, count)
+            held = self._held(state, chances.way)
             known = {**state, **held}
             state = state | {name: np.broadcast_to(value(known), count) for name, value in self._jumps.items()}
             for part in range(PARTS):
-                state = self._moved(state, held, errors)
+                state = self._moved(state, held, chances)
                 if part + 1 < PARTS and not claim.at_samples:
                     bad, good = self._asked(state, count, period, between=True)
                     broken |= alive & bad
@@ -105,14 +126,14 @@ class FlowPlay:
             return (~inside if last else np.zeros(count, dtype=np.bool_)), inside
         return batch.holds(claim.broken(period), {}), np.zeros(count, dtype=np.bool_)
 
-    def _moved(self, state: Planes, held: Planes, errors: Planes) -> Planes:
-        h = self._period / PARTS
+    def _moved(self, state: Planes, held: Planes, chances: _Chances) -> Planes:
+        h, errors = (self._period + chances.longer) / PARTS, chances.errors
 
         def slope(now: Planes) -> Planes:
             known = {**now, **held}
             return {name: rate(known) + errors.get(name, 0.0) for name, rate in self._rates.items()}
 
-        def along(rates: Planes, time: float) -> Planes:
+        def along(rates: Planes, time: Float64) -> Planes:
             return {name: value + time * rates[name] for name, value in state.items()}
 
         first = slope(state)
@@ -121,10 +142,14 @@ class FlowPlay:
         last = slope(along(third, h))
         return along({x: (first[x] + 2.0 * second[x] + 2.0 * third[x] + last[x]) / 6.0 for x in state}, h)
 
-    def _held(self, state: Planes, count: int) -> Planes:
+    def _held(self, state: Planes, way: Int64) -> Planes:
         found: Planes = {}
+        late = {name for each in self._flow.seen for name in each}
+        observed = state | {
+            name: np.choose(way, [state[each.get(name, name)] for each in self._flow.seen]) for name in late
+        }
         for policy in self._profile.agents:
-            chosen = act(policy, self._seen(policy, state, count))
+            chosen = act(policy, self._seen(policy, observed, len(way)))
             values = [self._flow.held[policy.agent, action.name] for action in policy.actions]
             for name in values[0]:
                 found[name] = np.array([nearest_double(each[name]) for each in values])[chosen]
@@ -147,11 +172,19 @@ class FlowPlay:
             where = np.where(rounded, np.round(where), where)
             ends = nearest_double(low), nearest_double(high)
             found[one.name] = np.clip(ends[0] + (ends[1] - ends[0]) * where, *ends)
+        found |= {name: found[of] for name, of in self._flow.kept.items()}
         kept = np.ones(count, dtype=np.bool_)
         for half in self._system.start:
             if len(half.form.terms) > 1:
                 kept &= _value(half, found, count) <= 0
         return {name: values[kept] for name, values in found.items()} if kept.any() else None
+
+
+def _exact(near: float, bounds: Interval) -> Fraction:
+    """The exact number that a float stands for: an end of its bounds, or a number between them."""
+    low, high = bounds
+    ends = {nearest_double(low): low, nearest_double(high): high}
+    return ends.get(near, min(max(Fraction(near), low), high))
 
 
 def _narrowed(half: HalfSpace, name: str, low: Fraction, high: Fraction) -> tuple[Fraction, Fraction]:

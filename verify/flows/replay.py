@@ -42,8 +42,9 @@ def replayed(
     """The episode of a course as a counterexample; None where it does not surely break the claim in `left` steps."""
     left = left or StepsLeft()
     assert system.flow is not None
-    bounds = system.flow.error
+    bounds, (least, most) = system.flow.error, system.flow.jitter
     within = all(low <= course.errors.get(name, Fraction(0)) <= high for name, (low, high) in bounds.items())
+    within &= least <= course.longer <= most and 0 <= course.way < len(system.flow.seen)
     if not within or not course.errors.keys() <= bounds.keys() or not is_start(system, claim, course.start):
         return None
     ensure_arithmetic()
@@ -75,12 +76,10 @@ class _Narrow:
         names = [one.name for one in system.variables]
         self._errors = {name: course.errors.get(name, Fraction(0)) for name in system.flow.error}
         off = [self._errors.get(name, Fraction(0)) for name in names]
-        self._step = FlowStep(
-            FlowReading(system.flow, names),
-            list(zip(off, off, strict=True)),
-            Stepping(ORDER, system.flow.period / parts),
-        )
-        self._policies, self._part = profile.agents, system.flow.period / parts
+        period = system.flow.period + course.longer
+        how = Stepping(ORDER, period / parts)
+        self._step = FlowStep(FlowReading(system.flow, names), list(zip(off, off, strict=True)), how)
+        self._part, self._course = how.seconds, course
         numbers = [course.start[name] for name in names]
         self._box = Spans(np.array([list(map(floor, numbers))]), np.array([list(map(ceiling, numbers))]))
         self._frames: tuple[Frame, ...] = (framed(self._box),)
@@ -97,7 +96,7 @@ class _Narrow:
                 return None
             if period == claim.steps:
                 break
-            joint = self._sweep.only_action(self._box)
+            joint = self._sweep.only_action(self._box, self._course.way)
             if joint is None:
                 return None
             self._actions.append(self._sweep.named(joint))
@@ -141,4 +140,7 @@ class _Narrow:
 
     def _told(self, step: int, seconds: Fraction) -> SystemCounterexample:
         errors = tuple(dict(self._errors) for _ in self._actions) if self._errors else ()
-        return SystemCounterexample(tuple(self._states), tuple(self._actions), errors, (), step, seconds=seconds)
+        states, actions, course = tuple(self._states), tuple(self._actions), self._course
+        return SystemCounterexample(
+            states, actions, errors, (), step, seconds=seconds, longer=course.longer, way=course.way
+        )

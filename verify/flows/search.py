@@ -64,7 +64,9 @@ class PlanSearch:
         self._most, self._steps = most, max(claim.steps, 1)
         self._tested = _tested(profile, system)
         deciding = _moving(self._tested, system)
-        self._weights = np.array([1.0 if name in deciding else ASIDE for name in self._names])
+        kept = system.flow.kept  # what starts as another variable is cut with it
+        weights = {name: 1.0 if name in deciding else ASIDE for name in self._names} | dict.fromkeys(kept, 0.0)
+        self._weights = np.array([weights[name] for name in self._names])
         self.open: list[StartBox] = []
         self.why = ""
         self.how = CURVED[0]
@@ -235,7 +237,8 @@ def _tested(profile: PolicyProfile, system: System) -> set[str]:
         for place in {int(each) for each in policy.tree.feature if each != NO_FEATURE}:
             feature = system.features[policy.agent][policy.features[place].name]
             found |= {name for name, _ in feature.form.terms}
-    return found
+    assert system.flow is not None
+    return {each.get(name, name) for name in found for each in system.flow.seen}
 
 
 def _moving(tested: set[str], system: System) -> set[str]:

@@ -8,6 +8,7 @@ Does not: collect facts (systems.py).
 from decimal import ROUND_CEILING, Context, Decimal
 from fractions import Fraction
 
+from codegen.wording import counted
 from verify.exact import plain
 from verify.systems.system import Flow
 
@@ -32,9 +33,26 @@ def sentence(flow: Flow) -> str:
     """What verdicts about continuous time are about."""
     errors = {name: max(map(abs, bounds)) for name, bounds in flow.error.items()}
     told = ", ".join(f"{name} {upwards(error)} a second" for name, error in errors.items())
-    jumps = f", jumps of {', '.join(flow.jumps)} at samples" if flow.jumps else ""
-    often = f"of the stated flow, with actions held for {plain(flow.period)} s{jumps}"
+    jumping = [name for name in flow.jumps if name not in flow.kept]
+    jumps = f", jumps of {', '.join(jumping)} at samples" if jumping else ""
+    often = f"of the stated flow, with actions held for {_periods(flow)}{_delays(flow)}{jumps}"
     return often + (f" and derivatives off by at most {told}" if told else ", exactly")
+
+
+def _periods(flow: Flow) -> str:
+    if not any(flow.jitter):
+        return f"{plain(flow.period)} s"
+    low, high = (flow.period + end for end in flow.jitter)
+    return f"{plain(low)} to {plain(high)} s"
+
+
+def _delays(flow: Flow) -> str:
+    """How late observations are."""
+    if not flow.kept:
+        return ""
+    most = len(flow.kept) // len(set(flow.kept.values()))
+    least = most + 1 - len(flow.seen)
+    return f", observations late by {f'{least} to {most} periods' if least < most else counted(most, 'period')}"
 
 
 def upwards(number: Fraction | float, digits: int = DIGITS) -> str:

@@ -39,6 +39,8 @@ def counterexample(found: SystemCounterexample) -> dict[str, Any]:
         "pieces": list(found.pieces),
         **({"choices": choices} if choices else {}),
         **({} if found.seconds is None else {"seconds": plain(found.seconds)}),
+        **({"longer": rational_literal(found.longer)} if found.longer else {}),
+        **({"way": found.way} if found.way else {}),
     }
 
 

@@ -79,7 +79,7 @@ COVERS = {
 FLOWS = {
     **SYSTEMS,
     "verify/checker/covers": ("boxes", "cuts", "leaves", "parts", "rounding", "trees"),
-    "verify/checker/flows": ("certificates", "functions", "series", "sets", "spans", "steps", "sweep"),
+    "verify/checker/flows": ("certificates", "functions", "sampling", "series", "sets", "spans", "steps", "sweep"),
     "verify/systems/language": ("expressions",),
 }
 REFEREE = {

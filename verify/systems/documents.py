@@ -53,6 +53,8 @@ def _flow(flow: Flow) -> dict[str, Any]:
         ],
         "error": {name: _interval(bounds) for name, bounds in flow.error.items()},
         **({"jumps": {name: _expression(value) for name, value in flow.jumps.items()}} if flow.jumps else {}),
+        **({"jitter": _interval(flow.jitter)} if any(flow.jitter) else {}),
+        **({"seen": [dict(each) for each in flow.seen], "kept": dict(flow.kept)} if flow.kept else {}),
     }
 
 

@@ -20,6 +20,7 @@ from verify.language.arithmetic import Typed
 from verify.language.units import PURE, Unit, unit_of, written
 from verify.systems.actors import agents_of, features_of
 from verify.systems.flows.reading import flow_of
+from verify.systems.flows.sampling import Keeping
 from verify.systems.given.agents import Acting
 from verify.systems.language.expressions import Expression, Number
 from verify.systems.language.parsing import Names, half_spaces
@@ -85,7 +86,7 @@ def statement_of(source: str, name: str, acting: Mapping[str, Acting] = MappingP
     }
     rules: tuple[Rule, ...] = ()
     flow: Flow | None = None
-    steps = 0
+    steps, late = 0, Keeping()
     if "dynamics" in document:
         steps = count(document.get("steps"), where / "steps", MAX_STEPS)
         moved = as_table(document["dynamics"], where / "dynamics")
@@ -98,7 +99,7 @@ def statement_of(source: str, name: str, acting: Mapping[str, Acting] = MappingP
                 what = "a flow is not compared with an environment"
                 raise InputError(what, where / "reference", "remove the reference; worlds check integrates the flow")
             _ensure_numbers((*modes, *(each.name for each in clock)), "a flow", where / "dynamics" / "flow")
-            flow = flow_of(moved, variables, agents, known, where / "dynamics")
+            flow, late = flow_of(moved, variables, agents, features, known, where / "dynamics")
         else:
             rules = rules_of(moved, variables, agents, known, where / "dynamics", [each.name for each in clock])
     start = _start(table(document, "start", where), variables, names, where / "start", clock)
@@ -108,6 +109,7 @@ def statement_of(source: str, name: str, acting: Mapping[str, Acting] = MappingP
         _ensure_numbers((*modes, *(each.name for each in clock)), "an environment", where / "reference")
     rules, variables, start = with_roundings(rules, variables, start, acting)
     made = pieces(rules, variables, where / "dynamics")
+    variables, start = (*variables, *late.variables), (*start, *late.start)
     system = System(called or "system", variables, features, start, made, steps, reference, flow)
     stated = {key: value for key, value in document.items() if key == "property"}
     return Statement(system, agents, rules, names, stated, where, state, inputs, source, acting)

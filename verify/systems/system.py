@@ -143,6 +143,11 @@ class Flow:
     and inputs, plus an error anywhere in `error[x]`, which may change at any time. `held` are the inputs' values by
     (agent, action): between two samples, `period` seconds apart, they stay. At each sample, after actions were chosen,
     every x of `jumps` becomes `jumps[x]` of what was before.
+
+    `jitter`: by how many seconds any one period may be longer, or shorter if below 0. `seen`: how late observations may
+    be: at each sample each agent observes by any one of these, variable -> the variable that keeps what it was some
+    periods ago; what is not named is observed as it is. `kept`: these variables -> those that they keep, as which they
+    start.
     """
 
     period: Fraction
@@ -150,6 +155,9 @@ class Flow:
     held: Mapping[tuple[str, str], Mapping[str, Fraction]]
     error: Mapping[str, Interval] = field(default_factory=lambda: MappingProxyType({}))
     jumps: Mapping[str, Expression] = field(default_factory=lambda: MappingProxyType({}))
+    jitter: Interval = (Fraction(0), Fraction(0))
+    seen: tuple[Mapping[str, str], ...] = (MappingProxyType({}),)
+    kept: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
 
 
 @dataclass(frozen=True)

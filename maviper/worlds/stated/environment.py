@@ -19,6 +19,7 @@ from pettingzoo import ParallelEnv  # pyright: ignore[reportMissingTypeStubs]
 
 from codegen.errors import InputError
 from codegen.ir import FeatureSpec
+from maviper.worlds.stated.flowing import FlowRule
 from maviper.worlds.stated.systems import Floats, Moving, drawn, read, start
 from verify.systems.language.expressions import function
 from verify.systems.observing import measured, nearest
@@ -98,7 +99,10 @@ class StatedEnv(ParallelEnv[str, Any, Any]):
         acted = self.agents
         chosen = {agent: self.action_names[agent][actions[agent]] for agent in acted}
         rule = drawn(self._moving.rules(self.state), self._rng)
-        after = rule.moved(self.state, chosen)
+        if isinstance(rule, FlowRule) and any(rule.jitter):
+            after = rule.moved(self.state, chosen, float(self._rng.uniform(*rule.jitter)))
+        else:
+            after = rule.moved(self.state, chosen)
         for name, (low, high) in rule.error.items():
             after[name] += self._rng.uniform(low, high)
         left = not self._moving.rules(after)
@@ -112,19 +116,29 @@ class StatedEnv(ParallelEnv[str, Any, Any]):
         return self._seen(), rewards, dict.fromkeys(acted, left), dict.fromkeys(acted, cut), infos
 
     def _seen(self) -> dict[str, Any]:
-        exact = {name: Fraction(number) for name, number in self.state.items()}
         features = self.statement.system.features
-        return {
-            agent: np.array([self._of(feature, exact) for feature in features[agent].values()], np.float32)
-            for agent in self.possible_agents
-        }
+        found: dict[str, Any] = {}
+        for agent in self.possible_agents:
+            state = self._late()
+            exact = {name: Fraction(number) for name, number in state.items()}
+            found[agent] = np.array([_of(feature, state, exact) for feature in features[agent].values()], np.float32)
+        return found
 
-    def _of(self, feature: Feature, exact: Mapping[str, Fraction]) -> np.float32:
-        match feature:
-            case Feature(Affine(((name, factor),), constant), Measure.VALUE) if factor == 1 and not constant:
-                return np.float32(self.state[name])  # the same in less time
-            case _:
-                return nearest(measured(feature, exact))
+    def _late(self) -> Floats:
+        """The state as an agent observes it: of a flow with delays, as it was some periods ago, drawn by the seed."""
+        flow = self.statement.system.flow
+        if flow is None or not flow.kept:
+            return self.state
+        way = flow.seen[int(self._rng.integers(len(flow.seen)))]
+        return {name: self.state[way.get(name, name)] for name in self.state}
+
+
+def _of(feature: Feature, state: Floats, exact: Mapping[str, Fraction]) -> np.float32:
+    match feature:
+        case Feature(Affine(((name, factor),), constant), Measure.VALUE) if factor == 1 and not constant:
+            return np.float32(state[name])  # the same in less time
+        case _:
+            return nearest(measured(feature, exact))
 
 
 def _specs(statement: Statement, agent: str) -> list[FeatureSpec]:

@@ -29,6 +29,7 @@ class FlowRule:
 
     def __init__(self, flow: Flow) -> None:
         self.period = float(flow.period)
+        self.jitter = float(flow.jitter[0]), float(flow.jitter[1])
         self.error = {
             name: (self.period * float(low), self.period * float(high)) for name, (low, high) in flow.error.items()
         }
@@ -55,9 +56,9 @@ class FlowRule:
         known = {**state, **held}
         return {**state, **{name: value(known) for name, value in self._jumps.items()}}
 
-    def moved(self, state: Mapping[str, float], actions: Mapping[str, str]) -> Floats:
-        """The state after a period, without errors."""
-        held, h = self.held(actions), self.period / PARTS
+    def moved(self, state: Mapping[str, float], actions: Mapping[str, str], longer: float = 0.0) -> Floats:
+        """The state after a period that is so many seconds longer than stated, without errors."""
+        held, h = self.held(actions), (self.period + longer) / PARTS
         now = self.jumped(state, held)
         for _ in range(PARTS):
             first = self.derivative(now, held)
@@ -68,7 +69,7 @@ class FlowRule:
         return now
 
     def integrated(self, state: Mapping[str, float], actions: Mapping[str, str], times: Float64) -> Float64:
-        """The states at some times of a period, [times, variables], by scipy's DOP853."""
+        """The states at some times of a period, in order, [times, variables], by scipy's DOP853."""
         from scipy.integrate import solve_ivp  # half a second, which proofs and checks need not wait
 
         held, names = self.held(actions), list(state)
@@ -77,10 +78,10 @@ class FlowRule:
             found = self.derivative(dict(zip(names, numbers.tolist(), strict=True)), held)
             return np.array([found[name] for name in names])
 
-        begun, span = np.array(list(self.jumped(state, held).values())), (0.0, self.period)
+        begun, span = np.array(list(self.jumped(state, held).values())), (0.0, float(times[-1]))
         found = solve_ivp(rate, span, begun, "DOP853", t_eval=times, rtol=TOLERANCE, atol=TOLERANCE)
         if not found.success:
-            raise ArithmeticError(f"it grows beyond all bounds within {self.period:g} s")
+            raise ArithmeticError(f"it grows beyond all bounds within {span[1]:g} s")
         return np.asarray(found.y.T)
 
 

@@ -32,8 +32,10 @@ def integrated(statement: Statement) -> Finding:
         state = start(statement, rng) if number % 2 else anywhere
         chosen = {agent.name: str(rng.choice(list(agent.actions))) for agent in statement.agents}
         try:
-            after = rule.moved(state, chosen)
-            exact = dict(zip(state, rule.integrated(state, chosen, np.array([rule.period]))[-1].tolist(), strict=True))
+            longer = float(rng.uniform(*rule.jitter)) if any(rule.jitter) else 0.0
+            after = rule.moved(state, chosen, longer)
+            ends = rule.integrated(state, chosen, np.array([rule.period + longer]))[-1].tolist()
+            exact = dict(zip(state, ends, strict=True))
         except (ArithmeticError, ValueError) as error:
             where = ", ".join(f"{name} = {value:.6g}" for name, value in state.items())
             return Finding(Mark.WRONG, f"flow: a derivative is not defined from {where}: {error}", UNDEFINED)

@@ -132,11 +132,14 @@ def start(statement: Statement, rng: np.random.Generator) -> Floats:
     InputError where none is found, since the region is too thin.
     """
     bounds = box(statement)
+    flow = statement.system.flow
+    kept = dict[str, str]() if flow is None else flow.kept
     further = [half for half in statement.system.start if len(half.form.terms) > 1]  # the box, rounded, is met by all
     for _ in range(TRIES):
         drawn = {name: rng.uniform(float(low), float(high), DRAWS) for name, (low, high) in bounds.items()}
         for k in range(DRAWS):
             state = {name: float(numbers[k]) for name, numbers in drawn.items()}
+            state |= {name: state[of] for name, of in kept.items()}
             exact = {name: Fraction(number) for name, number in state.items()}
             if all(half.holds(exact) for half in further):
                 return state

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Mapping, Sequence
-from typing import TypeAlias, TypeVar
+from typing import Protocol, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -49,7 +49,7 @@ class TreeCuts:
     def __init__(self, system: System, policy: AgentPolicy, columns: Mapping[str, int]) -> None:
         tree, features = policy.tree, system.features[policy.agent]
         self._action, self._leaf = np.array(tree.action, dtype=np.int64), np.array(tree.feature) == NO_FEATURE
-        self._columns, self.actions = columns, len(policy.actions)
+        self._columns, self._actions = columns, len(policy.actions)
         self._lines: dict[int, Sides[BoundLine]] = {}  # of splits that test single variables
         self._cuts: dict[int, Sides[Cut]] = {}  # of all others
         self._cells: dict[int, LeafWays] = {}
@@ -71,6 +71,11 @@ class TreeCuts:
         else:
             cuts = [(Cut(each, self._columns), Cut(opposite(each), self._columns)) for each in parts]
             self._cuts[node] = _sides(cuts, left, right)
+
+    @property
+    def actions(self) -> int:
+        """How many the agent has."""
+        return self._actions
 
     @property
     def several(self) -> bool:
@@ -97,7 +102,7 @@ class TreeCuts:
         return together(found)
 
     def _acted(self, boxes: BoxList, leaf: Int64) -> BoxList:
-        return boxes._replace(joint=boxes.joint * self.actions + self._action.take(leaf))
+        return boxes._replace(joint=boxes.joint * self._actions + self._action.take(leaf))
 
     def _leaves(self, root: int) -> LeafWays:
         """The ways down from a node by tests of single variables."""
@@ -128,7 +133,20 @@ def _within(cuts: Sequence[Cut], boxes: BoxList) -> BoxList:
     return boxes
 
 
-def decided(trees: Sequence[TreeCuts], boxes: BoxList) -> BoxList:
+class Chooses(Protocol):
+    """What sends boxes down the tree of an agent."""
+
+    @property
+    def actions(self) -> int:
+        """How many the agent has."""
+        ...
+
+    def chosen(self, boxes: BoxList) -> BoxList:
+        """The boxes, each with this agent's action as one more digit of its joint action."""
+        ...
+
+
+def decided(trees: Sequence[Chooses], boxes: BoxList) -> BoxList:
     """The boxes by the joint action that is chosen in them."""
     boxes = boxes._replace(joint=np.zeros(boxes.size, dtype=np.int64))
     for tree in trees:
@@ -136,7 +154,7 @@ def decided(trees: Sequence[TreeCuts], boxes: BoxList) -> BoxList:
     return boxes
 
 
-def digits(joint: int, trees: Sequence[TreeCuts]) -> tuple[int, ...]:
+def digits(joint: int, trees: Sequence[Chooses]) -> tuple[int, ...]:
     """The action of each agent in a joint action."""
     found: list[int] = []
     for tree in reversed(trees):

@@ -21,11 +21,12 @@ from verify.checker.covers.boxes import Watch as ListWatch
 from verify.checker.covers.cuts import RegionCut, linear
 from verify.checker.covers.parts import Parts, StartBox
 from verify.checker.covers.rounding import ceiling, ensure_arithmetic, floor
-from verify.checker.covers.trees import TreeCuts, decided, digits
+from verify.checker.covers.trees import decided, digits
+from verify.checker.flows.sampling import PACE, LateTrees, pace_of, paced
 from verify.checker.flows.series import FlowReading
 from verify.checker.flows.sets import SetList, started
 from verify.checker.flows.spans import Spans
-from verify.checker.flows.steps import FlowStep, Stepping, framed
+from verify.checker.flows.steps import EXACT, FlowStep, Stepping, framed
 from verify.checker.reading import RejectedError
 from verify.systems.claims import SystemClaim
 from verify.systems.language.expressions import Name
@@ -75,12 +76,12 @@ class FlowSweep:
         self._system, self._claim, self._profile = system, claim, profile
         names = [one.name for one in system.variables]
         self.columns = {name: column for column, name in enumerate(names)}
-        self._trees = [TreeCuts(system, policy, self.columns) for policy in profile.agents]
+        self._trees = [LateTrees(system, policy, self.columns) for policy in profile.agents]
         self._regions = [RegionCut(list(map(linear, region)), self.columns) for region in claim.regions]
         self._start = Parts(system, MAX_PARTS, AT_ONCE)
-        self._flow, self._reading = system.flow, FlowReading(system.flow, names)
-        none = Fraction(0), Fraction(0)
-        self._errors = [system.flow.error.get(name, none) for name in names]
+        self._flow, self._pace = paced(system.flow), pace_of(system.flow)
+        self._reading = FlowReading(self._flow, names)
+        self._errors = [self._flow.error.get(name, EXACT) for name in names]
         self.jump = _jump_of(system.flow, names)
         self._held: dict[int, dict[str, tuple[float, float]]] = {}
         self.swept, self.spent, self.most = 0, 0, MAX_SWEPT
@@ -168,6 +169,8 @@ class FlowSweep:
             for policy, action in zip(self._profile.agents, digits(joint, self._trees), strict=True):
                 values = self._flow.held[policy.agent, policy.actions[action].name]
                 found |= {name: (floor(value), ceiling(value)) for name, value in values.items()}
+            if any(self._flow.jitter):
+                found[PACE] = floor(self._pace[0]), ceiling(self._pace[1])
             self._held[joint] = found
         return self._held[joint]
 
@@ -227,9 +230,11 @@ class FlowSweep:
         """Whether every state of a box lies in a region."""
         return self._beyond(_as_list(box)).size == 0
 
-    def only_action(self, box: Spans) -> int | None:
-        """The joint action in all states of a box; None where there are several."""
-        found = np.unique(decided(self._trees, _as_list(box)).joint)
+    def only_action(self, box: Spans, way: int = 0) -> int | None:
+        """The joint action in all states of a box, where all observations are late in one way; None where there are
+        several.
+        """
+        found = np.unique(decided([tree.ways[way] for tree in self._trees], _as_list(box)).joint)
         return int(found[0]) if len(found) == 1 else None
 
     def named(self, joint: int) -> dict[str, str]:

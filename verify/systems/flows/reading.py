@@ -10,23 +10,33 @@ from fractions import Fraction
 
 from codegen.errors import InputError, UnknownNameError
 from verify.language.units import Unit, times, unit_of
-from verify.systems.language.expressions import Call, Expression, affine, parts
+from verify.systems.flows.sampling import ADVICE as PERIOD
+from verify.systems.flows.sampling import Keeping, keeping, sampling_of
+from verify.systems.language.expressions import Call, Expression, Number, affine, parts
 from verify.systems.language.parsing import Names, fitting
 from verify.systems.statement import Agent
-from verify.systems.system import Flow, Interval, Variable
-from verify.systems.values import ADVICE, error_of, flat, measured, only, table, typed
+from verify.systems.system import Feature, Flow, Interval, Variable
+from verify.systems.values import ADVICE, error_of, flat, only, table, typed
 from verify.toml_places import Place
 
 KEYS = ("flow", "period", "next", "let", "error")
 STEPWISE = ("A", "B", "c", "cuts", "piece")  # of systems that move in steps
 MAX_LET = 100
+STILL = Number(Fraction(0))  # the derivative of what keeps an earlier value
 SMOOTH = ("sin", "cos", "tan", "exp", "sqrt")  # functions that have derivatives of all orders where they are defined
 
 
 def flow_of(
-    given: Mapping[str, object], variables: Sequence[Variable], agents: Sequence[Agent], names: Names, where: Place
-) -> Flow:
-    """The flow of a file. `names`: variables, inputs and constants. InputError with the place of the first fault."""
+    given: Mapping[str, object],
+    variables: Sequence[Variable],
+    agents: Sequence[Agent],
+    features: Mapping[str, Mapping[str, Feature]],
+    names: Names,
+    where: Place,
+) -> tuple[Flow, Keeping]:
+    """The flow of a file, and what its delays keep. `names`: variables, inputs and constants. InputError with the place
+    of the first fault.
+    """
     for key in STEPWISE:
         if key in given:
             what = f"both flow and {key}"
@@ -36,10 +46,9 @@ def flow_of(
     only(given, KEYS, where)
     second = unit_of("s", where)
     if "period" not in given:
-        raise InputError("a flow needs the period of its samples", where, 'write period = "0.1 s"')
-    period = measured(given["period"], second, names, where / "period")
-    if period <= 0:
-        raise InputError(f"the period {period} is not above 0", where / "period", 'write period = "0.1 s"')
+        raise InputError("a flow needs the period of its samples", where, PERIOD)
+    sampling = sampling_of(given["period"], names, where / "period")
+    late = keeping(sampling.delays, variables, features, where / "period")
     meant = dict(names.meant)
     lets = table(given, "let", where)
     if len(lets) > MAX_LET:
@@ -56,7 +65,10 @@ def flow_of(
     jumping = flat(table(given, "next", where), where / "next")
     _ensure_variables(jumping, units, where / "next")
     jumps = {name: _smooth(jumping[name], units[name], known, where / "next" / name) for name in jumping}
-    return Flow(period, rates, _held(agents, where), errors, jumps)
+    rates |= {each.name: STILL for each in late.variables}
+    jumps |= late.jumps
+    flow = Flow(sampling.length, rates, _held(agents, where), errors, jumps, sampling.jitter, late.seen, late.kept)
+    return flow, late
 
 
 def _ensure_variables(given: Mapping[str, object], units: Mapping[str, Unit], where: Place) -> None:
