@@ -50,6 +50,8 @@ def check(
     `maviper verify --world -o` writes a CERTIFICATE about a stated system. The world file is needed to check it; what
     that says of dynamics that are not affine is shown again first.
 
+    A CERTIFICATE may be packed with xz (`.json.xz`).
+
     A proof about episodes is about starts at rest. The agents in the proof follow their trees; all others may do
     anything.
 

@@ -69,7 +69,7 @@ def proved_by(certificate: Path, profile: PolicyProfile) -> Proved:
     InputError for a certificate of another profile, of two profiles, or of a kind that has no region for each step;
     RefusedError where its proof does not hold.
     """
-    text = runs.read(certificate, decisions.MAX_BYTES)
+    text = runs.read_unpacked(certificate, decisions.MAX_BYTES)
     kind = kinds.kind_of(text)
     if kind not in (kinds.SYSTEM_CERTIFICATE, kinds.EPISODE_CERTIFICATE):
         kinds.ensure(text, str(certificate), kinds.CERTIFICATE.called, kinds.CERTIFICATE)

@@ -9,6 +9,7 @@ Does not: know what is in the files.
 import contextlib
 import errno
 import json
+import lzma
 import os
 import shutil
 import tempfile
@@ -26,6 +27,8 @@ MAX_CONFIG_BYTES = 2**20
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT)
 Form = TypeVar("Form")
 
+PACKED = ".xz"  # how a file ends that holds another one, packed
+MAX_UNPACKED_BYTES, PACKED_MEMORY = 2**27, 2**27  # `xz -9` asks for half of that memory
 PROFILE_FILE = "profile.json"  # wherever a policy lies among other files
 
 
@@ -210,6 +213,25 @@ def read(path: Path, limit: int) -> bytes:
         return path.read_bytes()
     except OSError as error:
         raise InputError("cannot read the file", f"{path}: {error.strerror}", "check the path") from None
+
+
+def read_unpacked(path: Path, limit: int) -> bytes:
+    """As `read`; of a file `*.xz` what it packs, of which no more than that and 128 MiB are made."""
+    data = read(path, limit)
+    if path.suffix != PACKED:
+        return data
+    most = min(limit, MAX_UNPACKED_BYTES)
+    unpacking = lzma.LZMADecompressor(lzma.FORMAT_XZ, memlimit=PACKED_MEMORY)
+    try:
+        content = unpacking.decompress(data, most + 1)
+    except lzma.LZMAError as error:
+        raise InputError("cannot unpack the file", f"{path}: {error}", "pack it again with xz") from None
+    if len(content) > most:
+        raise InputError("the file is too large", f"{path}: unpacks to more than {most} bytes", "unpack it with xz")
+    if not unpacking.eof or unpacking.unused_data:
+        where = f"{path}: {'something follows it' if unpacking.eof else 'its end is missing'}"
+        raise InputError("cannot unpack the file", where, "pack it again with xz")
+    return content
 
 
 def decoded(path: Path, limit: int, form: type[Form], what: str, advice: str) -> Form:

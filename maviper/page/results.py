@@ -14,9 +14,10 @@ from codegen.errors import InputError
 from codegen.lowering.covering import Cover
 from codegen.region import RegionSpec
 from maviper.compilation.monitors import Proved, proved_by, spec_of
+from maviper.files import runs
 from maviper.page.document import Contents, Shown, Stored
 from maviper.page.page import contents_of, page
-from verify.checker.decisions.certificates import Certificate, from_json
+from verify.checker.decisions.certificates import MAX_BYTES, Certificate, from_json
 from verify.claims.formula import agents
 from verify.claims.region import Region
 from verify.claims.uncertified.own import OwnFormula
@@ -55,7 +56,7 @@ def _proved_claim(profile: ir.PolicyProfile, certificate: Path, proved: Proved) 
     if not isinstance(proved.region, RegionSpec):
         what = "the certificate is about whole episodes of a game, and a page says no word of these"
         raise InputError(what, str(certificate), "leave --certificate out; `maviper check` says what it proves")
-    found = from_json(certificate.read_bytes(), str(certificate))
+    found = from_json(runs.read_unpacked(certificate, MAX_BYTES), str(certificate))
     claim = found.claim or OwnFormula(profile.policy(min(agents(found.formula))).team, statement=found.formula)
     return Shown(claim, f"{Verdict.PROVED.value} in {_named(profile, found.region)}", proved.region)
 

@@ -55,7 +55,7 @@ def check_file(
 
     RefusedError when the proof does not hold.
     """
-    text = runs.read(path, certificate.MAX_BYTES)
+    text = runs.read_unpacked(path, certificate.MAX_BYTES)
     if kinds.kind_of(text) is kinds.SYSTEM_CERTIFICATE:
         if against is not None:
             raise InputError("the certificate is about one profile", "--against", "leave it out")

@@ -80,7 +80,7 @@ def read_certificate(path: Path, world: Path | None = None) -> tuple[Certificate
     """A certificate of any form, and the world file that it is about. InputError for files that cannot be read,
     RefusedError for a proof that cannot.
     """
-    text, where = runs.read(path, MAX_BYTES), str(path)
+    text, where = runs.read_unpacked(path, MAX_BYTES), str(path)
     statement = read(world or path.parent / WORLD_FILE)
     with undamaged(where):
         form = msgspec.json.decode(text, type=_FormJson).certificate

@@ -109,7 +109,7 @@ def test_it_vouches_for_the_simulators_episodes_and_for_no_push(made):
 @pytest.mark.parametrize("game", ["cooperative_navigation", "predator_prey"])
 def test_episodes_with_contacts_are_refused_with_the_reason(game):
     profile = load(VERDICTS / game / "profile.json")
-    (certificate,) = (VERDICTS / game).glob("certificate-7-*.json")
+    (certificate,) = (VERDICTS / game).glob("certificate-7-*.json.xz")
     with pytest.raises(InputError, match="push each other"):
         watched_by(profile, lower(profile), proved_by(certificate, profile))
 

@@ -1,5 +1,6 @@
 """Files and sets of files: whole, all or none, claimed once, and no scratch stays."""
 
+import lzma
 import signal
 import subprocess
 import sys
@@ -191,3 +192,32 @@ def test_nothing_is_left_of_looking_for_room(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError):
         runs.room(tmp_path / "file")
+
+
+def test_a_packed_file_is_read_as_what_it_packs(tmp_path):
+    path = tmp_path / "a.json.xz"
+    path.write_bytes(lzma.compress(b"{}"))
+    assert runs.read_unpacked(path, 100) == b"{}"
+    plain = tmp_path / "a.json"
+    plain.write_bytes(path.read_bytes())
+    assert runs.read_unpacked(plain, 100) == path.read_bytes()  # a name says whether a file is packed
+
+
+@pytest.mark.parametrize(
+    "data, said",
+    [
+        (b"{}", "cannot unpack"),
+        (lzma.compress(b"{}")[:-4], "its end is missing"),
+        (lzma.compress(b"{}") + b"more", "something follows it"),
+        (lzma.compress(b"{}") * 2, "something follows it"),
+        (lzma.compress(b"{}", lzma.FORMAT_ALONE), "cannot unpack"),
+        (lzma.compress(bytes(2**20)), "unpacks to more than 4096 bytes"),
+        (lzma.compress(b"{}", filters=[{"id": lzma.FILTER_LZMA2, "dict_size": 2**28}]), "cannot unpack"),
+    ],
+    ids=["plain", "cut", "followed", "twice", "of the old form", "bomb", "memory"],
+)
+def test_a_packed_file_that_is_damaged_or_a_bomb_is_refused(tmp_path, data, said):
+    path = tmp_path / "a.json.xz"
+    path.write_bytes(data)
+    with pytest.raises(InputError, match=said):
+        runs.read_unpacked(path, 2**12)
