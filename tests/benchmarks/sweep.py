@@ -1,9 +1,10 @@
 """How fast boxes decide claims about stated systems, and how fast their covers are checked.
 
-    python tests/benchmarks/sweep.py [--rounds 5] [--worlds] [--json]
+    python tests/benchmarks/sweep.py [--rounds 5] [--worlds [NAME ...]] [--json]
 
-All times are of the processor. `--worlds` adds whole commands on generated/worlds/: process start, reference
-environment, second engine and control included. The yardstick is plain numpy written for the one system: a
+All times are of the processor. `--worlds` adds whole commands on generated/worlds/, all or the named ones: process
+start, reference environment, second engine and control included; and `maviper check` over `maviper verify`, for these
+and for the systems below, as files. The yardstick is plain numpy written for the one system: a
 quadrotor whose tree of 90 leaves tests single variables. It is run in turn with our search and our checker, from the
 same start. Each counts its own boxes, as slivers on borders differ. The other cases: a cruise controller with
 drag (v squared, 100 steps, three claims), and MountainCar with a published tree (one cosine, 200 steps). Plain numpy
@@ -20,6 +21,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from dataclasses import replace
 from fractions import Fraction as F
 from pathlib import Path
 
@@ -29,6 +31,8 @@ import numpy as np
 from sklearn.tree import DecisionTreeClassifier
 
 from codegen.floats import round_down
+from codegen.policy_json import dumps
+from codegen.world import EntitySpec
 from maviper.files.profiles import find_profile
 from maviper.worlds.stated.systems import read
 from tests.support import system_cases as cases
@@ -49,6 +53,7 @@ TARGETS = {
     "worlds, whole command, geometric mean, s": (2.0, 1.0, "lower"),
     "boxes a second over plain numpy": (1 / 3, 1.0, "higher"),
     "check over search": (1.0, 1 / 3, "lower"),
+    "one `maviper check` over `maviper verify`": (1.0, 1 / 3, "lower"),
     "cruise, three claims with checks, s": (5.0, 2.0, "lower"),
     "valley, 200 steps, s": (3.0, 1.5, "lower"),
 }
@@ -250,25 +255,65 @@ def for_ever():
     return found
 
 
-def commands():
-    """Seconds of whole commands on the committed worlds."""
-    found = {}
-    for path in sorted(WORLDS.glob("*.toml")):
-        before = resource.getrusage(resource.RUSAGE_CHILDREN)
-        profile = WORLDS / f"{path.stem.removesuffix('_wide')}.json"
-        with tempfile.TemporaryDirectory() as folder:
-            command = ["-m", "maviper", "verify", str(profile), "--world", str(path), "-o", f"{folder}/out"]
-            subprocess.run([sys.executable, *command], check=False, capture_output=True)
-        after = resource.getrusage(resource.RUSAGE_CHILDREN)
-        found[path.stem] = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-        print(f"{path.stem:<16} {found[path.stem]:6.2f} s", file=sys.stderr, flush=True)
-    return found
+def drone(axes="xyz"):
+    """The system of the 90 leaves as a file."""
+    pushes = [[PUSH if number >> bit & 1 else -PUSH for bit in range(len(axes))] for number in range(2 ** len(axes))]
+    lines = ['name = "drone"', f"steps = {STEPS}", f'dt = "{DT} s"', "[variables]"]
+    lines += [f'{name} = {{ unit = "m", range = [-10, 10] }}' for name in axes]
+    lines += [f'v{name} = {{ unit = "m/s", range = [-10, 10] }}' for name in axes]
+    lines += ["[agents.drone.features]", *(f'{name} = "{name}"' for axis in axes for name in (axis, f"v{axis}"))]
+    lines += ["[agents.drone.actions]"]
+    for number, push in enumerate(pushes):
+        sets = ", ".join(f'a{name} = "{value} m/s^2"' for name, value in zip(axes, push, strict=True))
+        lines.append(f"push{number} = {{ {sets} }}")
+    starts = ", ".join(f"{name} = [-{HALF}, {HALF}], v{name} = 0" for name in axes).replace("1/10", "0.1")
+    lines += ["[start]", f"box = {{ {starts} }}", "[dynamics.next]"]
+    for name in axes:
+        lines.append(f'{name} = "{name} + dt*v{name} + dt**2/2*drone.a{name}"')
+        lines.append(f'v{name} = "v{name} + dt*drone.a{name}"')
+    bounds = ", ".join(f"{name} = [-2, 2]" for name in axes)
+    return "\n".join([*lines, "[[property]]", 'name = "stays_in"', f"region = {{ box = {{ {bounds} }} }}\n"])
+
+
+def spent(*command):
+    """Seconds of the processor that a command of ours took."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    subprocess.run([sys.executable, "-m", "maviper", *map(str, command)], check=False, capture_output=True)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
+def commanded(name, profile, world):
+    """Seconds of `maviper verify`, and of a `maviper check` on each of its certificates, NaN where there is none."""
+    with tempfile.TemporaryDirectory() as folder:
+        verify = spent("verify", profile, "--world", world, "-o", f"{folder}/out")
+        checks = [spent("check", each) for each in sorted(Path(folder, "out").glob("certificate-*.json"))]
+    check = statistics.fmean(checks) if checks else math.nan
+    told = f"{len(checks)} certificates, {check:.2f} s each" if checks else "no certificate"
+    print(f"{name:<16} {verify:6.2f} s, {told}", file=sys.stderr, flush=True)
+    return verify, check
+
+
+def commands(wanted, stated):
+    """Whole commands on the committed worlds, and check over verify on these and on some systems as files."""
+    worlds = [path for path in sorted(WORLDS.glob("*.toml")) if path.stem in wanted or not wanted]
+    rows = [commanded(path.stem, WORLDS / f"{path.stem.removesuffix('_wide')}.json", path) for path in worlds]
+    values = {"worlds, whole command, geometric mean, s": math.exp(np.mean([math.log(verify) for verify, _ in rows]))}
+    with tempfile.TemporaryDirectory() as folder:
+        for name, text, team in () if wanted else stated:
+            profile, world = Path(folder, f"{name}.json"), Path(folder, f"{name}.toml")
+            players = tuple(EntitySpec(each.agent, 0.0, 0.0, None, False) for each in team.agents)
+            profile.write_text(dumps(replace(team, world=replace(team.world, agents=players))))
+            world.write_text(text)
+            rows.append(commanded(name, profile, world))
+    ratios = [check / verify for verify, check in rows if not math.isnan(check)]
+    return values | {"one `maviper check` over `maviper verify`": math.exp(np.mean(np.log(ratios)))}
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rounds", type=int, default=5)
-    parser.add_argument("--worlds", action="store_true", help="also whole commands on the committed worlds")
+    parser.add_argument("--worlds", nargs="*", metavar="NAME", help="also whole commands on the committed worlds")
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
     search, check, ours, checking = beside_numpy(options.rounds)
@@ -284,8 +329,9 @@ def main():
     assert shown, "plain numpy shows the valley"
     values["valley, plain numpy, s"] = seconds
     values |= for_ever()
-    if options.worlds:
-        values["worlds, whole command, geometric mean, s"] = math.exp(np.mean(np.log(list(commands().values()))))
+    if options.worlds is not None:
+        stated = [("90 leaves", drone(), fitted()), ("cruise", CRUISE, car), ("valley", VALLEY, agent)]
+        values |= commands(options.worlds, stated)
     if options.json:
         keys = ("reach", "stretch", "better")
         told = {name: dict(zip(keys, TARGETS.get(name, ()), strict=False)) for name in values}

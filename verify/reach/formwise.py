@@ -38,7 +38,7 @@ def formwise(profile: PolicyProfile, system: System, claims: Sequence[SystemClai
 
 def _swept(sweep: FormSweep, claims: int, low: Float64, high: Float64, most: int) -> FormsSwept:
     count = len(low)
-    parts = BoxList(low, high, np.arange(count), np.zeros(count, dtype=np.int64))
+    parts = BoxList.of(low, high, np.arange(count), np.zeros(count, dtype=np.int64))
     try:
         left = sweep.left(parts, most)
     except RejectedError:  # a number beyond the arithmetic, or a list that is too long

@@ -56,6 +56,8 @@ class Affine:
 
     def plus(self, other: Affine, times: Fraction = Fraction(1)) -> Affine:
         """This form and a multiple of another."""
+        if not other.terms:
+            return Affine(self.terms, self.constant + (other.constant if times == 1 else times * other.constant))
         terms = dict(self.terms)
         for name, factor in other.terms:
             terms[name] = terms.get(name, Fraction(0)) + times * factor

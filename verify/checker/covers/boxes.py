@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
+from math import isfinite
 from typing import NamedTuple
 
 import numpy as np
@@ -22,14 +23,19 @@ FEW, ALIKE = 64, 2.0**-36  # boxes that are not joined; how close bounds are, be
 
 
 class BoxList(NamedTuple):
-    """Closed boxes: `low`, `high` [n, variables]; `part` [n], the part of the start that each comes from; `joint` [n],
-    the number of the joint action that is chosen in it.
+    """Closed boxes: `bounds` [n, 2 variables], from below, of the variables and then of their negatives: what is true
+    of one is true of each; `part` [n], the part of the start that each comes from; `joint` [n], the number of the joint
+    action that is chosen in it.
     """
 
-    low: Float64
-    high: Float64
+    bounds: Float64
     part: Int64
     joint: Int64
+
+    @classmethod
+    def of(cls, low: Float64, high: Float64, part: Int64, joint: Int64) -> BoxList:
+        """Boxes by their ends, [n, variables] each, which are copied."""
+        return cls(np.concatenate([low, -high], axis=1), part, joint)
 
     @property
     def size(self) -> int:
@@ -37,30 +43,32 @@ class BoxList(NamedTuple):
         return len(self.part)
 
     @property
-    def bounds(self) -> Float64:
-        """Bounds from below of the variables, then of their negatives, [n, 2 variables]: with all bounds on one side,
-        what is true of one is true of each.
-        """
-        return np.concatenate([self.low, -self.high], axis=1)
+    def variables(self) -> int:
+        """How many variables they bound."""
+        return self.bounds.shape[1] // 2
+
+    @property
+    def low(self) -> Float64:
+        """The lower ends, [n, variables]."""
+        return self.bounds[:, : self.variables]
+
+    @property
+    def high(self) -> Float64:
+        """The upper ends, [n, variables], copied."""
+        return np.asarray(-self.bounds[:, self.variables :], dtype=np.float64)
 
     def taken(self, which: Bool | Int64 | slice) -> BoxList:
-        """Some of the boxes, by a mask or by their numbers."""
-        low, high, part, joint = self
+        """Some of the boxes, by a mask or by their numbers, copied; by a slice as a view."""
+        bounds, part, joint = self
         if isinstance(which, slice):
-            return BoxList(low[which], high[which], part[which], joint[which])
+            return BoxList(bounds[which], part[which], joint[which])
         at = np.flatnonzero(which) if which.dtype == np.bool_ else np.asarray(which, dtype=np.int64)
-        return BoxList(low.take(at, axis=0), high.take(at, axis=0), part.take(at), joint.take(at))  # faster than a mask
+        return BoxList(bounds.take(at, axis=0), part.take(at), joint.take(at))  # faster than a mask
 
     def ensure_finite(self) -> None:
         """RejectedError for a bound that is infinite or NaN."""
-        if not (np.isfinite(self.low).all() and np.isfinite(self.high).all()):
+        if not isfinite(self.bounds.sum()) and not np.isfinite(self.bounds).all():  # a sum may overflow
             raise RejectedError("a box has bounds that are not finite")
-
-
-def bounded(bounds: Float64, part: Int64, joint: Int64) -> BoxList:
-    """Boxes by their bounds, as `BoxList.bounds` has them."""
-    size = bounds.shape[1] // 2
-    return BoxList(bounds[:, :size], -bounds[:, size:], part, joint)
 
 
 Watch = Callable[[int, BoxList], None]  # told of every list that a proof rests on: its step, or its part
@@ -90,7 +98,8 @@ def cut(boxes: BoxList, cells: Int64, column: int, width: float) -> tuple[BoxLis
 
     Two neighbours share the float at which they are cut, so nothing lies between them.
     """
-    low, high = boxes.low[:, column], boxes.high[:, column]
+    above = boxes.variables + column
+    low, high = boxes.bounds[:, column], -boxes.bounds[:, above]
     first, last = np.floor(low / width + 0.5), np.floor(high / width + 0.5)
     if not ((np.abs(first) <= MAX_CELL) & (np.abs(last) <= MAX_CELL)).all():
         raise RejectedError("cells are too narrow for a box")
@@ -102,10 +111,11 @@ def cut(boxes: BoxList, cells: Int64, column: int, width: float) -> tuple[BoxLis
     place = np.arange(len(rows)) - np.repeat(np.cumsum(count) - count, count)
     number = first[rows] + place
     parts = boxes.taken(rows)
-    at_low, at_high = parts.low[:, column], parts.high[:, column]
-    parts.low[:, column] = np.where(place == 0, at_low, np.maximum(at_low, (number - 0.5) * width))
-    parts.high[:, column] = np.where(number == last[rows], at_high, np.minimum(at_high, (number + 0.5) * width))
-    kept = ~(parts.low[:, column] > parts.high[:, column])
+    low, high = low.take(rows), high.take(rows)
+    low = np.where(place == 0, low, np.maximum(low, (number - 0.5) * width))
+    high = np.where(number == last[rows], high, np.minimum(high, (number + 0.5) * width))
+    parts.bounds[:, column], parts.bounds[:, above] = low, -high
+    kept = ~(low > high)
     cells = np.column_stack([cells[rows], number.astype(np.int64)])
     return parts.taken(kept), cells[kept]
 
@@ -130,31 +140,35 @@ def alike_joined(boxes: BoxList) -> BoxList:
     if boxes.size < FEW:
         return boxes
     bounds = boxes.bounds
-    order, begins = alike(rounded(bounds, unit_of(bounds)), [boxes.part])
+    order, begins = alike(rounded(bounds, unit_of(bounds.min(axis=0), bounds.max(axis=0))), [boxes.part])
     return boxes if len(begins) == boxes.size else _around(boxes.taken(order), begins)
 
 
-def unit_of(bounds: Float64) -> Float64:
-    """How close bounds are that are alike, [columns]."""
-    return np.abs(bounds).max(axis=0) * ALIKE + 2.0**-1000
+def unit_of(least: Float64, most: Float64) -> Float64:
+    """How close bounds are that are alike, by the least and the most of each column."""
+    return np.maximum(np.abs(least), np.abs(most)) * ALIKE + 2.0**-1000
 
 
 def rounded(bounds: Float64, unit: Float64) -> Int64:
     """Bounds as whole numbers."""
-    return np.floor(bounds * (1.0 / unit) + 0.3).astype(np.int64)
+    return (bounds * (1.0 / unit) + 0.3).astype(np.int64)
 
 
 def alike(rows: Int64, kinds: Sequence[Int64]) -> tuple[Int64, Int64]:
     """An order in which rows are neighbours that share a hash of their numbers and kinds, and where each run of such
-    rows begins.
+    rows begins. Those of a run are of one kind, whatever the hash says.
     """
     factors = _multipliers(rows.shape[1] + len(kinds))
     hashed = rows @ factors[len(kinds) :]
     for kind, factor in zip(kinds, factors.tolist(), strict=False):
         hashed += kind * factor
     order = np.argsort(hashed, kind="stable")
-    hashed = hashed.take(order)
-    return order, np.flatnonzero(np.concatenate([[True], hashed[1:] != hashed[:-1]]))
+    new = np.ones(len(order), dtype=np.bool_)
+    new[1:] = False
+    for each in (hashed, *kinds):
+        sorted_ = each.take(order)
+        new[1:] |= sorted_[1:] != sorted_[:-1]
+    return order, np.flatnonzero(new)
 
 
 @lru_cache(maxsize=16)
@@ -165,5 +179,17 @@ def _multipliers(count: int) -> Int64:
 
 def _around(boxes: BoxList, begins: Int64) -> BoxList:
     """The box around the boxes of each run."""
-    low, high = np.minimum.reduceat(boxes.low, begins, axis=0), np.maximum.reduceat(boxes.high, begins, axis=0)
-    return BoxList(low, high, boxes.part[begins], boxes.joint[begins])
+    return BoxList(least_of_runs(boxes.bounds, begins), boxes.part.take(begins), boxes.joint.take(begins))
+
+
+def least_of_runs(bounds: Float64, begins: Int64) -> Float64:
+    """The least of each column over each run of rows, by halves of runs: runs are short, and `reduceat` is slow for
+    these.
+    """
+    counts = np.diff(begins, append=len(bounds))
+    after, least, apart = np.repeat(begins + counts, counts), bounds.copy(), 1  # least of `apart` rows, from each on
+    while apart < counts.max():
+        at = np.flatnonzero(np.arange(apart, len(bounds)) < after[:-apart])
+        least[at] = np.minimum(least.take(at, axis=0), least.take(at + apart, axis=0))
+        apart *= 2
+    return least.take(begins, axis=0)

@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from codegen.ir import Float64
+from codegen.ir import Bool, Float64
 from verify.checker.covers.boxes import BoxList, together
 from verify.checker.covers.rounding import Factor, around, sum_down, sum_up
 from verify.claims.formula import Linear
@@ -62,8 +62,9 @@ def half_line(inequality: Linear, columns: Mapping[str, int]) -> BoundLine | Non
         return None
     ((weight, low),) = terms
     high = low + len(columns)
-    near, far = (low, high) if weight > 0 else (high, low)
-    bound = inequality.bound if abs(weight) == 1 else inequality.bound / abs(weight)
+    near, far = (low, high) if weight.numerator > 0 else (high, low)
+    size = weight if weight.numerator > 0 else -weight
+    bound = inequality.bound if size == 1 else inequality.bound / size
     down, up = around(bound)
     last = nextafter(down, -inf) if inequality.strict and down == up else down
     return BoundLine(near, far, FloatEnd(last, up), down)
@@ -104,32 +105,25 @@ class Cut:
 
     @staticmethod
     def _by_one(boxes: BoxList, line: BoundLine) -> BoxList:
-        size = boxes.low.shape[1]
-        column, rises = line.near % size, line.near < size
-        ends = (boxes.low, boxes.high) if rises else (-boxes.high, -boxes.low)
-        least, most = (each[:, column] for each in ends)
-        met = ~(least > line.end.last)
+        met, first = ~(boxes.bounds[:, line.near] > line.end.last), -line.end.up
         if not met.any():
             return boxes.taken(slice(0, 0))
-        if met.all() and (most <= line.end.up).all():
+        if met.all() and (boxes.bounds[:, line.far] >= first).all():
             return boxes
-        kept, most = boxes.taken(met), np.minimum(most[met], line.end.up)
-        if rises:
-            kept.high[:, column] = most
-        else:
-            kept.low[:, column] = -most
+        kept = boxes.taken(met)
+        kept.bounds[:, line.far] = np.maximum(kept.bounds[:, line.far], first)
         return kept
 
     def _by_all(self, boxes: BoxList) -> BoxList:
-        least = [factor.times_down((boxes.low if factor.positive else boxes.high)[:, i]) for i, factor in self._terms]
+        low, high = boxes.low, boxes.high
+        least = [factor.times_down((low if factor.positive else high)[:, i]) for i, factor in self._terms]
         met = ~(_total_down(least) > self._end.last)
         kept, least = boxes.taken(met), [each[met] for each in least]
         for place, (column, factor) in enumerate(self._terms):
             left = sum_up(-_total_down(least[:place] + least[place + 1 :]), self._end.up)
-            if factor.positive:
-                kept.high[:, column] = np.minimum(kept.high[:, column], factor.into_up(left))
-            else:
-                kept.low[:, column] = np.maximum(kept.low[:, column], factor.into_down(left))
+            at = column + kept.variables * factor.positive  # of the bound on the other side
+            first = -factor.into_up(left) if factor.positive else factor.into_down(left)
+            kept.bounds[:, at] = np.maximum(kept.bounds[:, at], first)
         empty = np.asarray((kept.low > kept.high).any(axis=1), dtype=np.bool_)
         return kept.taken(~empty)
 
@@ -141,6 +135,25 @@ def _total_down(values: Sequence[Float64]) -> Float64:
     return total
 
 
+class LineCuts:
+    """Inequalities of one variable each, as one cut. `variables`: how many there are."""
+
+    def __init__(self, lines: Sequence[BoundLine], variables: int) -> None:
+        self._last, self._first = np.full(2 * variables, inf), np.full(2 * variables, -inf)
+        for near, far, end, _ in lines:
+            self._last[near] = min(self._last[near], end.last)
+            self._first[far] = max(self._first[far], -end.up)
+        self._none = bool((self._first > self._last).any())  # no state meets all
+
+    def within(self, boxes: BoxList) -> BoxList:
+        """For each box with a state that may meet all of them, a box around all such states."""
+        if self._none:
+            return boxes.taken(slice(0, 0))
+        beyond: Bool = np.asarray((boxes.bounds > self._last).any(axis=1), dtype=np.bool_)
+        boxes = boxes.taken(~beyond) if beyond.any() else boxes
+        return boxes._replace(bounds=np.maximum(boxes.bounds, self._first))
+
+
 class RegionCut:
     """A polytope, by the cuts of its half spaces and of their opposites."""
 
@@ -148,20 +161,23 @@ class RegionCut:
         self._sides = [(Cut(each, columns), Cut(opposite(each), columns)) for each in inequalities]
         lines = [outside.line for _, outside in self._sides]
         self._single = None not in lines
+        self._inside = LineCuts([inside.line for inside, _ in self._sides if inside.line], len(columns))
         self._columns = np.array([each.near for each in lines if each], dtype=np.int64)
         self._last = np.array([each.end.last for each in lines if each])
 
     def within(self, boxes: BoxList) -> BoxList:
         """Boxes around the states that may lie in it."""
-        for inside, _ in self._sides:
-            boxes = inside.within(boxes)
+        boxes = self._inside.within(boxes)
+        for inside, _ in () if self._single else self._sides:
+            boxes = boxes if inside.line else inside.within(boxes)
         return boxes
 
     def outside(self, boxes: BoxList) -> BoxList:
         """Boxes around the states that may lie outside of it."""
-        found = [boxes.taken(slice(0, 0))]
+        none = boxes.taken(slice(0, 0))
         if self._single and (boxes.bounds.take(self._columns, axis=1) > self._last).all():
-            return found[0]
+            return none
+        found = [none]
         for inside, outside in self._sides:
             found.append(outside.within(boxes))
             boxes = inside.within(boxes)

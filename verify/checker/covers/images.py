@@ -7,27 +7,30 @@ Does not: know which action is chosen, or which piece is to move a state.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
 
 from codegen.ir import AgentPolicy, Float64, Int64
-from verify.checker.covers.boxes import BoxList, bounded
-from verify.checker.covers.cuts import Cut, linear
+from verify.checker.covers.boxes import BoxList
+from verify.checker.covers.cuts import BoundLine, Cut, LineCuts, half_line, linear
 from verify.checker.covers.rounding import Factor, around, ceiling, floor, sum_down
 from verify.checker.covers.trees import TreeCuts, digits
+from verify.claims.formula import Linear
 from verify.systems.system import Affine, Piece, System
 
 Terms = tuple[tuple[tuple[str, Fraction], ...], ...]  # of each variable's next value
 
 
 class _Term(NamedTuple):
-    """A term of several next values: their columns of bounds, the columns that are read, and factors above 0."""
+    """A term of several next values: their columns of bounds, the columns that are read, and factors above 0. None for
+    columns: all of them, in order.
+    """
 
-    to: Int64
-    read: Int64
+    to: Int64 | None
+    read: Int64 | None
     factors: Factor
 
 
@@ -37,21 +40,26 @@ class _BoxMotion:
     """
 
     def __init__(self, terms: Terms, columns: Mapping[str, int]) -> None:
-        size, self._terms = len(columns), list[_Term]()
+        size, self.terms, self._terms = len(columns), terms, list[_Term]()
         for rank in range(max(map(len, terms), default=0)):
             to = [column for column, form in enumerate(terms) if len(form) > rank]
             reads = [(columns[form[rank][0]], form[rank][1]) for form in terms if len(form) > rank]
             read = [at + size * (factor < 0) for at, factor in reads]
             factors = Factor(*2 * [abs(factor) for _, factor in reads])
-            both = np.array([*to, *(at + size for at in to)])
-            self._terms.append(_Term(both, np.array([*read, *((at + size) % (2 * size) for at in read)]), factors))
+            columns_of = [*to, *(at + size for at in to)], [*read, *((at + size) % (2 * size) for at in read)]
+            to_, read_ = (None if each == list(range(2 * size)) else np.array(each) for each in columns_of)
+            self._terms.append(_Term(to_, read_, factors))
 
     def moved(self, bounds: Float64, shift: Float64) -> Float64:
         """The bounds of boxes after a step. `shift`: what is added to each, at least; both [n, 2 variables]."""
-        found = shift.copy()
+        found = shift
         for to, read, factors in self._terms:
-            product = factors.times_down(bounds.take(read, axis=1))
-            found[:, to] = sum_down(found.take(to, axis=1), product)
+            product = factors.times_down(bounds if read is None else bounds.take(read, axis=1))
+            if to is None:
+                found = sum_down(found, product)
+            else:
+                found = found.copy() if found is shift else found
+                found[:, to] = sum_down(found.take(to, axis=1), product)
         return found
 
 
@@ -64,8 +72,7 @@ class PieceImage:
         self._names = [one.name for one in system.variables]
         self._columns = {name: column for column, name in enumerate(self._names)}
         self._piece, self._policies, self._trees = piece, policies, trees
-        bounds = [(self._columns[name], *ends) for name, ends in piece.where.items()]
-        self._where = [(at, floor(low), ceiling(low), floor(high), ceiling(high)) for at, low, high in bounds]
+        self._where = LineCuts(list(_lines(piece, self._columns)), len(self._names))
         self._when = [Cut(linear(half), self._columns) for half in piece.when]
         self._motions: dict[Terms, int] = {}  # numbers of the motions
         self._moves: list[_BoxMotion] = []
@@ -77,17 +84,7 @@ class PieceImage:
         """Boxes around the states that lie in the box of the piece, bounds included, and meet its conditions."""
         for cut in self._when:
             boxes = cut.within(boxes)
-        for column, _, least, most, _ in self._where:
-            met = ~(boxes.high[:, column] < least) & ~(boxes.low[:, column] > most)
-            if not met.all():
-                boxes = boxes.taken(met)
-        if not self._where:
-            return boxes
-        boxes = boxes._replace(low=boxes.low.copy(), high=boxes.high.copy())
-        for column, low, _, _, high in self._where:
-            boxes.low[:, column] = np.maximum(boxes.low[:, column], low)
-            boxes.high[:, column] = np.minimum(boxes.high[:, column], high)
-        return boxes
+        return self._where.within(boxes) if self._piece.where else boxes
 
     def moved(self, boxes: BoxList) -> BoxList:
         """Boxes around all next states, by the joint actions that are chosen."""
@@ -95,32 +92,39 @@ class PieceImage:
             return boxes
         at = np.searchsorted(self._joints, boxes.joint)
         if not (len(self._joints) and (self._joints.take(at, mode="clip") == boxes.joint).all()):
-            self._meet(np.setdiff1d(boxes.joint, self._joints).tolist())
+            self._meet(sorted(set(boxes.joint.tolist()).difference(self._joints.tolist())))
             at = np.searchsorted(self._joints, boxes.joint)
         bounds, shifts = boxes.bounds, self._shifts.take(at, axis=0)
         if len(self._moves) == 1:
-            return bounded(self._moves[0].moved(bounds, shifts), boxes.part, boxes.joint)
+            return boxes._replace(bounds=self._moves[0].moved(bounds, shifts))
         kinds, found = self._kinds.take(at), np.empty_like(bounds)
         for kind, motion in enumerate(self._moves):
             rows = np.flatnonzero(kinds == kind)
             found[rows] = motion.moved(bounds.take(rows, axis=0), shifts.take(rows, axis=0))
-        return bounded(found, boxes.part, boxes.joint)
+        return boxes._replace(bounds=found)
 
     def _meet(self, joints: Sequence[int]) -> None:
         """Notes how some joint actions move boxes."""
         kinds, shifts = self._kinds.tolist(), self._shifts.tolist()
         for joint in joints:
-            forms = [self._total(name, joint) for name in self._names]
+            effects = self._effects(joint)
+            forms = [self._total(name, effects) for name in self._names]
             terms = tuple(form.terms for form in forms)
-            if terms not in self._motions:
-                self._motions[terms] = len(self._moves)
-                self._moves.append(_BoxMotion(terms, self._columns))
-            kinds.append(self._motions[terms])
+            kinds.append(self._kind(terms))
             ends = [self._added(name, form.constant) for name, form in zip(self._names, forms, strict=True)]
             shifts.append([*(low for low, _ in ends), *(-high for _, high in ends)])
         met = np.concatenate([self._joints, joints])
         order = np.argsort(met)
         self._joints, self._kinds, self._shifts = met[order], np.array(kinds)[order], np.array(shifts)[order]
+
+    def _kind(self, terms: Terms) -> int:
+        """The number of a motion."""
+        if self._moves and self._moves[-1].terms == terms:  # mostly: and hashes of fractions are slow
+            return len(self._moves) - 1
+        if terms not in self._motions:
+            self._motions[terms] = len(self._moves)
+            self._moves.append(_BoxMotion(terms, self._columns))
+        return self._motions[terms]
 
     def _added(self, name: str, constant: Fraction) -> tuple[float, float]:
         """Bounds of what is added to a variable: a constant, and an error."""
@@ -129,10 +133,23 @@ class PieceImage:
         low, high = self._piece.error[name]
         return floor(constant + low), ceiling(constant + high)
 
-    def _total(self, name: str, joint: int) -> Affine:
+    def _total(self, name: str, effects: Sequence[Mapping[str, Affine]]) -> Affine:
         """The next value of a variable as one exact form, without the error."""
         form = self._piece.move.get(name, Affine())
-        for policy, action in zip(self._policies, digits(joint, self._trees), strict=True):
-            effect = self._piece.effect.get((policy.agent, policy.actions[action].name), {})
+        for effect in effects:
             form = form.plus(effect[name]) if name in effect else form
         return form
+
+    def _effects(self, joint: int) -> list[Mapping[str, Affine]]:
+        """What each agent does in a joint action."""
+        chosen = zip(self._policies, digits(joint, self._trees), strict=True)
+        return [self._piece.effect.get((policy.agent, policy.actions[action].name), {}) for policy, action in chosen]
+
+
+def _lines(piece: Piece, columns: Mapping[str, int]) -> Iterator[BoundLine]:
+    """The bounds of the box of a piece."""
+    for name, (low, high) in piece.where.items():
+        for sign, bound in ((1, high), (-1, -low)):
+            line = half_line(Linear(((Fraction(sign), name),), bound), columns)
+            if line is not None:
+                yield line

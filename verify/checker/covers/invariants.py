@@ -88,18 +88,19 @@ class FollowedMotion:
         """Boxes around the states that the claim does not leave out, other variables being any number."""
         if self._assumed:
             boxes = together([region.within(boxes) for region in self._assumed])
-        low, high = boxes.low.copy(), boxes.high.copy()
-        low[:, self._others], high[:, self._others] = -np.inf, np.inf
-        return boxes._replace(low=low, high=high)
+        bounds = boxes.bounds.copy()
+        bounds[:, self._others], bounds[:, boxes.variables + self._others] = -np.inf, -np.inf
+        return boxes._replace(bounds=bounds)
 
     def by_modes(self, boxes: BoxList) -> BoxList:
         """The boxes, one for each value of each mode that is followed."""
         for column, count in self._modes:
             if column in self.followed:
-                met = [(boxes.low[:, column] <= mode) & (boxes.high[:, column] >= mode) for mode in range(count)]
+                low, high = boxes.low[:, column], boxes.high[:, column]
+                met = [(low <= mode) & (high >= mode) for mode in range(count)]
                 boxes = together([boxes.taken(each) for each in met])
                 values = np.repeat(np.arange(float(count)), [int(each.sum()) for each in met])
-                boxes.low[:, column], boxes.high[:, column] = values, values
+                boxes.bounds[:, column], boxes.bounds[:, boxes.variables + column] = values, -values
         return boxes
 
     def meeting(self, boxes: BoxList) -> BoxList:
@@ -148,7 +149,7 @@ class InvariantSweep:
             half = 0.0 if column in self._modes else 0.5
             low[:, column] = (cells[:, place] - half) * width
             high[:, column] = (cells[:, place] + half) * width
-        boxes = BoxList(low, high, np.arange(len(cells)), np.zeros(len(cells), dtype=np.int64))
+        boxes = BoxList.of(low, high, np.arange(len(cells)), np.zeros(len(cells), dtype=np.int64))
         return self.motion.meeting(self.motion.spoken_of(boxes))
 
     def in_cells(self, boxes: BoxList) -> tuple[BoxList, Int64]:

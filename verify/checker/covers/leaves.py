@@ -13,8 +13,8 @@ leaves are a row of bits, found by its place among all `last`, and the ends that
 
 from __future__ import annotations
 
-from bisect import bisect_left
 from collections.abc import Sequence
+from functools import cached_property
 from math import inf
 from typing import NamedTuple
 
@@ -22,11 +22,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codegen.ir import Bool, Float64, Int64
-from verify.checker.covers.boxes import FEW, BoxList, alike, bounded, rounded, unit_of
+from verify.checker.covers.boxes import FEW, BoxList, alike, least_of_runs, rounded, unit_of
 from verify.checker.covers.cuts import BoundLine
 from verify.checker.reading import RejectedError
 
 AT_ONCE = 1 << 24  # pairs of a box and an end
+COMPARED = 32  # ways to which all boxes are compared, since that is as fast for so few
+GROWN = 1.25  # times as many boxes in leaves as were left when they were last joined: they are joined again
 Bits = NDArray[np.uint64]
 
 
@@ -55,7 +57,6 @@ class WayDown(NamedTuple):
 class _Column(NamedTuple):
     """One column of bounds: all `last` of ways in it, in order; by how many of these a bound exceeds, the ways left."""
 
-    column: int
     ends: Float64
     left: Bits  # [ends + 1, words]
 
@@ -64,72 +65,94 @@ class LeafWays:
     """Some ways down from one node."""
 
     def __init__(self, ways: Sequence[WayDown]) -> None:
-        last = np.array([way.last for way in ways])
-        self._first, self._node = np.array([way.first for way in ways]), np.array([way.node for way in ways])
-        self._columns = [_column(at, last[:, at]) for at in np.flatnonzero((last < inf).any(axis=0)).tolist()]
+        self._last, self._first = np.array([way.last for way in ways]), np.array([way.first for way in ways])
+        self._node = np.array([way.node for way in ways])
+        self._least = 0  # boxes in leaves since they were last joined
 
     def met(self, boxes: BoxList) -> tuple[BoxList, Int64]:
         """The boxes cut at the ends of the ways that they meet, and the node at each end. RejectedError for a bound
         that is no number.
         """
-        bounds = boxes.bounds
-        if np.isnan(bounds).any():
+        bounds, by_column = boxes.bounds, np.ascontiguousarray(boxes.bounds.T)
+        least, most = by_column.min(axis=1, initial=inf), by_column.max(axis=1, initial=-inf)
+        if np.isnan(least).any():
             raise RejectedError("a box has bounds that are not finite")
-        box, way = self._pairs(bounds)
+        box, way = self._pairs(by_column, least, most)
         first = self._first.take(way, axis=0)
         bounds, part, joint = np.maximum(bounds.take(box, axis=0), first), boxes.part.take(box), boxes.joint.take(box)
-        if len(box) >= FEW:
-            kept, bounds = _nested_joined(bounds, bounds == first, [way, part, joint])
-            way, part, joint = way.take(kept), part.take(kept), joint.take(kept)
-        return bounded(bounds, part, joint), self._node.take(way)
+        self._least = min(self._least, len(box))
+        if len(box) >= max(FEW, GROWN * self._least):
+            kept, bounds = _nested_joined(bounds, bounds == first, [way, part, joint], unit_of(least, most))
+            way, part, joint, self._least = way.take(kept), part.take(kept), joint.take(kept), len(kept)
+        return BoxList(bounds, part, joint), self._node.take(way)
 
-    def _pairs(self, bounds: Float64) -> tuple[Int64, Int64]:
-        """Which boxes meet which ways: numbers of both, pair by pair."""
-        count, most = len(self._node), max(AT_ONCE // len(self._node), 1)
-        parts = [self._flags(bounds[begin : begin + most]) for begin in range(0, max(len(bounds), 1), most)]
-        pairs = [np.flatnonzero(flags) + at * most * count for at, flags in enumerate(parts)]
-        return np.divmod(np.concatenate(pairs) if len(pairs) > 1 else pairs[0], count)
+    @cached_property
+    def _columns(self) -> list[_Column]:
+        return [_column(last) for last in self._last.T]
 
-    def _flags(self, bounds: Float64) -> NDArray[np.uint8]:
-        """For each box and way whether they meet, [n, ways]."""
-        by_column: Float64 = np.ascontiguousarray(bounds.T)
-        common: Bits = np.full((len(bounds), -(-len(self._node) // 64)), ~np.uint64(0))
-        for column, ends, left in self._columns:
+    def _pairs(self, by_column: Float64, least: Float64, most: Float64) -> tuple[Int64, Int64]:
+        """Which boxes meet which ways: numbers of both, pair by pair. `least`, `most`: bounds of each column."""
+        count = by_column.shape[1]
+        reached: Bool = np.asarray((least <= self._last).all(axis=1), dtype=np.bool_)  # no box meets another way
+        ways = np.flatnonzero(reached)
+        last = self._last.take(ways, axis=0)
+        columns = np.flatnonzero((last < most).any(axis=0)).tolist()  # in all others each box meets each of the ways
+        if len(ways) <= COMPARED:
+            met = np.ones((len(ways), count), dtype=np.bool_)
+            for column in columns:
+                met &= by_column[column] <= last[:, column, None]
+            at, box = np.divmod(np.flatnonzero(met), max(count, 1))
+            return box, ways.take(at)
+        at_once, row = max(AT_ONCE // len(self._node), 1), _packed(reached[None])
+        some = ((at, by_column[:, at : at + at_once]) for at in range(0, max(count, 1), at_once))
+        pairs = [self._looked_up(each, columns, row) + at * len(self._node) for at, each in some]
+        return np.divmod(np.concatenate(pairs), len(self._node))
+
+    def _looked_up(self, by_column: Float64, columns: Sequence[int], row: Bits) -> Int64:
+        """Which boxes meet which of the ways in a row of bits, as far as some columns say: a pair's number is that of
+        the box times the number of ways, and the way's.
+        """
+        common: Bits = np.repeat(row, by_column.shape[1], axis=0)
+        for column in columns:
+            ends, left = self._columns[column]
             own: Float64 = by_column[column]
-            least, most = float(own.min(initial=inf)), float(own.max(initial=-inf))
-            place = bisect_left(ends, least)
-            if place < bisect_left(ends, most):
-                common &= left.take(np.searchsorted(ends, own), axis=0)
-            elif place:  # the same ways are left to all boxes
-                common &= left[place]
-        return np.unpackbits(common.view(np.uint8), axis=1, count=len(self._node), bitorder="little")
+            common &= left.take(np.searchsorted(ends, own), axis=0)
+        flags = np.unpackbits(common.view(np.uint8), axis=1, count=len(self._node), bitorder="little")
+        return np.flatnonzero(flags.view(np.bool_))
 
 
-def _column(column: int, last: Float64) -> _Column:
+def _column(last: Float64) -> _Column:
     ends = np.unique(last)
-    places = np.arange(len(ends) + 1)[:, None]
-    flags = np.zeros((len(places), -(-len(last) // 64) * 64), dtype=np.bool_)
-    flags[:, : len(last)] = np.searchsorted(ends, last) >= places
-    return _Column(column, ends, np.packbits(flags, axis=1, bitorder="little").view(np.uint64))
+    return _Column(ends, _packed(np.searchsorted(ends, last) >= np.arange(len(ends) + 1)[:, None]))
 
 
-def _nested_joined(bounds: Float64, at_end: Bool, kinds: Sequence[Int64]) -> tuple[Int64, Float64]:
+def _packed(flags: Bool) -> Bits:
+    """Rows of flags as words."""
+    padded = np.zeros((len(flags), -(-flags.shape[1] // 64) * 64), dtype=np.bool_)
+    padded[:, : flags.shape[1]] = flags
+    return np.packbits(padded, axis=1, bitorder="little").view(np.uint64)
+
+
+def _nested_joined(bounds: Float64, at_end: Bool, kinds: Sequence[Int64], unit: Float64) -> tuple[Int64, Float64]:
     """The numbers of some boxes, and bounds in which these hold all states of a list of boxes in leaves, where those of
-    one kind became one of which one all but holds the others. `at_end`: which bounds are those of the leaf.
+    one kind became one of which one all but holds the others. `at_end`: which bounds are those of the leaf; `unit`: by
+    how much of a column this may lose.
 
     Rounding outward makes slivers at the ends of leaves. Two boxes that reach the end of their leaf, and are alike but
     for the bound on the other side, lie in each other. So that bound is left out of the hash by which they are found.
     Whatever is joined, what is around it holds its states; that one box all but does is asked to lose nothing else.
     """
-    size, unit = bounds.shape[1] // 2, unit_of(bounds)
+    size = bounds.shape[1] // 2
     rows = rounded(bounds, unit) * ~np.concatenate([at_end[:, size:], at_end[:, :size]], axis=1)
     order, begins = alike(rows, kinds)
     if len(begins) == len(order):
         return np.arange(len(order)), bounds
     bounds, counts = bounds.take(order, axis=0), np.diff(begins, append=len(order))
-    around = np.repeat(np.minimum.reduceat(bounds, begins, axis=0), counts, axis=0)
+    around = np.repeat(least_of_runs(bounds, begins), counts, axis=0)
     holds = np.logical_or.reduceat((bounds - around <= unit).all(axis=1), begins)
     alone = np.repeat(~holds, counts)
-    kept = alone.copy()
-    kept[begins] = True
-    return order[kept], np.where(alone[:, None], bounds, around)[kept]
+    first = np.zeros(len(order), dtype=np.bool_)
+    first[begins] = True
+    kept = np.flatnonzero(alone | first)
+    joined = np.where(alone.take(kept)[:, None], bounds.take(kept, axis=0), around.take(kept, axis=0))
+    return order.take(kept), joined

@@ -14,7 +14,7 @@ import numpy as np
 
 from codegen.ir import Float64
 from verify.checker.covers.boxes import BoxList
-from verify.checker.covers.cuts import Cut, linear
+from verify.checker.covers.cuts import RegionCut, linear
 from verify.checker.covers.rounding import ceiling, floor
 from verify.checker.reading import RejectedError
 from verify.systems.system import System
@@ -43,7 +43,7 @@ class Parts:
     def __init__(self, system: System, most: int = MAX_PARTS, at_once: int = AT_ONCE) -> None:
         self._system, self._most, self._at_once = system, most, at_once
         self._columns = {one.name: column for column, one in enumerate(system.variables)}
-        self._starts = [Cut(linear(half), self._columns) for half in system.start]
+        self._start = RegionCut(list(map(linear, system.start)), self._columns)
 
     def parts(self, cuts: Sequence[int]) -> Iterator[BoxList]:
         """The start as boxes, some parts at a time."""
@@ -53,7 +53,7 @@ class Parts:
         """The parts that cuts make of a box around all starts, some at a time."""
         found: list[StartBox] = []
         count, numbers = 0, iter(cuts)
-        pending = [self.whole] if self.whole is not None else []
+        pending = [] if (whole := self.whole) is None else [whole]
         while pending:
             one = pending.pop()
             number = next(numbers, None)
@@ -86,7 +86,5 @@ class Parts:
         """Boxes around the starts in some parts."""
         none = np.zeros(len(parts), dtype=np.int64)
         lows, highs = np.array([one.low for one in parts]), np.array([one.high for one in parts])
-        boxes = BoxList(lows, highs, np.arange(len(parts)), none)
-        for cut in self._starts:
-            boxes = cut.within(boxes)
-        return boxes
+        boxes = BoxList.of(lows, highs, np.arange(len(parts)), none)
+        return self._start.within(boxes)

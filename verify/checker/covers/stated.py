@@ -27,6 +27,11 @@ class StatedStates:
         self._columns = {one.name: column for column, one in enumerate(system.variables)}
         self._bounds = self._found(system) if claim.steps or claim.says.ever else None
 
+    @property
+    def limited(self) -> bool:
+        """Whether there are states of which nothing is stated."""
+        return self._bounds is not None
+
     def _found(self, system: System) -> tuple[Float64, Float64] | None:
         """Bounds of a box all of whose states lie in a piece; None where some piece holds all states."""
         wheres = [piece.where for piece in system.pieces]

@@ -112,7 +112,7 @@ class CoverSweep:
             asked = [one for one in asked if one.claim.steps > step]
             if not asked or not boxes.size:
                 return
-            if self._stated.beyond(boxes.low, boxes.high).any():
+            if self._stated.limited and self._stated.beyond(boxes.low, boxes.high).any():
                 raise RejectedError(f"at step {step} a box may hold states of which nothing is stated")
             boxes = decided(self._trees, boxes)
             boxes = together([piece.moved(piece.within(boxes)) for piece in self._pieces])

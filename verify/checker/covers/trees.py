@@ -36,7 +36,8 @@ def _sides(tests: Sequence[tuple[T, T]], left: int, right: int) -> Sides[T]:
     """The sides of a split that goes left where one of some tests holds: each test beyond those before it, and what
     lies beyond all. `tests`: each with its opposite.
     """
-    found, beyond = Sides[T](), list[T]()
+    found: Sides[T] = []
+    beyond: list[T] = []
     for test, otherwise in tests:
         found.append(([*beyond, test], left))
         beyond = [*beyond, otherwise]

@@ -41,7 +41,7 @@ class SetList(NamedTuple):
     @property
     def numbered(self) -> BoxList:
         """The boxes, each with the number of its set for a part."""
-        return BoxList(self.box.low.copy(), self.box.high.copy(), np.arange(self.size), self.joint)
+        return BoxList.of(self.box.low, self.box.high, np.arange(self.size), self.joint)
 
     def narrowed(self, boxes: BoxList) -> SetList:
         """The sets in which boxes lie that were cut from `numbered`, narrowed to these."""
@@ -53,7 +53,7 @@ class SetList(NamedTuple):
 
     def joined(self, widths: Mapping[int, float]) -> SetList:
         """Boxes around the sets, one for each cell and part of the start that has some."""
-        boxes = in_cells(BoxList(self.box.low, self.box.high, self.part, self.joint), widths)
+        boxes = in_cells(BoxList.of(self.box.low, self.box.high, self.part, self.joint), widths)
         return started(boxes, 0)
 
 

@@ -194,7 +194,7 @@ class FlowSweep:
             return sets
         if says.once:
             return sets if last else self._outside(sets)
-        along = BoxList(tube.low.copy(), tube.high.copy(), np.arange(sets.size), sets.joint)
+        along = BoxList.of(tube.low, tube.high, np.arange(sets.size), sets.joint)
         if says.avoided:
             return self._none(sets, self._in_some(along), f"in period {period} a state may be in the region")
         if period < claim.by:
@@ -276,4 +276,4 @@ def _jump_of(flow: Flow, names: Sequence[str]) -> FlowStep | None:
 
 def _as_list(box: Spans) -> BoxList:
     none = np.zeros(len(box.low), dtype=np.int64)
-    return BoxList(box.low.copy(), box.high.copy(), none, none)
+    return BoxList.of(box.low, box.high, none, none)

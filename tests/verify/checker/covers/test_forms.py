@@ -250,7 +250,8 @@ def test_images_and_cuts_hold_exact_points():
 
 def test_what_is_exact_and_what_is_not():
     """A copied number stays as it is; a term that its sum does not feel is no copy."""
-    some = arrays.of_boxes(BoxList(np.array([[1.0, 2.0]]), np.array([[1.0, 2.0]]), np.zeros(1, int), np.zeros(1, int)))
+    point, part = np.array([[1.0, 2.0]]), np.zeros(1, int)
+    some = arrays.of_boxes(BoxList.of(point, point, part, part))
     zero, none = np.zeros((1, 2)), np.zeros(0, dtype=np.int64)
     for tiny in (0.0, 2.0**-100, arrays.LEAST):
         matrix = np.array([[[1.0, tiny], [0.0, 0.0]]])

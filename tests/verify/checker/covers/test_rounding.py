@@ -10,7 +10,8 @@ from verify.checker.covers.rounding import Factor, ceiling, ensure_arithmetic, f
 from verify.checker.reading import RejectedError
 
 EDGES = [0.0, 1.0, -1.0, 2.0**-1074, 2.0**-1022, 2.0**-1022 * 3, 0.1, 1 / 3, 2.0**53, 2.0**53 + 2, 1e300, 1 - 2.0**-53]
-FACTORS = [F(1), F(-1), F(1, 10), F(-1, 3), F(2), F(-1, 4), F(7, 5), F(2) ** -1060, F(10) ** 20, F(1, 2), F(9, 8)]
+FACTORS = [F(1), F(-1), F(1, 10), F(-1, 3), F(2), F(-1, 4), F(7, 5), F(10) ** 20, F(1, 2), F(9, 8)]
+FACTORS += [F(2) ** -1020, F(1, 3) * F(2) ** -1020]  # products below the normal floats
 
 
 def numbers(count=2_000, seed=0):
@@ -49,9 +50,10 @@ def test_products_and_quotients(factor):
     assert (by.times_down(np.zeros(1)) == 0).all() and (by.times_up(np.zeros(1)) == 0).all()
 
 
-def test_factors_too_small():
+@pytest.mark.parametrize("factor", [F(10) ** -400, F(2) ** -1060, -(F(2) ** -1023)], ids=str)
+def test_factors_too_small(factor):
     with pytest.raises(RejectedError):
-        Factor(F(10) ** -400)
+        Factor(factor)
 
 
 @pytest.mark.parametrize("fault", ["rounds up", "rounds down", "drops subnormals"])

@@ -94,7 +94,7 @@ def test_boxes_that_are_alike_become_one():
     random = np.random.default_rng(5)
     low = np.repeat(random.uniform(-3, 3, size=(50, 4)), 6, axis=0)
     near = low + random.choice([0, 1e-15, -1e-15], size=low.shape)
-    listed = boxes.BoxList(near, near + 1, np.repeat(np.arange(2), 150), np.zeros(300, dtype=np.int64))
+    listed = boxes.BoxList.of(near, near + 1, np.repeat(np.arange(2), 150), np.zeros(300, dtype=np.int64))
     joined = boxes.alike_joined(listed)
     assert 50 <= joined.size < 150
     assert (joined.high - joined.low < 1 + 1e-14).all()
@@ -116,13 +116,14 @@ FAULTS = [
     (leaves.LeafWays, "met", after(lambda found: (found[0], found[1][::-1].copy()))),
     (leaves.LeafWays, "_pairs", after(lambda found: tuple(each[:1] for each in found))),
     (leaves.WayDown, "on", lambda f: lambda self, lines, node: f(self, lines[:0], node)),
-    (leaves, "bisect_left", lambda f: lambda ends, bound: len(ends) - f(ends, bound)),
+    (leaves.LeafWays, "_pairs", lambda f: lambda self, columns, least, most: f(self, columns, least + 1.0, most)),
+    (cuts.LineCuts, "within", after(lambda found: found.taken(slice(0, 0)))),
     (trees, "half_line", after(lambda line: line and line._replace(end=line.end._replace(last=line.down - 2.0**-30)))),
     (trees, "_sides", lambda f: lambda tests, *to: f([(test, test) for test, _ in tests], *to)),
     (cuts.Cut, "_by_one", lambda f: lambda self, listed, line: f(listed, line).taken(slice(0, 0))),
     (cuts.RegionCut, "outside", lambda f: lambda self, listed: listed.taken(slice(0, 0))),
     (cuts.RegionCut, "within", lambda f: lambda self, listed: listed.taken(slice(0, 0))),
-    (images.PieceImage, "_total", lambda f: lambda self, name, joint: f(self, name, 1)),
+    (images.PieceImage, "_total", lambda f: lambda self, name, effects: f(self, name, [])),
     (images.PieceImage, "within", lambda f: lambda self, listed: f(self, listed).taken(slice(0, 0))),
     (images._BoxMotion, "moved", lambda f: lambda self, bounds, shift: f(self, bounds, np.abs(shift))),
     (images._BoxMotion, "moved", lambda f: lambda self, bounds, shift: f(self, np.abs(bounds), shift)),
