@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.benchmarks import sizes
 from tests.conftest import SAMPLED
 from tests.support.heavy import ASIDE, HEAVY
 from tests.support.sources import parsed
@@ -296,6 +297,18 @@ def test_nothing_committed_is_a_pickle_or_names_a_machine():
         data = path.read_bytes() if path.exists() else b""
         for word in ("/" + "work/", "index" + "-url", "/" + "root/"):
             assert word.encode() not in data, (name, word)
+
+
+def test_a_checkout_keeps_no_single_episodes_and_stays_small():
+    """`python tests/benchmarks/sizes.py` says what takes how much."""
+    try:
+        files = sizes.committed()
+    except subprocess.CalledProcessError:
+        pytest.skip("not a git checkout")
+    assert not [name for name in files if name.endswith((".tar.xz", ".tar.gz", ".zip"))]
+    experts = sum(size for name, size in files.items() if name.startswith(sizes.EXPERTS))
+    assert (sum(files.values()) - experts) / sizes.MB < 18  # beside the experts, of which a wheel has one per game
+    assert max(size for name, size in files.items() if not name.startswith(sizes.EXPERTS)) / sizes.MB < 0.5
 
 
 def test_ci_asks_each_file_for_tests_that_it_has():

@@ -3,10 +3,10 @@
     maviper reproduce --experts maddpg --jobs 2 -o FOLDER
     python -m tests.benchmarks.record FOLDER generated/reproduction/maddpg -- --experts maddpg
 
-Copies report.html, summary.txt, claims.json, recompute.py and figures/ as the command wrote them. What recompute.py
-needs besides is packed into cells.json.xz, in the form of compact.py: what the episodes of each cell come to, their
-hash, the facts that numbers take, and what each number is made of. Single episodes stay where a number needs them: its
-error is drawn over the episodes of one seed, or it takes only some of a line-up's.
+Copies report.html, summary.txt, claims.json and recompute.py as the command wrote them; the page has every figure. What
+recompute.py needs besides is packed into cells.json.xz, in the form of compact.py: what the episodes of each cell come
+to, their hash, the facts that numbers take, and what each number is made of. Single episodes stay where a number needs
+them: its error is drawn over the episodes of one seed, or it takes only some of a line-up's.
 Writes readme-1.svg and readme-2.svg, two figures on a panel of their own, and README.md with command, versions and
 core-hours; the command's options stand after --. Equal folders give equal bytes. Nothing is played, and nothing in
 FOLDER is changed.
@@ -52,9 +52,6 @@ def recorded(folder: Path, place: Path, options: str = "") -> list[Path]:
         runs.write(place / name, (folder / name).read_bytes())
     runs.write(place / compact.FILE, cells(folder))
     (place / OLD_TABLE).unlink(missing_ok=True)
-    figures = sorted((folder / report.FIGURES).glob("*.svg"))
-    for path in figures:
-        runs.write(place / report.FIGURES / path.name, path.read_bytes())
     for number, text in enumerate(readme_figures(folder), 1):
         runs.write(place / f"readme-{number}.svg", text)
     runs.write(place / README, page(place, options))
@@ -177,7 +174,7 @@ def page(place: Path, options: str) -> str:
 Register of claims: sha256 {claims["register"]}. Versions: {_versions()}.
 
 - `{report.SUMMARY}`: a line for each claim; `{report.CLAIMS}`: every comparison, with p-values.
-- `{report.PAGE}`: tables and figures on one page; `{report.FIGURES}/`: the figures alone.
+- `{report.PAGE}`: tables and figures on one page.
 - `{compact.FILE}`: the mean of every line-up and measure of every cell, with its CPU time, and what each number of the
   report is made of. {compact.TOLD}
 - `{report.SCRIPT}` computes all numbers and verdicts again from `{compact.FILE}`, without maviper.

@@ -1,0 +1,74 @@
+"""What a checkout without history and a wheel take, beside the bars of a release: 15 MB and 6 MB.
+
+    python tests/benchmarks/sizes.py [--wheel FILE] [--json]
+
+A checkout is what `git archive` holds: the bytes of all committed files at HEAD. Its largest folders and files are
+listed. Without --wheel a wheel is built from that archive, in a folder of its own, which takes a minute.
+"""
+
+import argparse
+import io
+import json
+import subprocess
+import sys
+import tarfile
+import tempfile
+from collections import Counter
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+BARS = {"checkout without history, MB": 15.0, "wheel, MB": 6.0}
+EXPERTS = "maviper/experts/shipped/"
+MB = 1e6
+SHOWN = 12
+
+
+def committed() -> dict[str, int]:
+    """The bytes of each file at HEAD, by path."""
+    command = ["git", "ls-tree", "-r", "-l", "-z", "HEAD"]
+    listed = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    rows = (row.split("\t") for row in listed.split("\0") if row)
+    return {path: int(about.split()[3]) for about, path in rows}
+
+
+def built(place: Path) -> Path:
+    """A wheel of HEAD, built in a folder."""
+    archive = subprocess.run(["git", "archive", "HEAD"], cwd=ROOT, capture_output=True, check=True).stdout
+    with tarfile.open(fileobj=io.BytesIO(archive)) as packed:
+        packed.extractall(place / "source", filter="data")
+    command = [sys.executable, "-m", "pip", "wheel", "-q", "--no-deps", "-w", str(place / "dist"), "."]
+    subprocess.run(command, cwd=place / "source", check=True)
+    (wheel,) = (place / "dist").glob("*.whl")
+    return wheel
+
+
+def by_folder(files: dict[str, int]) -> Counter[str]:
+    """The bytes of each folder of the second level, and of files above it."""
+    sizes = Counter[str]()
+    for path, size in files.items():
+        sizes["/".join(path.split("/")[:-1][:2]) or "."] += size
+    return sizes
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--wheel", type=Path, help="measure this one instead of building one")
+    parser.add_argument("--json", action="store_true")
+    options = parser.parse_args()
+    files = committed()
+    with tempfile.TemporaryDirectory() as name:
+        wheel = (options.wheel or built(Path(name))).stat().st_size
+    values = dict(zip(BARS, (sum(files.values()) / MB, wheel / MB), strict=True))
+    if options.json:
+        figures = [{"name": name, "value": of, "reach": BARS[name], "better": "lower"} for name, of in values.items()]
+        print(json.dumps({"figures": figures}))
+        return
+    for name, value in values.items():
+        print(f"{name}: {value:.2f} (reach {BARS[name]:g}{', missed' if value > BARS[name] else ''})")
+    for title, sizes in (("folders", by_folder(files)), ("files", Counter(files))):
+        print(f"\n{title}, MB")
+        print("\n".join(f"{size / MB:>8.2f}  {path}" for path, size in sizes.most_common(SHOWN)))
+
+
+if __name__ == "__main__":
+    main()
