@@ -74,4 +74,4 @@ def _around(boxes: BoxList) -> BoxList:
     high = np.full_like(low, -np.inf)
     np.minimum.at(low, of.reshape(-1), boxes.low)
     np.maximum.at(high, of.reshape(-1), boxes.high)
-    return BoxList(low, high, pairs[:, 0].copy(), pairs[:, 1].copy())
+    return BoxList.of(low, high, pairs[:, 0].copy(), pairs[:, 1].copy())
