@@ -49,7 +49,10 @@ class Boxes(NamedTuple):
         return Boxes(self.low[which], self.high[which])
 
     def holds(self, states: Float64) -> Bool:
-        """Which states [batch, variables] lie in a box."""
+        """Which states [batch, variables] lie in a box; whichever are fewer are gone through one by one."""
+        if len(states) < len(self.low):
+            inside = (((state >= self.low) & (state <= self.high)).all(axis=1).any() for state in states)
+            return np.fromiter(inside, np.bool_, len(states))
         found = np.zeros(len(states), dtype=np.bool_)
         for low, high in zip(self.low, self.high, strict=True):
             open_ = np.flatnonzero(~found)

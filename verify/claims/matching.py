@@ -7,6 +7,7 @@ Does not: know claims.
 
 import math
 from collections.abc import Sequence
+from functools import reduce
 from itertools import permutations
 
 import numpy as np
@@ -43,7 +44,7 @@ def has_matching(related: Bool) -> Bool:
     if math.perm(n_landmarks, n_agents) <= MAX_TRIED:
         found = np.zeros(related.shape[:-2], dtype=bool)
         for way in permutations(range(n_landmarks), n_agents):
-            found |= related[..., range(n_agents), way].all(axis=-1)
+            found |= reduce(np.logical_and, (related[..., agent, own] for agent, own in enumerate(way)), np.True_)
         return found
     holdable = np.zeros((*related.shape[:-2], 1 << n_landmarks), dtype=bool)
     holdable[..., 0] = True
