@@ -84,7 +84,7 @@ def lookup(steps: Sequence[Sequence[Boxes]], where: str) -> Lookup:
 
 def merged(boxes: Boxes) -> Boxes:
     """The same float64 states in fewer boxes: two that meet, or leave no float64 between them, and differ in one
-    variable alone become one; what lies in another box goes.
+    variable alone become one; what lies in another box goes. Boxes may overlap.
     """
     size = boxes.low.shape[1]
     rows = np.unique(np.concatenate(boxes, axis=1), axis=0)
@@ -93,12 +93,40 @@ def merged(boxes: Boxes) -> Boxes:
         before = len(rows)
         for variable in range(size):
             rows = _joined(rows, variable, size)
+    low, high = np.ascontiguousarray(rows[:, :size]), np.ascontiguousarray(rows[:, size:])
+    if len(rows) > COMPARED:
+        return Boxes(low, high)
+    _grow(low, high)
+    rows = np.unique(np.concatenate([low, high], axis=1), axis=0)
     low, high = rows[:, :size], rows[:, size:]
     held = np.zeros(len(rows), dtype=np.bool_)
-    for at in range(len(rows) if len(rows) <= COMPARED else 0):
+    for at in range(len(rows)):
         around = (low <= low[at]).all(axis=1) & (high >= high[at]).all(axis=1)
         held[at] = around.sum() > 1  # rows are unlike, so another one is larger
     return Boxes(np.ascontiguousarray(low[~held]), np.ascontiguousarray(high[~held]))
+
+
+def _grow(low: Float64, high: Float64) -> None:
+    """Grows each box, in place, over those that it meets along one variable and that are as wide in all others. What
+    they hold together stays, and a state that lies in the middle of many is in the first that is compared.
+    """
+    size, grew = low.shape[1], True
+    while grew:
+        grew = False
+        for variable in range(size):
+            others = [at for at in range(size) if at != variable]
+            wider = np.ones((len(low), len(low)), dtype=np.bool_)  # [box, another one]
+            for at in others:
+                wider &= (low[:, at] <= low[:, at, None]) & (high[:, at] >= high[:, at, None])
+            while True:
+                first, last = low[:, variable], high[:, variable]
+                meets = wider & (first <= np.nextafter(last, np.inf)[:, None])
+                meets &= np.nextafter(last, np.inf) >= first[:, None]
+                most = np.where(meets, last, -np.inf).max(axis=1)
+                least = np.where(meets, first, np.inf).min(axis=1)
+                if (most <= last).all() and (least >= first).all():
+                    break
+                low[:, variable], high[:, variable], grew = least, most, True
 
 
 def _joined(rows: Float64, variable: int, size: int) -> Float64:

@@ -43,10 +43,22 @@ static __attribute__((noinline)) int step_called({p}_monitor *m, const double *w
 {{
     return {p}_monitor_step(m, w, {dt});
 }}
+static __attribute__((noinline)) int control(const double *w, int *actions)
+{{
+    return act(w, actions);
+}}
+static __attribute__((noinline)) int control_watched({p}_monitor *m, const double *w, int *actions)
+{{
+    const int word = {p}_monitor_step(m, w, {dt});
+    (void)act(w, actions);
+    {fallbacks}
+    return word;
+}}
 void cost(const double *w, const int *at, long n, int *kept, double *seconds);
 void cost(const double *w, const int *at, long n, int *kept, double *seconds)
 {{
     {p}_monitor m;
+    int actions[{K}];
     double start = now();
     long i;
     for (i = 0; i < n; i++) {{
@@ -75,6 +87,19 @@ void cost(const double *w, const int *at, long n, int *kept, double *seconds)
         m.latched = 0;
     }}
     seconds[3] = now() - start;
+    start = now();
+    for (i = 0; i < n; i++) {{
+        *kept += control(w + i * {N}, actions) + actions[0];
+    }}
+    seconds[4] = now() - start;
+    start = now();
+    for (i = 0; i < n; i++) {{
+        {p}_monitor_renew_all(&m);
+        {step}
+        *kept += control_watched(&m, w + i * {N}, actions) + actions[0];
+        m.latched = 0;
+    }}
+    seconds[5] = now() - start;
 }}
 void words(const double *w, const int *at, long n, int *found);
 void words(const double *w, const int *at, long n, int *found)
@@ -105,20 +130,26 @@ class Made:
 
     def costs(self, w, at):
         """Processor time of a step beside that of the decisions of all agents, the least of rounds in turn: both built
-        into the loop over all states, and both called once per state.
+        into the loop over all states, both called once per state, and what a monitor adds to a control step, which
+        decides and gives the fallback where that must be. Each round has states of its own: of a row that comes again,
+        processors learn which way its branches go, and then a tree takes a fifth of what it takes in flight.
         """
         w, at = np.ascontiguousarray(w), np.ascontiguousarray(at, np.int32)
-        kept, seconds, found = np.zeros(1, np.int32), np.zeros(4), []
-        for _ in range(ROUNDS):
-            self.library.cost(_pointer(w), _pointer(at), ctypes.c_long(len(w)), _pointer(kept), _pointer(seconds))
-            found.append(1e9 * seconds / len(w))
-        decision, step, *called = np.min(found, axis=0).tolist()
-        ratios = {"ratio": step / decision, "ratio_called": called[1] / called[0]}
-        return ratios | {
+        kept, seconds, times = np.zeros(1, np.int32), np.zeros(6), []
+        for part in np.array_split(np.arange(len(w)), ROUNDS):
+            block = _pointer(w[part[0] :]), _pointer(at[part[0] :]), ctypes.c_long(len(part))
+            self.library.cost(*block, _pointer(kept), _pointer(seconds))
+            times.append(1e9 * seconds / len(part))
+        decision, step, *called, bare, watched = np.min(times, axis=0).tolist()
+        return {
+            "ratio": step / decision,
+            "ratio_called": called[1] / called[0],
+            "ratio_added": (watched - bare) / bare,
             "decision_ns": decision,
             "step_ns": step,
             "decision_called": called[0],
             "step_called": called[1],
+            "control_ns": watched,
         }
 
 
@@ -136,6 +167,10 @@ def compiled(profile, proved, system=None):
         "p": p,
         "N": watched.size,
         "dt": f"{upper}_DT" if watched.lookup is None else f"{upper}_M_DT",
+        "K": len(model.agents),
+        "fallbacks": " ".join(
+            f"actions[{k}] = {p}_monitor_{agent.lower}(m, actions[{k}]);" for k, agent in enumerate(model.agents)
+        ),
         "step": "m.step = at[i];" if watched.lookup else "(void)at;",
         "decide": _game(model) if system is None else _system(model, profile, system),
     }
@@ -150,28 +185,39 @@ def compiled(profile, proved, system=None):
         yield Made(ctypes.CDLL(str(Path(scratch) / "bench.so")))
 
 
+DECIDE = """static int act(const double *w, int *actions)
+{{
+{lines}
+    return {total};
+}}
+static int decide(const double *w)
+{{
+    int actions[{count}];
+    return act(w, actions);
+}}"""  # all agents' decisions from a state: their actions, and the sum of these
+
+
+def _filled(lines, count):
+    total = " + ".join(f"actions[{k}]" for k in range(count))
+    return DECIDE.format(lines="\n".join(lines), total=total, count=count)
+
+
 def _game(model):
     """All agents' decisions from a world state."""
-    p, count = model.prefix, len(model.agents)
-    total = " + ".join(f"actions[{k}]" for k in range(count))
-    return (
-        f"static int decide(const double *w)\n{{\n    int actions[{count}];\n"
-        f"    {p}_act_team(w, actions);\n    return {total};\n}}"
-    )
+    return _filled([f"    {model.prefix}_act_team(w, actions);"], len(model.agents))
 
 
 def _system(model, profile, system):
     """All agents' decisions from a state: features in double as the file has them, rounded to what is compared."""
     names = [one.name for one in system.variables]
-    lines, calls = [], []
-    for agent, policy in zip(model.agents, profile.agents, strict=True):
+    lines = []
+    for k, (agent, policy) in enumerate(zip(model.agents, profile.agents, strict=True)):
         rows = [_feature(system.features[policy.agent][spec.name], names) for spec in policy.features]
         kind = agent.tables.threshold_type
         lines.append(f"    const {kind} x_{agent.lower}[{len(rows)}] = {{")
         lines += [f"        ({kind})({row})," for row in rows]
-        lines.append("    };")
-        calls.append(f"{agent.names.act}(x_{agent.lower})")
-    return "\n".join(["static int decide(const double *w)", "{", *lines, f"    return {' + '.join(calls)};", "}"])
+        lines += ["    };", f"    actions[{k}] = {agent.names.act}(x_{agent.lower});"]
+    return _filled(lines, len(model.agents))
 
 
 def _feature(feature, names):

@@ -247,11 +247,10 @@ def searched(found, state):
         place = (state[axis] - float(low.decimal)) * float(scale.decimal)
         cell += stride * int(min(max(place, 0.0), float(most.decimal)))
         compared += 2
-    for place in range(found.cells[cell], len(found.order)):
-        if found.order[place] < 0:
-            break
+    end = found.order.index(-1, found.rests[cell])
+    for at in (found.firsts[cell], *found.order[found.rests[cell] : end]):
         compared += 2 * found.width
-        box = found.boxes[found.order[place]]
+        box = found.boxes[at]
         ends = [(float(low.decimal), float(high.decimal)) for low, high in zip(*box, strict=True)]
         if all(low <= state[column] <= high for column, (low, high) in zip(columns, ends, strict=True)):
             return True, compared
