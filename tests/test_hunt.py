@@ -1,23 +1,38 @@
 """The standing hunt: a slice finds nothing wrong, false words put back are found, the judge stands alone."""
 
 import ast
+import json
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from codegen import ir
+from codegen.policy_json import dumps
 from maviper.verification.join import question_files
 from tests import hunt
-from tests.hunting import episodes, judge, places, playing, questions, sampling, stated
+from tests.hunting import (
+    episodes,
+    giving,
+    judge,
+    outputs,
+    places,
+    planted_outputs,
+    playing,
+    questions,
+    sampling,
+    stated,
+)
 from tests.hunting.planted import PLANTED
+from tests.support import summed
 from verify.kinds import Kind
 from verify.result import Verdict
 from verify.solver.decide import decide
 
 pytestmark = pytest.mark.solver
 
-JUDGING = ("reading", "meaning", "places", "judge", "playing", "stated", "sampling")
+JUDGING = ("reading", "meaning", "places", "judge", "playing", "stated", "sampling", "giving")
 SLICE = {"decisions": 300, "episodes": 60, "doubles": 200, "double-episodes": 30}  # about a minute and a half in all
 LEAST = {
     "decisions": 0.3,
@@ -26,6 +41,7 @@ LEAST = {
     "double-episodes": 0.15,
 }  # of each verdict: a third in the long run, a few of sixty by chance
 FOUND_WITHIN = 2_000  # questions
+OUTPUTS_NOTICED_WITHIN = 120
 OUTSIDE = 200  # questions for another solver
 
 
@@ -73,6 +89,55 @@ def test_the_judge_of_systems_is_not_deaf(owner, attribute, wrong, shows, monkey
     monkeypatch.setattr(owner, attribute, wrong)
     told = (text for seed in range(12) for text in hunt.KINDS["systems"](seed, False).wrong)
     assert any(text.startswith(shows) for text in told)
+
+
+def test_outputs_are_asked_and_judged():
+    record = hunt.hunt("outputs", None, 8, None)
+    assert record.wrong == []
+    assert record.share("verdict PROVED") >= 0.25 and record.share("verdict VIOLATED") >= 0.25
+    assert record.share("bound within 2 % of the extreme") >= 0.75
+
+
+@pytest.mark.slow
+def test_many_outputs_are_asked_and_judged():
+    record = hunt.hunt("outputs", None, 160, None)
+    assert record.wrong == [] and record.counts["certificates forged, refused"] >= 5
+    assert record.share("verdict PROVED") >= 0.3 and record.share("verdict VIOLATED") >= 0.3
+    assert record.share("verdict UNKNOWN") <= 0.1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", planted_outputs.FAULTS)
+def test_a_fault_in_what_proves_or_checks_outputs_is_noticed(name):
+    outputs.one_case.cache_clear()
+    with pytest.MonkeyPatch.context() as patch:
+        planted_outputs.FAULTS[name](patch)
+        noticed = any(map(is_noticed, range(OUTPUTS_NOTICED_WITHIN)))
+    outputs.one_case.cache_clear()
+    assert noticed
+
+
+def is_noticed(seed):
+    """Whether the judge, or the reference by which every counterexample is judged, contradicts an answer."""
+    try:
+        return bool(hunt.KINDS["outputs"](seed, False).wrong)
+    except AssertionError:
+        return True
+
+
+def test_the_judge_of_outputs_computes_what_the_reference_does():
+    """In all three arithmetics, by the bits; profiles are read from their files."""
+    for name, profile in summed.every(5).items():
+        rows = np.random.default_rng(5).normal(size=(120, 5))
+        rows[::2] = np.round(rows[::2] * 4) / 4  # thresholds and ties
+        for policy, document in zip(profile.agents, json.loads(dumps(profile))["agents"], strict=True):
+            judged = giving.Agent(document)
+            with np.errstate(all="ignore"):
+                if policy.outputs:
+                    assert judged.given(rows).tobytes() == ir.outputs(policy, rows).tobytes(), name
+                else:
+                    actions = [policy.actions[place].name for place in ir.act(policy, rows)]
+                    assert judged.acts(rows).tolist() == actions, name
 
 
 def test_a_hunt_goes_on_where_it_ended(tmp_path):

@@ -33,7 +33,11 @@ def world(outputs=0, actions=("left", "stay", "right"), more=""):
 
 def tree(seed, arithmetic, outputs, gives=None, bounded=True):
     """A random tree whose numbers are of a size at which roundings have bounds."""
-    drawn = summed.policy(seed, arithmetic, outputs=outputs, gives=gives, bounded=bounded)
+    return tamed(summed.policy(seed, arithmetic, outputs=outputs, gives=gives, bounded=bounded))
+
+
+def tamed(drawn):
+    """A random agent with numbers of such a size."""
 
     def tame(each):
         return Sum(tuple((weight if 2.0**-20 < abs(weight) < 2.0**20 else 0.5, place) for weight, place in each.terms))
@@ -43,5 +47,5 @@ def tree(seed, arithmetic, outputs, gives=None, bounded=True):
     arrays = (made.feature, made.threshold, made.left, made.right, made.action)
     kept = {name: getattr(made, name) for name in ("numbers", "arithmetic", "gives")}
     return ir.AgentPolicy(
-        "agent_0", "team", drawn.features, drawn.actions, ir.Tree(*arrays, **kept, **named), outputs=drawn.outputs
+        drawn.agent, "team", drawn.features, drawn.actions, ir.Tree(*arrays, **kept, **named), outputs=drawn.outputs
     )

@@ -17,6 +17,7 @@ from maviper.verification.files.counterexamples import replay
 from tests.support import summed
 from tests.support.giving import CART, tree
 from verify.result import Verdict
+from verify.systems.given import agents
 
 REGION = "default = [-5, 5]\n"
 BOUNDED, LESS, PUSHES, HARDER, OFF, JUMPS = (
@@ -165,15 +166,22 @@ def test_options_of_other_claims_are_refused(options, says, tmp_path, monkeypatc
     assert says in capsys.readouterr().err
 
 
-def test_a_tree_that_gives_what_is_just_within_its_rounding_is_unknown_not_proved(tmp_path):
-    """0.1 + 0.2 in float64 is above 0.3: a proof over exact sums would say otherwise."""
+def just_above(folder):
+    """Whether 0.1 + 0.2 in float64, which is above 0.3, is proved to be at most that."""
     one = tree(1, "float64", 1)
     split = ir.Tree(*map(np.array, ([ir.NO_FEATURE], [0.0], [ir.NO_CHILD], [ir.NO_CHILD], [0])), numbers="float64",
                     arithmetic="float64", vectors=((ir.Sum(((1.0, 0), (1.0, 1))),),), gives="float64")  # fmt: skip
     profile = summed.profile(replace(one, tree=split, outputs=(replace(one.outputs[0], low=None, high=None),)))
-    place = "region = { box = { x0 = 0.1, x1 = 0.2 } }"
-    verdicts = asked(profile, tmp_path, f'formula = "out(agent_0).u0 <= 0.3"\n{place}')
-    assert Verdict.PROVED.value not in verdicts
+    sums = 'region = { box = { x0 = [0, 0.1], x1 = [0, 0.2] }, where = ["x0 + x1 <= 0.3"] }'
+    return asked(profile, folder, f'formula = "out(agent_0).u0 <= 0.3"\n{sums}')[0] == Verdict.PROVED.value
+
+
+def test_sums_are_proved_as_they_are_rounded(tmp_path, monkeypatch):
+    """The exact sum is at most 0.3: only a proof that forgets the roundings takes that for the output."""
+    assert not just_above(tmp_path)
+    monkeypatch.setattr(agents.Errors, "of", lambda errors, each: Fraction(0))
+    monkeypatch.setattr(agents, "_short", lambda bound: bound)
+    assert just_above(tmp_path)
 
 
 LIKE = """

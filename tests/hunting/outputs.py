@@ -1,0 +1,190 @@
+"""Questions about outputs and tests of sums for the hunt, over observations, and what is wrong with their answers.
+
+Does: random trees that test sums and give numbers, in three arithmetics, in random boxes; claims about an output, two
+  outputs, two agents, an agent that observes with errors, an action; each bound lies within 2 % of the extreme that
+  the judge has sampled. Asks them by the door that a user takes.
+Assumes: giving.py judges by the profile's file alone.
+Does not: know world files.
+"""
+
+import json
+import tempfile
+from dataclasses import replace
+from fractions import Fraction
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+
+from codegen.errors import InputError
+from codegen.policy_json import dumps
+from codegen.sums import DOUBLE_SUMS, FLOAT32_STEPS, FLOAT64_SUMS
+from maviper.verification.ask import VerifyOptions
+from maviper.verification.stated import StatedWorld
+from tests.hunting import giving
+from tests.hunting.asking import Told
+from tests.support import summed
+from tests.support.giving import tamed
+from verify.certificates.systems import to_json
+from verify.checker.covers.certificates import from_json
+from verify.checker.reading import RejectedError
+from verify.exact import plain
+
+FORGING = 3  # of so many certificates one is forged
+TOGETHER = 4  # claims about one team, which one search decides
+SAMPLES = 2_000
+NEAR, BEYOND = Fraction(2, 100), 0.6  # of the sampled extreme; the share of claims that lie beyond it
+LEAST = 2.0**-7  # of an extreme whose hundredth part says something
+FAR = 100_000_000  # beyond all numbers
+CHECKED = 16  # of so many certificates one is given to the checker again
+KINDS = ("output", "outputs", "agents", "robust")
+
+
+class Case:
+    """Agents of one kind in a box, with claims as the judge reads them and the answers to them."""
+
+    def __init__(self, number):
+        rng = np.random.default_rng([number, 34])
+        arithmetic = (DOUBLE_SUMS, FLOAT32_STEPS, FLOAT64_SUMS)[int(rng.integers(3))]
+        acting, self.levels = rng.random() < 0.3, int(rng.integers(0, 5))
+        gives = "float32" if arithmetic == DOUBLE_SUMS and rng.random() < 0.4 else None
+        given = {"outputs": 0 if acting else 2, "levels": self.levels, "n_features": int(rng.integers(3, 6))}
+        given |= {"gives": None if acting else gives, "bounded": rng.random() < 0.4}
+        seeds = [int(each) for each in rng.integers(1 << 30, size=2)]
+        made = [summed.policy(seed, arithmetic, **given, agent=f"agent_{n}") for n, seed in enumerate(seeds)]
+        self.profile = summed.profile(*map(tamed, made))
+        self.box = {each.name: _ends(rng) for each in self.profile.agents[0].features}
+        self.eps = float(rng.choice([1, 8, 64])) * 2.0**-8
+        self.states = giving.States(json.loads(dumps(self.profile)), self.box, self.eps)
+        self.claims = [self._claim(rng, acting) for _ in range(TOGETHER)]
+
+    def _claim(self, rng, acting):
+        """A claim without its bound, then with one close to the most that the judge has sampled."""
+        one, other = (each.agent for each in self.profile.agents)
+        kind = "action" if acting else str(rng.choice(KINDS))
+        claim = {"kind": kind, "when": None, "both": rng.random() < 0.3}
+        sign = int(rng.choice([1, -1]))
+        if kind == "action":
+            names = [str(each) for each in rng.permutation(list(self.box))[:2]]
+            weights = rng.choice([-2, -1, 1], len(names)).tolist()
+            claim["terms"] = [(w, "variable", one, name) for w, name in zip(weights, names, strict=True)]
+            claim["when"] = one, str(rng.choice(self.states.agents[one].actions))
+        elif kind == "robust":
+            claim |= {"terms": [(1, "off", one, "u0"), (-1, "given", one, "u0")], "size": True}
+        else:
+            second = {"output": (0, one, "u1"), "outputs": (-sign, one, "u1"), "agents": (-sign, other, "u0")}[kind]
+            claim["terms"] = [(sign, "given", one, "u0")]
+            claim["terms"] += [(second[0], "given", *second[1:])] if second[0] else []
+        reached, claim["best"] = self.states.most(claim, rng, SAMPLES)
+        if not np.isfinite(reached):  # an action that was never seen: any bound
+            reached = -1.0
+        claim["close"] = abs(reached) >= LEAST
+        near = max(abs(Fraction(reached)), Fraction(LEAST)) * NEAR
+        claim["bound"] = _short(Fraction(reached) + (near if rng.random() < BEYOND else -near))
+        claim["false"] = _short(Fraction(reached) - near)  # what a state that the judge has seen exceeds
+        return claim
+
+    def violated(self, claim):
+        """Whether one of the states that reach most breaks it, in exact numbers."""
+        numbers, errors = claim["best"]
+        return any(self.exceeds(claim, *pair) for pair in zip(numbers.tolist(), errors.tolist(), strict=True))
+
+    def exceeds(self, claim, numbers, errors):
+        """Whether a state breaks it."""
+        exact = [dict(zip(self.box, map(Fraction, each), strict=True)) for each in (numbers, errors)]
+        found = giving.exactly(self.states, claim, *exact)
+        return found is not None and found > claim["bound"]
+
+    def replays(self, claim, start):
+        """Whether a counterexample is a state of floats in the box that breaks it."""
+        numbers = [start[name] for name in self.box]
+        errors = [start.get(f"{self.profile.agents[0].agent}_off.{name}", Fraction(0)) for name in self.box]
+        inside = all(low <= each <= high for each, (low, high) in zip(numbers, self.box.values(), strict=True))
+        small = claim["kind"] != "robust" or all(abs(each) <= Fraction(self.eps) for each in errors)
+        floats = all(Fraction(float(each)) == each for each in numbers + errors)
+        return inside and small and floats and self.exceeds(claim, numbers, errors)
+
+    def world(self, claims):
+        """The world of claims, as a user's files state them."""
+        with tempfile.TemporaryDirectory() as place:
+            file, region = Path(place) / "claims.toml", Path(place) / "region.toml"
+            file.write_text("".join(map(self._property, claims)))
+            region.write_text(
+                "[box]\n" + "".join(f"{name} = [{low}, {high}]\n" for name, (low, high) in self.box.items())
+            )
+            shared = ("all",)
+            return StatedWorld.of_observations(
+                self.profile, VerifyOptions(file=file, region=str(region), shared=shared, verdict_only=True)
+            )
+
+    def _property(self, claim):
+        bound = plain(claim["bound"])
+        if claim["kind"] == "robust":
+            agent = self.profile.agents[0].agent
+            head = f'name = "robust"\nagent = "{agent}"\noutput = "u0"\neps = {plain(Fraction(self.eps))}\n'
+            return f"[[property]]\n{head}most = {bound}\n"
+        sides = [f"{weight}*{_word(kind, agent, name)}" for weight, kind, agent, name in claim["terms"]]
+        sides = " + ".join(sides)
+        lower = f"{sides} >= -{FAR} and " if claim["both"] else ""
+        when = "" if claim["when"] is None else "acts({}) == {} implies ".format(*claim["when"])
+        return f'[[property]]\nformula = "{when}({lower}{sides} <= {bound})"\n'
+
+
+def _short(bound):
+    """A decimal of few digits close to a number."""
+    return max(Fraction(round(bound * 2**40), 2**40), Fraction(-FAR))
+
+
+def forged_is_refused(case, world, claim, certificate):
+    """Whether the checker refuses the proof of a claim as one of a claim that is false; None where none is known."""
+    false = claim | {"bound": claim["false"]}
+    if not case.violated(false):
+        return None
+    (other,) = case.world([false]).claims
+    try:
+        replace(certificate, claim=other).accepted(world.profile, world.statement.system)
+    except (RejectedError, InputError):
+        return True
+    return False
+
+
+def _word(kind, agent, name):
+    return name if kind == "variable" else f"out({agent}).{name}"
+
+
+def _ends(rng):
+    """A range whose ends are numbers of few digits."""
+    low, width = int(rng.integers(-24, 20)), int(rng.integers(1, 25))
+    return low / 8, min(low + width, 24) / 8
+
+
+@lru_cache(maxsize=1)
+def one_case(number):
+    case = Case(number)
+    return case, case.world(case.claims)
+
+
+def ask(seed, thorough):
+    """The answer to the question of a seed."""
+    case, world = one_case(seed // TOGETHER)
+    claim, asked = case.claims[seed % TOGETHER], world.asked[seed % TOGETHER]
+    found = world.answer(asked.question, beside=thorough)
+    violated, verdict = case.violated(claim), found.verdict.value
+    told = Told(seed, verdict, claim["kind"], case.levels, conflict=True, judged="violated" if violated else "")
+    told.close = claim["close"]
+    if verdict == "PROVED" and violated:
+        told.wrong.append("PROVED, and the judge has a state that breaks it")
+    certificate, counterexample = found.evidence.certificate, found.evidence.counterexample
+    if verdict == "PROVED":
+        again = from_json(to_json(certificate))
+        if again != certificate:
+            told.wrong.append("PROVED by a certificate that is another one once it is read")
+        if thorough or seed % CHECKED == 0:
+            told.front = again.accepted(world.profile, world.statement.system) >= 0
+        refused = forged_is_refused(case, world, claim, certificate) if thorough or seed % FORGING == 0 else None
+        told.forged, told.refused = int(refused is not None), int(refused is True)
+        if refused is False:
+            told.wrong.append("a proof of another claim is accepted as one of a claim that is false")
+    if verdict == "VIOLATED" and not case.replays(claim, counterexample.start):
+        told.wrong.append("VIOLATED by a state that is none, or breaks nothing")
+    return told

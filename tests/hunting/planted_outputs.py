@@ -1,0 +1,163 @@
+"""Faults in what proves and checks claims about sums and outputs, each of which the hunt must notice.
+
+Does: patches the reading of agents, of formulas, of `robust`, or the walk of the checker.
+Assumes: pytest's monkeypatch, or anything with its `setattr`.
+Does not: look for them. Roundings are too small for a hunt; tests of single numbers look for those that are forgotten.
+"""
+
+from dataclasses import replace
+
+from maviper.verification import stated
+from verify.checker.systems import rows, walk
+from verify.claims.formula import disjunction
+from verify.reach import together
+from verify.systems.given import agents, formulas, robust
+
+
+def _term(patch):
+    """The last feature of a sum that is tested is left out."""
+    form = agents._Reading._form
+
+    def shorter(self, each):
+        tested = each in self._tree.sums and len(each.terms) > 1
+        return form(self, replace(each, terms=each.terms[:-1]) if tested else each)
+
+    patch.setattr(agents._Reading, "_form", shorter)
+
+
+def _threshold(patch):
+    """Tests of sums compare with a threshold that is a little larger."""
+    split = agents._Reading._split
+
+    def later(self, plain, threshold, left, right):
+        tested = len(list(self._features.values())[plain].form.terms) > 1
+        return split(self, plain, threshold + 0.125 * tested, left, right)
+
+    patch.setattr(agents._Reading, "_split", later)
+
+
+def _sides(patch):
+    """The sides of every split are swapped."""
+    split = agents._Reading._split
+    patch.setattr(agents._Reading, "_split", lambda self, plain, at, left, right: split(self, plain, at, right, left))
+
+
+def _weight(patch):
+    """The first weight of what a leaf gives has the opposite sign."""
+    form = agents._Reading._form
+
+    def turned(self, each):
+        given = any(each in vector for vector in self._tree.vectors) and each not in self._tree.sums
+        (weight, place), *others = each.terms
+        return form(self, replace(each, terms=((-weight, place), *others)) if given else each)
+
+    patch.setattr(agents._Reading, "_form", turned)
+
+
+def _vector(patch):
+    """Constants of leaves are those of the first leaf."""
+    constant = agents._Reading._constant
+    patch.setattr(agents._Reading, "_constant", lambda self, vector, output: constant(self, 0, output) + 0 * vector)
+
+
+def _beyond(patch):
+    """States in which a leaf's number lies within its bounds are those of which nothing is asked."""
+    beyond = formulas._beyond
+
+    def within(*given):
+        parts = list(beyond(*given))
+        yield from [formulas.Not(disjunction(*parts))] if parts else []
+
+    patch.setattr(formulas, "_beyond", within)
+
+
+def _inputs(patch):
+    """A comparison of two outputs reads the first of them alone."""
+    compared = formulas._compared
+
+    def alone(formula, statement, acting, where):
+        inputs = [name for _, name in formula.terms if any(name in each.inputs for each in statement.agents)]
+        kept = tuple(term for term in formula.terms if term[1] not in inputs[1:])
+        return compared(formula._replace(terms=kept), statement, acting, where)
+
+    patch.setattr(formulas, "_compared", alone)
+
+
+def _errors(patch):
+    """None of the errors that `robust` speaks of is looked at."""
+    box = robust.box_of
+    patch.setattr(robust, "box_of", lambda ends: box({name: (0 * low, 0 * high) for name, (low, high) in ends.items()}))
+
+
+def _ranges(patch):
+    """The world of observations leaves out the upper half of every range."""
+    region = stated.named_region
+
+    def half(*given):
+        found = region(*given)
+        return replace(found, box={name: (low, (low + high) / 2) for name, (low, high) in found.box.items()})
+
+    patch.setattr(stated, "named_region", half)
+
+
+def _unplayed(patch):
+    """Nothing is played before it is proved, so that only proofs answer."""
+    patch.setattr(together.Together, "_play", lambda self, numbers, at: None)
+
+
+def _tighter(row):
+    """A row of a little less: a sixteenth of what its sum may be."""
+    less = (row.direction.high - row.direction.low) / 16
+    return row._replace(end=row.end - less * (1 if row.upper else -1))
+
+
+def _sums_of_rows(patch):
+    """The checker takes any sum of rows for a contradiction."""
+    patch.setattr(rows.Branch, "contradicted", lambda self, used: True)
+
+
+def _bounds(patch):
+    """The bounds of unknowns settle more rows than they should."""
+    _unplayed(patch)
+    settled = rows.Branch.settled
+
+    patch.setattr(rows.Branch, "settled", lambda self, row: settled(self, _tighter(row)))
+
+
+def _choices(patch):
+    """Of the ways in which a claim may be broken, the walk asks about the first."""
+    _unplayed(patch)
+    within = walk.SystemQuestions._within_some
+    patch.setattr(walk.SystemQuestions, "_within_some", lambda self, branch, parts: within(self, branch, parts[:1]))
+
+
+def _leaves(patch):
+    """The walk does not go down the right sides of splits."""
+    _unplayed(patch)
+
+    def left_only(self, branch, decision):
+        while isinstance(decision, walk.Split):
+            branch, _ = self._sides(branch, decision.left_if)
+            if branch is None:
+                return
+            decision = decision.left
+        yield branch, decision
+
+    patch.setattr(walk.SystemQuestions, "_leaves", left_only)
+
+
+FAULTS = {
+    "tests of sums: a term is left out": _term,
+    "tests of sums: the threshold is another one": _threshold,
+    "tests: the sides are swapped": _sides,
+    "leaves: a weight has the opposite sign": _weight,
+    "leaves: constants are those of the first": _vector,
+    "leaves: what is asked within bounds and beyond is swapped": _beyond,
+    "formulas: the second of two outputs is left out": _inputs,
+    "robust: errors are forgotten": _errors,
+    "regions: half of the ranges": _ranges,
+    "checker: any sum of rows is a contradiction": _sums_of_rows,
+    "checker: bounds settle more than they should": _bounds,
+    "checker: ways to break a claim are forgotten": _choices,
+    "checker: right sides are forgotten": _leaves,
+}
