@@ -7,21 +7,24 @@ Does not: prove: between the states that were met it may be off by more.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
 from codegen.errors import InputError
+from codegen.ir import Float64, Int64
+from maviper.worlds.stated.columns import RuleColumns
 from maviper.worlds.stated.reference import Reference
-from maviper.worlds.stated.systems import AnyRule, Floats, Moving
+from maviper.worlds.stated.systems import Floats, Moving
 from verify.progress import tell
 from verify.systems.statement import Statement
 from verify.systems.system import ensure_in_steps
 
 STEPS = 100_000
 SEED = 0
+AT_ONCE = 10_000  # steps that are compared together
 PLACED = 0.75  # the share of episodes that begin anywhere in the ranges, where the environment allows that
 
 
@@ -46,7 +49,7 @@ def deviation(statement: Statement, steps: int | None = None) -> Deviation:
     reference, moving = Reference(statement), Moving(statement)
     so_far = Deviation(placed=reference.placeable)
     with reference.kept_quiet():
-        _play(reference, moving, so_far, steps)
+        _play(reference, moving, [RuleColumns(rule) for rule in statement.rules], so_far, steps)
     if not so_far.steps:
         began = f"{so_far.outside} steps of {statement.system.reference} began"
         what = f"nothing was measured: {began} where nothing is stated"
@@ -54,52 +57,81 @@ def deviation(statement: Statement, steps: int | None = None) -> Deviation:
     return so_far
 
 
-def _play(reference: Reference, moving: Moving, so_far: Deviation, steps: int) -> None:
+class _Step(NamedTuple):
+    """A step of the reference: the state before, the joint action by names, the state after."""
+
+    before: Floats
+    actions: Mapping[str, str]
+    after: Floats
+
+
+def _play(reference: Reference, moving: Moving, rules: Sequence[RuleColumns], so_far: Deviation, steps: int) -> None:
     """Plays so many steps, each compared."""
-    rng = np.random.default_rng(SEED)
-    while so_far.steps + so_far.outside < steps:
-        tell(so_far.steps + so_far.outside, steps, "steps of the reference compared")
+    rng, done, met = np.random.default_rng(SEED), 0, list[_Step]()
+    while done < steps:
+        tell(done, steps, "steps of the reference compared")
         reference.reset(int(cast("Any", rng.integers(2**31))))
         if reference.placeable and rng.random() < PLACED:
             reference.place({name: rng.uniform(low, high) for name, (low, high) in moving.ranges.items()})
         before = reference.state()
-        while reference.playing and so_far.steps + so_far.outside < steps:
+        while reference.playing and done < steps:
             actions = {agent: names[rng.integers(len(names))] for agent, names in reference.actions.items()}
             reference.step(actions)
             after = reference.state()
-            _compared(moving, so_far, before, actions, after)
+            met.append(_Step(before, actions, after))
+            done += 1
             if not moving.within(after):
                 break
             before = after
+        if len(met) >= AT_ONCE or done == steps:
+            _compare(moving, rules, so_far, met)
+            met = []
 
 
-def _compared(moving: Moving, found: Deviation, before: Floats, actions: Mapping[str, str], after: Floats) -> None:
-    rules = moving.rules(before)
-    if not rules:
-        found.outside += 1
-        return
-    found.steps += 1
-    offs = [_off(rule, before, actions, after) for rule in rules]
-    fits = [index for index, off in enumerate(offs) if all(_allowed(rules[index], name, off) for name in off)]
-    off = offs[fits[0] if fits else 0]
-    for name, number in off.items():
-        low, high = found.off.get(name, (number, number))
-        found.off[name] = min(low, number), max(high, number)
-    if not fits:
-        found.beyond += 1
-        found.worst = found.worst or _told(rules[0], before, actions, off)
+def _compare(moving: Moving, rules: Sequence[RuleColumns], so_far: Deviation, met: Sequence[_Step]) -> None:
+    """Adds steps to what was measured. Of several rules that hold, on a border, the first counts whose error allows
+    what was met, or else the first.
+    """
+    before, after = (
+        {name: np.array([each[name] for each in states]) for name in moving.ranges}
+        for states in ([each.before for each in met], [each.after for each in met])
+    )
+    within = np.all([(before[name] >= low) & (before[name] <= high) for name, (low, high) in moving.ranges.items()], 0)
+    holding, allowed = (np.zeros((len(rules), len(met)), dtype=np.bool_) for _ in range(2))
+    offs = list[dict[str, Float64]]()
+    for place, rule in enumerate(rules):
+        holding[place] = within & rule.holding(before)
+        rows = np.flatnonzero(holding[place])
+        state = {name: column.take(rows) for name, column in before.items()}
+        actions = {agent: [met[row].actions[agent] for row in rows.tolist()] for agent in met[0].actions}
+        moved = rule.moved(state, actions) if len(rows) else {}
+        fits, offs = np.ones(len(rows), dtype=np.bool_), [*offs, dict[str, Float64]()]
+        for name, column in moved.items():
+            off = offs[-1][name] = np.zeros(len(met))
+            off[rows] = after[name].take(rows) - column
+            low, high = rule.error.get(name, (0.0, 0.0))
+            fits &= (low <= off[rows]) & (off[rows] <= high)
+        allowed[place, rows] = fits
+    stated, fitting = holding.any(axis=0), allowed.any(axis=0)
+    first: Int64 = allowed.argmax(axis=0)
+    first[~fitting] = holding.argmax(axis=0)[~fitting]
+    so_far.steps, so_far.outside = so_far.steps + int(stated.sum()), so_far.outside + int((~stated).sum())
+    for place, off in enumerate(offs):
+        rows = np.flatnonzero(stated & (first == place))
+        for name, column in off.items() if len(rows) else ():
+            numbers = column.take(rows).tolist()
+            low, high = so_far.off.get(name, (numbers[0], numbers[0]))
+            so_far.off[name] = min(low, *numbers), max(high, *numbers)
+    beyond = np.flatnonzero(stated & ~fitting).tolist()
+    so_far.beyond += len(beyond)
+    if beyond and not so_far.worst:
+        place = int(first[beyond[0]])
+        off = {name: float(column[beyond[0]]) for name, column in offs[place].items()}
+        so_far.worst = _told(rules[place], met[beyond[0]], off)
 
 
-def _off(rule: AnyRule, before: Floats, actions: Mapping[str, str], after: Floats) -> Floats:
-    return {name: after[name] - number for name, number in rule.moved(before, actions).items()}
-
-
-def _allowed(rule: AnyRule, name: str, off: Floats) -> bool:
-    low, high = rule.error.get(name, (0.0, 0.0))
-    return low <= off[name] <= high
-
-
-def _told(rule: AnyRule, before: Floats, actions: Mapping[str, str], off: Floats) -> str:
-    beyond = next(name for name in off if not _allowed(rule, name, off))
-    state = ", ".join(f"{name} = {number:.6g}" for name, number in before.items())
-    return f"{beyond} is off by {off[beyond]:.3g} after {', '.join(actions.values())} in {state}"
+def _told(rule: RuleColumns, step: _Step, off: Floats) -> str:
+    bounds = {name: rule.error.get(name, (0.0, 0.0)) for name in off}
+    beyond = next(name for name, (low, high) in bounds.items() if not low <= off[name] <= high)
+    state = ", ".join(f"{name} = {number:.6g}" for name, number in step.before.items())
+    return f"{beyond} is off by {off[beyond]:.3g} after {', '.join(step.actions.values())} in {state}"
