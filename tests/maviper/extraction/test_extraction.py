@@ -1,5 +1,6 @@
 """Extraction: the paper's formulas written out slowly, joint growth, rounding, repeatability."""
 
+import functools
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise, product
@@ -103,7 +104,7 @@ def test_resampling_draws_with_replacement_by_weight():
 
 
 def slow_joint_trees(observations, labels, counts, n_actions, max_depth, seeds):
-    """TrainJointTrees in plain loops over points, without caches, as the text has it."""
+    """TrainJointTrees in plain loops over points, as the text has it; scikit-learn fits to the same points once."""
     n_agents, n = len(observations), len(labels)
     trees = [{0: None} for _ in range(n_agents)]  # node -> None (leaf) or (feature, threshold, left, right)
     action = [{} for _ in range(n_agents)]
@@ -115,8 +116,9 @@ def slow_joint_trees(observations, labels, counts, n_actions, max_depth, seeds):
             node = left if np.float64(observations[agent][point, feature]) <= threshold else right
         return node
 
+    @functools.cache
     def fit(agent, points, depth):
-        tree = DecisionTreeClassifier(max_depth=depth, random_state=seeds[agent])
+        tree, points = DecisionTreeClassifier(max_depth=depth, random_state=seeds[agent]), list(points)
         return tree.fit(observations[agent][points], labels[points, agent], sample_weight=counts[agent][points])
 
     def majority(agent, points):
@@ -136,7 +138,7 @@ def slow_joint_trees(observations, labels, counts, n_actions, max_depth, seeds):
                 remaining = max_depth - level_of[j][leaf]
                 if leaf in closed[j] or not members or not remaining:
                     return action[j][leaf]
-                return fit(j, members, remaining).predict(observations[j][[point]])[0]
+                return fit(j, tuple(members), remaining).predict(observations[j][[point]])[0]
 
             right = np.array([[predict(j, p) == labels[p, j] for j in range(n_agents)] for p in range(n)])
             keep = right.sum(axis=1) >= n_agents - 1
@@ -148,7 +150,7 @@ def slow_joint_trees(observations, labels, counts, n_actions, max_depth, seeds):
                 if not kept:
                     continue
                 action[agent][leaf] = majority(agent, kept)
-                stump = fit(agent, kept, 1).tree_
+                stump = fit(agent, tuple(kept), 1).tree_
                 if stump.node_count == 1:
                     closed[agent].add(leaf)
                     continue
