@@ -5,7 +5,6 @@ Assumes: a checked profile; `templates/play/engine.js` reads the data.
 Does not: write HTML, decide or play.
 """
 
-import base64
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -18,10 +17,12 @@ import numpy as np
 from codegen import ir
 from codegen.errors import InputError
 from codegen.floats import FLOAT32, deciding_double, rational_literal
+from codegen.lowering.tracking import Start
 from codegen.policy_json import content_hash
 from codegen.region import RegionSpec
-from maviper.experts.network import ACTOR, LAYERS, VALUE, NetworkExpert
+from maviper.experts.network import NetworkExpert
 from maviper.page.games import Recorded, about, shown_ranges
+from maviper.page.networks import layers_of
 from maviper.page.outputs import outputs_data, plane, tree_data
 from verify.claims.catalogue import NAMES, Claim, find_claim
 from verify.claims.claim import teams
@@ -40,12 +41,12 @@ MAX_ATOMS = 20_000  # of a formula that a page evaluates while somebody drags an
 @dataclass(frozen=True)
 class Shown:
     """A claim on the page. `verdict`: in words, with the region that it is about; "" where nobody asked. `proved`: the
-    region, where a monitor can be made from the proof.
+    region, where a monitor can be made from the proof; of a claim about episodes, their starts.
     """
 
     claim: Claim
     verdict: str = ""
-    proved: RegionSpec | None = None
+    proved: RegionSpec | Start | None = None
 
 
 @dataclass(frozen=True)
@@ -123,7 +124,7 @@ def placed(profile: ir.PolicyProfile) -> bool:
 
 def document(profile: ir.PolicyProfile, contents: Contents) -> dict[str, Any]:
     """The data of a page."""
-    experts = None if contents.expert is None else [_network(contents.expert, one.agent) for one in profile.agents]
+    experts = None if contents.expert is None else [layers_of(contents.expert, one.agent) for one in profile.agents]
     second = contents.second
     claims = [_claim(profile, shown) for shown in contents.claims]
     erring = {claim["team"] for claim in claims if claim["eps"] is not None}
@@ -303,8 +304,11 @@ def _claim(profile: ir.PolicyProfile, shown: Shown) -> dict[str, Any]:
         "eps": None,
         "episode": None,
         "unjudged": "about no single state",
-        "region": None if shown.proved is None else _region(shown.proved),
+        "region": _region(shown.proved) if isinstance(shown.proved, RegionSpec) else None,
     }
+    if isinstance(shown.proved, Start):
+        followed = [at for at, policy in enumerate(profile.agents) if policy.agent in shown.proved.followed]
+        found["follows"] = {"bounds": _region(shown.proved.region), "steps": shown.proved.steps, "followed": followed}
     judged = JUDGED.get(claim.kind)
     return found if judged is None else found | judged(profile, claim)
 
@@ -378,20 +382,3 @@ JUDGED: Mapping[
     Kind.LEAVES: _decisions,
     Kind.EPISODES: _episode,
 }
-
-
-# --- experts
-
-
-def _network(expert: NetworkExpert, agent: str) -> list[dict[str, Any]]:
-    """The layers that decide: float32 weights [inputs, outputs], row by row, little-endian, in base64."""
-    net = ACTOR if expert.centralized else VALUE
-    layers = [
-        (expert.tensors[f"{agent}.{net}.{layer}.weight"], expert.tensors[f"{agent}.{net}.{layer}.bias"])
-        for layer in LAYERS
-    ]
-    return [{"weight": _packed(weight), "bias": _packed(bias)} for weight, bias in layers]
-
-
-def _packed(numbers: ir.Float32) -> str:
-    return base64.b64encode(np.ascontiguousarray(numbers, "<f4").tobytes()).decode()

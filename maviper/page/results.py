@@ -12,12 +12,14 @@ from pathlib import Path
 from codegen import ir
 from codegen.errors import InputError
 from codegen.lowering.covering import Cover
+from codegen.lowering.tracking import Start
 from codegen.region import RegionSpec
 from maviper.compilation.monitors import Proved, proved_by, spec_of
 from maviper.files import runs
 from maviper.page.document import Contents, Shown, Stored
 from maviper.page.page import contents_of, page
 from verify.checker.decisions.certificates import MAX_BYTES, Certificate, from_json
+from verify.checker.episodes import forever
 from verify.claims.formula import agents
 from verify.claims.region import Region
 from verify.claims.uncertified.own import OwnFormula
@@ -53,8 +55,11 @@ def proved_claim(profile: ir.PolicyProfile, certificate: Path) -> Shown:
 
 
 def _proved_claim(profile: ir.PolicyProfile, certificate: Path, proved: Proved) -> Shown:
-    if not isinstance(proved.region, RegionSpec):
-        what = "the certificate is about whole episodes of a game, and a page says no word of these"
+    if isinstance(proved.region, Start):
+        stated = forever.of_either(runs.read(certificate, MAX_BYTES), str(certificate))
+        return Shown(stated.claim, f"{Verdict.PROVED.value} in {_named(profile, stated.region)}", proved.region)
+    if isinstance(proved.region, Cover):
+        what = "the certificate is about a stated system, and the page is of a game"
         raise InputError(what, str(certificate), "leave --certificate out; `maviper check` says what it proves")
     found = from_json(runs.read_unpacked(certificate, MAX_BYTES), str(certificate))
     claim = found.claim or OwnFormula(profile.policy(min(agents(found.formula))).team, statement=found.formula)

@@ -10,6 +10,7 @@
   const LOOKS = { OK: "holds", LEAVING: "other", OUTSIDE: "fails", INVALID: "fails" };
   const worded = data.claims.some((claim) => claim.words); // of the recorded episode, in a stated system
   const monitors = data.claims.map((claim) => (placed && claim.region ? Engine.monitor(game, claim.region) : null));
+  const followers = data.claims.map((claim) => (placed && claim.follows ? Engine.follower(game, claim.follows) : null));
   const COLOURS = ["#c9ced6", "#8ecdf0", "#f2b84b", "#dfa5c8", "#6cc7a4", "#e8e07a", "#d98c6b", "#9aa9e8"];
   const CELLS = 120; // of the coloured ground, on each axis
   const SHOWN = 64; // leaves that a tree shows before it folds
@@ -430,7 +431,8 @@
     const asked = data.claims[claim];
     if (!asked) return;
     const judge = judges[claim];
-    const word = asked.words ? wordOf(asked.words) : monitors[claim] && monitors[claim](now());
+    const word = asked.words ? wordOf(asked.words) : monitors[claim] ? monitors[claim](now())
+      : followers[claim] && followers[claim](states.slice(0, time + 1));
     get("word").hidden = !word;
     if (word) {
       get("word").className = `badge ${LOOKS[word]}`;

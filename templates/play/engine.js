@@ -419,11 +419,7 @@ const Engine = (() => {
   /** What a run-time monitor says of a state: OK, LEAVING or OUTSIDE, by the region of a proof, rounded inward. */
   function monitor(game, region) {
     const { place, world } = game;
-    const gap = (at, first, second) => at[place[first]] - (second ? at[place[second]] : 0);
-    const inside = (at) =>
-      region.bounds.every(([first, second, low, high]) => gap(at, first, second) >= low && gap(at, first, second) <= high) &&
-      region.apart.every(([a, b, least]) => ["x", "y"].some((axis) => Math.abs(gap(at, `${a}.${axis}`, `${b}.${axis}`)) >= least)) &&
-      (!region.goals.length || region.goals.some((goal) => ["x", "y"].every((axis) => at[place[`goal.${axis}`]] === at[place[`${goal}.${axis}`]])));
+    const inside = within(game, region);
     return (state) => {
       const at = coordinates(game, state);
       if (!inside(at)) return "OUTSIDE";
@@ -435,7 +431,41 @@ const Engine = (() => {
     };
   }
 
-  return { prepared, coordinates, rounded, observe, tested, given, path, affine, pieces, actions, step, episode, judge, monitor, comparison };
+  /** Whether coordinates are in the region of a proof, rounded inward. */
+  function within({ place }, region) {
+    const gap = (at, first, second) => at[place[first]] - (second ? at[place[second]] : 0);
+    return (at) =>
+      region.bounds.every(([first, second, low, high]) => gap(at, first, second) >= low && gap(at, first, second) <= high) &&
+      region.apart.every(([a, b, least]) => ["x", "y"].some((axis) => Math.abs(gap(at, `${a}.${axis}`, `${b}.${axis}`)) >= least)) &&
+      (!region.goals.length || region.goals.some((goal) => ["x", "y"].every((axis) => at[place[`goal.${axis}`]] === at[place[`${goal}.${axis}`]])));
+  }
+
+  const OFF = 2 ** -40; // what rounding adds up to in a step, at most
+
+  /** What a run-time monitor says of the last of the states of an episode, from its start on: whether all is as the proof
+   * has it. The agents that it follows do what their trees decide, all others what they like; nobody pushes anybody. */
+  function follower(game, { bounds, steps, followed }) {
+    const inside = within(game, bounds);
+    const near = (a, b) => a.every((number, axis) => Math.abs(number - b[axis]) <= OFF);
+    const leads = (before, after) => {
+      const told = actions(game, coordinates(game, before));
+      return game.agents.every((agent, i) => {
+        const ways = followed.includes(i) ? [told[i]] : [...agent.actions.keys()];
+        return ways.some((way) => {
+          const { position, velocity } = step(game, before, told.map((own, j) => (j === i ? way : own)));
+          return near(position[i], after.position[i]) && near(velocity[i], after.velocity[i]);
+        });
+      });
+    };
+    return (states) => {
+      const starts = inside(coordinates(game, states[0])) && states[0].velocity.flat().every((speed) => speed === 0);
+      const last = states.length - 1;
+      if (!starts || last > steps || !states.slice(1).every((state, k) => leads(states[k], state))) return "OUTSIDE";
+      return last < steps ? "OK" : "LEAVING";
+    };
+  }
+
+  return { prepared, coordinates, rounded, observe, tested, given, path, affine, pieces, actions, step, episode, judge, monitor, follower, comparison };
 })();
 
 /* The networks that the trees were made from: two hidden layers of rectifiers. */

@@ -1,5 +1,7 @@
 """The page says of a state what a monitor made from the proof says of it."""
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 
@@ -127,3 +129,62 @@ def test_the_word_of_a_system_stays_where_a_state_is_not_vouched_for():
     fallen[2, 2], fallen[5, 2] = 0.9, np.nan
     assert words(cover, fallen)[:5] == ("OK", "OK", "OUTSIDE", "OUTSIDE", "OUTSIDE")
     assert words(cover, fallen[5:])[:2] == ("INVALID", "INVALID")
+
+
+# --- episodes of games
+
+FOLLOWED = (
+    STATE
+    + """
+  const word = Engine.follower(game, data.claims[0].follows);
+  return given.map(([at, goal, speed, own, pushed]) => {
+    const start = stateIn(game)(at, goal);
+    start.velocity[0][0] = speed;
+    const states = [start], acted = [];
+    while (states.length < 28) {
+      const here = Engine.coordinates(game, states.at(-1));
+      const chosen = Engine.actions(game, here);
+      acted.push([...chosen]);
+      if (own[0] === states.length) chosen[own[1]] = (chosen[own[1]] + 1) % 5;
+      states.push(Engine.step(game, states.at(-1), chosen));
+      if (pushed === states.length) states.at(-1).velocity[1][0] += 2 ** -39;
+    }
+    const words = states.map((_, last) => word(states.slice(0, last + 1)));
+    return [states.map((state) => [...Engine.coordinates(game, state)]), acted, words];
+  });
+"""
+)
+
+
+def test_the_word_of_an_episode_of_a_game_is_the_monitors_at_each_step(tmp_path):
+    """Episodes that nobody disturbs, one from a start that moves, some in which an agent is steered or pushed: the page
+    says of each state what the generated monitor says that is given the states and what the trees decide.
+    """
+    profile = committed("verdicts/physical_deception")
+    certificate = GENERATED / "verdicts" / "physical_deception" / "certificate-8-reaches.json"
+    contents = with_proof(Contents(), profile, certificate)
+    proved = proved_by(certificate, profile)
+    names = [policy.agent for policy in profile.agents]
+    others = [at for at, name in enumerate(names) if name not in proved.region.followed]
+    followed = names.index(min(proved.region.followed))
+    assert contents.claims[0].verdict == "PROVED in a region of its own" and others
+    spec, rng = proved.region.region, np.random.default_rng(5)
+    box = {name: (float(Fraction(low)), float(Fraction(high))) for name, (low, high) in spec.box.items()}
+    at = [{name: rng.uniform(*ends) for name, ends in box.items()} for _ in range(6)]
+    ways = [(0.0, [0, 0], 0), (0.25, [0, 0], 0), (0.0, [4, others[0]], 0), (0.0, [4, followed], 0), (0.0, [0, 0], 7)]
+    given = [[state, spec.goals[0], *way] for state, way in zip(at, [*ways, ways[0]], strict=True)]
+    given[-1][0]["agent_0.x"] = float(np.nextafter(box["agent_0.x"][1], np.inf))  # no start of the proof
+    told = in_node(page(profile, contents), FOLLOWED, given, tmp_path)
+    space, watched = {}, watched_by(profile, lower(profile), proved)
+    exec(compile(monitor.emit(watched, ["python"]).popitem()[1], "monitor", "exec"), space)
+    for states, acted, words_shown in told:
+        found, wanted = space["Monitor"](), []
+        for state, actions in zip(states, [*acted, [0] * len(names)], strict=True):
+            found.renew_all()
+            wanted.append(found.step(state, space["DT"]).name)
+            for name, action in zip(names, actions, strict=True):
+                found.act(name, action)
+        assert words_shown == wanted
+    counts = [words_shown.count("OK") for _, _, words_shown in told]
+    assert counts[0] == counts[2] == proved.region.steps and counts[1] == counts[5] == 0
+    assert counts[3] == 4 and counts[4] == 6
