@@ -11,6 +11,7 @@ end is an ordinary interpreter: it forks by calling `holds`, and needs no copy o
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
+from itertools import repeat
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -218,7 +219,7 @@ class Replay(Paths):
     def _passing(self, test: Test) -> Bool:
         if test.feature.steps or not isinstance(test.number, float):
             compare, number = SIGNS[test.sign], test.number
-            return np.array([compare(each, number) for each in self._values(test.feature)], dtype=np.bool_)
+            return np.fromiter(map(compare, self._values(test.feature), repeat(number)), np.bool_, len(self.known))
         given = self._column(test.feature.place)[self.known]
         return np.asarray(SIGNS[test.sign](given, test.number), dtype=np.bool_)
 
@@ -226,7 +227,8 @@ class Replay(Paths):
         """What is computed of the observations that came here; of each once, for many tests ask about it."""
         computed, column = self._computed.setdefault(feature.key, {}), self._column(feature.place)
         known: list[int] = self.known.tolist()
-        for row in known:
-            if row not in computed:
-                computed[row] = feature.value(column[row].item())
-        return [computed[row] for row in known]
+        if len(computed) < len(self.values):
+            for row in known:
+                if row not in computed:
+                    computed[row] = feature.value(column[row].item())
+        return list(map(computed.__getitem__, known))
