@@ -3,6 +3,7 @@
     python -m tests.benchmarks.continuous --train FOLDER [GAME ...]
     python -m tests.benchmarks.continuous --experts FOLDER [GAME ...] [--leaves N] [--json]
     python -m tests.benchmarks.continuous --navigation
+    python -m tests.benchmarks.continuous --halves
 
 --train makes the experts by stable-baselines3, one file a game (`Pendulum-v1.zip`, ...), from seed 0, on one core.
 Otherwise each game's expert is extracted in several ways, and a row says what a tree returns over the same held-out
@@ -10,6 +11,7 @@ episodes as the expert and random actions, its score (tree - random) / (expert -
 bootstrap, and its size in leaves and in numbers. The plain rows are what forty lines of scikit-learn give: a
 regressor of the expert's own episodes, and one that also plays (DAgger), with as many rounds and episodes as ours.
 --navigation asks what tests of sums do for numbered actions: D of the shipped expert's trees of 16 leaves.
+--halves asks it of deception: whether trees of half or a quarter of 64 leaves succeed as often, within .02.
 """
 
 import argparse
@@ -178,6 +180,34 @@ def navigation() -> list[dict[str, Any]]:
     return figures
 
 
+HALVES = {**NAVIGATION, "max_depth": 12, "iterations": 5, "rollouts": 40, "selection_episodes": 40}
+WHOLE, WITHIN = 64, 0.02  # leaves of trees that test single features; of their share of successes
+
+
+def halves() -> list[dict[str, Any]]:
+    """How often both teams of deception succeed with fewer leaves that test sums, beside trees of 64 leaves."""
+    held_out.EVALUATION_EPISODES = 1_000
+    expert, world = find_expert("physical-deception")
+    figures, whole = list[dict[str, Any]](), dict[str, float]()
+    for splits, leaves in (("histogram", WHOLE), ("sums", WHOLE // 2), ("sums", WHOLE // 4)):
+        started = time.process_time()
+        settings = Settings.of({**HALVES, "splits": splits, "max_leaves": leaves}, world)
+        profile = extract(world, expert, settings)
+        reached = profile.provenance.evaluation
+        shares = {team: float(reached[f"{team} success r=0.316"]) for team in world.teams}
+        told = ", ".join(f"{team} {share:.3f}" for team, share in shares.items())
+        sizes = [size(policy) for policy in profile.agents]
+        spent = time.process_time() - started
+        print(f"deception, {splits}, {leaves} leaves: {told}; {sizes} numbers, {spent:.0f} CPU s", flush=True)
+        if leaves == WHOLE:
+            whole = shares
+            continue
+        least = min(share - whole[team] for team, share in shares.items())
+        name = f"deception: success at {leaves} leaves with sums, above that at {WHOLE}"
+        figures.append({"name": name, "value": round(least, 3), "reach": -WITHIN, "stretch": 0.0, "better": "higher"})
+    return figures
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("games", nargs="*", default=list(EXPERTS))
@@ -187,6 +217,7 @@ def main() -> None:
     parser.add_argument("--ways", help="several with +", default="+".join((*WAYS, "plain imitation", "plain DAgger")))
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--navigation", action="store_true")
+    parser.add_argument("--halves", action="store_true")
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
     held_out.EVALUATION_EPISODES = 10  # a profile's own figures are not asked for
@@ -195,6 +226,7 @@ def main() -> None:
         for game in options.games:
             trained(game, options.train / f"{game}.zip", options.seed)
     figures = navigation() if options.navigation else list[dict[str, Any]]()
+    figures += halves() if options.halves else []
     for game in options.games if options.experts else ():
         file = options.experts / f"{game}.zip"
         if not file.exists():

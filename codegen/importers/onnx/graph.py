@@ -1,12 +1,14 @@
-"""The graph of an ONNX model, followed from the observation to the tree and from the tree's label to an output.
+"""The graph of an ONNX model, followed from the observation to the tree, and from its label or numbers to an output.
 
-Does: checks that every node is understood; folds the operators before the tree into its thresholds.
+Does: checks that every node is understood; folds the operators before the tree into its thresholds, and those after a
+  regressor into the numbers of its leaves.
 Assumes: the package onnx; observations [N, n_features] of float32, or of float64 where the tree takes them as they are.
 Does not: run a model, read a file that it refers to, or guess. Another operator, or another way for an observation or a
   label, ends in an InputError that names the node.
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from importlib import import_module
 from typing import Any, NamedTuple, TypeAlias
 
@@ -16,7 +18,7 @@ from codegen.errors import InputError, MissingToolError
 from codegen.importers.folding import Asked, Folded, folded
 from codegen.importers.onnx.columns import FLOAT, MAIN, MAX_COLUMNS, ML, OPERATORS, Call, Column, Columns, followed
 from codegen.importers.onnx.ensemble import ENSEMBLE, NUMBER, WHOLE, numbered_of
-from codegen.importers.onnx.tree import ADVICE, LABELS, MAX_FEATURES, REGRESSOR, TREES, grown_of, shown
+from codegen.importers.onnx.tree import ADVICE, LABELS, MAX_FEATURES, MAX_TARGETS, REGRESSOR, TREES, grown_of, shown
 from codegen.ir import NO_FEATURE, Bool, Float32, GrownTree
 
 OPERATOR_TREES = (*TREES, ENSEMBLE)
@@ -26,11 +28,20 @@ UNDERSTOOD = {
     *OPERATORS,
 }
 OBSERVATION, SCORES, UNKNOWN = "the observation", "the tree's scores", "no value of this graph"
-GIVEN = "the tree's numbers"  # of a regressor, float32
 FLAT = "the tree's number, one for each observation"
+KNOWN = (SCORES, FLAT, *LABELS.values())  # what an output may be
 OLD_OPSETS, NEW_OPSETS = (1, 4), (5, 5)  # of ai.onnx.ml, in which the operators are
 MAX_WORK = 1 << 22  # columns of all operators together
-Value: TypeAlias = str | Columns | np.ndarray  # a text: in words what it is
+
+
+@dataclass(frozen=True)
+class Given:
+    """What operators make of a regressor's numbers: a column for each, whose source is the target."""
+
+    columns: Columns
+
+
+Value: TypeAlias = str | Columns | np.ndarray | Given  # a text: in words what it is
 
 
 class OnnxTree(NamedTuple):
@@ -66,6 +77,7 @@ def decision_tree(model: bytes, n_features: int = 0) -> OnnxTree:
     found = _Flow(onnx, loaded.graph, n_features)
     read = numbered_of if found.tree.op_type == ENSEMBLE else grown_of
     grown, labels, gives = read(onnx, found.tree, found.double)
+    gives = None if gives is None else _after(gives, found.values[found.output], found.tree)
     n_columns = len(found.before) or found.width
     last = int(grown.feature.max())
     if 0 < n_columns <= last:
@@ -94,6 +106,20 @@ def _folded(grown: GrownTree, columns: Columns) -> Folded:
     source = np.array([each.source for each in columns])[tested]
     rising = np.array([each.rising for each in columns])[tested]
     return folded(grown, Asked(source, rising, passes))
+
+
+def _after(gives: Float32, value: Value, tree: Any) -> Float32:
+    """The numbers of the leaves after the operators behind the tree, as these compute them: [n_leaves, n_numbers]."""
+    if not isinstance(value, Given):
+        return gives
+    found: Float32 = np.stack([each.values(gives[:, each.source]) for each in value.columns], axis=1)
+    if not np.isfinite(found).all():
+        raise InputError("a leaf's number is not finite", shown(tree), "export it again")
+    for each in value.columns:
+        stages = [each._replace(steps=each.steps[:n]).values(gives[:, each.source]) for n in range(len(each.steps) + 1)]
+        if not each.nan and any((np.signbit(stage) & (stage == 0)).any() for stage in stages):
+            raise InputError("a number is cut at -0.0, of which runtimes keep either sign", shown(tree), ADVICE)
+    return found
 
 
 def _type(onnx: Any, number: int) -> str:
@@ -184,12 +210,24 @@ class _Flow:
         """The name of an output that is the label. InputError for outputs that are something else."""
         found = {each.name: self.values.get(each.name, UNKNOWN) for each in graph.output}
         for name, value in found.items():
-            if not isinstance(value, str) or value not in (SCORES, GIVEN, FLAT, *LABELS.values()):
+            if not self.is_given(value) and not (isinstance(value, str) and value in KNOWN):
                 raise InputError(f"an output of the model is {_words(value)}", repr(name), ADVICE)
-        label = next((name for name, value in found.items() if value in (GIVEN, FLAT, *LABELS.values())), None)
+        if sum(map(self.is_given, found.values())) > 1:
+            raise InputError("the tree's numbers are given twice", "graph.output", "export one output")
+        label = next((name for name, value in found.items() if value != SCORES), None)
         if label is None:
             raise InputError("no output of the model is the tree's label", "graph.output", ADVICE)
         return label
+
+    def is_given(self, value: Value) -> bool:
+        """Whether a value is numbers that a regressor gives, whatever was done to them since. InputError for others
+        than float32.
+        """
+        if not isinstance(value, Given):
+            return False
+        for kind in {column.kind for column in value.columns} - {FLOAT}:
+            raise InputError(f"the tree's numbers are given as {kind}", "graph.output", "cast them to float32")
+        return True
 
     def made(self, node: Any) -> Sequence[Value]:
         """What a node's outputs are."""
@@ -203,7 +241,7 @@ class _Flow:
         if node.op_type == "Reshape" and _flattens(given):
             return [FLAT]
         if not texts and _operator(node) in OPERATORS and len(node.output) == 1:
-            return [self.columns(node, attributes, given)]
+            return [self.of_numbers(node, attributes, given) or self.columns(node, attributes, given)]
         if len(given) != 1 or not texts:
             raise InputError(f"a node has {len(given)} inputs, one is understood", shown(node), ADVICE)
         return [self.passed(node, attributes, texts[0])]
@@ -217,6 +255,17 @@ class _Flow:
         if name not in kinds:
             raise InputError("a constant is no array of numbers", shown(node), ADVICE)
         return np.array(value, dtype=kinds[name])
+
+    def of_numbers(self, node: Any, attributes: Mapping[str, Any], given: Sequence[Any]) -> Given | None:
+        """What an operator makes of a regressor's numbers; None where it is given none of them."""
+        if not any(isinstance(each, Given) for each in given):
+            return None
+        if any(isinstance(each, tuple) for each in given):
+            raise InputError("a node mixes the tree's numbers with the observation", shown(node), ADVICE)
+        nan = self.nan
+        found = self.columns(node, attributes, [each.columns if isinstance(each, Given) else each for each in given])
+        self.nan = nan  # a leaf's numbers are none
+        return Given(found)
 
     def columns(self, node: Any, attributes: Mapping[str, Any], given: Sequence[Any]) -> Columns:
         """The columns that an operator before the tree makes."""
@@ -241,7 +290,8 @@ class _Flow:
             untouched = tuple(Column(place) for place in range(self.width))
             self.before = () if value == untouched else value
         if node.op_type == REGRESSOR:
-            return [GIVEN]
+            targets = int(attributes.get("n_targets", 1))
+            return [Given(tuple(Column(place) for place in range(min(targets, MAX_TARGETS))))]
         if node.op_type == ENSEMBLE:
             return [NUMBER]
         kinds = [words for name, words in LABELS.items() if name in attributes]

@@ -14,7 +14,7 @@ from codegen.errors import InputError
 from codegen.importers.onnx.model import from_onnx
 from codegen.importers.scikit import from_sklearn
 from codegen.policy_json import dumps, loads
-from tests.codegen.importers.onnx.graphs import FLOAT, ROWS, THREE, WIDTH, converted, graph, helper, node, runtime
+from tests.codegen.importers.onnx.graphs import FLOAT, ROWS, THREE, WIDTH, converted, graph, helper, onnx, runtime
 
 WANTED = np.stack([ROWS[:, 0] * 2 - ROWS[:, 1], np.abs(ROWS[:, 2])], axis=1)
 
@@ -80,6 +80,52 @@ def test_values_that_all_leaves_share_are_added_as_onnxruntime_adds_them(more):
     assert theirs.shape[1] == 2 and np.array_equal(ours, theirs)
 
 
+def constant(name, values):
+    """A node that gives float32 numbers."""
+    tensor = onnx.numpy_helper.from_array(np.array(values, dtype=np.float32))
+    return helper.make_node("Constant", [], [name], name=f"constant {name}", value=tensor)
+
+
+def after(operator, *constants, given="y", made="z", **more):
+    """A node behind the tree."""
+    return helper.make_node(operator, [given, *constants], [made], name=f"my {operator}", **more)
+
+
+TURNED = (after("Neg"), after("Clip", "a", given="z", made="w"))  # -0.0 is cut at 0
+BEHIND = {
+    "clipped": [constant("a", -1.5), constant("b", 0.25), after("Clip", "a", "b")],
+    "clipped below": [constant("a", 0.2), after("Clip", "a")],
+    "scaled": [
+        constant("a", [3.0, -0.1]),
+        after("Mul", "a"),
+        constant("b", 0.7),
+        after("Sub", "b", given="z", made="w"),
+    ],
+    "divided, then clipped": [
+        constant("a", 0.3),
+        after("Div", "a"),
+        constant("b", -6.5),
+        constant("c", 1.0),
+        after("Clip", "b", "c", given="z", made="w"),
+    ],
+    "one of both": [
+        helper.make_node("Constant", [], ["a"], name="places", value=onnx.numpy_helper.from_array(np.array([1]))),
+        after("Gather", "a", axis=1),
+    ],
+    "turned": [after("Neg"), after("Identity", given="z", made="w")],
+}
+
+
+@pytest.mark.parametrize("name", BEHIND)
+def test_operators_behind_a_regressor_change_what_leaves_give(name):
+    nodes = BEHIND[name]
+    model = graph(stump(), *nodes, made=[nodes[-1].output[0]], label=FLOAT)
+    ours, theirs = numbers(model, from_onnx(model.SerializeToString()))
+    assert ours.shape == theirs.shape and np.array_equal(ours, theirs)
+    plain = numbers(graph(stump(), made=["y"], label=FLOAT), from_onnx(model.SerializeToString()))[1]
+    assert not np.array_equal(plain[: len(theirs)], theirs)
+
+
 @pytest.mark.parametrize(
     ("nodes", "made", "said"),
     [
@@ -89,12 +135,22 @@ def test_values_that_all_leaves_share_are_added_as_onnxruntime_adds_them(more):
         ([stump(target_weights=[0.1, np.inf, 0.3, 7.0])], "y", "not finite"),
         ([stump(target_ids=[0, 0, 0, 1])], "y", "two for one target"),
         ([stump(target_treeids=[0, 0, 1, 1])], "y", "several trees"),
-        ([stump(), node("Neg", "y", "z")], "z", "works on the tree's numbers: 'Neg'"),
+        ([stump(), after("Abs")], "z", "a node that is not understood: 'Abs'"),
+        ([stump(), after("Cast", to=onnx.TensorProto.DOUBLE)], "z", "given as DOUBLE"),
+        ([stump(), constant("a", [2.0, 0.0]), after("Mul", "a")], "z", "a factor is 0"),
+        (
+            [stump(), constant("a", [3e38, 1.0]), after("Mul", "a"), after("Mul", "a", given="z", made="w")],
+            "w",
+            "finite",
+        ),
+        ([stump(), after("Add", "x")], "z", "mixes the tree's numbers"),
+        ([stump(target_weights=[0.0, 1.0, 2.0, 3.0]), constant("a", 0.0), *TURNED], "w", "either sign"),
+        ([stump(), after("Identity")], "y z", "given twice"),
     ],
 )
 def test_what_would_change_the_numbers_is_refused(nodes, made, said):
     with pytest.raises(InputError, match=said):
-        from_onnx(graph(*nodes, made=[made], label=FLOAT).SerializeToString())
+        from_onnx(graph(*nodes, made=made.split(), label=FLOAT).SerializeToString())
 
 
 def test_the_width_of_the_input_bounds_what_the_tree_tests():
