@@ -23,6 +23,7 @@ States outside of the regions that a claim assumes are dropped wherever they are
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from copy import copy
 from dataclasses import replace
 from fractions import Fraction
 from itertools import chain
@@ -140,6 +141,12 @@ class InvariantSweep:
         self.motion = FollowedMotion(profile, system, claim, set(widths))
         self._widths = {self.motion.columns[name]: width for name, width in widths.items()}
         self._modes = {self.motion.columns[one.name] for one in system.variables if one.modes}
+
+    def of_widths(self, widths: Mapping[str, float]) -> InvariantSweep:
+        """The same with other widths, for the same variables."""
+        other = copy(self)
+        other._widths = {self.motion.columns[name]: width for name, width in widths.items()}
+        return other
 
     def boxes(self, cells: Int64) -> BoxList:
         """Boxes around the states of cells, [n, followed], that meet the claim; `part` is the place of the cell."""

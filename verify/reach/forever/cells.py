@@ -38,6 +38,8 @@ POWERS = (3, 4, 5, 6, 7, 8)  # of two: cells in the range of a variable
 STEPS = (1, 4, 8)  # out of the list
 MAX_CELLS, MAX_TRIED = 60_000, 400_000  # of one list; boxes that one list may take
 POINTS, SEED = 128, 0  # of starts that show how far episodes range
+SHARE = 16  # the part of the budget that these may take
+ATTEMPT = 500  # boxes that take as long as all else of a list that is tried
 TIMES, JOINED = (0, 6, 12), 6  # how often the start is cut on the way to a later step; the power of joined cells there
 Cell = tuple[int, ...]
 
@@ -87,7 +89,8 @@ class CellSearch:
 
     def __init__(self, profile: PolicyProfile, system: System, claim: SystemClaim, most: int) -> None:
         self._profile, self._system, self._claim, self.most = profile, system, claim, most
-        self.spent = 0
+        self.spent, self._tried = 0, 0
+        self._sweeps: dict[tuple[str, ...], InvariantSweep] = {}  # by variables: all widths move boxes alike
         self.left: LeftError | None = None
         self._scale = self._ranging()
 
@@ -96,8 +99,9 @@ class CellSearch:
         for power in POWERS:
             for steps in STEPS:
                 for approach in self.approaches(names) if self._claim.by else [Approach()]:
-                    if self.spent >= self.most:
+                    if self.spent + ATTEMPT * self._tried >= self.most:
                         return None
+                    self._tried += 1
                     try:
                         return self._closed_list(self._widths(names, power), steps, approach)
                     except LeftError as left:
@@ -129,7 +133,7 @@ class CellSearch:
         """Cells that nothing leaves for more than some steps. LeftError, RejectedError."""
         floats = {name: float(width) for name, width in widths.items()}
         with np.errstate(all="ignore"):
-            sweep = InvariantSweep(self._profile, self._system, self._claim, floats)
+            sweep = self._sweep(floats)
             arriving = arrived(sweep.motion, approach, self.most - self.spent)
             known = _cells(sweep.in_cells(self._meeting(sweep, arriving))[1])
             fresh = known
@@ -145,6 +149,13 @@ class CellSearch:
         cells = encode_numbers(_numbers(np.array(sorted(known), dtype=np.int64)))
         return InvariantPart(dict(widths), steps, cells, (), approach.cuts, approach.joined)
 
+    def _sweep(self, widths: Mapping[str, float]) -> InvariantSweep:
+        """Cells of some widths, moved by what was read once."""
+        names = tuple(widths)
+        if names not in self._sweeps:
+            self._sweeps[names] = InvariantSweep(self._profile, self._system, self._claim, widths)
+        return self._sweeps[names].of_widths(widths)
+
     def _becoming(self, sweep: InvariantSweep, cells: Int64, known: set[Cell], steps: int) -> set[Cell]:
         """The new cells that cells become after some steps. LeftError where one leaves."""
         boxes = sweep.boxes(cells)
@@ -158,7 +169,7 @@ class CellSearch:
             tell(min(self.spent, self.most), self.most, "boxes")
             new = np.array([tuple(each) not in known for each in of.tolist()], dtype=np.bool_)
             boxes, of = boxes.taken(new), of[new]
-            if boxes.size > MAX_TRIED or len(known) > MAX_CELLS:
+            if boxes.size and (boxes.size > MAX_TRIED or len(known) > MAX_CELLS or self.spent > self.most):
                 raise self._left(sweep, cells, boxes)
             if step == steps or not boxes.size:
                 return _cells(of)
@@ -190,7 +201,8 @@ class CellSearch:
                 ends[at, int(factor > 0)] = (min if factor > 0 else max)(ends[at, int(factor > 0)], end)
         low, high = ends[:, 0], np.maximum(ends[:, 0], ends[:, 1])
         self._starting = {name: high[at] - low[at] for name, at in self._columns.items()}
-        points = low + np.random.default_rng(SEED).random((POINTS, len(low))) * (high - low)
+        played = min(POINTS, max(self.most // (SHARE * (self._claim.steps + 1)), 1))
+        points = low + np.random.default_rng(SEED).random((played, len(low))) * (high - low)
         with np.errstate(all="ignore"):
             sweep = Sweep(Model(self._profile, self._system), self._system, [self._claim])
             found = sweep.reached(points, points.copy())

@@ -14,6 +14,7 @@ from tests.support.exact_play import refuted, start
 from tests.support.forever import always, answered, any_taken, thermostat
 from tests.support.system_cases import box, double_integrator, form, policy, switching, team
 from tests.verify.reach import random_modes
+from verify.boxes.sweep import Sweep
 from verify.certificates.proofs import encode_numbers
 from verify.certificates.systems import to_json
 from verify.checker.covers import forever, invariants
@@ -23,6 +24,7 @@ from verify.checker.covers.invariants import InvariantSweep
 from verify.checker.envelope import body_hash
 from verify.checker.reading import RejectedError
 from verify.checker.systems.certificates import SystemCertificate
+from verify.reach.forever.cells import CellSearch
 from verify.reach.forever.lasting import InvariantSearch
 from verify.result import Verdict
 from verify.systems.claims import Pattern, SystemClaim
@@ -206,6 +208,24 @@ def test_unstated():
     assert answered((short, profile), always(warm=(F(0), F(40))), samples=0).verdict is Verdict.UNKNOWN
     spent = answered((short, profile), always(warm=(F(0), F(40))), max_boxes=60_000)
     assert spent.verdict is Verdict.UNKNOWN and "no invariant was found" in spent.reason
+
+
+def test_lists_of_cells_obey_the_budget(monkeypatch):
+    """Lists that end at once count too, and so do the episodes that show how far variables range."""
+    system, profile = thermostat()
+    tried, played = [], []
+    monkeypatch.setattr(CellSearch, "_closed_list", lambda self, *of: tried.append(of) or no_list())
+    reached = Sweep.reached
+    monkeypatch.setattr(Sweep, "reached", lambda self, *ends: played.append(len(ends[0])) or reached(self, *ends))
+    for most, lists in ((1_000, 2), (60_000, 18)):
+        tried.clear()
+        assert CellSearch(profile, system, always(warm=(F(0), F(40))), most).part(["warm"]) is None
+        assert len(tried) == lists
+    assert played[0] < played[1] <= 128
+
+
+def no_list():
+    raise RejectedError("none")
 
 
 @pytest.mark.parametrize("number", range(len(FAULTS)))
