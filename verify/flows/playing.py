@@ -18,7 +18,7 @@ from codegen.ir import AgentPolicy, Bool, Float64, Int64, PolicyProfile, act
 from verify.claims.uncertified.values import Batch
 from verify.systems.claims import SystemClaim
 from verify.systems.language.expressions import Call, Expression, Name, Number, Pi, Power, Product, Quotient, Sum
-from verify.systems.system import Feature, HalfSpace, Interval, Measure, System
+from verify.systems.system import Feature, FlowCase, HalfSpace, Interval, Measure, System
 
 PARTS = 8  # of a period
 MAX_FOUND = 16
@@ -36,14 +36,16 @@ class FlowCourse(NamedTuple):
     errors: Mapping[str, Fraction]
     longer: Fraction = Fraction(0)
     way: int = 0
+    rank: int = 0  # which of the cases that hold a state is taken, in turn
 
 
 class _Chances(NamedTuple):
-    """The same of many episodes in float64: errors by variable, seconds, ways, [batch] each."""
+    """The same of many episodes in float64: errors by variable, seconds, ways, ranks, [batch] each."""
 
     errors: Planes
     longer: Float64
     way: Int64
+    rank: Int64
 
 
 class FlowPlay:
@@ -52,8 +54,12 @@ class FlowPlay:
     def __init__(self, profile: PolicyProfile, system: System, claim: SystemClaim) -> None:
         assert system.flow is not None
         self._profile, self._system, self._claim, self._flow = profile, system, claim, system.flow
-        self._rates = {name: vectorised(rate) for name, rate in system.flow.rates.items()}
-        self._jumps = {name: vectorised(value) for name, value in system.flow.jumps.items()}
+        self._rates = [{name: vectorised(rate) for name, rate in each.rates.items()} for each in system.flow.each]
+        self._jumps = [{name: vectorised(value) for name, value in each.jumps.items()} for each in system.flow.each]
+        zero = Fraction(0), Fraction(0)
+        self._ends = [
+            {name: _floats(each.error.get(name, zero)) for name in system.flow.errors} for each in system.flow.each
+        ]
         self._period = float(system.flow.period)
 
     def breaking(self, count: int) -> Iterator[FlowCourse]:
@@ -63,22 +69,27 @@ class FlowPlay:
         if start is None:
             return
         size = len(next(iter(start.values())))
-        ends = {name: (nearest_double(low), nearest_double(high)) for name, (low, high) in self._flow.error.items()}
+        bounds = self._flow.errors
+        ends = {name: (nearest_double(low), nearest_double(high)) for name, (low, high) in bounds.items()}
         errors = {name: random.choice([low, high, 0.5 * (low + high)], size) for name, (low, high) in ends.items()}
         chances = _Chances(errors, *self._sampled(size))
         with np.errstate(all="ignore"):  # what overflows breaks nothing that could be replayed
             broken = self._broken(start, chances, size)
         for place in np.flatnonzero(broken)[:MAX_FOUND]:
             begun = {name: Fraction(float(values[place])) for name, values in start.items()}
-            off = {name: _exact(float(values[place]), self._flow.error[name]) for name, values in errors.items()}
+            off = {name: _exact(float(values[place]), bounds[name]) for name, values in errors.items()}
             longer = _exact(float(chances.longer[place]), self._flow.jitter)
-            yield FlowCourse(begun, off, longer, int(chances.way[place]))
+            yield FlowCourse(begun, off, longer, int(chances.way[place]), int(chances.rank[place]))
 
-    def _sampled(self, size: int) -> tuple[Float64, Int64]:
-        """By how much periods are longer, and the ways to observe late, both of episodes in turn."""
+    def _sampled(self, size: int) -> tuple[Float64, Int64, Int64]:
+        """By how much periods are longer, the ways to observe late, and ranks, all of episodes in turn."""
         low, high = map(nearest_double, self._flow.jitter)
         turns = np.arange(size)
-        return np.array([low, high, 0.5 * (low + high)])[turns % 3], turns // 3 % len(self._flow.seen)
+        return (
+            np.array([low, high, 0.5 * (low + high)])[turns % 3],
+            turns // 3 % len(self._flow.seen),
+            turns // 5 * bool(self._flow.cases),
+        )
 
     def from_starts(self, starts: Sequence[Mapping[str, float]]) -> Iterator[FlowCourse]:
         """Courses from some starts, without errors, that break the claim in float64."""
@@ -95,7 +106,8 @@ class FlowPlay:
     def _even(self, count: int) -> _Chances:
         """No errors, periods as stated, the first way to observe."""
         middle = min(max(0.0, nearest_double(self._flow.jitter[0])), nearest_double(self._flow.jitter[1]))
-        return _Chances({}, np.full(count, middle), np.zeros(count, dtype=np.int64))
+        none = np.zeros(count, dtype=np.int64)
+        return _Chances({}, np.full(count, middle), none, none)
 
     def _broken(self, start: Planes, chances: _Chances, count: int) -> Bool:
         claim, state = self._claim, start
@@ -107,10 +119,13 @@ class FlowPlay:
             if period == claim.steps or not alive.any():
                 break
             held = self._held(state, chances.way)
-            known = {**state, **held}
-            state = state | {name: np.broadcast_to(value(known), count) for name, value in self._jumps.items()}
+            known, case = {**state, **held}, self._case(state, chances.rank)
+            for number, jumps in enumerate(self._jumps):
+                state = state | {
+                    name: np.where(case == number, value(known), state[name]) for name, value in jumps.items()
+                }
             for part in range(PARTS):
-                state = self._moved(state, held, chances)
+                state = self._moved(state, held, chances, case)
                 if part + 1 < PARTS and not claim.at_samples:
                     bad, good = self._asked(state, count, period, between=True)
                     broken |= alive & bad
@@ -126,12 +141,27 @@ class FlowPlay:
             return (~inside if last else np.zeros(count, dtype=np.bool_)), inside
         return batch.holds(claim.broken(period), {}), np.zeros(count, dtype=np.bool_)
 
-    def _moved(self, state: Planes, held: Planes, chances: _Chances) -> Planes:
+    def _case(self, state: Planes, rank: Int64) -> Int64:
+        """The case that each state is in; the first where none holds it, of which nothing is believed."""
+        cases, size = self._flow.cases, len(rank)
+        if not cases:
+            return np.zeros(size, dtype=np.int64)
+        holds = np.array([_holds(case, state, size) for case in cases])
+        wanted = rank % np.maximum(holds.sum(axis=0), 1)
+        return np.asarray((holds & (holds.cumsum(axis=0) == wanted + 1)).argmax(axis=0), dtype=np.int64)
+
+    def _moved(self, state: Planes, held: Planes, chances: _Chances, case: Int64) -> Planes:
         h, errors = (self._period + chances.longer) / PARTS, chances.errors
 
         def slope(now: Planes) -> Planes:
-            known = {**now, **held}
-            return {name: rate(known) + errors.get(name, 0.0) for name, rate in self._rates.items()}
+            known, found = {**now, **held}, dict[str, Float64]()
+            for number, (rates, ends) in enumerate(zip(self._rates, self._ends, strict=True)):
+                for name, rate in rates.items():
+                    each = rate(known) + (
+                        np.clip(errors[name], ends[name][0], ends[name][1]) if name in errors else 0.0
+                    )
+                    found[name] = np.where(case == number, each, found[name]) if number else each
+            return found
 
         def along(rates: Planes, time: Float64) -> Planes:
             return {name: value + time * rates[name] for name, value in state.items()}
@@ -180,11 +210,26 @@ class FlowPlay:
         return {name: values[kept] for name, values in found.items()} if kept.any() else None
 
 
+def _holds(case: FlowCase, state: Planes, size: int) -> Bool:
+    """Where a case holds states."""
+    found = np.ones(size, dtype=np.bool_)
+    for name, (low, high) in case.where.items():
+        found &= (nearest_double(low) <= state[name]) & (state[name] <= nearest_double(high))
+    for half in case.when:
+        value = _value(half, state, size)
+        found &= value < 0 if half.strict else value <= 0
+    return found
+
+
 def _exact(near: float, bounds: Interval) -> Fraction:
     """The exact number that a float stands for: an end of its bounds, or a number between them."""
     low, high = bounds
     ends = {nearest_double(low): low, nearest_double(high): high}
     return ends.get(near, min(max(Fraction(near), low), high))
+
+
+def _floats(bounds: Interval) -> tuple[float, float]:
+    return nearest_double(bounds[0]), nearest_double(bounds[1])
 
 
 def _narrowed(half: HalfSpace, name: str, low: Fraction, high: Fraction) -> tuple[Fraction, Fraction]:

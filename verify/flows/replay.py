@@ -17,13 +17,13 @@ from codegen.ir import PolicyProfile
 from verify.checker.covers.rounding import ceiling, ensure_arithmetic, floor
 from verify.checker.flows.series import FlowReading
 from verify.checker.flows.spans import Spans
-from verify.checker.flows.steps import FlowStep, Frame, Stepping, framed
+from verify.checker.flows.steps import EXACT, FlowStep, Frame, Stepping, framed
 from verify.checker.flows.sweep import FlowSweep
 from verify.flows.playing import FlowCourse
 from verify.reach.replay import is_start
 from verify.reach.results import SystemCounterexample, Values
 from verify.systems.claims import SystemClaim
-from verify.systems.system import System
+from verify.systems.system import Flow, Interval, System
 
 ORDER, PARTS = 8, (4, 16, 64)  # of the series, and of a period: the next where enclosures are too wide
 MAX_STEPS = 1_000_000  # of one replay
@@ -42,7 +42,7 @@ def replayed(
     """The episode of a course as a counterexample; None where it does not surely break the claim in `left` steps."""
     left = left or StepsLeft()
     assert system.flow is not None
-    bounds, (least, most) = system.flow.error, system.flow.jitter
+    bounds, (least, most) = system.flow.errors, system.flow.jitter
     within = all(low <= course.errors.get(name, Fraction(0)) <= high for name, (low, high) in bounds.items())
     within &= least <= course.longer <= most and 0 <= course.way < len(system.flow.seen)
     if not within or not course.errors.keys() <= bounds.keys() or not is_start(system, claim, course.start):
@@ -74,17 +74,25 @@ class _Narrow:
         self._parts, self.lost = parts, False  # whether an enclosure was not shown: steps are too long
         self._sweep, self._claim, self._system = FlowSweep(profile, system, claim), claim, system
         names = [one.name for one in system.variables]
-        self._errors = {name: course.errors.get(name, Fraction(0)) for name in system.flow.error}
-        off = [self._errors.get(name, Fraction(0)) for name in names]
+        self._errors = {name: course.errors.get(name, Fraction(0)) for name in system.flow.errors}
         period = system.flow.period + course.longer
         how = Stepping(ORDER, period / parts)
-        self._step = FlowStep(FlowReading(system.flow, names), list(zip(off, off, strict=True)), how)
-        self._part, self._course = how.seconds, course
+        self._steps = [FlowStep(FlowReading(each, names), self._off(each), how) for each in system.flow.each]
+        self._part, self._course, self._taken = how.seconds, course, list[int]()
         numbers = [course.start[name] for name in names]
         self._box = Spans(np.array([list(map(floor, numbers))]), np.array([list(map(ceiling, numbers))]))
         self._frames: tuple[Frame, ...] = (framed(self._box),)
         self._states: list[Values] = [dict(course.start)]
         self._actions: list[Mapping[str, str]] = []
+
+    def _off(self, flow: Flow) -> list[Interval]:
+        """The errors of a case: those of the course, cut to its bounds."""
+        found: list[Interval] = []
+        for name in flow.rates:
+            low, high = flow.error.get(name, EXACT)
+            error = min(max(self._errors.get(name, Fraction(0)), low), high)
+            found.append((error, error))
+        return found
 
     def followed(self) -> SystemCounterexample | None:
         """The counterexample; None where nothing sure is found."""
@@ -101,13 +109,17 @@ class _Narrow:
                 return None
             self._actions.append(self._sweep.named(joint))
             held = self._sweep.inputs(np.array([joint]))
-            if not self._jumped(held):
+            cases = self._sweep.cases_of(self._box)
+            if not cases:
+                return None
+            self._taken.append(cases[self._course.rank % len(cases)])
+            if not self._jumped(held, self._taken[-1]):
                 return None
             for part in range(self._parts):
                 self._left.count -= 1
                 if self._left.count < 0:
                     return None
-                moved = self._step.moved(self._box, self._frames, held)
+                moved = self._steps[self._taken[-1]].moved(self._box, self._frames, held)
                 if not moved.shown.all() or moved.empty.any():
                     self.lost = True
                     return None
@@ -121,11 +133,12 @@ class _Narrow:
             self._states.append(self._middle())
         return self._told(claim.steps, claim.steps * self._parts * self._part) if claim.says.once else None
 
-    def _jumped(self, held: Mapping[str, Spans]) -> bool:
+    def _jumped(self, held: Mapping[str, Spans], case: int) -> bool:
         """Makes the jump of a sample; whether it was enclosed."""
-        if self._sweep.jump is None:
+        jump = self._sweep.jumps[case]
+        if jump is None:
             return True
-        moved = self._sweep.jump.jumped(self._box, self._frames, held)
+        moved = jump.jumped(self._box, self._frames, held)
         self._box, self._frames = moved.box, moved.frames
         return bool(moved.shown.all() and not moved.empty.any())
 
@@ -141,6 +154,10 @@ class _Narrow:
     def _told(self, step: int, seconds: Fraction) -> SystemCounterexample:
         errors = tuple(dict(self._errors) for _ in self._actions) if self._errors else ()
         states, actions, course = tuple(self._states), tuple(self._actions), self._course
+        flow = self._system.flow
+        assert flow is not None
+        pieces = tuple(self._taken) if flow.cases else ()
+        taken = tuple(flow.cases[case].choice for case in pieces)
         return SystemCounterexample(
-            states, actions, errors, (), step, seconds=seconds, longer=course.longer, way=course.way
+            states, actions, errors, pieces, step, taken, seconds, course.longer, course.way, course.rank
         )

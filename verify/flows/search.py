@@ -70,7 +70,7 @@ class PlanSearch:
         self.open: list[StartBox] = []
         self.why = ""
         self.how = CURVED[0]
-        straight = all(affine(rate) is not None for rate in system.flow.rates.values())
+        straight = all(affine(rate) is not None for each in system.flow.each for rate in each.rates.values())
         self._hows = STRAIGHT if straight else CURVED
 
     @property
@@ -238,7 +238,8 @@ def _tested(profile: PolicyProfile, system: System) -> set[str]:
             feature = system.features[policy.agent][policy.features[place].name]
             found |= {name for name, _ in feature.form.terms}
     assert system.flow is not None
-    return {each.get(name, name) for name in found for each in system.flow.seen}
+    found = {each.get(name, name) for name in found for each in system.flow.seen}
+    return found | {name for case in system.flow.cases for half in case.when for name, _ in half.form.terms}
 
 
 def _moving(tested: set[str], system: System) -> set[str]:
@@ -248,6 +249,7 @@ def _moving(tested: set[str], system: System) -> set[str]:
     while len(found) > before:
         before = len(found)
         for name in tuple(found):
-            moved = (system.flow.rates[name], system.flow.jumps.get(name, Name(name)))
-            found |= {each for one in moved for each in names(one)} & system.flow.rates.keys()
+            for flow in system.flow.each:
+                moved = (flow.rates[name], flow.jumps.get(name, Name(name)))
+                found |= {each for one in moved for each in names(one)} & flow.rates.keys()
     return found

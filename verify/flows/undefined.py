@@ -27,7 +27,7 @@ def undefined(system: System, sweep: FlowSweep, parts: Sequence[StartBox], plan:
     """The variables whose derivatives may not be defined over a part, or over what was followed of it last."""
     assert system.flow is not None
     names = [one.name for one in system.variables]
-    reading = FlowReading(system.flow, names)
+    readings = [FlowReading(each, names) for each in system.flow.each]
     ends: dict[str, list[float]] = {}
     for values in system.flow.held.values():
         for name, value in values.items():
@@ -51,7 +51,8 @@ def undefined(system: System, sweep: FlowSweep, parts: Sequence[StartBox], plan:
         wide = Spans(span.low - by, span.high + by)
         held = {name: Spans(*(np.full(len(by), end) for end in (min(of), max(of)))) for name, of in ends.items()}
         with np.errstate(all="ignore"):
-            for name, coefficients in zip(names, reading.series(wide, held, 1, sloped=False), strict=True):
+            series = [one for reading in readings for one in reading.series(wide, held, 1, sloped=False)]
+            for name, coefficients in zip(names * len(readings), series, strict=True):
                 rate = coefficients[1]
                 if rate is not None and not finite(rate.value).all():
                     found[name] = None

@@ -39,6 +39,7 @@ class SystemCounterexample:
     seconds: Fraction | None = None  # of a flow: when that is; states but the first are middles of narrow enclosures
     longer: Fraction = Fraction(0)  # of a flow: seconds by which each of its periods is longer than stated
     way: int = 0  # of a flow: which of its ways to observe late it is
+    rank: int = 0  # of a flow: which of the cases that hold a state is taken, in turn
 
     @property
     def start(self) -> Values:

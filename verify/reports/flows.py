@@ -31,11 +31,12 @@ PERIODS = "A claim about episodes covers only the periods that it names. Its ste
 
 def sentence(flow: Flow) -> str:
     """What verdicts about continuous time are about."""
-    errors = {name: max(map(abs, bounds)) for name, bounds in flow.error.items()}
+    errors = {name: max(map(abs, bounds)) for name, bounds in flow.errors.items()}
     told = ", ".join(f"{name} {upwards(error)} a second" for name, error in errors.items())
-    jumping = [name for name in flow.jumps if name not in flow.kept]
+    jumping = [name for name in flow.each[-1].jumps if name not in flow.kept]
     jumps = f", jumps of {', '.join(jumping)} at samples" if jumping else ""
-    often = f"of the stated flow, with actions held for {_periods(flow)}{_delays(flow)}{jumps}"
+    cases = f" in {counted(len(flow.cases), 'case')}" if flow.cases else ""
+    often = f"of the stated flow{cases}, with actions held for {_periods(flow)}{_delays(flow)}{jumps}"
     return often + (f" and derivatives off by at most {told}" if told else ", exactly")
 
 

@@ -41,6 +41,7 @@ def counterexample(found: SystemCounterexample) -> dict[str, Any]:
         **({} if found.seconds is None else {"seconds": plain(found.seconds)}),
         **({"longer": rational_literal(found.longer)} if found.longer else {}),
         **({"way": found.way} if found.way else {}),
+        **({"rank": found.rank} if found.rank else {}),
     }
 
 

@@ -79,7 +79,17 @@ COVERS = {
 FLOWS = {
     **SYSTEMS,
     "verify/checker/covers": ("boxes", "cuts", "leaves", "parts", "rounding", "trees"),
-    "verify/checker/flows": ("certificates", "functions", "sampling", "series", "sets", "spans", "steps", "sweep"),
+    "verify/checker/flows": (
+        "cases",
+        "certificates",
+        "functions",
+        "sampling",
+        "series",
+        "sets",
+        "spans",
+        "steps",
+        "sweep",
+    ),
     "verify/systems/language": ("expressions",),
 }
 REFEREE = {

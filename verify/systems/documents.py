@@ -13,7 +13,7 @@ from fractions import Fraction
 from typing import Any, cast
 
 from codegen.floats import rational_literal
-from verify.systems.system import Affine, Feature, Flow, HalfSpace, Interval, Piece, System, Variable
+from verify.systems.system import Affine, Feature, Flow, FlowCase, HalfSpace, Interval, Piece, System, Variable
 
 
 def content_hash(system: System) -> str:
@@ -55,6 +55,18 @@ def _flow(flow: Flow) -> dict[str, Any]:
         **({"jumps": {name: _expression(value) for name, value in flow.jumps.items()}} if flow.jumps else {}),
         **({"jitter": _interval(flow.jitter)} if any(flow.jitter) else {}),
         **({"seen": [dict(each) for each in flow.seen], "kept": dict(flow.kept)} if flow.kept else {}),
+        **({"cases": [_case(each) for each in flow.cases]} if flow.cases else {}),
+    }
+
+
+def _case(case: FlowCase) -> dict[str, Any]:
+    return {
+        "where": {name: _interval(bounds) for name, bounds in case.where.items()},
+        "when": [_half(half) for half in case.when],
+        "rates": {name: _expression(rate) for name, rate in case.rates.items()},
+        "error": {name: _interval(bounds) for name, bounds in case.error.items()},
+        "jumps": {name: _expression(value) for name, value in case.jumps.items()},
+        "choice": dict(case.choice),
     }
 
 

@@ -19,7 +19,7 @@ from verify.claims.region_files import is_list, is_table
 from verify.language.arithmetic import Typed
 from verify.language.units import PURE, Unit, unit_of, written
 from verify.systems.actors import agents_of, features_of
-from verify.systems.flows.reading import flow_of
+from verify.systems.flows.reading import Around, flow_of
 from verify.systems.flows.sampling import Keeping
 from verify.systems.given.agents import Acting
 from verify.systems.language.expressions import Expression, Number
@@ -93,13 +93,14 @@ def statement_of(source: str, name: str, acting: Mapping[str, Acting] = MappingP
         unset = {name for each in agents for name in each.inputs - inputs.keys()}
         still = dict.fromkeys(unset, Typed[Expression](Number(Fraction(0)), None))
         known = Names(units | inputs, {**constants.meant, **still}, modes)
-        if "flow" in moved:
+        if _flows(moved):
             _ensure_numbers([*_giving(agents), *acting], "a flow", where / "dynamics" / "flow")
             if "reference" in document:
                 what = "a flow is not compared with an environment"
                 raise InputError(what, where / "reference", "remove the reference; worlds check integrates the flow")
-            _ensure_numbers((*modes, *(each.name for each in clock)), "a flow", where / "dynamics" / "flow")
-            flow, late = flow_of(moved, variables, agents, features, known, where / "dynamics")
+            counted = [each.name for each in clock]
+            around = Around(variables, agents, features, known, counted)
+            flow, late = flow_of(moved, around, where / "dynamics")
         else:
             rules = rules_of(moved, variables, agents, known, where / "dynamics", [each.name for each in clock])
     start = _start(table(document, "start", where), variables, names, where / "start", clock)
@@ -113,6 +114,12 @@ def statement_of(source: str, name: str, acting: Mapping[str, Acting] = MappingP
     system = System(called or "system", variables, features, start, made, steps, reference, flow)
     stated = {key: value for key, value in document.items() if key == "property"}
     return Statement(system, agents, rules, names, stated, where, state, inputs, source, acting)
+
+
+def _flows(moved: Mapping[str, object]) -> bool:
+    """Whether the state moves in continuous time: derivatives are stated, of all states or in a piece."""
+    pieces = moved.get("piece", [])
+    return "flow" in moved or any(is_table(each) and "flow" in each for each in (pieces if is_list(pieces) else []))
 
 
 def _giving(agents: Sequence[Agent]) -> list[str]:

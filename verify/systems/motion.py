@@ -49,7 +49,7 @@ from verify.systems.values import (
 from verify.toml_places import Place
 
 MOVES = ("next", "let", "A", "B", "c", "error", "cuts")
-NAMED = ("next", "error", "cuts")  # tables with an entry for each of some variables
+NAMED = ("next", "error", "cuts", "flow")  # tables with an entry for each of some variables
 MAX_CUTS, MAX_RULES, MAX_LET = 1_000, 1_000, 100
 Effect = dict[tuple[str, str], dict[str, Expression]]
 
@@ -114,6 +114,31 @@ def _ensure_cover(boxes: Sequence[Box], variables: Sequence[Variable], where: Pl
         raise InputError(f"pieces leave a gap: {states}", where, "add a piece, or narrow the ranges")
 
 
+def setting_modes(agents: Sequence[Agent], variables: Sequence[Variable]) -> list[Agent]:
+    """The agents, whose actions set each mode of their name too."""
+    modes = [each for each in variables if each.modes]
+    found: list[Agent] = []
+    for agent in agents:
+        own = [each for each in modes if all(action in each.modes for action in agent.actions)]
+        actions = {
+            action: {**values, **{input_of(agent.name, m.name): Number(Fraction(m.modes.index(action))) for m in own}}
+            for action, values in agent.actions.items()
+        }
+        found.append(replace(agent, actions=actions))
+    return found
+
+
+def regions_of(
+    tables: Sequence[Mapping[str, object]],
+    variables: Sequence[Variable],
+    agents: Sequence[Agent],
+    names: Names,
+    where: Place,
+) -> list[list[CaseRegion]]:
+    """The states of each piece. InputError where pieces overlap or leave a gap."""
+    return _Motion(variables, agents, names, ()).regions(tables, where)
+
+
 class _Motion:
     """Reads rules."""
 
@@ -123,19 +148,7 @@ class _Motion:
         self._variables, self._names = [each.name for each in variables if each.name not in counters], names
         self._counted = {name: Sum(Name(name), Number(Fraction(1))) for name in counters}
         self._all, self._modes = variables, [each for each in variables if each.modes]
-        self._agents = [replace(agent, actions=self._with_modes(agent)) for agent in agents]
-
-    def _with_modes(self, agent: Agent) -> dict[str, Mapping[str, Expression]]:
-        """The actions of an agent, which set each mode of their name too."""
-        found: dict[str, Mapping[str, Expression]] = {}
-        for action, values in agent.actions.items():
-            named = {
-                input_of(agent.name, each.name): Number(Fraction(each.modes.index(action)))
-                for each in self._modes
-                if all(other in each.modes for other in agent.actions)
-            }
-            found[action] = {**values, **named}
-        return found
+        self._agents = setting_modes(agents, variables)
 
     def regions(self, tables: Sequence[Mapping[str, object]], where: Place) -> list[list[CaseRegion]]:
         """The states of each piece: all have a box, `where`, or all have conditions, `when`."""

@@ -21,7 +21,7 @@ the agents observe it, and their actions are held until the next of these sample
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from fractions import Fraction
 from types import MappingProxyType
@@ -150,6 +150,9 @@ class Flow:
     be: at each sample each agent observes by any one of these, variable -> the variable that keeps what it was some
     periods ago; what is not named is observed as it is. `kept`: these variables -> those that they keep, as which they
     start.
+
+    Where there are `cases`, the one that holds the state at a sample, before anything jumps, says how it moves until
+    the next; where several hold it, any of them. `rates`, `error`, `jumps` of the flow itself are then the first one's.
     """
 
     period: Fraction
@@ -160,6 +163,38 @@ class Flow:
     jitter: Interval = (Fraction(0), Fraction(0))
     seen: tuple[Mapping[str, str], ...] = (MappingProxyType({}),)
     kept: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
+    cases: tuple[FlowCase, ...] = ()
+
+    @property
+    def errors(self) -> dict[str, Interval]:
+        """The least intervals around the errors of all cases."""
+        zero, names = (Fraction(0), Fraction(0)), {name for each in self.each for name in each.error}
+        ends = {name: [end for each in self.each for end in each.error.get(name, zero)] for name in sorted(names)}
+        return {name: (min(of), max(of)) for name, of in ends.items()}
+
+    @property
+    def each(self) -> tuple[Flow, ...]:
+        """The flow of each case, without cases; itself where there are none."""
+        return tuple(replace(self, rates=c.rates, error=c.error, jumps=c.jumps, cases=()) for c in self.cases) or (
+            self,
+        )
+
+
+@dataclass(frozen=True)
+class FlowCase:
+    """How a state moves that at a sample lies in a box and meets conditions, as pieces have them."""
+
+    where: Box
+    when: Polytope
+    rates: Mapping[str, Expression]
+    error: Mapping[str, Interval]
+    jumps: Mapping[str, Expression]
+    choice: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
+
+    @property
+    def piece(self) -> Piece:
+        """The states that it holds."""
+        return Piece(self.where, {}, when=self.when)
 
 
 @dataclass(frozen=True)

@@ -61,7 +61,7 @@ def counterexample_document(question: Question[SystemClaim], found: SystemCounte
         "claim": claim_document(claim),
         **{key: told[key] for key in ("step", "start", "errors", "pieces", "actions")},
         **({} if claim.at_samples is None else {"at_samples": claim.at_samples}),
-        **{key: told[key] for key in ("longer", "way") if key in told},
+        **{key: told[key] for key in ("longer", "way", "rank") if key in told},
     }
 
 
@@ -80,6 +80,7 @@ class CounterexampleJson(msgspec.Struct, forbid_unknown_fields=True):
     at_samples: bool | None = None  # of a flow: whether the claim is about samples only
     longer: str = "0"  # of a flow: seconds by which each period is longer than stated
     way: int = 0  # of a flow: which of its delays it is, from 0
+    rank: int = 0  # of a flow: which of the cases that hold a state is taken, in turn
 
 
 def checked(path: Path, profile: PolicyProfile | Path | None, world: Path | None) -> tuple[str, int, int, str]:
@@ -153,7 +154,7 @@ def replay(
         else:
             claim = replace(claim, at_samples=bool(document.at_samples))
             off = errors[0] if errors else {}
-            course = FlowCourse(start, off, read_number(document.longer), document.way)
+            course = FlowCourse(start, off, read_number(document.longer), document.way, document.rank)
             again = flow_replayed(profile, statement.system, claim, course)
     except (ValueError, LookupError, TypeError, ZeroDivisionError) as error:
         raise InputError("not a readable counterexample", f"{path}: {shown(error)}", ADVICE) from None

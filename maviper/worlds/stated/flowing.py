@@ -8,12 +8,13 @@ Does not: prove. Proofs enclose every state of a period (verify/checker/flows).
 from __future__ import annotations
 
 from collections.abc import Mapping
+from fractions import Fraction
 
 import numpy as np
 
 from codegen.ir import Float64
 from verify.systems.language.expressions import function
-from verify.systems.system import Flow
+from verify.systems.system import Flow, FlowCase
 
 PARTS = 8  # of a period in play
 TOLERANCE = 1e-12  # of the referee, absolute and relative
@@ -25,9 +26,9 @@ class FlowRule:
     period, if they stay as they are.
     """
 
-    case = ()  # it holds all states
-
-    def __init__(self, flow: Flow) -> None:
+    def __init__(self, flow: Flow, case: FlowCase | None = None) -> None:
+        self.case = () if case is None else (case.where, case.when)
+        self._piece = None if case is None else case.piece
         self.period = float(flow.period)
         self.jitter = float(flow.jitter[0]), float(flow.jitter[1])
         self.error = {
@@ -38,9 +39,8 @@ class FlowRule:
         self._held = {choice: {name: float(value) for name, value in of.items()} for choice, of in flow.held.items()}
 
     def holds(self, state: Mapping[str, float]) -> bool:
-        """A flow is stated everywhere."""
-        del state
-        return True
+        """Whether it says how a state moves that is this at a sample; without cases it does everywhere."""
+        return self._piece is None or self._piece.holds({name: Fraction(number) for name, number in state.items()})
 
     def held(self, actions: Mapping[str, str]) -> Floats:
         """The inputs' values for a joint action by names."""
@@ -83,6 +83,13 @@ class FlowRule:
         if not found.success:
             raise ArithmeticError(f"it grows beyond all bounds within {span[1]:g} s")
         return np.asarray(found.y.T)
+
+
+def flow_rules(flow: Flow) -> list[FlowRule]:
+    """The rules of a flow in play: one for each of its cases."""
+    if not flow.cases:
+        return [FlowRule(flow)]
+    return [FlowRule(own, case) for own, case in zip(flow.each, flow.cases, strict=True)]
 
 
 def _along(state: Mapping[str, float], rate: Mapping[str, float], time: float) -> Floats:

@@ -17,7 +17,7 @@ import numpy as np
 from codegen.errors import InputError
 from maviper.files import kinds, runs
 from maviper.worlds.outside.sources import SYSTEM, named_by_user
-from maviper.worlds.stated.flowing import FlowRule
+from maviper.worlds.stated.flowing import FlowRule, flow_rules
 from verify.systems.files import MAX_BYTES, statement_of
 from verify.systems.language.expressions import function
 from verify.systems.system import Interval
@@ -97,7 +97,7 @@ class Moving:
         self.ranges = {each.name: _floats(each.range) for each in statement.system.variables}
         flow = statement.system.flow
         self._rules: list[AnyRule] = [MovingRule(rule) for rule in statement.rules]
-        self._rules += [] if flow is None else [FlowRule(flow)]
+        self._rules += [] if flow is None else flow_rules(flow)
 
     def within(self, state: Mapping[str, float]) -> bool:
         """Whether a state lies in the ranges of all variables."""

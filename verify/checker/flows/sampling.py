@@ -35,8 +35,7 @@ def paced(flow: Flow) -> Flow:
     """The flow with all periods of one length, at a pace; itself where there is no jitter."""
     if not any(flow.jitter):
         return flow
-    pace = pace_of(flow)
-    errors = {name: _products(pace, error) for name, error in flow.error.items()}
+    errors = {name: _products(pace_of(flow), error) for name, error in flow.error.items()}
     return replace(flow, rates={name: Product(Name(PACE), rate) for name, rate in flow.rates.items()}, error=errors)
 
 

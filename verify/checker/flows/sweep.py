@@ -22,9 +22,10 @@ from verify.checker.covers.cuts import RegionCut, linear
 from verify.checker.covers.parts import Parts, StartBox
 from verify.checker.covers.rounding import ceiling, ensure_arithmetic, floor
 from verify.checker.covers.trees import decided, digits
+from verify.checker.flows.cases import FlowCases
 from verify.checker.flows.sampling import PACE, LateTrees, pace_of, paced
 from verify.checker.flows.series import FlowReading
-from verify.checker.flows.sets import SetList, started
+from verify.checker.flows.sets import SetList, beside, started
 from verify.checker.flows.spans import Spans
 from verify.checker.flows.steps import EXACT, FlowStep, Stepping, framed
 from verify.checker.reading import RejectedError
@@ -38,6 +39,7 @@ MAX_SETS = 1 << 18  # of one list
 MAX_SWEPT = 50_000_000  # sets over all steps
 FEW = 50  # sets, fewer of which take as long
 NOT_SHOWN = "no enclosure of its states over a step was shown"
+NOT_STATED = "a state may be where nothing says how it moves"
 
 
 @dataclass(frozen=True)
@@ -62,6 +64,13 @@ class SeenStep(NamedTuple):
     after: Spans
 
 
+class _Move(NamedTuple):
+    """How the sets of one case move: steps between samples, and what jumps at one."""
+
+    step: FlowStep
+    jump: FlowStep | None
+
+
 Watch = Callable[[SeenStep], None]
 
 
@@ -79,10 +88,12 @@ class FlowSweep:
         self._trees = [LateTrees(system, policy, self.columns) for policy in profile.agents]
         self._regions = [RegionCut(list(map(linear, region)), self.columns) for region in claim.regions]
         self._start = Parts(system, MAX_PARTS, AT_ONCE)
-        self._flow, self._pace = paced(system.flow), pace_of(system.flow)
-        self._reading = FlowReading(self._flow, names)
-        self._errors = [self._flow.error.get(name, EXACT) for name in names]
-        self.jump = _jump_of(system.flow, names)
+        self._flow, self._pace = system.flow, pace_of(system.flow)
+        self._flows = [paced(each) for each in system.flow.each]
+        self._readings = [FlowReading(each, names) for each in self._flows]
+        self._errors = [[each.error.get(name, EXACT) for name in names] for each in self._flows]
+        self.jumps = [_jump_of(each, names) for each in self._flows]
+        self._cases = FlowCases(system, self.columns)
         self._held: dict[int, dict[str, tuple[float, float]]] = {}
         self.swept, self.spent, self.most = 0, 0, MAX_SWEPT
         self.open: dict[int, str] = {}
@@ -101,12 +112,14 @@ class FlowSweep:
     def follow(self, starts: Sequence[StartBox], plan: Plan) -> None:
         """Follows parts of the start; `open` has those that were not shown."""
         self.open = {}
-        step = FlowStep(self._reading, self._errors, Stepping(plan.order, self._flow.period / plan.steps))
+        how = Stepping(plan.order, self._flow.period / plan.steps)
+        of = zip(self._readings, self._errors, self.jumps, strict=True)
+        moves = [_Move(FlowStep(reading, errors, how), jump) for reading, errors, jump in of]
         boxes = self._start.started(starts)
         with np.errstate(all="ignore"):  # what overflows is not finite, and is left open
-            self._episodes(started(boxes, 0 if plan.widths else 1), step, plan)
+            self._episodes(started(boxes, 0 if plan.widths else 1), moves, plan)
 
-    def _episodes(self, sets: SetList, step: FlowStep, plan: Plan) -> None:
+    def _episodes(self, sets: SetList, moves: Sequence[_Move], plan: Plan) -> None:
         last = self._claim.steps
         for period in range(last + 1):
             if plan.widths:
@@ -118,13 +131,15 @@ class FlowSweep:
                 break
             boxes = decided(self._trees, sets.numbered)
             sets = self._limited(sets.narrowed(boxes))
-            sets = self._through(sets, step, plan, period)
+            sets = self._left(sets, self._cases.beyond(sets.numbered), NOT_STATED)
+            held = zip(self._cases.within(sets.numbered), moves, strict=True)
+            sets = beside([self._through(sets.narrowed(each), move, plan, period) for each, move in held])
         if self._claim.says.once and sets.size:
             self._leave(sets, np.ones(sets.size, dtype=np.bool_), "an episode may not get into the region")
 
-    def _through(self, sets: SetList, step: FlowStep, plan: Plan, period: int) -> SetList:
+    def _through(self, sets: SetList, move: _Move, plan: Plan, period: int) -> SetList:
         """One period. Beside the frames of their start, sets have one of the sample, which is dropped after it."""
-        inside = self._jumped(sets._replace(frames=(framed(sets.box), *sets.frames)))
+        inside = self._jumped(sets._replace(frames=(framed(sets.box), *sets.frames)), move.jump)
         for number in range(plan.steps):
             if not inside.size:
                 break
@@ -132,7 +147,7 @@ class FlowSweep:
             if self.spent > self.most:
                 raise RejectedError(f"more than {self.most:,} sets")
             self.swept += inside.size
-            moved = step.moved(inside.box, inside.frames, self.inputs(inside.joint))
+            moved = move.step.moved(inside.box, inside.frames, self.inputs(inside.joint))
             self._leave(inside, ~moved.shown, NOT_SHOWN)
             kept = moved.shown & ~moved.empty
             inside = inside.taken(kept)
@@ -143,11 +158,11 @@ class FlowSweep:
             inside = self._asked_on_the_way(after, tube, period, number + 1 == plan.steps)
         return inside._replace(frames=inside.frames[1:])
 
-    def _jumped(self, sets: SetList) -> SetList:
+    def _jumped(self, sets: SetList, jump: FlowStep | None) -> SetList:
         """The sets after what jumps at a sample."""
-        if self.jump is None or not sets.size:
+        if jump is None or not sets.size:
             return sets
-        moved = self.jump.jumped(sets.box, sets.frames, self.inputs(sets.joint))
+        moved = jump.jumped(sets.box, sets.frames, self.inputs(sets.joint))
         self._leave(sets, ~moved.shown, NOT_SHOWN)
         kept = moved.shown & ~moved.empty
         frames = tuple(frame.at(kept) for frame in moved.frames)
@@ -236,6 +251,13 @@ class FlowSweep:
         """
         found = np.unique(decided([tree.ways[way] for tree in self._trees], _as_list(box)).joint)
         return int(found[0]) if len(found) == 1 else None
+
+    def cases_of(self, box: Spans) -> list[int]:
+        """The cases that hold every state of a box; none where another one may hold some of them."""
+        boxes = _as_list(box)
+        met = [number for number, each in enumerate(self._cases.within(boxes)) if each.size]
+        sure = self._cases.surely(boxes)
+        return met if not self._cases.beyond(boxes).any() and set(met) <= set(sure) else []
 
     def named(self, joint: int) -> dict[str, str]:
         """A joint action by names."""

@@ -46,27 +46,33 @@ def ensure_cases(system: System) -> None:
         return
     modes = {one.name: one for one in system.variables if one.modes}
     for one in modes.values():
-        _ensure_starts(one, system.start)
+        ensure_starts(one, system.start)
         for number, piece in enumerate(system.pieces, 1):
             _ensure_stays(one, piece, modes, f"piece {number}")
-    _ensure_complete(system, modes)
+    ensure_complete(system, modes)
 
 
 # --- modes
 
 
-def _ensure_starts(mode: Variable, start: Polytope) -> None:
+def ensure_starts(mode: Variable, start: Polytope) -> None:
     """RejectedError unless the start is one value of a mode."""
     ends: dict[bool, list[Fraction]] = {True: [], False: []}
     for half in start:
         if [name for name, _ in half.form.terms] == [mode.name]:
             ((_, factor),) = half.form.terms
             ends[factor > 0].append(-half.form.constant / factor)
-    if not ends[True] or not ends[False] or min(ends[True]) != max(ends[False]) or not _is_value(min(ends[True]), mode):
+    if (
+        not ends[True]
+        or not ends[False]
+        or min(ends[True]) != max(ends[False])
+        or not is_mode_value(min(ends[True]), mode)
+    ):
         raise RejectedError(f"episodes do not start in one mode of {mode.name}")
 
 
-def _is_value(number: Fraction, mode: Variable) -> bool:
+def is_mode_value(number: Fraction, mode: Variable) -> bool:
+    """Whether a number is one of a mode's values."""
     return number.denominator == 1 and 0 <= number < len(mode.modes)
 
 
@@ -84,17 +90,17 @@ def _ensure_stays(mode: Variable, piece: Piece, modes: Mapping[str, Variable], w
         copied = [modes.get(name) for name, factor in total.terms if factor == 1]
         copies = len(total.terms) == 1 and not total.constant and copied[:1] not in ([], [None])
         fits = copies and copied[0] is not None and len(copied[0].modes) <= len(mode.modes)
-        if not fits and (total.terms or not _is_value(total.constant, mode)):
+        if not fits and (total.terms or not is_mode_value(total.constant, mode)):
             raise RejectedError(f"{where}: {mode.name} may become what is none of its modes")
 
 
 # --- pieces
 
 
-def _ensure_complete(system: System, modes: Mapping[str, Variable]) -> None:
+def ensure_complete(system: System, modes: Mapping[str, Variable]) -> None:
     """RejectedError where some combination of cells lies in no piece."""
     hull = hull_of(system)
-    held = [_tests(piece) for piece in system.pieces]
+    held = [tests_of(piece) for piece in system.pieces]
     sums = list(dict.fromkeys(total for tests in held for half in tests for total in [_sum(half)]))
     for total in sums:
         if any(name not in hull for name, _ in total):
@@ -127,7 +133,7 @@ def _held(tests: Sequence[HalfSpace], places: Mapping[Sum, int], cells: Sequence
     return whole
 
 
-def _tests(piece: Piece) -> list[HalfSpace]:
+def tests_of(piece: Piece) -> list[HalfSpace]:
     """All that a state of a piece meets, as half spaces."""
     found = list(piece.when)
     for name, (low, high) in piece.where.items():

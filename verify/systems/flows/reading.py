@@ -5,38 +5,51 @@ Assumes: variables and agents are known.
 Does not: integrate.
 """
 
-from collections.abc import Mapping, Sequence
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
+from typing import NamedTuple
 
 from codegen.errors import InputError, UnknownNameError
-from verify.language.units import Unit, times, unit_of
+from verify.language.arithmetic import Typed
+from verify.language.units import PURE, Unit, times, unit_of
+from verify.systems.cases import CaseRegion
 from verify.systems.flows.sampling import ADVICE as PERIOD
 from verify.systems.flows.sampling import Keeping, keeping, sampling_of
-from verify.systems.language.expressions import Call, Expression, Number, affine, parts
-from verify.systems.language.parsing import Names, fitting
+from verify.systems.language.choices import call, ways
+from verify.systems.language.expressions import Call, Expression, Name, Number, Sum, affine, parts
+from verify.systems.language.expressions import names as names_in
+from verify.systems.language.mode_values import mode_of
+from verify.systems.language.parsing import Choice, Names, fitting
+from verify.systems.motion import MAX_RULES, merged, regions_of, setting_modes
 from verify.systems.statement import Agent
-from verify.systems.system import Feature, Flow, Interval, Variable
-from verify.systems.values import ADVICE, error_of, flat, only, table, typed
+from verify.systems.system import Feature, Flow, FlowCase, Interval, Variable
+from verify.systems.values import ADVICE, as_list, as_table, error_of, flat, only, table, text, typed
 from verify.toml_places import Place
 
-KEYS = ("flow", "period", "next", "let", "error")
-STEPWISE = ("A", "B", "c", "cuts", "piece")  # of systems that move in steps
+MOVES = ("flow", "next", "let", "error")  # what pieces may state
+KEYS = (*MOVES, "period", "piece")
+STEPWISE = ("A", "B", "c", "cuts")  # of systems that move in steps
 MAX_LET = 100
-STILL = Number(Fraction(0))  # the derivative of what keeps an earlier value
+STILL = Number(Fraction(0))  # the derivative of what changes at samples only
 SMOOTH = ("sin", "cos", "tan", "exp", "sqrt")  # functions that have derivatives of all orders where they are defined
 
 
-def flow_of(
-    given: Mapping[str, object],
-    variables: Sequence[Variable],
-    agents: Sequence[Agent],
-    features: Mapping[str, Mapping[str, Feature]],
-    names: Names,
-    where: Place,
-) -> tuple[Flow, Keeping]:
-    """The flow of a file, and what its delays keep. `names`: variables, inputs and constants. InputError with the place
-    of the first fault.
+class Around(NamedTuple):
+    """What a file states beside its flow. `names`: variables, inputs and constants; `counters`: variables that go up by
+    1 at a sample, of which a file says nothing.
     """
+
+    variables: Sequence[Variable]
+    agents: Sequence[Agent]
+    features: Mapping[str, Mapping[str, Feature]]
+    names: Names
+    counters: Sequence[str]
+
+
+def flow_of(given: Mapping[str, object], around: Around, where: Place) -> tuple[Flow, Keeping]:
+    """The flow of a file, and what its delays keep. InputError with the place of the first fault."""
     for key in STEPWISE:
         if key in given:
             what = f"both flow and {key}"
@@ -44,31 +57,105 @@ def flow_of(
                 what, where / key, f"a flow states derivatives, and next what jumps: remove {key}, or flow"
             )
     only(given, KEYS, where)
-    second = unit_of("s", where)
     if "period" not in given:
         raise InputError("a flow needs the period of its samples", where, PERIOD)
-    sampling = sampling_of(given["period"], names, where / "period")
-    late = keeping(sampling.delays, variables, features, where / "period")
-    meant = dict(names.meant)
-    lets = table(given, "let", where)
-    if len(lets) > MAX_LET:
-        raise InputError(f"more than {MAX_LET} names", where / "let", "shorten it")
-    for name, value in lets.items():
-        if name in names.known or name in meant:
-            raise InputError(f"'{name}' is named twice", where / "let", "give each a name of its own")
-        meant[name] = typed(value, Names(names.known, meant), where / "let" / name)
-    known, units = Names(names.known, meant), {each.name: names.known[each.name] for each in variables}
-    stated = flat(table(given, "flow", where), where / "flow")
-    _ensure_variables(stated, units, where / "flow")
-    rates = {name: _rate(stated, name, times(unit, second, -1), known, where / "flow") for name, unit in units.items()}
-    errors = _errors(given, units, known, where)
-    jumping = flat(table(given, "next", where), where / "next")
-    _ensure_variables(jumping, units, where / "next")
-    jumps = {name: _smooth(jumping[name], units[name], known, where / "next" / name) for name in jumping}
-    rates |= {each.name: STILL for each in late.variables}
-    jumps |= late.jumps
-    flow = Flow(sampling.length, rates, _held(agents, where), errors, jumps, sampling.jitter, late.seen, late.kept)
-    return flow, late
+    sampling = sampling_of(given["period"], around.names, where / "period")
+    late = keeping(sampling.delays, around.variables, around.features, where / "period")
+    around = around._replace(agents=setting_modes(around.agents, around.variables))
+    reader = _FlowReader(around, late)
+    cases = tuple(_cases(given, reader, where))
+    first = cases[0]
+    alone = not first.where and not first.when and len(cases) == 1
+    held, of = _held(around.agents, where), () if alone else cases
+    samples = sampling.jitter, late.seen, late.kept
+    return Flow(sampling.length, first.rates, held, first.error, first.jumps, *samples, of), late
+
+
+def _cases(given: Mapping[str, object], reader: _FlowReader, where: Place) -> Iterator[FlowCase]:
+    """What is stated of each case, once for each way to choose; of all states where there are no pieces."""
+    if "piece" not in given:
+        yield from reader.cases(given, [CaseRegion({}, ())], where)
+        return
+    pieces = as_list(given["piece"], where / "piece")
+    if not 1 <= len(pieces) <= MAX_RULES:
+        raise InputError(f"{len(pieces)} pieces, of 1 to {MAX_RULES}", where, ADVICE)
+    tables = [as_table(each, where / "piece" / index) for index, each in enumerate(pieces)]
+    for index, stated in enumerate(tables):
+        only(stated, (*MOVES, "where", "when"), where / "piece" / index)
+    shared = {key: value for key, value in given.items() if key in MOVES}
+    for index, (stated, own) in enumerate(zip(tables, reader.regions(tables, where), strict=True)):
+        place = where / "piece" / index
+        yield from reader.cases(merged(shared, stated, place), own, place)
+
+
+class _FlowReader:
+    """Reads derivatives and jumps."""
+
+    def __init__(self, around: Around, late: Keeping) -> None:
+        self._variables, self._agents, self._names = around.variables, around.agents, around.names
+        self._late, counters = late, around.counters
+        self._counted = {name: Sum(Name(name), Number(Fraction(1))) for name in counters}
+        numbers = [each.name for each in self._variables if not each.modes and each.name not in counters]
+        self._units = {name: self._names.known[name] for name in numbers}
+        self._modes = [each.name for each in self._variables if each.modes]
+        still = [*self._modes, *counters, *(each.name for each in late.variables)]
+        self._still: dict[str, Expression] = dict.fromkeys(still, STILL)
+
+    def regions(self, tables: Sequence[Mapping[str, object]], where: Place) -> list[list[CaseRegion]]:
+        """The states of each piece at a sample."""
+        return regions_of(tables, self._variables, self._agents, self._names, where)
+
+    def cases(self, given: Mapping[str, object], regions: Sequence[CaseRegion], where: Place) -> Iterator[FlowCase]:
+        """What a table says of the states in some regions."""
+        choices: dict[str, Choice] = {}
+        called: dict[str, str] = {}
+        known = Names(self._names.known, self._meant(given, choices, called, where), self._names.modes)
+        stated = flat(table(given, "flow", where), where / "flow")
+        _ensure_variables(stated, self._units, where / "flow")
+        second = unit_of("s", where)
+        rates = {
+            name: _rate(stated, name, times(unit, second, -1), known, where / "flow")
+            for name, unit in self._units.items()
+        }
+        for name, rate in rates.items():
+            if names_in(rate) & choices.keys():
+                raise InputError("a derivative is not chosen", where / "flow" / name, "choose in [dynamics.next]")
+        errors = _errors(given, self._units, known, where)
+        jumping = flat(table(given, "next", where), where / "next")
+        _ensure_variables(jumping, {**self._units, **dict.fromkeys(self._modes, PURE)}, where / "next")
+        choosing = Names(known.known, known.meant, known.modes, choices)
+        jumps: dict[str, Expression] = {}
+        for name, value in jumping.items():
+            jumps[name] = self._jump(name, value, choosing, where / "next" / name)
+            call(called, choices, name)
+        for chosen in ways(jumps, choices, called, where):
+            for name, jump in chosen.next.items():
+                _ensure_smooth(jump, where / "next" / name)
+            jumped = {**chosen.next, **self._counted, **self._late.jumps}
+            for box, when in regions:
+                yield FlowCase(box, when, rates | self._still, errors, jumped, chosen.words)
+
+    def _meant(
+        self, given: Mapping[str, object], choices: dict[str, Choice], called: dict[str, str], where: Place
+    ) -> dict[str, Typed[Expression]]:
+        """Names that stand for parts of expressions."""
+        meant = dict(self._names.meant)
+        lets = table(given, "let", where)
+        if len(lets) > MAX_LET:
+            raise InputError(f"more than {MAX_LET} names", where / "let", "shorten it")
+        for name, value in lets.items():
+            if name in self._names.known or name in meant:
+                raise InputError(f"'{name}' is named twice", where / "let", "give each a name of its own")
+            named = Names(self._names.known, meant, self._names.modes, choices)
+            meant[name] = typed(value, named, where / "let" / name)
+            call(called, choices, name)
+        return meant
+
+    def _jump(self, name: str, value: object, names: Names, where: Place) -> Expression:
+        if name in self._modes:
+            actions = {agent.name: tuple(agent.actions) for agent in self._agents}
+            return mode_of(text(value, where), name, names, actions, where)
+        return fitting(typed(value, names, where), self._units[name], where)
 
 
 def _ensure_variables(given: Mapping[str, object], units: Mapping[str, Unit], where: Place) -> None:
@@ -87,14 +174,18 @@ def _rate(stated: Mapping[str, object], name: str, unit: Unit, names: Names, whe
 def _smooth(value: object, unit: Unit, names: Names, where: Place) -> Expression:
     """An expression of a unit that has derivatives of all orders."""
     found = fitting(typed(value, names, where), unit, where)
-    pending = [found]
+    _ensure_smooth(found, where)
+    return found
+
+
+def _ensure_smooth(expression: Expression, where: Place) -> None:
+    pending = [expression]
     while pending:
         part = pending.pop()
         if isinstance(part, Call) and part.function not in SMOOTH:
             what = f"{part.function} beside a flow cannot be enclosed: it has a corner"
             raise InputError(what, where, f"write sums, products, quotients, powers, {', '.join(SMOOTH)}")
         pending += parts(part)
-    return found
 
 
 def _errors(given: Mapping[str, object], units: Mapping[str, Unit], names: Names, where: Place) -> dict[str, Interval]:
