@@ -10,7 +10,7 @@ import os
 import platform
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
-from importlib import import_module, metadata
+from importlib import import_module
 from typing import Any
 
 from maviper.episodes.measures import Estimate
@@ -41,9 +41,16 @@ def config(world: World, request: Request, chosen: Any, rule: str) -> dict[str, 
         "settings": settings,
         "critic_reward": reward_of(settings, world),
         "schedule": schedule(request, chosen),
-        "versions": {"python": platform.python_version()} | {name: metadata.version(name) for name in PACKAGES},
+        "versions": {"python": platform.python_version()} | versions(),
         "rule": rule,
     }
+
+
+def versions() -> dict[str, str]:
+    """The versions of the packages that a training rests on."""
+    from importlib import metadata  # here, since its import takes longer than that of most of our rooms
+
+    return {name: metadata.version(name) for name in PACKAGES}
 
 
 IMITATION, VALUES, REWARD = "imitation", "values alone", "reward"  # what steps of a training teach the actors

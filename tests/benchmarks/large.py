@@ -2,8 +2,8 @@
 
     python tests/benchmarks/large.py [--json] [CASE ...]
 
-Questions: a verdict or an UNKNOWN. Commands: compilation of a wide tree and of many agents, extraction for many agents
-and for CartPole, whose expert stable-baselines3 trains first (or is --expert ZIP); beside the evaluation stands what
+Questions: a verdict or an UNKNOWN. Commands: `verify` on the demo's profile, with all files, once its modules are
+compiled; compilation of a wide tree and of many agents, extraction for many agents and for CartPole, whose expert stable-baselines3 trains first (or is --expert ZIP); beside the evaluation stands what
 Gymnasium's own loop takes for as many steps. Teams of 8 and 12 agents, trees of depth 12 to 16, and 131,000 leaves;
 default options. A command gets two minutes of CPU time, process start included, and should stay below
 two gigabytes. Trees: fixed roles under fitted splits (held), and full trees with splits and actions at random (full).
@@ -32,6 +32,7 @@ from codegen.policy_json import dumps
 from tests.benchmarks.verifier import Played, below, flat, held_roles, offset, towards
 
 LIMIT = 120  # seconds of CPU
+RUNS = 6  # of a command that takes a second: the first one compiles its modules, and the least of the others counts
 ANSWERS = {ExitCode.DONE: "PROVED", ExitCode.VIOLATED: "VIOLATED", ExitCode.INCONCLUSIVE: "UNKNOWN"}
 Made = Callable[[], PolicyProfile]
 
@@ -103,6 +104,8 @@ def wide(features: int = 200, depth: int = 10, seed: int = 0) -> PolicyProfile:
 
 
 WIDE, MANY = "compile 200 features", "compile 12 agents"
+DEMO = "verify the demo's profile"
+PROFILE = Path(__file__).parents[2] / "generated" / "physical_deception" / "profile.json"
 EXTRACTIONS = {
     "extract 6 agents": ["cooperative-navigation,agents=6", "--max-episodes", "200"],
     "extract 12 agents": ["cooperative-navigation,agents=12", "--max-episodes", "500"],
@@ -117,6 +120,7 @@ COMPILED: dict[str, Made] = {WIDE: wide, MANY: lambda: full("cooperative-navigat
 # seconds of CPU on an idle core, and megabytes
 REFUSED = "refuse matchings of 12 agents"
 REACH = {
+    DEMO: (1, 200),
     REFUSED: (2, 300),
     WIDE: (4, 400),
     MANY: (10, 400),
@@ -153,8 +157,10 @@ print(os.waitstatus_to_exitcode(status), used.ru_utime + used.ru_stime, used.ru_
 
 def spent(words: list[str]) -> Ended:
     """A command of maviper's, and how it ended."""
+    compiled = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
     command = [sys.executable, "-S", "-c", SPENDING, str(LIMIT), sys.executable, "-m", "maviper", *words]
-    code, seconds, kilobytes = subprocess.run(command, capture_output=True, text=True, check=True).stdout.split()
+    ended = subprocess.run(command, capture_output=True, text=True, check=True, env=compiled)
+    code, seconds, kilobytes = ended.stdout.split()
     return Ended(ANSWERS.get(ExitCode(int(code)), "") if int(code) >= 0 else "", float(seconds), int(kilobytes) / 1024)
 
 
@@ -163,9 +169,12 @@ def command(name: str, expert: str = "") -> Ended:
     CartPole; "": one that is trained.
     """
     with tempfile.TemporaryDirectory() as folder:
-        if name == REFUSED:
+        if name == DEMO:
+            runs = [spent(["verify", str(PROFILE), "-o", f"{folder}/answers"]) for _ in range(RUNS)]
+            found = min(runs[1:], key=lambda run: run.seconds)
+        elif name == REFUSED:
             return ran(COMPILED[MANY](), "verify", "--property", "distinct_targets")._replace(answer="REFUSED")
-        if name in OUTSIDE:
+        elif name in OUTSIDE:
             if expert:
                 shutil.copy(expert, Path(folder) / ZIP)
             else:
