@@ -22,7 +22,7 @@ from codegen.importers.c.kinds import BOOL, DOUBLE, ENUM, FLOAT, INT, LONG, UINT
 from codegen.importers.c.sums import CONTRACTED, TEST_ADVICE, Summing
 from codegen.importers.c.values import Condition, Number, Symbol, Value
 from codegen.importers.symbolic.affine import Given
-from codegen.importers.symbolic.feature import FALLING, FOLDING, RISING, TURNED, Feature, Step, Test, turns_of
+from codegen.importers.symbolic.feature import FALLING, FOLDING, JUMPING, RISING, TURNED, Feature, Step, Test, turns_of
 from codegen.importers.symbolic.paths import Paths
 from codegen.ir import CONSTANT
 
@@ -297,6 +297,9 @@ class Arithmetic:
         if isinstance(one, Number) and isinstance(other, Number):
             return Number(self._computed(sign, one.value, other.value, kind), kind)
         if isinstance(one, Symbol) and isinstance(other, Symbol):
+            few = self.settled(other)
+            if isinstance(few, Number):
+                return self._whole(sign, one, few, kind)
             what = "a product of features" if sign in "*/%" else "a sum of several features"
             raise self.refused(f"{what} is not read", TEST_ADVICE)
         given, number = (one, other) if isinstance(one, Symbol) else (other, one)
@@ -311,11 +314,7 @@ class Arithmetic:
         elif sign == "*":
             return Number(0, kind)
         else:
-            few = self.settled(given)
-            if not isinstance(few, Number):
-                what = f"the operator {sign} of a whole number that is a feature is not read"
-                raise self.refused(what, "give a type of at most 8 bits, or test the range first")
-            return self._whole(sign, few if first else number, number if first else few, kind)
+            given, step = self._tabled(sign, given, c, first=first)
         found = self._then(Symbol(given.feature, kind), step)
         least, most = self.ends(found.feature)
         if least < kind.low or most > kind.high:
@@ -323,6 +322,17 @@ class Arithmetic:
                 raise self.refused(f"a number from {least} to {most} wraps around in {kind}", RANGE_ADVICE)
             self.defined[found.feature.key] = (found.feature, kind.low, kind.high)
         return found
+
+    def _tabled(self, sign: str, given: Symbol, c: int, *, first: bool) -> tuple[Symbol, Step]:
+        """One of few whole numbers, and a step that has a result for each of them. `first`: it stands before `c`."""
+        low, high = self.ends(given.feature)
+        if high - low >= MAX_VALUES:
+            what = f"the operator {sign} of a whole number that is a feature is not read"
+            raise self.refused(what, "give a type of at most 8 bits, or test the range first")
+        pairs = {v: (v, c) if first else (c, v) for v in range(low, high + 1)}
+        known = {v: self._computed(sign, *pair, given.kind) for v, pair in pairs.items()}
+        within = self._then(given, Step(f"{low} to {high}", lambda v: min(max(v, low), high)))  # as it is on this path
+        return within, Step(f"{sign}{c}{first}", lambda v: known.get(v, v), JUMPING)  # v: a NaN
 
     def _computed(self, sign: str, a: int, b: int, kind: Kind) -> int:
         """A number of two whole numbers."""

@@ -79,6 +79,18 @@ def _stepped(name: str, kind: Kind, compute: Callable[[Any], Any], *, rising: bo
     return handler
 
 
+def _rounded(v: Any) -> Any:
+    """The nearest whole number, of two the one farther from 0."""
+    whole = np.trunc(v)
+    return whole + np.sign(v) if abs(v - whole) >= 0.5 else whole  # the difference is exact
+
+
+def _to_long(name: str, kind: Kind) -> Handler:
+    """The nearest whole number, as a long."""
+    rounds = _stepped(name, kind, _rounded)
+    return lambda machine, given: machine.arithmetic.converted(rounds(machine, given), LONG)
+
+
 def _asked(test: Callable[[Any, Value], Value]) -> Handler:
     """A question about NaN and infinities."""
 
@@ -151,7 +163,8 @@ FUNCTIONS: Mapping[str, Handler] = {
     "fmax": _extreme(True, DOUBLE), "fmaxf": _extreme(True, FLOAT),
     **{f"{name}{end}": _stepped(f"{name}{end}", kind, compute) for end, kind in (("", DOUBLE), ("f", FLOAT))
        for name, compute in (("floor", np.floor), ("ceil", np.ceil), ("trunc", np.trunc), ("rint", np.rint),
-                             ("nearbyint", np.rint))},
+                             ("nearbyint", np.rint), ("round", _rounded))},
+    "lround": _to_long("round", DOUBLE), "lroundf": _to_long("roundf", FLOAT),
     "sqrt": _stepped("sqrt", DOUBLE, np.sqrt, rising=False), "sqrtf": _stepped("sqrtf", FLOAT, np.sqrt, rising=False),
     "isnan": _asked(lambda arithmetic, value: Number(0, INT)), "isinf": _asked(_is_infinite),
     "isfinite": _asked(_is_finite), "memcpy": _copied, "memset": _filled, "assert": _assertion,
@@ -159,5 +172,5 @@ FUNCTIONS: Mapping[str, Handler] = {
 }  # fmt: skip
 RESULTS: Mapping[str, Type] = {
     **{name: FLOAT if name.endswith("f") else DOUBLE for name in FUNCTIONS if name[0] in "fcrnst"},
-    "abs": INT, "labs": LONG, "llabs": LLONG, "isnan": INT, "isinf": INT, "isfinite": INT,
+    "abs": INT, "labs": LONG, "lround": LONG, "lroundf": LONG, "llabs": LLONG, "isnan": INT, "isinf": INT, "isfinite": INT,
 }  # fmt: skip

@@ -85,7 +85,8 @@ def _deciding(parsed: Any, where: str, wanted: str) -> list[str]:
     called = {inner for name in deciding for inner in _names(functions[name].body) - {name}}
     called |= {name for each in parsed.ext if isinstance(each, c_ast.Decl) and each.init for name in _names(each.init)}
     roots = [name for name in deciding if name not in called] or deciding
-    return [name for name in roots if not _names_only(functions[name])] or roots
+    roots = [name for name in roots if not _names_only(functions[name])] or roots
+    return [name for name in roots if "static" not in functions[name].decl.storage] or roots  # for whom, nobody knows
 
 
 def _names(node: Any) -> set[str]:

@@ -42,6 +42,7 @@ COMPARISONS: Mapping[type[ast.cmpop], str] = {
     ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!=",
 }  # fmt: skip
 IN_ORDER = "write w0 * x[0] + w1 * x[1] + ... + c, each feature once, without parentheses, and scale no sum"
+POWERS = range(2, 17)
 SEVERAL = "test each feature alone, or give the {} as a feature of its own"
 
 
@@ -55,6 +56,8 @@ def binary(m: Machine, kind: type[ast.operator], left: Any, right: Any) -> Any:
     if kind in (ast.BitAnd, ast.BitOr) and any(isinstance(each, Test | Condition) for each in (left, right)):
         return Condition(lambda: (all if kind is ast.BitAnd else any)([m.truth(left), m.truth(right)]))
     left, right = m.plain(left), m.plain(right)
+    if kind is ast.MatMult:
+        return m.unread("a product of arrays is computed, which NumPy adds in an order of its own", IN_ORDER)
     for each in (left, right):
         if isinstance(each, Unread | Symbol):
             return (
@@ -67,6 +70,8 @@ def binary(m: Machine, kind: type[ast.operator], left: Any, right: Any) -> Any:
     if isinstance(left, Extreme) or isinstance(right, Extreme):
         return _of_extreme(m, kind, left, right)
     if isinstance(left, Feature) and isinstance(right, Feature):
+        if m.counts(left) and m.counts(right):
+            return binary(m, kind, left, m.whole(right))
         if kind is ast.Mult and left.key == right.key:
             return _converted(m, left).then(Step("square", lambda value: value * value, FOLDING))
         joined = m.sums.added(left, right, minus=kind is ast.Sub) if kind in (ast.Add, ast.Sub) else None
@@ -119,16 +124,23 @@ def of_feature(m: Machine, kind: type[ast.operator], left: Any, right: Any) -> A
     if not _is_number(number):
         return m.unread("a feature is combined with something that is no number", TEST_ADVICE)
     feature = _converted(m, feature)
+    if kind is ast.Mult and number == 0 and isinstance(number, int) and m.counts(feature):
+        return 0
     if not _usable(number, feature.value(1.0), kind):
         return m.unread("a feature is combined with 0, an infinite or a too large number", "write the result itself")
     sense = RISING if kind in (ast.Add, ast.Sub) or number > 0 else FALLING
     if kind is ast.Sub and turned:
         sense = FALLING
-    if kind is ast.Pow and not turned and number == 2:
-        return feature.then(Step("squared", _squared, FOLDING))
-    whole = isinstance(feature.value(1.0), int)
+    if kind is ast.Pow and not turned and number in POWERS:
+        return feature.then(Step(f"power {number!r}", partial(_power, number), RISING if number % 2 else FOLDING))
+    whole = m.counts(feature) and isinstance(number, int)
+    if kind is ast.Mod and whole and not turned:
+        return m.whole(feature) % number
+    if kind is ast.FloorDiv and not turned and not whole and math.frexp(number)[0] == 0.5:
+        m.finite = True  # of infinities Python gives NaN
+        return feature.then(Step(f"floor {number!r}", partial(_floored, number)))
     allowed = (ast.Add, ast.Sub, ast.Mult, *(() if turned else (ast.Div,)))
-    if kind not in allowed and not (kind is ast.FloorDiv and whole and isinstance(number, int) and not turned):
+    if kind not in allowed and not (kind is ast.FloorDiv and whole and not turned):
         return _refused(m, kind, turned)
     apply = partial(_turned, OPERATIONS[kind], number) if turned else partial(_applied, OPERATIONS[kind], number)
     sign = FORMS.get(kind)
@@ -136,14 +148,19 @@ def of_feature(m: Machine, kind: type[ast.operator], left: Any, right: Any) -> A
     return feature.then(Step(f"{kind.__name__}{turned:d}{type(number).__name__}{number!r}", apply, sense, form=form))
 
 
-def _squared(value: Any) -> Any:
-    """`value ** 2` by Python's or NumPy's own power, whose error is too small to change the order of squares; infinite
-    where Python gives up.
+def _power(number: Any, value: Any) -> Any:
+    """`value ** number` by Python's or NumPy's own power, whose error is too small to change the order of powers;
+    infinite where Python gives up.
     """
     try:
-        return value**2
+        return value**number
     except OverflowError:
-        return math.inf
+        return math.inf if value > 0 or number % 2 == 0 else -math.inf
+
+
+def _floored(number: Any, value: Any) -> Any:
+    """`value // number` for a power of 2, which rounds nothing; what is infinite stays so."""
+    return value // number if math.isfinite(value) else value
 
 
 def _applied(function: Callable[[Any, Any], Any], number: Any, value: Any) -> Any:
@@ -171,7 +188,7 @@ def _usable(number: Any, sample: Any, kind: type[ast.operator]) -> bool:
 
 def _refused(m: Machine, kind: type[ast.operator], turned: bool) -> Unread:
     advice = {
-        ast.Pow: "write x * x, or compare the feature itself",
+        ast.Pow: f"give a whole number from 2 to {POWERS[-1]} as the power, or compare the feature itself",
         ast.FloorDiv: "write math.floor(x / c)",
         ast.Mod: "give the remainder as a feature of its own",
         ast.Div: "compare the feature itself: 1 / x > c says 0 < x < 1 / c",
@@ -290,7 +307,12 @@ def compared(m: Machine, sign: str, left: Any, right: Any) -> Any:
 
 def _two_compared(m: Machine, sign: str, left: Feature, right: Feature) -> Any:
     """A test of a difference, whose sign is that of the comparison, unless both are the same infinity."""
+    if m.counts(left) and m.counts(right):
+        return compared(m, sign, left, m.whole(right))
     found = m.sums.added(left, right, minus=True)
+    if found is None and left.place == right.place:
+        advice = "solve it for the feature, and compare that with one number"
+        return m.unread("two numbers that are computed of one feature are compared", advice)
     if found is None:
         return m.unread("two features are compared", SEVERAL.format("difference"))
     m.finite = True

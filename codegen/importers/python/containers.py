@@ -14,7 +14,7 @@ from typing import Any
 
 from codegen.errors import shown
 from codegen.importers.python.expressions import decided
-from codegen.importers.python.machine import EXPRESSIONS, Machine, reads, text_of
+from codegen.importers.python.machine import EXPRESSIONS, UNCOUNTED, Machine, reads, text_of
 from codegen.importers.python.sequences import items_of, mapped
 from codegen.importers.python.values import Array, Bound, Class, Instance, Length, Member, Part, Scope, Symbol, Unread
 
@@ -102,7 +102,7 @@ def part_of(m: Machine, part: Part, key: Any, node: ast.AST) -> Any:
         if high is None and not n and isinstance(low, int) and low >= 0 and step == 1:
             return replace(part, offset=part.offset + low)
         if not n and (not isinstance(high, int) or min(low, high) < 0 or step != 1):
-            return m.unread("the file does not say how many features there are", "name all: --features a,b,c")
+            return m.unread(*UNCOUNTED)
         places = range(*key.indices(n or int(high or 0)))
         found = [m.inputs.enter(part, place, m.line) for place in places]
         return m.kept(Array(found)) if part.array else tuple(found)

@@ -30,9 +30,8 @@ from codegen.importers.python.values import (
     Symbol,
     Unread,
 )
-from codegen.importers.symbolic.feature import Test
+from codegen.importers.symbolic.feature import Feature, Test
 
-BOOLEAN = (ast.Compare, ast.BoolOp)
 LOGGERS = ("logging", "logger", "log", "LOG", "LOGGER", "warnings", "_logger")
 
 
@@ -256,7 +255,8 @@ def defaults_of(m: Machine, takes: ast.arguments, scope: Scope) -> dict[str, Any
 def _text(m: Machine, node: ast.JoinedStr, scope: Scope) -> Any:
     parts: list[str] = []
     for each in node.values:
-        value = m.eval(each.value if isinstance(each, ast.FormattedValue) else each, scope)
+        value = m.plain(m.eval(each.value if isinstance(each, ast.FormattedValue) else each, scope))
+        value = m.whole(value) if isinstance(value, Feature) and m.counts(value) else value
         if isinstance(each, ast.FormattedValue) and (each.format_spec or each.conversion != -1):
             return m.unread("a number is formatted", "write the text itself")
         if not isinstance(value, str | int) or (isinstance(value, float) and not math.isfinite(value)):

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from codegen.importers.python import numbers, sequences
-from codegen.importers.python.arithmetic import compared
+from codegen.importers.python.arithmetic import binary, compared
 from codegen.importers.python.attributes import attribute_of, conversion
 from codegen.importers.python.machine import Machine, step_of
 from codegen.importers.python.numbers import STEPS
@@ -187,6 +187,20 @@ def _named_tuple(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
     return Class(name, (), {}, fields=tuple(words))
 
 
+def _reduced(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
+    """functools.reduce."""
+    items = [*given[2:], *m.needed(items_of(m, given[1]))]
+    total = items[0] if items else m.unread("reduce() finds nothing", "give it a first value")
+    for each in items[1:]:
+        total = m.call(given[0], [total, each], {}, node)
+    return total
+
+
+def _in_any_order(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
+    """numpy.dot and its like: `left @ right`."""
+    return binary(m, ast.MatMult, *given[:2])
+
+
 def _partial(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
     """functools.partial."""
     function, *first = given
@@ -280,6 +294,7 @@ MODULES: dict[str, Module] = {
                 "argmin": _best(False),
                 "bool_": _bool,
                 "sum": sequences.sum_of,
+                **dict.fromkeys(("dot", "matmul", "inner", "vdot"), _in_any_order),
                 "logical_not": lambda m, node, given, named: not m.truth(given[0]),
             },
             "numpy.",
@@ -297,7 +312,7 @@ MODULES: dict[str, Module] = {
         ),
     ),
     "collections": Module("collections", {"namedtuple": Bound("namedtuple", _named_tuple)}),
-    "functools": Module("functools", {"partial": Bound("partial", _partial)}),
+    "functools": Module("functools", _bounds({"partial": _partial, "reduce": _reduced}, "")),
     "operator": Module(
         "operator",
         _bounds({name: _operation(sign) for name, sign in _SIGNS.items()}, "operator."),

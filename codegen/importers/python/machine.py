@@ -47,6 +47,7 @@ MAX_INDEX = 256  # values of a whole number that is used as an index
 TEST_ADVICE = "compare one feature with a number; give a sum or a difference as a feature of its own"
 RETURN_ADVICE = "return a number, a text, a name or a list of numbers"
 STATE_ADVICE = "a decision may depend on the observation alone; give what is remembered as a feature"
+UNCOUNTED = "the file does not say how many features there are", "name all: --features a,b,c"
 Handler = Callable[["Machine", Any, Scope], Any]
 EXPRESSIONS: dict[type[ast.AST], Handler] = {}
 STATEMENTS: dict[type[ast.AST], Handler] = {}  # these give an `End`, or None
@@ -185,6 +186,8 @@ class Machine:
     def holds(self, test: Test) -> bool:
         """Whether a test holds on this path."""
         assert self.paths is not None  # outside functions there are no features
+        if test.feature.place < 0:  # of every number of an observation at once
+            raise self.refused(None, *UNCOUNTED)
         self.paths.line = self.line
         return self.paths.holds(test)
 
@@ -215,7 +218,7 @@ class Machine:
         value = self.needed(self.plain(value))
         if not isinstance(value, Feature):
             return value
-        if not isinstance(value.value(1.0), int | np.integer):
+        if not self.counts(value):
             what = "a feature decides without being compared"
             raise self.refused(None, what, "answers must be finitely many: compare the feature with numbers")
         assert self.paths is not None
@@ -224,6 +227,10 @@ class Machine:
             if self.holds(Test(value, "<=", number)):
                 return number
         raise self.refused(None, "a whole number has too many values", "clip it first: min(max(i, 0), n - 1)")
+
+    def counts(self, feature: Feature) -> bool:
+        """Whether a feature is a whole number, which may be asked for its value."""
+        return isinstance(feature.value(1.0), int | np.integer)
 
     # --- calls
 

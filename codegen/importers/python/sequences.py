@@ -13,7 +13,7 @@ from dataclasses import replace
 from typing import Any, cast
 
 from codegen.importers.python.arithmetic import binary
-from codegen.importers.python.machine import MAX_ITEMS, Machine
+from codegen.importers.python.machine import MAX_ITEMS, UNCOUNTED, Machine
 from codegen.importers.python.values import (
     Class,
     Length,
@@ -34,7 +34,7 @@ def items_of(m: Machine, value: Any) -> Any:
     if isinstance(value, Part):
         n = m.inputs.length(value.path)
         if not n:
-            return m.unread("the file does not say how many features there are", "name all: --features a,b,c")
+            return m.unread(*UNCOUNTED)
         return [m.inputs.enter(value, k, m.line) for k in range(n - value.offset)]
     if isinstance(value, Class) and value.enum:
         return [each for each in value.members.values() if isinstance(each, Member)]
@@ -78,7 +78,7 @@ def mapped(m: Machine, part: Part, function: Callable[[Any], Any]) -> Any:
     found = function(Feature(-1, part.steps))
     if isinstance(found, Feature) and found.place == -1:
         return replace(part, steps=found.steps, array=False)
-    return m.unread("the file does not say how many features there are", "name all: --features a,b,c")
+    return m.unread(*UNCOUNTED)
 
 
 def filtered_of(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:

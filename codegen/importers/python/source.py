@@ -175,12 +175,8 @@ class _Follower:
         if self.said.scores or not parts or any(isinstance(each, str | list | tuple) for each in parts):
             return False
         found = [self.machine.plain(each) for each in parts if isinstance(each, Feature | Part)]
-        fractional = [each for each in found if not (isinstance(each, Feature) and self._counts(each))]
+        fractional = [each for each in found if not (isinstance(each, Feature) and self.machine.counts(each))]
         return bool(fractional or self.said.outputs)
-
-    def _counts(self, feature: Feature) -> bool:
-        """Whether a feature is a whole number, of which each value is a label."""
-        return isinstance(feature.value(1.0), int | np.integer)
 
     def _given(self, parts: list[Any]) -> Any:
         """What is given, as a form for each output."""

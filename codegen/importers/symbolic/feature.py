@@ -2,8 +2,8 @@
 
 Does: a feature as a chain of steps on one input; the truth of a test at a number; the places where it changes, found
   by bisection through the steps' own arithmetic.
-Assumes: each step never falls, never rises, or falls below 0 and rises from there on; it takes every float, also
-  infinite ones, and gives NaN for NaN only.
+Assumes: each step never falls, never rises, falls below 0 and rises from there on, or takes few whole numbers; it takes
+  every float, also infinite ones, and gives NaN for NaN only.
 Does not: follow a program, or know a language: steps and comparisons compute with the scalars that a front end chose.
 
 Additions of, products with and quotients by finite numbers that are not 0, minima, maxima, conversions and roundings
@@ -11,7 +11,7 @@ are such steps, in any precision. They may be constant on stretches and overflow
 """
 
 import operator
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -22,6 +22,7 @@ SIGNS: Mapping[str, Callable[[Any, Any], Any]] = {
 }  # fmt: skip
 TURNED = {"<": ">", "<=": ">=", ">": "<", ">=": "<=", "==": "==", "!=": "!="}
 RISING, FALLING, FOLDING = "rising", "falling", "folding"  # folding: falls below 0, rises from 0 on
+JUMPING = "jumping"  # of few whole numbers: anything for each of them
 
 
 @dataclass(frozen=True)
@@ -130,9 +131,11 @@ def pieces(feature: Feature, numbers: str) -> list[tuple[int, int, bool]]:
     for count, step in enumerate(feature.steps):
         if step.sense == FALLING:
             found = [(low, high, not rising) for low, high, rising in found]
+        before, parts = Feature(feature.place, feature.steps[:count]), list[tuple[int, int, bool]]()
+        if step.sense == JUMPING:
+            found = [(start, end, True) for low, high, _ in found for start, end in _alike(before, numbers, low, high)]
         if step.sense != FOLDING:
             continue
-        before, parts = Feature(feature.place, feature.steps[:count]), list[tuple[int, int, bool]]()
         for low, high, rising in found:
             middle = _last(low, high, lambda at, before=before: before.value(number(at, numbers)) < 0)
             for start, end in ((low, middle), (middle + 1, high)):
@@ -141,6 +144,15 @@ def pieces(feature: Feature, numbers: str) -> list[tuple[int, int, bool]]:
                     parts.append((start, end, rising != negative))
         found = parts
     return found
+
+
+def _alike(feature: Feature, numbers: str, low: int, high: int) -> Iterator[tuple[int, int]]:
+    """Stretches of places, first to last, on which a feature is the same number."""
+    while low <= high:
+        value = feature.value(number(low, numbers))
+        end = _last(low, high, lambda at, value=value: feature.value(number(at, numbers)) == value)
+        yield low, end
+        low = end + 1
 
 
 def _last(low: int, high: int, holds: Callable[[int], Any]) -> int:

@@ -26,6 +26,7 @@ from codegen.ir import MAX_DEPTH, NO_ACTION, NO_CHILD, NO_FEATURE, Bool, Floats,
 
 MAX_NODES = 1 << 19
 MAX_STEPS = 5_000_000  # of following paths, which a program of many variables multiplies
+MAX_CHAIN = 4  # turns of a test that are asked one after the other; of more, the middle one first
 MANY_PATHS = "return in each branch, and build tables outside the function"
 Run: TypeAlias = "Callable[[Paths, Any], Any]"  # paths, the state to go on from or None -> what is returned
 
@@ -113,7 +114,7 @@ class Growth(Paths):
         super().__init__(where, dict[int, tuple[int, int]]())  # feature -> first and last place that may be
         self._sums = sums
         self.numbers, self.rows, self.values = numbers, list[list[float]](), dict[Any, int]()
-        self._turns: dict[str, Turns] = {}
+        self._turns, self._pieces = dict[str, Turns](), dict[str, list[tuple[int, int, bool]]]()
 
     def holds(self, test: Test) -> bool:
         """Splits as often as the test turns within what is known."""
@@ -129,7 +130,7 @@ class Growth(Paths):
                 holds = turns.first ^ (sum(turn.place < low for turn in turns.turns) % 2 == 1)
                 self.nan &= high < last or turns.nan == holds
                 return holds
-            at = inner[-1]
+            at = inner[-1] if len(inner) <= MAX_CHAIN else inner[len(inner) // 2]
             left = self._fork((feature, at.threshold))
             self.known = {**self.known, feature: (low, at.place) if left else (at.place + 1, high)}
 
@@ -137,8 +138,11 @@ class Growth(Paths):
         """The least at the ends of the stretches on which the feature only rises or falls."""
         numbers = self._numbers(feature)
         first, last = self._within(feature.place, LAST[numbers])
-        ends = [end for low, high, _ in pieces(feature, numbers) for end in (max(low, first), min(high, last))]
-        return min(feature.value(number(end, numbers)) for end in ends if first <= end <= last)
+        if feature.key not in self._pieces:
+            self._pieces[feature.key] = pieces(feature, numbers)
+        within = [(max(low, first), min(high, last)) for low, high, _ in self._pieces[feature.key]]
+        ends = {end for low, high in within if low <= high for end in (low, high)}
+        return min(feature.value(number(end, numbers)) for end in ends)
 
     def _numbers(self, feature: Feature) -> str:
         """What an input is, or a sum."""
