@@ -3,14 +3,16 @@
     python tests/benchmarks/large.py [--json] [CASE ...]
 
 Questions: a verdict or an UNKNOWN. Commands: `verify` on the demo's profile, with all files, once its modules are
-compiled; compilation of a wide tree and of many agents, extraction for many agents and for CartPole, whose expert stable-baselines3 trains first (or is --expert ZIP); beside the evaluation stands what
-Gymnasium's own loop takes for as many steps. Teams of 8 and 12 agents, trees of depth 12 to 16, and 131,000 leaves;
+compiled; compilation of a wide tree and of many agents, extraction for many agents and for CartPole, whose expert
+stable-baselines3 trains first (or is --expert ZIP); beside the evaluation stands what Gymnasium's own loop takes for as
+many steps. Teams of 8 and 12 agents, trees of depth 12 to 16, and 131,000 leaves;
 default options. A command gets two minutes of CPU time, process start included, and should stay below
 two gigabytes. Trees: fixed roles under fitted splits (held), and full trees with splits and actions at random (full).
 """
 
 import argparse
 import json
+import os
 import shutil
 import subprocess
 import sys

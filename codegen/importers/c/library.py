@@ -172,5 +172,6 @@ FUNCTIONS: Mapping[str, Handler] = {
 }  # fmt: skip
 RESULTS: Mapping[str, Type] = {
     **{name: FLOAT if name.endswith("f") else DOUBLE for name in FUNCTIONS if name[0] in "fcrnst"},
-    "abs": INT, "labs": LONG, "lround": LONG, "lroundf": LONG, "llabs": LLONG, "isnan": INT, "isinf": INT, "isfinite": INT,
+    **dict.fromkeys(("labs", "lround", "lroundf"), LONG), "llabs": LLONG,
+    **dict.fromkeys(("abs", "isnan", "isinf", "isfinite"), INT),
 }  # fmt: skip
