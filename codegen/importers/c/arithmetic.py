@@ -9,32 +9,47 @@ refused.
 """
 
 import math
-import operator
 from collections.abc import Callable, Mapping, Sequence
-from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
 from codegen.errors import InputError
-from codegen.importers.c.contraction import NEGATE, Rounding, joined
-from codegen.importers.c.kinds import BOOL, DOUBLE, ENUM, FLOAT, INT, LONG, UINT, ULONG, UNSIGNED, Kind, rounded
+from codegen.importers.c.contraction import FLOATING, NEGATE, Rounding, joined, stepped
+from codegen.importers.c.kinds import (
+    BOOL,
+    DOUBLE,
+    ENUM,
+    FLOAT,
+    INT,
+    LONG,
+    UINT,
+    ULONG,
+    UNSIGNED,
+    Kind,
+    quotient,
+    rounded,
+    truncated,
+)
 from codegen.importers.c.sums import CONTRACTED, TEST_ADVICE, Summing
 from codegen.importers.c.values import Condition, Number, Symbol, Value
 from codegen.importers.symbolic.affine import Given
-from codegen.importers.symbolic.feature import FALLING, FOLDING, JUMPING, RISING, TURNED, Feature, Step, Test, turns_of
+from codegen.importers.symbolic.feature import (
+    FALLING,
+    FOLDING,
+    JUMPING,
+    RISING,
+    SIGNS,
+    TURNED,
+    Feature,
+    Step,
+    Test,
+    turns_of,
+)
 from codegen.importers.symbolic.paths import Paths
 from codegen.ir import CONSTANT
 
-COMPARE = {
-    "<": operator.lt,
-    "<=": operator.le,
-    ">": operator.gt,
-    ">=": operator.ge,
-    "==": operator.eq,
-    "!=": operator.ne,
-}
-COMPUTE = {"+": operator.add, "-": operator.sub, "*": operator.mul}
+COMPUTE = {sign: FLOATING[sign] for sign in "+-*"}
 BITS: Mapping[str, Callable[[int, int], int]] = {
     "&": lambda a, b: a & b, "|": lambda a, b: a | b, "^": lambda a, b: a ^ b,
 }  # fmt: skip
@@ -155,7 +170,7 @@ class Arithmetic:
             exact = max(-least, most) <= 2 ** (24 if kind == FLOAT else 53)
             return feature if exact and kind == DOUBLE else feature.then(_to(kind))
         if given.kind.floating:
-            feature = feature.then(Step("truncated", _truncated))
+            feature = feature.then(Step("truncated", truncated))
         least, most = self.ends(feature)
         if least < kind.low or most > kind.high:
             told = "converted to" if given.kind.floating else "made"
@@ -214,7 +229,7 @@ class Arithmetic:
         one, other = (self.plain(self.converted(each, kind)) for each in (one, other))
         if enums and any(isinstance(each, Number) and each.value < 0 for each in (one, other)):
             raise self.refused("an enum meets a negative number, which compilers read differently", "convert it to int")
-        if sign in COMPARE:
+        if sign in SIGNS:
             return self._compared(sign, one, other)
         if kind.floating:
             return self._floating(sign, one, other, kind)
@@ -225,7 +240,7 @@ class Arithmetic:
 
     def _compared(self, sign: str, one: Number | Symbol, other: Number | Symbol) -> Value:
         if isinstance(one, Number) and isinstance(other, Number):
-            return Number(int(COMPARE[sign](one.value, other.value)), INT)
+            return Number(int(SIGNS[sign](one.value, other.value)), INT)
         if isinstance(one, Symbol) and isinstance(other, Symbol):
             one, other = self.summing.compared(one, other), Number(0, INT)
         if isinstance(one, Number):
@@ -246,7 +261,7 @@ class Arithmetic:
             if sign not in "+-*/":
                 raise self.refused(f"the operator {sign} takes no floats", TEST_ADVICE)
             with np.errstate(all="ignore"):
-                return Number(make(a / b if sign == "/" else COMPUTE[sign](a, b)), kind)
+                return Number(make(FLOATING[sign](a, b)), kind)
         if isinstance(one, Symbol) and isinstance(other, Symbol):
             if sign in "+-" and one.feature.key != other.feature.key:
                 return self.summing.joined(sign, one, other, kind)
@@ -257,24 +272,7 @@ class Arithmetic:
         if not np.isfinite(c) or (sign in "*/" and c == 0) or (sign == "/" and not first) or sign not in "+-*/":
             what = "a number is divided by a feature" if sign == "/" and not first else f"a feature {sign} {c}"
             raise self.refused(f"{what} is not read", TEST_ADVICE)
-        exact = Fraction(float(c))
-        if sign == "/":
-            step: Step = Step(f"/{c!r}{kind}", lambda v: make(make(v) / c), RISING if c > 0 else FALLING, form=("/", c))
-        elif sign == "*":
-            sense = RISING if c > 0 else FALLING
-            step = Rounding(
-                f"*{c!r}{kind}", lambda v: make(make(v) * c), sense, lambda v: v * exact, kind, form=("*", c)
-            )
-        elif sign == "-" and not first:
-            step = Rounding(
-                f"{c!r}-{kind}", lambda v: make(c - make(v)), FALLING, lambda v: exact - v, kind, True, form=("c-", c)
-            )
-        else:
-            c, exact = (-c, -exact) if sign == "-" else (c, exact)
-            step = Rounding(
-                f"+{c!r}{kind}", lambda v: make(make(v) + c), RISING, lambda v: v + exact, kind, True, form=("+", c)
-            )
-        return self._then(given, step)
+        return self._then(given, stepped(sign, c, kind, first=first))
 
     def given(self, values: Sequence[Value]) -> Given | None:
         """What is returned where it depends on features, as a form for each number; None: these are labels."""
@@ -310,7 +308,7 @@ class Arithmetic:
             sense = FALLING if (sign == "*" and c < 0) or (sign == "-" and not first) else RISING
             step = Step(f"{sign}{c}{first}", lambda v: compute(v, c) if first else compute(c, v), sense)
         elif sign == "/" and first and c:
-            step = Step(f"//{c}", lambda v: _quotient(v, c), RISING if c > 0 else FALLING)
+            step = Step(f"//{c}", lambda v: quotient(v, c), RISING if c > 0 else FALLING)
         elif sign == "*":
             return Number(0, kind)
         else:
@@ -339,8 +337,8 @@ class Arithmetic:
         if sign in ("/", "%"):
             if b == 0:
                 raise self.refused("a number is divided by 0", "write the value")
-            quotient = _quotient(a, b)
-            return self.wrapped(quotient if sign == "/" else a - quotient * b, kind)
+            whole = quotient(a, b)
+            return self.wrapped(whole if sign == "/" else a - whole * b, kind)
         if sign in BITS:
             return BITS[sign](a, b)
         if sign not in COMPUTE:
@@ -395,15 +393,3 @@ def _to(kind: Kind) -> Step:
         return rounded(v, kind) if isinstance(v, int) else make(v)
 
     return Step(f"to {kind}", apply)
-
-
-def _truncated(v: Any) -> Any:
-    """A float without its part behind the point; an infinite one stays."""
-    return math.trunc(float(v)) if np.isfinite(v) else float(v)
-
-
-def _quotient(a: Any, b: int) -> Any:
-    """Whole numbers divided, towards 0."""
-    if not isinstance(a, int):
-        return a if b > 0 else -a
-    return abs(a) // abs(b) * (1 if (a < 0) == (b < 0) else -1)

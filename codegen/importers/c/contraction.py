@@ -6,16 +6,19 @@ Does not: decide whether that matters (arithmetic.py).
 """
 
 import operator
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
-from codegen.importers.c.kinds import DOUBLE, Kind, rounded
-from codegen.importers.symbolic.feature import FALLING, Feature, Step
+from codegen.importers.c.kinds import DOUBLE, FLOAT, Kind, rounded
+from codegen.importers.symbolic.feature import FALLING, RISING, Feature, Step
 
+FLOATING: Mapping[str, Callable[[Any, Any], Any]] = {
+    "+": operator.add, "-": operator.sub, "*": operator.mul, "/": lambda a, b: a / b,
+}  # fmt: skip
 NEGATE = Step("negated", operator.neg, FALLING, form=("*", -1))
 
 
@@ -26,6 +29,26 @@ class Rounding(Step):
     exact: Callable[[Fraction], Fraction] = field(default=lambda exact: exact, compare=False)
     kind: Kind = DOUBLE
     sums: bool = False  # whether it adds; else it multiplies
+
+
+def stepped(sign: str, c: Any, kind: Kind, *, first: bool) -> Step:
+    """Arithmetic of a feature, which stands `first` or last, and a number of its type."""
+    make: Any = np.float32 if kind == FLOAT else np.float64
+    compute, exact = FLOATING[sign], Fraction(float(c))
+
+    def apply(v: Any) -> Any:
+        return make(compute(make(v), c) if first else compute(c, make(v)))
+
+    falls = (sign == "-" and not first) or (sign in "*/" and c < 0)
+    key, sense = f"{sign}{c!r}{first}{kind}", FALLING if falls else RISING
+    form = (sign if first or sign != "-" else "c-", c)
+    if sign == "/":  # which no compiler joins with another step
+        return Step(key, apply, sense, form=form)
+
+    def precisely(v: Fraction) -> Fraction:
+        return compute(v, exact) if first else compute(exact, v)
+
+    return Rounding(key, apply, sense, precisely, kind, sign in "+-", form=form)
 
 
 def joined(feature: Feature) -> Feature | None:

@@ -13,7 +13,7 @@ from typing import Any
 from pycparser import c_ast
 
 from codegen.errors import InputError, shown
-from codegen.importers.c.arithmetic import COMPARE, TEST_ADVICE
+from codegen.importers.c.arithmetic import TEST_ADVICE
 from codegen.importers.c.declarations import text_of
 from codegen.importers.c.kinds import CHAR, ENUM, INT, ULONG, Callable_, Kind, Many, Pointer, Type, literal, size_of
 from codegen.importers.c.library import CONSTANTS, FUNCTIONS, RESULTS
@@ -30,6 +30,7 @@ from codegen.importers.c.values import (
     Text,
     Value,
 )
+from codegen.importers.symbolic.feature import SIGNS
 
 CALL_ADVICE = "a decision may depend on the observation alone; give what the call answers as a feature"
 MAX_CALLS = 40
@@ -236,7 +237,7 @@ class Expressions(Objects):
     def _computed(self, node: Any) -> Type | None:
         if isinstance(node, c_ast.UnaryOp) and node.op in ("sizeof", "!", "&"):
             return ULONG if node.op == "sizeof" else INT if node.op == "!" else None
-        if isinstance(node, c_ast.BinaryOp) and (node.op in COMPARE or node.op in ("&&", "||")):
+        if isinstance(node, c_ast.BinaryOp) and (node.op in SIGNS or node.op in ("&&", "||")):
             return INT
         parts = (
             [node.expr] if isinstance(node, c_ast.UnaryOp)

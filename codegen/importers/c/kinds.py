@@ -1,6 +1,7 @@
 """Types of C, and numbers of them: what an object may hold, how large it is, what a literal is.
 
-Does: names the arithmetic types with their ranges; reads literals; rounds exact numbers to float and double.
+Does: names the arithmetic types with their ranges; reads literals; rounds exact numbers to float and double; divides
+  and cuts towards 0.
 Assumes: IEEE binary32 `float`, binary64 `double`, `int` of 32 bits, `long long` of 64; each type evaluated as itself.
 Does not: take long double. `char` may be signed or not, `long` may have 32 bits or 64: what depends on it is refused.
 """
@@ -210,3 +211,15 @@ def rounded(exact: Fraction | int, kind: Kind) -> Any:
         beside = [near, np.nextafter(near, np.float32(-np.inf)), np.nextafter(near, np.float32(np.inf))]
     finite = [each for each in beside if np.isfinite(each)]
     return min(finite, key=lambda each: (abs(Fraction(float(each)) - exact), int(each.view(np.uint32)) & 1))
+
+
+def truncated(v: Any) -> Any:
+    """A float without its part behind the point; an infinite one stays."""
+    return math.trunc(float(v)) if np.isfinite(v) else float(v)
+
+
+def quotient(a: Any, b: int) -> Any:
+    """Whole numbers divided, towards 0; of what is infinite, or NaN, the sign."""
+    if not isinstance(a, int):
+        return a if b > 0 else -a
+    return abs(a) // abs(b) * (1 if (a < 0) == (b < 0) else -1)
