@@ -26,9 +26,11 @@ from tests.hunting import (
 )
 from tests.hunting.planted import PLANTED
 from tests.support import summed
+from verify.claims.formula import TRUE
 from verify.kinds import Kind
 from verify.result import Verdict
 from verify.solver.decide import decide
+from verify.systems.system import Affine
 
 pytestmark = pytest.mark.solver
 
@@ -89,6 +91,24 @@ def test_the_judge_of_systems_is_not_deaf(owner, attribute, wrong, shows, monkey
     monkeypatch.setattr(owner, attribute, wrong)
     told = (text for seed in range(12) for text in hunt.KINDS["systems"](seed, False).wrong)
     assert any(text.startswith(shows) for text in told)
+
+
+def test_next_values_are_asked_and_judged():
+    record = hunt.hunt("following", None, 12, None)
+    assert record.wrong == []
+    assert record.share("verdict PROVED") >= 0.25 and record.share("verdict VIOLATED") >= 0.25
+
+
+@pytest.mark.parametrize(
+    ("attribute", "wrong"),
+    [
+        ("_after", lambda piece, name, actions: piece.move.get(name, Affine())),  # as if no action moved anything
+        ("_beyond", lambda piece: TRUE),  # as if no state lay in a piece
+    ],
+)
+def test_wrong_next_values_are_found(attribute, wrong, monkeypatch):
+    monkeypatch.setattr(f"verify.systems.curves.following.{attribute}", wrong)
+    assert any(hunt.KINDS["following"](seed, False).wrong for seed in range(30))
 
 
 def test_outputs_are_asked_and_judged():
