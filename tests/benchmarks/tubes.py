@@ -1,9 +1,10 @@
 """The tubes of the proofs in generated/arch, as one drawing: a state against time, the claim's region, episodes.
 
-    python tests/benchmarks/tubes.py --plot FILE.svg [NAME ...]
+    python tests/benchmarks/tubes.py --plot FILE.svg [--thin] [NAME ...]
 
 A tube is what the checker makes of a certificate: for each step of a period, the bounds of all of its sets, all times
-of the step among them. Episodes start at random and are integrated by scipy.
+of the step among them. Episodes start at random and are integrated by scipy. `--thin` joins neighbouring steps, so that
+a file stays small: generated/arch/tubes.svg is `--thin pendulum tora_reach unicycle`.
 """
 
 import argparse
@@ -42,6 +43,7 @@ PANELS = {  # the number of a claim, and what is drawn: a variable, or a sum of 
     "cart_pole": (1, "x1", {"x1": 1}),
 }
 EPISODES, SEED, FINE = 8, 0, 100  # periods, up to which episodes are drawn between samples
+THIN_EPISODES, THIN_STEPS, THIN_FINE = 4, 40, 10
 
 
 def tube(statement, profile, certificate, weights):
@@ -69,11 +71,19 @@ def tube(statement, profile, certificate, weights):
     return begins, begins + part, low, high, ends[max(ends)]
 
 
-def episode(statement, profile, weights, rng):
+def thinned(begins, ends, low, high):
+    """The same with neighbouring steps joined, so that there are few."""
+    count = -(-len(begins) // THIN_STEPS)
+    places = np.arange(0, len(begins), count)
+    last = np.minimum(places + count, len(begins)) - 1
+    return begins[places], ends[last], np.minimum.reduceat(low, places), np.maximum.reduceat(high, places)
+
+
+def episode(statement, profile, weights, rng, fine):
     """Times and values of one episode."""
     rule, state = FlowRule(statement.system.flow), start(statement, rng)
     names, steps = [each.name for each in statement.system.variables], statement.system.steps
-    shares = np.array([0.25, 0.5, 0.75, 1.0]) if steps <= FINE else np.array([1.0])
+    shares = np.array([0.25, 0.5, 0.75, 1.0]) if steps <= fine else np.array([1.0])
     times, values = [0.0], [sum(weight * state[name] for name, weight in weights.items())]
     for period in range(steps):
         exact = {name: Fraction(value) for name, value in state.items()}
@@ -100,18 +110,21 @@ def bounds(claim, weights):
     return low, high
 
 
-def panel(axes, name):
+def panel(axes, name, thin):
     """Draws one question."""
     number, words, weights = PANELS[name]
     (path,) = (PLACE / name).glob(f"certificate-{number}-*.json")
     certificate, statement = read_certificate(path)
     profile, rng = load(PLACE / name / "profile.json"), np.random.default_rng(SEED)
     begins, ends, low, high, last = tube(statement, profile, certificate, weights)
+    if thin:
+        begins, ends, low, high = thinned(begins, ends, low, high)
     times = np.stack([begins, ends], axis=1).ravel()
     axes.fill_between(times, np.repeat(low, 2), np.repeat(high, 2), color="tab:blue", alpha=0.3, linewidth=0)
     axes.plot([ends[-1]] * 2, last, color="tab:blue", linewidth=2.5)
-    for _ in range(EPISODES):
-        axes.plot(*episode(statement, profile, weights, rng), color="black", linewidth=0.4)
+    for _ in range(THIN_EPISODES if thin else EPISODES):
+        drawn = episode(statement, profile, weights, rng, THIN_FINE if thin else FINE)
+        axes.plot(*drawn, color="black", linewidth=0.4)
     claim = certificate.claim
     period = float(statement.system.flow.period)
     since, until = claim.by * period, claim.steps * period
@@ -133,18 +146,20 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("names", nargs="*", default=list(PANELS))
     parser.add_argument("--plot", type=Path, required=True, help="an SVG file to write")
+    parser.add_argument("--thin", action="store_true", help="fewer episodes, and steps joined: a small file")
     options = parser.parse_args()
     import matplotlib
 
     matplotlib.use("svg")
     matplotlib.rcParams["svg.hashsalt"] = "tubes"
+    matplotlib.rcParams["svg.fonttype"] = "none" if options.thin else "path"
     matplotlib.rcParams["path.simplify_threshold"] = 0.5
     from matplotlib import pyplot
 
     rows = -(-len(options.names) // 3)
     figure, axes = pyplot.subplots(rows, 3, figsize=(10, 2.2 * rows), squeeze=False)
     for place, name in zip(axes.flat, options.names, strict=False):
-        panel(place, name)
+        panel(place, name, options.thin)
     for place in axes.flat[len(options.names) :]:
         place.axis("off")
     figure.supxlabel(
