@@ -189,7 +189,8 @@ def halves() -> list[dict[str, Any]]:
     held_out.EVALUATION_EPISODES = 1_000
     expert, world = find_expert("physical-deception")
     figures, whole = list[dict[str, Any]](), dict[str, float]()
-    for splits, leaves in (("histogram", WHOLE), ("sums", WHOLE // 2), ("sums", WHOLE // 4)):
+    sizes_of = (("histogram", WHOLE), ("histogram", WHOLE // 2), ("histogram", WHOLE // 4))
+    for splits, leaves in (*sizes_of, ("sums", WHOLE // 2), ("sums", WHOLE // 4)):
         started = time.process_time()
         settings = Settings.of({**HALVES, "splits": splits, "max_leaves": leaves}, world)
         profile = extract(world, expert, settings)
@@ -201,6 +202,7 @@ def halves() -> list[dict[str, Any]]:
         print(f"deception, {splits}, {leaves} leaves: {told}; {sizes} numbers, {spent:.0f} CPU s", flush=True)
         if leaves == WHOLE:
             whole = shares
+        if splits == "histogram":
             continue
         least = min(share - whole[team] for team, share in shares.items())
         name = f"deception: success at {leaves} leaves with sums, above that at {WHOLE}"

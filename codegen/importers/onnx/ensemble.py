@@ -1,8 +1,8 @@
-"""A TreeEnsemble of ONNX (ai.onnx.ml 5) as a tree whose leaves are whole numbers: actions.
+"""A TreeEnsemble of ONNX (ai.onnx.ml 5) as a tree whose leaves are whole numbers, actions, or numbers that it gives.
 
 Does: reads splits, leaves and the number of each leaf, where every attribute is understood.
-Assumes: a node that ONNX's own checker found valid; a Cast to whole numbers behind it (graph.py).
-Does not: take several trees or targets, other comparisons, or leaves that are no whole numbers.
+Assumes: a node that ONNX's own checker found valid; for actions a Cast to whole numbers behind it (graph.py).
+Does not: take several trees or targets, or other comparisons.
 """
 
 from collections import Counter
@@ -13,7 +13,7 @@ import numpy as np
 from codegen.errors import InputError
 from codegen.floats import FLOAT64, neighbour
 from codegen.importers.onnx.tree import ADVICE, MAX_FEATURES, shown
-from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, GrownTree, Int32
+from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, Float32, GrownTree, Int32
 
 ENSEMBLE = "TreeEnsemble"
 NUMBER, WHOLE = "the tree's number", "the tree's number as INT64"
@@ -39,6 +39,17 @@ def numbered_of(onnx: Any, node: Any, double: bool) -> tuple[GrownTree, tuple[in
     labels = tuple(sorted({*whole.tolist()}))
     actions: Int32 = np.array([labels.index(each) for each in whole.tolist()], np.int32)
     return _grown(given, actions, node), labels, None
+
+
+def given_of(onnx: Any, node: Any, double: bool) -> tuple[GrownTree, tuple[int, ...], Float32]:
+    """The tree of a node whose leaves count in what it gives, which is the third, [n_leaves, 1] float32."""
+    if double:
+        raise InputError("a regressor takes float64", shown(node), "export it with a float32 input")
+    given = _attributes(onnx, node, double)
+    weights = given["leaf_weights"]
+    if not np.isfinite(weights).all():
+        raise InputError("a leaf's number is not finite", shown(node), "export it again")
+    return _grown(given, np.arange(len(weights), dtype=np.int32), node), (), weights.astype(np.float32)[:, None]
 
 
 def _attributes(onnx: Any, node: Any, double: bool) -> dict[str, Any]:

@@ -17,7 +17,7 @@ import numpy as np
 from codegen.errors import InputError, MissingToolError
 from codegen.importers.folding import Asked, Folded, folded
 from codegen.importers.onnx.columns import FLOAT, MAIN, MAX_COLUMNS, ML, OPERATORS, Call, Column, Columns, followed
-from codegen.importers.onnx.ensemble import ENSEMBLE, NUMBER, WHOLE, numbered_of
+from codegen.importers.onnx.ensemble import ENSEMBLE, NUMBER, WHOLE, given_of, numbered_of
 from codegen.importers.onnx.tree import ADVICE, LABELS, MAX_FEATURES, MAX_TARGETS, REGRESSOR, TREES, grown_of, shown
 from codegen.ir import NO_FEATURE, Bool, Float32, GrownTree
 
@@ -75,7 +75,8 @@ def decision_tree(model: bytes, n_features: int = 0) -> OnnxTree:
     except Exception as error:  # ValidationError, or what the parser of types raises
         raise InputError("not a valid ONNX model", str(error)[:200], "export it again") from None
     found = _Flow(onnx, loaded.graph, n_features)
-    read = numbered_of if found.tree.op_type == ENSEMBLE else grown_of
+    numbered = numbered_of if found.whole else given_of
+    read = numbered if found.tree.op_type == ENSEMBLE else grown_of
     grown, labels, gives = read(onnx, found.tree, found.double)
     gives = None if gives is None else _after(gives, found.values[found.output], found.tree)
     n_columns = len(found.before) or found.width
@@ -161,6 +162,8 @@ class _Flow:
         self.double = False  # whether observations are float64
         self.nan = True  # whether it is known what becomes of a NaN
         self.tree: Any = next(node for node in graph.node if node.op_type in OPERATOR_TREES)
+        cast = [name for each in graph.node if each.op_type == "Cast" for name in each.input]
+        self.whole = any(name in cast for name in self.tree.output)  # whether its numbers are made whole ones
         self.values: dict[str, Value] = {}
         for tensor in graph.initializer:
             self.values[tensor.name] = self.array(tensor, tensor.name)
@@ -293,7 +296,7 @@ class _Flow:
             targets = int(attributes.get("n_targets", 1))
             return [Given(tuple(Column(place) for place in range(min(targets, MAX_TARGETS))))]
         if node.op_type == ENSEMBLE:
-            return [NUMBER]
+            return [NUMBER if self.whole else Given((Column(0),))]
         kinds = [words for name, words in LABELS.items() if name in attributes]
         return [*(kinds or [UNKNOWN]), SCORES]
 

@@ -153,6 +153,46 @@ def test_what_would_change_the_numbers_is_refused(nodes, made, said):
         from_onnx(graph(*nodes, made=made.split(), label=FLOAT).SerializeToString())
 
 
+def ensemble(**more):
+    """A node of ai.onnx.ml 5 with two tests and one target."""
+    tensor = onnx.numpy_helper.from_array
+    given = {
+        "n_targets": 1,
+        "tree_roots": [0],
+        "nodes_featureids": [1, 0],
+        "nodes_modes": tensor(np.array([0, 1], np.uint8)),
+        "nodes_splits": tensor(np.array([0.5, -0.25], np.float32)),
+        "nodes_truenodeids": [1, 0],
+        "nodes_trueleafs": [0, 1],
+        "nodes_falsenodeids": [2, 1],
+        "nodes_falseleafs": [1, 1],
+        "leaf_targetids": [0, 0, 0],
+        "leaf_weights": tensor(np.array([0.1, -2.5, 7.0], np.float32)),
+    }
+    return helper.make_node("TreeEnsemble", ["x"], ["y"], name="the tree", domain="ai.onnx.ml", **(given | more))
+
+
+@pytest.mark.parametrize("behind", [[], [constant("a", -1.0), after("Clip", "a")]], ids=["alone", "clipped"])
+def test_the_newer_operator_gives_numbers_too(behind):
+    model = graph(ensemble(), *behind, made=["z" if behind else "y"], label=FLOAT, ml=5, main=20)
+    model.ir_version = 10
+    ours, theirs = numbers(model, from_onnx(model.SerializeToString()))
+    assert np.array_equal(ours, theirs) and len(np.unique(theirs)) == 3
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ({"leaf_weights": onnx.numpy_helper.from_array(np.array([0.1, np.inf, 7.0], np.float32))}, "not finite"),
+        ({"n_targets": 2}, "several trees or targets"),
+        ({"post_transform": 4}, "changes its numbers"),
+    ],
+)
+def test_what_would_change_the_numbers_of_the_newer_operator_is_refused(more, said):
+    with pytest.raises(InputError, match=said):
+        from_onnx(graph(ensemble(**more), made=["y"], label=FLOAT, ml=5, main=20).SerializeToString())
+
+
 def test_the_width_of_the_input_bounds_what_the_tree_tests():
     with pytest.raises(InputError, match=f"tests feature 9, the input has {WIDTH}"):
         from_onnx(graph(stump(nodes_featureids=[9, 0, 0]), made=["y"], label=FLOAT).SerializeToString())
