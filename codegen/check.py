@@ -16,7 +16,7 @@ from unicodedata import category
 import numpy as np
 
 from codegen import sum_rules
-from codegen.errors import STEERING, ProfileError, shown, suggestion
+from codegen.errors import STEERING, ProfileError, escape_text, suggestion
 from codegen.floats import FLOAT32, NUMBERS
 from codegen.ir import (
     FUNCTIONS,
@@ -87,18 +87,18 @@ def violations(profile: PolicyProfile) -> Iterator[Violation]:
 def _texts(profile: PolicyProfile) -> Iterator[Violation]:
     """Texts that are no names are shown to people, so they hold nothing that steers a terminal or cannot be seen."""
     world, origin = profile.world, profile.provenance
-    found = [("world.reference", world.reference)]
-    found += [("world.options", f"{key}={value}") for key, value in world.options.items()]
-    found += [(f"world.variables[{index}].unit", each.unit) for index, each in enumerate(world.variables)]
+    texts = [("world.reference", world.reference)]
+    texts += [("world.options", f"{key}={value}") for key, value in world.options.items()]
+    texts += [(f"world.variables[{index}].unit", each.unit) for index, each in enumerate(world.variables)]
     for index, policy in enumerate(profile.agents):
-        found += [(f"agents[{index}].features[{k}].unit", each.unit) for k, each in enumerate(policy.features)]
-        found += [(f"agents[{index}].outputs[{k}].unit", each.unit) for k, each in enumerate(policy.outputs)]
-    found += [(f"provenance.{name}", getattr(origin, name)) for name in ("algorithm", "preset", "expert", "tool")]
+        texts += [(f"agents[{index}].features[{k}].unit", each.unit) for k, each in enumerate(policy.features)]
+        texts += [(f"agents[{index}].outputs[{k}].unit", each.unit) for k, each in enumerate(policy.outputs)]
+    texts += [(f"provenance.{name}", getattr(origin, name)) for name in ("algorithm", "preset", "expert", "tool")]
     for group, values in (("training", origin.training), ("evaluation", origin.evaluation)):
-        found += [(f"provenance.{group}", f"{key}={value}") for key, value in values.items()]
-    for path, text in found:
+        texts += [(f"provenance.{group}", f"{key}={value}") for key, value in values.items()]
+    for path, text in texts:
         if not text.isprintable() and any(category(letter) in UNSEEN for letter in text):
-            yield Violation(f"$.{path}", f"contains an invisible character: {shown(text[:40])}")
+            yield Violation(f"$.{path}", f"contains an invisible character: {escape_text(text[:40])}")
 
 
 def _region(region: RegionSpec, world: WorldSpec) -> Iterator[Violation]:
@@ -267,7 +267,7 @@ def _feature(path: str, feature: FeatureSpec, known: Sequence[str]) -> Iterator[
 
 def _action(path: str, action: ActionSpec, features: Sequence[str]) -> Iterator[Violation]:
     if action.legal_if and action.legal_if not in features:
-        what = f"no feature '{shown(action.legal_if)}'; {suggestion(action.legal_if, features)}"
+        what = f"no feature '{escape_text(action.legal_if)}'; {suggestion(action.legal_if, features)}"
         yield Violation(f"{path}.legal_if", what)
     if action.effect is not None and not all(abs(part) <= MAX_LENGTH for part in action.effect):
         yield Violation(f"{path}.effect", f"must be within {MAX_LENGTH:g} on each axis")
@@ -279,7 +279,7 @@ def _trees(path: str, policy: AgentPolicy) -> Iterator[Violation]:
     counts = (len(policy.features) + len(tree.sums), len(tree.vectors) if policy.outputs else len(policy.actions))
     broken = list(_tree(f"{path}.tree", policy.tree, *counts, preorder=True))
     yield from broken
-    for where, what in sum_rules.broken(policy) if not broken else ():
+    for where, what in sum_rules.find_faults(policy) if not broken else ():
         yield Violation(f"{path}.{where}", what)
     visits = policy.tree.visits
     if len(visits) and (len(visits) != len(policy.tree.feature) or (visits < 0).any()):
@@ -291,7 +291,7 @@ def _trees(path: str, policy: AgentPolicy) -> Iterator[Violation]:
     mask = mask_of(policy.features, policy.actions)
     for leaf in illegal_leaves(policy.tree, mask) if mask and not broken else ():
         action = policy.actions[int(policy.tree.action[leaf])].name
-        yield Violation(f"{path}.tree[{leaf}]", f"takes '{shown(action)}' where it may be illegal")
+        yield Violation(f"{path}.tree[{leaf}]", f"takes '{escape_text(action)}' where it may be illegal")
     if policy.grown is not None and numbers != FLOAT32:
         yield Violation(f"{path}.grown", f"must be null: a tree that compares {numbers} is not rounded")
     elif policy.grown is not None:
@@ -308,7 +308,7 @@ def _labels(path: str, labels: Sequence[int | float | str | None]) -> Iterator[V
     for each in labels:
         odd = isinstance(each, str) and (len(each) > MAX_LABEL or any(category(letter) in UNSEEN for letter in each))
         if odd or (isinstance(each, int | float) and not (math.isfinite(each) and abs(each) <= sys.float_info.max)):
-            yield Violation(path, f"not a label: {shown(each)[:40]}")
+            yield Violation(path, f"not a label: {escape_text(each)[:40]}")
 
 
 def _tree(path: str, tree: Tree | GrownTree, n_features: int, n_actions: int, preorder: bool) -> Iterator[Violation]:
@@ -376,9 +376,9 @@ def check(profile: PolicyProfile) -> tuple[Violation, ...]:
 
 def ensure(profile: PolicyProfile, where: str = "profile") -> PolicyProfile:
     """The profile itself when it is sound; otherwise ProfileError with all broken invariants."""
-    found = check(profile)
-    if found:
-        lines = [f"{where}: {shown(item.path)}: {shown(item.message)}" for item in found[:MAX_VIOLATIONS]]
-        more = [f"... and {len(found) - MAX_VIOLATIONS} more"] if len(found) > MAX_VIOLATIONS else []
+    broken = check(profile)
+    if broken:
+        lines = [f"{where}: {escape_text(item.path)}: {escape_text(item.message)}" for item in broken[:MAX_VIOLATIONS]]
+        more = [f"... and {len(broken) - MAX_VIOLATIONS} more"] if len(broken) > MAX_VIOLATIONS else []
         raise ProfileError("not a valid policy profile", "\n".join(lines + more), "extract it again, or undo the edit")
     return profile

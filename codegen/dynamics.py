@@ -55,12 +55,12 @@ def partners(world: WorldSpec) -> list[tuple[int, int, float]]:
     return [(i, j, a.size + b.size) for (i, a), (j, b) in pairs if a.collides and b.collides and i < movable]
 
 
-def displaced(world: WorldSpec, place: Number, speed: Number) -> Number:
+def step_position(world: WorldSpec, place: Number, speed: Number) -> Number:
     """Where a step leads: positions move with the old velocity."""
     return place + speed * world.dt
 
 
-def accelerated(world: WorldSpec, speed: Number, push: Number) -> Number:
+def step_velocity(world: WorldSpec, speed: Number, push: Number) -> Number:
     """The velocity after a step, before any speed limit. `push`: the acceleration, length / s^2."""
     return speed * (1.0 - world.damping) + push * world.dt
 
@@ -111,7 +111,7 @@ class Motion:
         else:
             for pair in self._partners:
                 self._push_apart(position, push, *pair)
-        # what `displaced` and `accelerated` give, in place: large batches are stepped a quarter faster
+        # what `step_position` and `step_velocity` give, in place: large batches are stepped a quarter faster
         push *= self._world.dt
         faster = velocity * (1.0 - self._world.damping)
         faster += push

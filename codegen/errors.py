@@ -69,7 +69,7 @@ class UnknownNameError(InputError):
     """A name that does not exist; the message carries the closest match."""
 
     def __init__(self, kind: str, name: str, known: Iterable[str], where: object = "") -> None:
-        super().__init__(f"unknown {kind} '{shown(name)}'", where, suggestion(name, known, LISTS.get(kind, "")))
+        super().__init__(f"unknown {kind} '{escape_text(name)}'", where, suggestion(name, known, LISTS.get(kind, "")))
 
 
 class RefusedError(MaviperError):
@@ -101,16 +101,16 @@ LISTS = {"property": "maviper properties list", "world": "maviper worlds list"} 
 STEERING = frozenset(("Cc", "Cf", "Zl", "Zp"))  # categories of control and format characters and of ends of lines
 
 
-def shown(text: object) -> str:
+def escape_text(text: object) -> str:
     """A text that nobody vouches for, such as a name from a file: printable ASCII as it is, all else escaped."""
-    return "".join(letter if " " <= letter <= "~" else _escaped(letter) for letter in str(text))
+    return "".join(letter if " " <= letter <= "~" else _escape_letter(letter) for letter in str(text))
 
 
 def visible(text: str) -> str:
     """A line in any language: what cannot be seen, or would steer a terminal, is escaped, but for tabs."""
     if text.isprintable():
         return text
-    return "".join(each if each.isprintable() or each == "\t" else _escaped(each) for each in text)
+    return "".join(each if each.isprintable() or each == "\t" else _escape_letter(each) for each in text)
 
 
 def steers(text: str) -> bool:
@@ -118,7 +118,7 @@ def steers(text: str) -> bool:
     return not text.isprintable() and not STEERING.isdisjoint(map(category, text))
 
 
-def _escaped(letter: str) -> str:
+def _escape_letter(letter: str) -> str:
     return letter.encode("unicode_escape").decode()
 
 
@@ -135,7 +135,7 @@ def suggestion(name: str, known: Iterable[str], lists: str = "") -> str:
     names = list(known)
     match = closest(name, names)
     if match is not None:
-        return f"did you mean '{shown(match)}'?"
+        return f"did you mean '{escape_text(match)}'?"
     if len(names) <= MAX_NAMES_SHOWN:
-        return "known: " + ", ".join(map(shown, names))
+        return "known: " + ", ".join(map(escape_text, names))
     return f"see `{lists}`" if lists else f"none of the {len(names)} known names is close"

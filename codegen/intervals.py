@@ -47,7 +47,7 @@ class Share:
         }
 
     def __str__(self) -> str:
-        return sampled(self.document())
+        return format_share(self.document())
 
 
 def percent(value: float, whole: float = 1) -> str:
@@ -57,7 +57,7 @@ def percent(value: float, whole: float = 1) -> str:
     return f"{next((text for text in rounded if text != '100' or value >= whole), found)} %"
 
 
-def sampled(share: Mapping[str, float], of: str = "", what: str = "state") -> str:
+def format_share(share: Mapping[str, float], of: str = "", what: str = "state") -> str:
     """A share's document in words, with its interval. `of`: what follows a share that was measured."""
     if not share["samples"]:
         return f"not measured (no sampled {what} lies in the region)"

@@ -24,7 +24,7 @@ from codegen.errors import InputError
 from codegen.floats import FLOAT32, factor, observations
 from codegen.region import RegionSpec
 from codegen.sums import CONSTANT as CONSTANT
-from codegen.sums import Sum, among, clipped, computed
+from codegen.sums import Sum, among, choose_numbers, clip_values
 from codegen.world import GOAL as GOAL
 from codegen.world import EntitySpec as EntitySpec
 from codegen.world import VariableSpec as VariableSpec
@@ -66,7 +66,7 @@ class _Arrays:
     @property
     def compared(self) -> str:
         """What thresholds are: the observations' numbers, or those that sums are computed in, where any is tested."""
-        return computed(self.arithmetic) if self.sums else self.numbers
+        return choose_numbers(self.arithmetic) if self.sums else self.numbers
 
     def __post_init__(self) -> None:
         for item in (each for each in fields(self) if each.metadata):  # type: ignore[arg-type]
@@ -248,7 +248,7 @@ def outputs(policy: AgentPolicy, obs: npt.ArrayLike) -> Floats:
     for place, vector in enumerate(tree.vectors):
         rows = np.flatnonzero(chosen == place)
         for column, (each, output) in enumerate(zip(vector, policy.outputs, strict=True)):
-            given[rows, column] = clipped(each.value(x[rows], tree.arithmetic), output.low, output.high)
+            given[rows, column] = clip_values(each.value(x[rows], tree.arithmetic), output.low, output.high)
     return given
 
 

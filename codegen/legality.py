@@ -20,8 +20,8 @@ def mask_of(features: Sequence[FeatureSpec], actions: Sequence[ActionSpec]) -> M
     places = {feature.name: place for place, feature in enumerate(features)}
     if not all(action.legal_if in places for action in actions if action.legal_if):
         return None
-    found = tuple(places[action.legal_if] if action.legal_if else None for action in actions)
-    return found if any(place is not None for place in found) else None
+    mask = tuple(places[action.legal_if] if action.legal_if else None for action in actions)
+    return mask if any(place is not None for place in mask) else None
 
 
 def illegal_leaves(tree: Tree, mask: Mask) -> Iterator[int]:
@@ -33,7 +33,7 @@ def illegal_leaves(tree: Tree, mask: Mask) -> Iterator[int]:
             if not _lawful(box, mask, int(tree.action[node])):
                 yield node
             continue
-        sides = box.halved(int(tree.feature[node]), float(tree.threshold[node]))
+        sides = box.split_at(int(tree.feature[node]), float(tree.threshold[node]))
         for child, side in zip((tree.right[node], tree.left[node]), reversed(sides), strict=True):
             if side is not None:
                 stack.append((int(child), side))

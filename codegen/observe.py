@@ -38,8 +38,8 @@ class Observer:
         for place, (terms, meaning) in enumerate(zip(self.terms, self.meanings, strict=True)):
             match terms:
                 case [(1, a), (-1, b)]:
-                    found = self.differences.setdefault(meaning.function, ([], [], []))
-                    for column, value in zip(found, (place, a, b), strict=True):
+                    columns = self.differences.setdefault(meaning.function, ([], [], []))
+                    for column, value in zip(columns, (place, a, b), strict=True):
                         column.append(value)
                 case _:
                     pass
@@ -54,7 +54,7 @@ class Observer:
         seen = np.empty((len(self.terms), planes.shape[1]), dtype=self.numbers)
         few = planes.shape[1] <= FEW
         for function, (places, a, b) in self.differences.items() if few else ():
-            seen[places] = _made(function, planes[a] - planes[b])
+            seen[places] = _apply_function(function, planes[a] - planes[b])
         total = np.empty(planes.shape[1])
         for place in self.others if few else range(len(self.terms)):
             match self.terms[place]:
@@ -68,11 +68,11 @@ class Observer:
                     np.multiply(weight, planes[first], out=total)
                     for weight, row in terms:
                         total += weight * planes[row]
-            seen[place] = _made(self.meanings[place].function, total)
+            seen[place] = _apply_function(self.meanings[place].function, total)
         return seen
 
 
-def _made(function: str, total: Float64) -> npt.NDArray[Any]:
+def _apply_function(function: str, total: Float64) -> npt.NDArray[Any]:
     """What a function of a meaning makes of sums; "": the sums themselves."""
     match function:
         case "positive":

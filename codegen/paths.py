@@ -28,7 +28,7 @@ class Box:
     low: dict[int, float]
     high: dict[int, float]
 
-    def halved(self, feature: int, threshold: float) -> tuple["Box | None", "Box | None"]:
+    def split_at(self, feature: int, threshold: float) -> tuple["Box | None", "Box | None"]:
         """What of it goes left and what goes right at a test; None for nothing."""
         low, high = self.low.get(feature), self.high.get(feature)
         left = right = None
@@ -40,11 +40,11 @@ class Box:
 
     def point(self, n_features: int, numbers: str) -> Floats:
         """An observation in it, [n_features], of these numbers."""
-        found = np.zeros(n_features, dtype=numbers)
+        observation = np.zeros(n_features, dtype=numbers)
         for feature in self.low.keys() | self.high.keys():
             high, low = self.high.get(feature), self.low.get(feature, 0.0)
-            found[feature] = neighbour(low, np.inf, numbers) if high is None else high
-        return found
+            observation[feature] = neighbour(low, np.inf, numbers) if high is None else high
+        return observation
 
 
 EVERYTHING = Box({}, {})
@@ -52,22 +52,22 @@ EVERYTHING = Box({}, {})
 
 def upwards(tree: Tree, node: int) -> list[int]:
     """A node and all above it, up to the root."""
-    found = [node]
-    while found[-1] != ROOT:
-        found.append(int(np.flatnonzero((tree.left == found[-1]) | (tree.right == found[-1]))[0]))
-    return found
+    path = [node]
+    while path[-1] != ROOT:
+        path.append(int(np.flatnonzero((tree.left == path[-1]) | (tree.right == path[-1]))[0]))
+    return path
 
 
 def leaves_below(tree: Tree, node: int) -> list[int]:
     """The leaves of the part of a tree that begins at a node, from left to right; of a leaf itself."""
-    found, waiting = list[int](), [node]
+    leaves, waiting = list[int](), [node]
     while waiting:  # no recursion: chains of tests may be thousands long
         first = waiting.pop()
         if tree.feature[first] == NO_FEATURE:
-            found.append(first)
+            leaves.append(first)
         else:
             waiting += [int(tree.right[first]), int(tree.left[first])]
-    return found
+    return leaves
 
 
 def box_of(tree: Tree, node: int) -> Box:
@@ -84,7 +84,7 @@ def box_of(tree: Tree, node: int) -> Box:
     return Box(low, high)
 
 
-def parted(low: Floats, high: Floats, feature: int, threshold: np.floating) -> tuple[Corners, Corners]:
+def split_corners(low: Floats, high: Floats, feature: int, threshold: np.floating) -> tuple[Corners, Corners]:
     """What goes left and what goes right at a test, as arrays; a side is empty where its low end is not below."""
     most, least = high.copy(), low.copy()
     most[feature] = min(high[feature], threshold)
@@ -103,11 +103,11 @@ def in_preorder(root: Node, parts: Callable[[Node], int | tuple[int, float, Node
         place = len(rows)
         if parent != NO_CHILD:
             rows[parent][column] = place
-        found = parts(node)
-        if isinstance(found, int):
-            rows.append([NO_FEATURE, 0.0, NO_CHILD, NO_CHILD, found])
+        part = parts(node)
+        if isinstance(part, int):
+            rows.append([NO_FEATURE, 0.0, NO_CHILD, NO_CHILD, part])
             continue
-        feature, threshold, left, right = found
+        feature, threshold, left, right = part
         rows.append([feature, threshold, NO_CHILD, NO_CHILD, NO_ACTION])
         stack += [(right, place, 3), (left, place, 2)]
     return Tree(*np.array(rows).T, numbers=numbers)

@@ -20,7 +20,7 @@ import msgspec
 import numpy as np
 
 from codegen.check import ensure
-from codegen.errors import ProfileError, shown
+from codegen.errors import ProfileError, escape_text
 from codegen.floats import FLOAT32, FLOAT64
 from codegen.form.fault import place
 from codegen.form.layout import layout
@@ -80,27 +80,31 @@ def loads(text: str | bytes, where: str = "profile") -> PolicyProfile:
     except msgspec.ValidationError as error:
         message, _, path = str(error).partition(" - at `")
         raise ProfileError(
-            "not a valid policy profile", f"{where}: {shown(path.rstrip('`') or '$')}: {shown(message)}", _ADVICE
+            "not a valid policy profile",
+            f"{where}: {escape_text(path.rstrip('`') or '$')}: {escape_text(message)}",
+            _ADVICE,
         ) from None
     except (msgspec.DecodeError, RecursionError, UnicodeDecodeError) as error:
-        raise ProfileError("not readable as JSON", f"{where}: {_broken_at(text, error)}", _RESTORE) from None
+        raise ProfileError("not readable as JSON", f"{where}: {_locate_break(text, error)}", _RESTORE) from None
     summing = any(agent.arithmetic for agent in raw.agents)
     if raw.schema_version != (SUMS_VERSION if summing else SCHEMA_VERSION):
         reads = f"{SCHEMA_VERSION}, and {SUMS_VERSION} where an agent has sums or outputs"
-        found = f"{where}: $.schema_version: {raw.schema_version}; this version of maviper reads {reads}"
+        detail = f"{where}: $.schema_version: {raw.schema_version}; this version of maviper reads {reads}"
         raise ProfileError(
-            "a policy profile with another schema version", found, "extract it again or install a matching version"
+            "a policy profile with another schema version", detail, "extract it again or install a matching version"
         )
     if raw.semantics != _semantics((agent.numbers for agent in raw.agents), summing):
         raise ProfileError(
-            "a policy profile with other semantics", f"{where}: $.semantics: '{shown(raw.semantics[:80])}'", _ADVICE
+            "a policy profile with other semantics",
+            f"{where}: $.semantics: '{escape_text(raw.semantics[:80])}'",
+            _ADVICE,
         )
     profile = ensure(_profile(raw, where), where)
     expected = content_hash(profile)
     if raw.content_hash is not None and raw.content_hash != expected:
         raise ProfileError(
             "the profile was edited after it was written",
-            f"{where}: $.content_hash: states {shown(raw.content_hash[:16])}..., "
+            f"{where}: $.content_hash: states {escape_text(raw.content_hash[:16])}..., "
             f"but the content hashes to {expected[:16]}...",
             "restore the file; if the edit was on purpose, delete the content_hash line",
         )
@@ -115,12 +119,12 @@ def _semantics(numbers: Iterable[str], summing: bool) -> str:
 _RESTORE = "the file is truncated or not a profile; restore it or extract it again"
 
 
-def _broken_at(text: str | bytes, error: Exception) -> str:
+def _locate_break(text: str | bytes, error: Exception) -> str:
     """The path at which a JSON text breaks, and the decoder's words."""
     data = text.encode() if isinstance(text, str) else text
     offset = re.search(r"\(byte (\d+)\)", str(error))
     readable = data[: int(offset[1])] if offset else data
-    return shown(f"{place(readable.decode(errors='replace'))}: {error}")
+    return escape_text(f"{place(readable.decode(errors='replace'))}: {error}")
 
 
 def _hash(document: dict[str, Any]) -> str:
@@ -301,7 +305,7 @@ def _meaning(text: str | None, path: str) -> Meaning | None:
         if match is None or (terms and not match[1]):
             raise ProfileError(
                 "not a valid policy profile",
-                f"{path}: cannot read '{shown(text[:80])}'",
+                f"{path}: cannot read '{escape_text(text[:80])}'",
                 f"write `a.x - b.x`, {', '.join(f'`{name}(...)`' for name in FUNCTIONS)} or `0`",
             )
         size = float(match[2]) if match[2] else 1

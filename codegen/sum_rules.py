@@ -17,7 +17,7 @@ import numpy as np
 from codegen.errors import InputError
 from codegen.floats import FLOAT32, FLOAT64
 from codegen.ir import CONSTANT, NO_FEATURE, AgentPolicy, OutputSpec, PolicyProfile, Sum, Tree
-from codegen.sums import ARITHMETICS, DOUBLE_SUMS, OBSERVED, computed
+from codegen.sums import ARITHMETICS, DOUBLE_SUMS, OBSERVED, choose_numbers
 
 MAX_TERMS = 1_000  # of a sum
 VERIFIER = "the verifier"  # who refuses sums
@@ -39,7 +39,7 @@ def ensure_plain(profile: PolicyProfile, who: str) -> PolicyProfile:
     return profile
 
 
-def broken(policy: AgentPolicy) -> Found:
+def find_faults(policy: AgentPolicy) -> Found:
     """Every broken rule of an agent's sums and outputs."""
     tree = policy.tree
     if not (tree.sums or tree.vectors or policy.outputs):
@@ -58,7 +58,7 @@ def broken(policy: AgentPolicy) -> Found:
     if tree.numbers != OBSERVED[tree.arithmetic]:
         yield "numbers", f"must be {OBSERVED[tree.arithmetic]} where sums are {tree.arithmetic}"
     both = tree.arithmetic == DOUBLE_SUMS  # of which sums may be rounded once more
-    kept = (FLOAT32, FLOAT64) if both else (computed(tree.arithmetic),)
+    kept = (FLOAT32, FLOAT64) if both else (choose_numbers(tree.arithmetic),)
     if tree.gives not in (kept if policy.outputs else (FLOAT32,)):
         yield "gives", f"must be {' or '.join(kept if policy.outputs else (FLOAT32,))} here"
     yield from _sums(policy)
@@ -108,7 +108,7 @@ def _sum(each: Sum, arithmetic: str, n_features: int) -> Iterator[str]:
         yield "a feature, or the constant, stands twice"
     for weight, place in each.terms:
         what = "a constant" if place == CONSTANT else "a weight"
-        numbers = computed(arithmetic) if place == CONSTANT else OBSERVED[arithmetic]
+        numbers = choose_numbers(arithmetic) if place == CONSTANT else OBSERVED[arithmetic]
         if weight == 0 and place != CONSTANT:
             yield "a weight is 0: leave its term out"
         elif (fault := _number(weight, numbers)) is not None:
@@ -142,8 +142,8 @@ def _thresholds(policy: AgentPolicy) -> Found:
 def _output(output: OutputSpec, tree: Tree) -> Iterator[str]:
     for bound in (output.low, output.high):
         if bound is None:
-            if tree.gives != computed(tree.arithmetic):
-                yield f"needs both bounds: it is rounded from {computed(tree.arithmetic)} to {tree.gives}"
+            if tree.gives != choose_numbers(tree.arithmetic):
+                yield f"needs both bounds: it is rounded from {choose_numbers(tree.arithmetic)} to {tree.gives}"
         elif (fault := _number(bound, tree.gives)) is not None:
             yield f"a bound {fault}"
     if output.low is not None and output.high is not None and not output.low <= output.high:

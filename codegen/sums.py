@@ -34,7 +34,7 @@ OBSERVED: Final = {DOUBLE_SUMS: FLOAT32, FLOAT32_STEPS: FLOAT32, FLOAT64_SUMS: F
 CONSTANT: Final = -1  # the place of a term that is no feature's: its weight is the term
 
 
-def computed(arithmetic: str) -> str:
+def choose_numbers(arithmetic: str) -> str:
     """The numbers that sums are in, and constants and thresholds of sums."""
     return FLOAT32 if arithmetic == FLOAT32_STEPS else FLOAT64
 
@@ -47,7 +47,7 @@ class Sum:
 
     def value(self, x: Any, arithmetic: str) -> Any:
         """[batch] in the numbers of the arithmetic. `x`: [batch, n_features] observations."""
-        number = np.dtype(computed(arithmetic)).type
+        number = np.dtype(choose_numbers(arithmetic)).type
         with np.errstate(over="ignore", under="ignore", invalid="ignore"):
             terms = [
                 np.full(len(x), weight, number) if place == CONSTANT else x[:, place].astype(number) * number(weight)
@@ -63,10 +63,10 @@ def among(x: Any, sums: Sequence[Sum], arithmetic: str) -> Any:
     """Observations with the values of sums as further columns, [batch, n_features + n_sums]; as they are without."""
     if not sums:
         return x
-    return np.column_stack([x.astype(computed(arithmetic)), *(each.value(x, arithmetic) for each in sums)])
+    return np.column_stack([x.astype(choose_numbers(arithmetic)), *(each.value(x, arithmetic) for each in sums)])
 
 
-def clipped(values: Any, low: float | None, high: float | None) -> Any:
+def clip_values(values: Any, low: float | None, high: float | None) -> Any:
     """Values within bounds, element by element; None: no bound."""
     number: Any = values.dtype.type
     if high is not None:

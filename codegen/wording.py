@@ -46,7 +46,7 @@ def is_zero(threshold: float) -> bool:
     return abs(threshold) <= TINY
 
 
-def counted(count: int, noun: str) -> str:
+def format_count(count: int, noun: str) -> str:
     """A count and what is counted: `1 leaf`, `2,000 episodes`."""
     return f"{count:,} {noun if count == 1 else PLURALS.get(noun, noun + 's')}"
 

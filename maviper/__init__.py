@@ -78,7 +78,7 @@ def load(path: str | Path) -> PolicyProfile:
 
 
 @flags.defaults
-@options.spelled_out(options.TrainOptions)
+@options.spell_out(options.TrainOptions)
 def train(world: str, output: str | Path, **asked: Unpack[options.TrainOptions]) -> dict[str, Any]:
     """Trains an expert for a world into the run folder `output`; returns its card, with what was measured.
 
@@ -94,7 +94,7 @@ def train(world: str, output: str | Path, **asked: Unpack[options.TrainOptions])
 
 
 @flags.defaults
-@options.spelled_out(options.ExtractOptions)
+@options.spell_out(options.ExtractOptions)
 def extract(
     expert: str | Path, output: str | Path | None = None, **asked: Unpack[options.ExtractOptions]
 ) -> PolicyProfile:
@@ -113,7 +113,7 @@ def extract(
 
 
 @flags.defaults
-@options.spelled_out(options.EvaluateOptions)
+@options.spell_out(options.EvaluateOptions)
 def evaluate(subject: str | Path, **asked: Unpack[options.EvaluateOptions]) -> Evaluation:
     """A profile, an expert or a mix measured in play, on held-out episodes that are the same for everybody.
 
@@ -126,7 +126,7 @@ def evaluate(subject: str | Path, **asked: Unpack[options.EvaluateOptions]) -> E
 
 
 @flags.defaults
-@options.spelled_out(options.ExploitOptions)
+@options.spell_out(options.ExploitOptions)
 def exploit(subject: str | Path, team: str, **asked: Unpack[options.ExploitOptions]) -> Exploitability:
     """A lower bound on what the opponents of `team` gain by answering its policies.
 
@@ -139,7 +139,7 @@ def exploit(subject: str | Path, team: str, **asked: Unpack[options.ExploitOptio
 
 
 @flags.defaults
-@options.spelled_out(options.CompileOptions)
+@options.spell_out(options.CompileOptions)
 def compile(
     profile: PolicyProfile, targets: Iterable[str] = TARGETS, **asked: Unpack[options.CompileOptions]
 ) -> Compiled:
@@ -155,7 +155,7 @@ def compile(
 
 
 @flags.defaults
-@options.spelled_out(options.VerifyOptions)
+@options.spell_out(options.VerifyOptions)
 def verify(
     profile: PolicyProfile,
     claim: str | claims.Claim = "distinct_targets",
@@ -253,7 +253,7 @@ def replay(
 
 
 @flags.defaults
-@options.spelled_out(options.RepairOptions)
+@options.spell_out(options.RepairOptions)
 def repair(
     profile: PolicyProfile,
     claim: str = "distinct_targets",
@@ -289,7 +289,7 @@ def robust(
 
 
 @flags.defaults
-@options.spelled_out(options.DiffOptions)
+@options.spell_out(options.DiffOptions)
 def diff(
     first: PolicyProfile, second: PolicyProfile, region: str | Path = "start", **asked: Unpack[options.DiffOptions]
 ) -> Compared | OutputsCompared:
@@ -305,7 +305,7 @@ def diff(
 
 
 @flags.defaults
-@options.spelled_out(options.SystemOptions)
+@options.spell_out(options.SystemOptions)
 def verify_system(
     profile: PolicyProfile,
     world: str | Path,
@@ -321,15 +321,15 @@ def verify_system(
 
     from codegen.check import ensure
     from maviper.verification.ask import VerifyOptions
-    from maviper.verification.run import verified_system
+    from maviper.verification.run import verify_world
 
     file = None if properties is None else Path(properties)
-    about = VerifyOptions(world=Path(world), file=file, **options.completed(options.SystemOptions, asked))
-    return verified_system(ensure(profile), about)
+    about = VerifyOptions(world=Path(world), file=file, **options.complete_options(options.SystemOptions, asked))
+    return verify_world(ensure(profile), about)
 
 
 @flags.defaults
-@options.spelled_out(options.ReproduceOptions)
+@options.spell_out(options.ReproduceOptions)
 def reproduce(output: str | Path, **asked: Unpack[options.ReproduceOptions]) -> Reproduced:
     """The experiments of the MAVIPER paper, as cells in the folder `output`, with their table and report.
 
@@ -337,6 +337,6 @@ def reproduce(output: str | Path, **asked: Unpack[options.ReproduceOptions]) -> 
     that failed, with their messages. Finished cells are not made again. InputError for what cannot be used,
     MissingToolError without room on the disk, without Dask, or when its scheduler goes away.
     """
-    from maviper.reproduction.run import reproduced, request
+    from maviper.reproduction.run import reproduce_paper, request
 
-    return reproduced(output, request(asked))
+    return reproduce_paper(output, request(asked))

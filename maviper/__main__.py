@@ -17,7 +17,7 @@ from maviper.cli import exits
 def main() -> NoReturn:
     """Runs the command line as a process."""
     exits.listen_for_interrupts()
-    code = exits.answered(_command, bool({"-v", "--verbose"} & set(sys.argv)))
+    code = exits.run_command(_command, bool({"-v", "--verbose"} & set(sys.argv)))
     if code == ExitCode.INTERRUPTED:
         # an interrupt inside exec() makes the interpreter end by the signal whatever is done about the exception
         with contextlib.suppress(OSError):

@@ -72,9 +72,9 @@ class Console:
             label, text = self.of, f"{label} {text}"
         if not self.quiet and self.lines:
             said = f"{label:<{LABEL_WIDTH - 1}} {text}".rstrip()
-            print(self._coloured(visible(said), label), file=sys.stderr, flush=True)
+            print(self._colour_label(visible(said), label), file=sys.stderr, flush=True)
 
-    def _coloured(self, line: str, label: str) -> str:
+    def _colour_label(self, line: str, label: str) -> str:
         if label not in COLOURS or not sys.stderr.isatty() or self.rich.no_color or self.rich.is_dumb_terminal:
             return line
         return click.style(line[: len(label)], fg=COLOURS[label], bold=True) + line[len(label) :]

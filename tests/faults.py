@@ -19,7 +19,7 @@ from codegen import ir, policy_json
 from codegen.agreement import selfcheck
 from codegen.agreement.build import Build
 from codegen.errors import DisagreementError, MaviperError
-from codegen.lowering.deploy import deployed
+from codegen.lowering.deploy import deploy_tree
 from codegen.lowering.lower import lower
 from codegen.targets import TARGETS, emit
 from maviper.compilation import compile, proofs
@@ -32,7 +32,7 @@ from verify.checker.episodes.reading import GRID
 from verify.claims import decisions as properties
 from verify.claims.decisions import DistinctTargets, OwnTarget
 from verify.claims.files import read_properties
-from verify.claims.formula import FALSE, TRUE, negated
+from verify.claims.formula import FALSE, TRUE, negate
 from verify.claims.uncertified.starts import start_region
 from verify.episodes import composition, unroll
 from verify.episodes import zones as batch
@@ -79,7 +79,7 @@ def text_fault(name: str, file: str, change: Callable[[str], str], style: str = 
         report = selfcheck.check_files(profile, beside | {file: wrong}, random=1_000, style=style)
         found = list(report.agreements)
         if file == SMT:
-            found += compile.asked(Build(profile, lower(profile), {file: wrong}))
+            found += compile.ask_solver(Build(profile, lower(profile), {file: wrong}))
         return any(item.differences for item in found)
 
     return Fault(f"{file.rpartition('.')[2]}: {name}", "agreement check", plant, change, style)
@@ -255,7 +255,7 @@ def grown_fault(name: str, change: Callable[[ir.AgentPolicy], ir.Tree]) -> Fault
 def rounded(how: Callable[[float], np.float32]) -> Callable[[ir.AgentPolicy], ir.Tree]:
     def change(policy):
         other = np.array([float(how(float(value))) for value in policy.grown.threshold])
-        return deployed(replace(policy.grown, threshold=other))
+        return deploy_tree(replace(policy.grown, threshold=other))
 
     return change
 
@@ -266,7 +266,7 @@ def up(value: float) -> np.float32:
 
 
 def swapped_children(policy: ir.AgentPolicy) -> ir.Tree:
-    return deployed(replace(policy.grown, left=policy.grown.right, right=policy.grown.left))
+    return deploy_tree(replace(policy.grown, left=policy.grown.right, right=policy.grown.left))
 
 
 def shifted_feature(policy: ir.AgentPolicy) -> ir.Tree:
@@ -543,13 +543,13 @@ ENCODER = [
     assuming_fault(encode, "another goal than the question's", "for_goal", lambda f: lambda claim, goal: f(claim, "landmark_0")),
     verdict_fault(properties, "only one matching tried", "matchings", lambda f: lambda n, m: f(n, m)[:1]),
     verdict_fault(properties, "no matching tried", "matchings", lambda _: lambda n, m: []),
-    verdict_fault(properties, "engaged taken for not engaged", "engaged", lambda f: lambda *given: negated(f(*given))),
-    verdict_fault(properties, "always engaged", "engaged", lambda f: lambda *given: TRUE),
+    verdict_fault(properties, "engaged taken for not engaged", "engages", lambda f: lambda *given: negate(f(*given))),
+    verdict_fault(properties, "always engaged", "engages", lambda f: lambda *given: TRUE),
     verdict_fault(properties, "never at a landmark", "at", lambda f: lambda *given: FALSE),
     verdict_fault(deciding, "goal taken for landmark 0", "query", lambda f: lambda question, goal: f(question, "landmark_0")),
     verdict_fault(encode, "region forgotten", "_region", lambda f: lambda region, at: [z3.BoolVal(False)]),
-    encoder_fault("not negated", "negated", lambda f: lambda claim: claim),
-    verdict_fault(encode, "the other way round", "negated", lambda f: lambda claim: claim),
+    encoder_fault("not negated", "negate", lambda f: lambda claim: claim),
+    verdict_fault(encode, "the other way round", "negate", lambda f: lambda claim: claim),
     encoder_fault("margin of one", "query", lambda f: lambda q, goal: f(q.with_margin(Fraction(1)), goal)),
     encoder_fault("at a landmark within one", "query", lambda f: lambda q, goal: f(q.about(replace(q.claim, radius=Fraction(1))), goal)),
 ]  # fmt: skip
@@ -595,12 +595,12 @@ ZONES = [
     zones_fault(unroll, "sides of a split swapped", "_sides", lambda f: lambda *given: f(*given)[::-1]),
     zones_fault(unroll, "a threshold a millionth too low", "deciding_double", lambda f: lambda t: f(t) - 1e-6),
     zones_fault(unroll, "both ends of a sign are one test", "_line", lambda f: lambda *given: (f(*given)[0], False), episode_cases.signs_wrong),
-    zones_fault(unroll.EpisodeSearch, "an action moves at once", "_stepped", hasty),
-    zones_fault(unroll.EpisodeSearch, "first answers stay", "_stepped", forgetful),
+    zones_fault(unroll.EpisodeSearch, "an action moves at once", "_step_zones", hasty),
+    zones_fault(unroll.EpisodeSearch, "first answers stay", "_step_zones", forgetful),
     zones_fault(composition, "arrived within one", "away", lambda f: lambda z, g, a, k, radius: f(z, g, a, k, Fraction(1)), episode_cases.verdicts_wrong),
     zones_fault(composition, "never arrived", "away", lambda f: lambda zones, *given: zones, episode_cases.verdicts_wrong),
-    zones_fault(composition, "always matched", "unmatched", lambda f: lambda zones, *given: zones.take(slice(0)), episode_cases.verdicts_wrong),
-    zones_fault(composition, "never matched", "unmatched", lambda f: lambda zones, *given: zones, episode_cases.verdicts_wrong),
+    zones_fault(composition, "always matched", "find_unmatched", lambda f: lambda zones, *given: zones.take(slice(0)), episode_cases.verdicts_wrong),
+    zones_fault(composition, "never matched", "find_unmatched", lambda f: lambda zones, *given: zones, episode_cases.verdicts_wrong),
 ]  # fmt: skip
 
 # --- in the checker's reading of contacts
@@ -625,8 +625,8 @@ CONTACTS = [
     contacts_fault(Contact, "noticed only when they overlap", "apart", lambda f: lambda pair, gap: f(pair._replace(reach=int(pair.touching * GRID)), gap)),
     contacts_fault(Contact, "pushed the wrong way", "push", lambda f: lambda *given: tuple((-high, -low) for low, high in f(*given))),
     contacts_fault(ContactReading, "the first alone is pushed", "_forces", lambda f: lambda self, *given: {k: v for k, v in f(self, *given).items() if k in {pair.first for pair in self.contacts}}),
-    contacts_fault(contact_reading, "each part of a speed cut alone", "limited", lambda _: lambda velocity, limit: tuple((max(low, -int(limit * GRID)), min(high, int(limit * GRID))) for low, high in velocity)),
-    contacts_fault(ContactReading, "who is not followed stands still", "_bounded", lambda f: lambda self: [self.start._replace(step=step) for step in range(self.steps + 1)]),
+    contacts_fault(contact_reading, "each part of a speed cut alone", "limit_speed", lambda _: lambda velocity, limit: tuple((max(low, -int(limit * GRID)), min(high, int(limit * GRID))) for low, high in velocity)),
+    contacts_fault(ContactReading, "who is not followed stands still", "_bound_places", lambda f: lambda self: [self.start._replace(step=step) for step in range(self.steps + 1)]),
     contacts_fault(ContactReading, "tests do not shift", "bound", lambda f: lambda self, side, now: f(self, side, self.start)),
 ]  # fmt: skip
 

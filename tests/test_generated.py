@@ -27,7 +27,7 @@ def present():
 @pytest.mark.slow
 def test_all_files_follow_from_the_extracted_profile(golden):
     profile = load(FOLDER / handout.EXTRACTED / runs.PROFILE_FILE)
-    files = handout.handout(handout.toured(handout.violated(profile), handout.mended(profile)))
+    files = handout.handout(handout.compile_trees(handout.verify_trees(profile), handout.repair_trees(profile)))
     assert set(files) == set(present())
     golden("generated/physical_deception", files)
 

@@ -6,7 +6,7 @@ import pytest
 
 import maviper
 from codegen.check import UNSEEN, check
-from codegen.errors import InputError, UnknownNameError, shown, visible
+from codegen.errors import InputError, UnknownNameError, escape_text, visible
 from codegen.policy_json import dumps
 from maviper.cli import exits, main
 from maviper.console import Console, say
@@ -34,7 +34,7 @@ def plain(text):
 
 @pytest.mark.parametrize("name", STRANGE)
 def test_what_is_shown_is_ascii_on_one_line(name):
-    assert plain(shown(name)) and shown(name) != name and shown("agent_0 \\x") == "agent_0 \\x"
+    assert plain(escape_text(name)) and escape_text(name) != name and escape_text("agent_0 \\x") == "agent_0 \\x"
     assert visible(name).isprintable() and visible("ärger\tя") == "ärger\tя"
     assert plain(str(UnknownNameError("agent", name, ["agent_0", "other"])).replace("\n", ""))
 
@@ -43,7 +43,7 @@ def test_errors_and_lines_steer_no_terminal(capsys):
     def failing():
         raise InputError("a\x1b[2Kb", "c\u200bd\ne\rf", "g\x85h")
 
-    assert exits.answered(failing, False) == 2
+    assert exits.run_command(failing, False) == 2
     assert capsys.readouterr().err == "error: a\\x1b[2Kb\n  c\\u200bd\n  e\\rf\n  g\\x85h\n"
     Console().line("la\x1bbel", "text\u202e\n")
     say("one\x1b\ntwo")

@@ -12,7 +12,7 @@ from maviper.cli import main
 from maviper.episodes import measures
 from maviper.episodes.play import tree_policies
 from maviper.worlds.games.physical_deception import DEFENDERS
-from verify.checker.decisions.certificates import accepted, from_json
+from verify.checker.decisions.certificates import check_certificate, from_json
 from verify.claims.uncertified.starts import everywhere
 
 FOLDER = Path(__file__).parent.parent / "generated" / "proved_defenders"
@@ -32,7 +32,7 @@ def proved():
 
 def test_the_certificate_is_about_these_trees_in_the_whole_start_region(proved, capsys):
     found = from_json(CERTIFICATE.read_bytes())
-    assert accepted(found, proved) > 0
+    assert check_certificate(found, proved) > 0
     assert found.claim.name == "distinct_targets" and found.claim.team == DEFENDERS
     assert (found.claim.margin, found.claim.radius * 10, found.semantics) == (0, 1, "machine")
     assert found.region == everywhere(proved) and set(found.region.goals) == {"landmark_0", "landmark_1"}

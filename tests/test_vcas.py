@@ -56,7 +56,7 @@ def test_each_row_has_its_verdict(row, trees):
     if found.counterexample is not None:
         assert abs(found.counterexample.states[-1]["h"]) <= 100
     if found.certificate is not None:
-        assert found.certificate.accepted(trees, statement.system) == found.branches > 0
+        assert found.certificate.check(trees, statement.system) == found.branches > 0
 
 
 def test_the_trees_agree_with_the_table_and_alert_no_more(vcas, trees):

@@ -17,8 +17,8 @@ MAX_NUMBER = 10**9  # largest length in a question; beyond it float64 positions 
 
 def text(number: Fraction) -> str:
     """A number as files have it: a fraction is in quotes."""
-    found = plain(number)
-    return f'"{found}"' if "/" in found else found
+    literal = plain(number)
+    return f'"{literal}"' if "/" in literal else literal
 
 
 def plain(number: Fraction) -> str:

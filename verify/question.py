@@ -142,7 +142,7 @@ class Question(Generic[About]):
     @property
     def control(self) -> "Question[About]":
         """The same question about the team with its actions shuffled."""
-        return self.of(shuffled(self.profile, self.claim.team))
+        return self.of(shuffle_leaves(self.profile, self.claim.team))
 
     def of(self, profile: PolicyProfile) -> "Question[About]":
         """The same question about another profile."""
@@ -182,7 +182,7 @@ Case = tuple[str | None, DecisionQuestion]  # a goal (None without goals), and a
 EpisodeQuestion = Question[EpisodeClaim]
 
 
-def shuffled(profile: PolicyProfile, team: str, seed: int = CONTROL_SEED) -> PolicyProfile:
+def shuffle_leaves(profile: PolicyProfile, team: str, seed: int = CONTROL_SEED) -> PolicyProfile:
     """The control: the same trees, with the actions of each team member's leaves shuffled; "": those of all agents."""
     rng = np.random.default_rng(seed)
     policies: list[AgentPolicy] = []

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from codegen.wording import counted
+from codegen.wording import format_count
 from verify.progress import tell
 from verify.unanswered import SpentError
 
@@ -67,5 +67,5 @@ class Spending:
             (self.states, "symbolic state"),
             (self.programs, "linear program"),
         )
-        some = [counted(*kind) for kind in kinds if kind[0]] or [counted(0, "box")]
+        some = [format_count(*kind) for kind in kinds if kind[0]] or [format_count(0, "box")]
         return some[0] if len(some) == 1 else f"{', '.join(some[:-1])} and {some[-1]}"

@@ -41,22 +41,22 @@ class Place:
     @property
     def words(self) -> str:
         """The keys in words, lists counted from 1: `property 2, region.where 1`."""
-        found = ""
+        words = ""
         for before, key in zip(("", *self.keys), self.keys, strict=False):
-            joint = ", " if isinstance(before, int) else "." if found else ""
-            found += f" {key + 1}" if isinstance(key, int) else f"{joint}{key}"
-        return found
+            joint = ", " if isinstance(before, int) else "." if words else ""
+            words += f" {key + 1}" if isinstance(key, int) else f"{joint}{key}"
+        return words
 
     def of_offset(self, text: str, offset: int) -> str:
         """Words for an offset in a text that stands here."""
         before = text[:offset]
         column = offset - (before.rfind("\n") + 1) + 1
-        return self._told(before.count("\n") if "\n" in text else 0, text, f", column {column}")
+        return self._describe_place(before.count("\n") if "\n" in text else 0, text, f", column {column}")
 
     def __str__(self) -> str:
-        return self._told(0, "", f", {self.within}" if self.within else "")
+        return self._describe_place(0, "", f", {self.within}" if self.within else "")
 
-    def _told(self, down: int, text: str, more: str) -> str:
+    def _describe_place(self, down: int, text: str, more: str) -> str:
         span = _span(self.source, self.keys)
         line = ""
         if span is not None:
@@ -68,12 +68,12 @@ class Place:
 def parse(source: str, name: str, what: str, advice: str) -> tuple[dict[str, Any], Place]:
     """The document of a TOML text and its place. InputError, saying `what`, for a text that is none."""
     try:
-        return _parsed(source), Place(name, source)
+        return _parse_source(source), Place(name, source)
     except (ValueError, RecursionError) as error:
         raise InputError(what, f"{name}: {error}"[:200], advice) from None
 
 
-def _parsed(source: str) -> dict[str, Any]:
+def _parse_source(source: str) -> dict[str, Any]:
     return tomllib.loads(source, parse_float=str)
 
 
@@ -87,7 +87,7 @@ def _span(source: str, keys: tuple[Key, ...]) -> tuple[int, int] | None:
     """
     lines = _lines(source)
     counts = sorted({0, *(count for count, line in enumerate(lines) if BEGINS.match(line)), len(lines)})
-    whole = _parsed(source)
+    whole = _parse_source(source)
     while keys and not _holds(whole, keys):
         keys = keys[:-1]
     if not keys:
@@ -99,7 +99,7 @@ def _span(source: str, keys: tuple[Key, ...]) -> tuple[int, int] | None:
         nonlocal reads
         reads += 1
         try:
-            return _holds(_parsed("\n".join(lines[:count]) + "\n"), keys)
+            return _holds(_parse_source("\n".join(lines[:count]) + "\n"), keys)
         except ValueError:
             return None
 

@@ -13,7 +13,7 @@ from codegen.agreement.compiled import CompiledC, find_compiler
 from codegen.ir import PolicyProfile
 from codegen.lowering.lower import AUTO, lower
 from codegen.lowering.model import Model
-from codegen.targets import USUAL, written
+from codegen.targets import USUAL, emit_model
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +76,7 @@ class ReplayBuild(Build):
     @cached_property
     def library(self) -> CompiledC:
         """The header, written and compiled when it is first asked for. Only where it is `compilable`."""
-        return Build(self.profile, self.model, written(self.model, self.profile, ["c"]), self.optimised).library
+        return Build(self.profile, self.model, emit_model(self.model, self.profile, ["c"]), self.optimised).library
 
 
 def build(
@@ -84,4 +84,4 @@ def build(
 ) -> Build:
     """The build of a profile for the chosen targets; errors as `codegen.targets.emit`."""
     model = lower(profile, prefix, style)
-    return Build(profile, model, written(model, profile, targets))
+    return Build(profile, model, emit_model(model, profile, targets))

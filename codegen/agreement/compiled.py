@@ -123,7 +123,7 @@ class CompiledC:
 
     def batch(self, agent: str, rows: Floats) -> tuple[Any, Any]:
         """The decisions of the batch functions, over rows and over columns, [batch] or [batch, n_outputs] each."""
-        rows = self._held(agent, rows)
+        rows = self._pack_rows(agent, rows)
         if self._gives(agent):
             by_rows, by_columns = self._answers(agent, len(rows)), self._answers(agent, len(rows)).T.copy()
             run = self._library[self._agents[agent].names.exported_batch]
@@ -131,28 +131,28 @@ class CompiledC:
             run(*given, _pointer(by_rows), _pointer(by_columns))
             return by_rows, by_columns.T
         kind = {"unsigned char": np.uint8, "unsigned short": np.uint16}.get(self._agents[agent].tables.action_type)
-        found = [np.full(len(rows), 255, dtype=kind or np.uint32) for _ in range(2)]
+        actions = [np.full(len(rows), 255, dtype=kind or np.uint32) for _ in range(2)]
         columns = np.ascontiguousarray(rows.T)
         run = self._library[self._agents[agent].names.exported_batch]
-        run(_pointer(rows), _pointer(columns), ctypes.c_long(len(rows)), *map(_pointer, found))
-        return found[0].astype(np.int32), found[1].astype(np.int32)
+        run(_pointer(rows), _pointer(columns), ctypes.c_long(len(rows)), *map(_pointer, actions))
+        return actions[0].astype(np.int32), actions[1].astype(np.int32)
 
     def all(self, rows: Sequence[Floats]) -> Int32:
         """All agents' actions in one call, [batch, n_agents]. `rows`: each agent's observations, equally many."""
-        held = [self._held(agent, each) for agent, each in zip(self._agents, rows, strict=True)]
+        held = [self._pack_rows(agent, each) for agent, each in zip(self._agents, rows, strict=True)]
         if len({len(each) for each in held}) != 1:
             raise InputError("the agents have different numbers of observations", "", "give each the same number")
         pointers = (ctypes.c_void_p * len(held))(*(each.ctypes.data for each in held))
-        found = np.full((len(held[0]), len(held)), -1, dtype=np.int32)
-        self._library[self._names.exported_all](pointers, ctypes.c_long(len(found)), _pointer(found))
-        return found
+        actions = np.full((len(held[0]), len(held)), -1, dtype=np.int32)
+        self._library[self._names.exported_all](pointers, ctypes.c_long(len(actions)), _pointer(actions))
+        return actions
 
     def team(self, worlds: Float64) -> Int32:
         """The team's actions in world states [batch, n_coordinates], [batch, n_agents]."""
         worlds = self._states(worlds)
-        found = np.full((len(worlds), len(self._agents)), -1, dtype=np.int32)
-        self._library[self._names.exported_team](_pointer(worlds), ctypes.c_long(len(worlds)), _pointer(found))
-        return found
+        actions = np.full((len(worlds), len(self._agents)), -1, dtype=np.int32)
+        self._library[self._names.exported_team](_pointer(worlds), ctypes.c_long(len(worlds)), _pointer(actions))
+        return actions
 
     def worlds(self, agent: str, worlds: Float64) -> tuple[Floats, Any]:
         """An agent's observations in world states [batch, n_coordinates], [batch, n_features], and its answers."""
@@ -188,14 +188,14 @@ class CompiledC:
         return np.full(count, -1, dtype=np.int32)
 
     def _run(self, agent: str, rows: Floats) -> tuple[Any, Int32]:
-        rows = self._held(agent, rows)
+        rows = self._pack_rows(agent, rows)
         actions = self._answers(agent, len(rows))
         checks = np.full(len(rows), -1, dtype=np.int32)
         run = self._library[self._agents[agent].names.exported_rows]
         run(_pointer(rows), ctypes.c_long(len(rows)), _pointer(actions), _pointer(checks))
         return actions, checks
 
-    def _held(self, agent: str, rows: Any) -> Floats:
+    def _pack_rows(self, agent: str, rows: Any) -> Floats:
         """Rows as the library reads them, which knows of no length: another one is an InputError."""
         lowered = self._agents[agent]
         return np.ascontiguousarray(observations(rows, len(lowered.features), agent, lowered.numbers))

@@ -61,8 +61,8 @@ class Asked:
         """World states in which features tie, overflow, are no numbers, or are anything, [n, n_coordinates]."""
         rng = np.random.default_rng(SEED)
         parts = [probes.worlds(self.profile, rng), probes.wild(len(self.profile.world.coordinates()), rng)]
-        found = np.concatenate(parts)
-        return found[np.isfinite(found).all(axis=1)] if self.finite else found
+        states = np.concatenate(parts)
+        return states[np.isfinite(states).all(axis=1)] if self.finite else states
 
     @cached_property
     def bordering(self) -> Float64:
@@ -75,12 +75,12 @@ class Asked:
     def rows(self) -> dict[str, Floats]:
         """By agent, observations at special values and at the ends of the ranges."""
         rng = np.random.default_rng(SEED)
-        found: dict[str, Floats] = {}
+        by_agent: dict[str, Floats] = {}
         for policy in self.profile.agents:
             features, numbers = policy.features, policy.numbers
             rows = [probes.special(features, rng, numbers), probes.ends(features, rng, numbers)]
-            found[policy.agent] = np.concatenate(rows)
-        return found
+            by_agent[policy.agent] = np.concatenate(rows)
+        return by_agent
 
 
 def constants_of(profile: ir.PolicyProfile) -> list[float | str]:
@@ -88,17 +88,17 @@ def constants_of(profile: ir.PolicyProfile) -> list[float | str]:
     meanings ("": none), actions with their numbers, and outputs with their bounds (NaN: none).
     """
     force = {entity.name: entity.force for entity in profile.world.agents}
-    found: list[float | str] = [profile.world.dt, profile.world.damping, *profile.world.coordinates()]
+    expected: list[float | str] = [profile.world.dt, profile.world.damping, *profile.world.coordinates()]
     for policy in profile.agents:
-        found.append(force[policy.agent])
-        found += [value for action in policy.actions for value in action.effect or (np.nan, np.nan)]
+        expected.append(force[policy.agent])
+        expected += [value for action in policy.actions for value in action.effect or (np.nan, np.nan)]
         ends = [(at_most(each.low, policy.numbers), -at_most(-each.high, policy.numbers)) for each in policy.features]
-        found += [float(end) for both in ends for end in both]
-        found += [str(feature.meaning) if feature.meaning else "" for feature in policy.features]
-        found += [f"{identifier(action.name).upper()}={place}" for place, action in enumerate(policy.actions)]
+        expected += [float(end) for both in ends for end in both]
+        expected += [str(feature.meaning) if feature.meaning else "" for feature in policy.features]
+        expected += [f"{identifier(action.name).upper()}={place}" for place, action in enumerate(policy.actions)]
         for output in policy.outputs:
-            found += [output.name, *(np.nan if bound is None else bound for bound in (output.low, output.high))]
-    return found
+            expected += [output.name, *(np.nan if bound is None else bound for bound in (output.low, output.high))]
+    return expected
 
 
 def checks(policy: ir.AgentPolicy, rows: Floats) -> Int32:
@@ -128,37 +128,37 @@ def differing(policy: ir.AgentPolicy, wanted: Any, found: Any) -> Bool:
     return np.asarray(found) != wanted
 
 
-def compared(target: str, asked: Asked, told: Told) -> list[Agreement]:
+def compare_entries(target: str, asked: Asked, told: Told) -> list[Agreement]:
     """What a language's answers are worth: an agreement for each kind of entry and agent."""
     profile = asked.profile
-    found: list[Agreement] = []
+    agreements: list[Agreement] = []
     if told.constants is not None:
-        found.append(constants(target, constants_of(profile), told.constants))
+        agreements.append(constants(target, constants_of(profile), told.constants))
     for policy in profile.agents:
         rows = asked.rows[policy.agent]
         wrong = told.checks[policy.agent] != checks(policy, rows)
-        found.append(_agreement(f"{target} range {INPUT_CHECK}", policy.agent, wrong, rows))
+        agreements.append(_agreement(f"{target} range {INPUT_CHECK}", policy.agent, wrong, rows))
         if policy.agent in told.observed:
-            found += observed(target, policy, asked, told.observed[policy.agent])
-            seen = _seen(policy, asked)
+            agreements += compare_observations(target, policy, asked, told.observed[policy.agent])
+            seen = _observe_states(policy, asked)
             acted, team = reference(policy, seen), told.team
             wrong = differing(policy, acted, told.acted[policy.agent])
-            found.append(_agreement(f"{target} world", policy.agent, wrong, asked.states))
+            agreements.append(_agreement(f"{target} world", policy.agent, wrong, asked.states))
             if team is not None:
                 wrong = team[:, profile.agents.index(policy)] != acted
-                found.append(_agreement(f"{target} {TEAM}", policy.agent, wrong, asked.states))
+                agreements.append(_agreement(f"{target} {TEAM}", policy.agent, wrong, asked.states))
     if profile.region is not None and told.within is not None:
         within = profile.region.holds(asked.bordering, profile.world.coordinates())
-        found.append(_agreement(f"{target} region {INPUT_CHECK}", "all", told.within != within, asked.bordering))
+        agreements.append(_agreement(f"{target} region {INPUT_CHECK}", "all", told.within != within, asked.bordering))
     if told.misused:
         let = told.accepted
-        found.append(Agreement(f"{target} world {INPUT_CHECK}", "all", told.misused, len(let), *let[:1]))
-    return found
+        agreements.append(Agreement(f"{target} world {INPUT_CHECK}", "all", told.misused, len(let), *let[:1]))
+    return agreements
 
 
-def observed(target: str, policy: ir.AgentPolicy, asked: Asked, given: Float64) -> list[Agreement]:
+def compare_observations(target: str, policy: ir.AgentPolicy, asked: Asked, given: Float64) -> list[Agreement]:
     """Whether an agent's observations [n, n_features] of the states are the reference's numbers, bit by bit."""
-    wrong = np.asarray(~same(given, _seen(policy, asked)).all(axis=1))
+    wrong = np.asarray(~same(given, _observe_states(policy, asked)).all(axis=1))
     return [_agreement(f"{target} {OBSERVE}", policy.agent, wrong, asked.states)]
 
 
@@ -168,7 +168,7 @@ def same(a: Float64, b: Floats) -> Bool:
     return (bits[0] == bits[1]) | (np.isnan(a) & np.isnan(b))
 
 
-def _seen(policy: ir.AgentPolicy, asked: Asked) -> Floats:
+def _observe_states(policy: ir.AgentPolicy, asked: Asked) -> Floats:
     with np.errstate(over="ignore", invalid="ignore"):  # infinite coordinates have no differences
         return observe(policy.features, asked.states, asked.profile.world, policy.numbers)
 

@@ -33,10 +33,10 @@ def _sum(terms: Sequence[tuple[float, str | None]], seen: Mapping[str, float], n
     values = [
         number(w) if name is None else number(w) * number(seen[name]) for w, name in zip(weights, names, strict=True)
     ]
-    found = values.pop(0)
+    total = values.pop(0)
     while values:
-        found = number(found + values.pop(0))
-    return found
+        total = number(total + values.pop(0))
+    return total
 
 
 def _cut(value: Any, output: Mapping[str, Any]) -> Any:

@@ -35,9 +35,9 @@ def many(n: int) -> list[Any]:
     ]
 
 
-def accepted(function: Callable[[Any], Any], given: Sequence[Any]) -> list[str]:
+def find_accepted(function: Callable[[Any], Any], given: Sequence[Any]) -> list[str]:
     """What the function does not refuse, in words."""
-    found: list[str] = []
+    descriptions: list[str] = []
     for each in given:
         try:
             said = f"is answered by {function(each)!r:.20}"
@@ -45,5 +45,5 @@ def accepted(function: Callable[[Any], Any], given: Sequence[Any]) -> list[str]:
             continue
         except Exception as error:  # an accident further on, which tells the caller nothing
             said = f"ends in {type(error).__name__}"
-        found.append(f"{type(each).__name__} {each!r:.60} {said}")
-    return found
+        descriptions.append(f"{type(each).__name__} {each!r:.60} {said}")
+    return descriptions

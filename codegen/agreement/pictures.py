@@ -25,15 +25,15 @@ def svg_act(text: str, agent: str, rows: Floats) -> Any:
         policy = _policy(root.attrib, nodes, rows.shape[1])
         answers = [json_sums.answer(policy, row) for row in rows.tolist()]
         return np.array(answers)
-    found = np.empty(len(rows), dtype=np.int32)
+    actions = np.empty(len(rows), dtype=np.int32)
     for place, row in enumerate(rows):
         node = nodes[0]
         while "data-feature" in node:
             threshold = float.fromhex(node["data-threshold"].rstrip("f"))
             goes_left = float(row[int(node["data-feature"])]) <= threshold
             node = nodes[int(node["data-left" if goes_left else "data-right"])]
-        found[place] = int(node["data-action"])
-    return found
+        actions[place] = int(node["data-action"])
+    return actions
 
 
 def _policy(root: Mapping[str, str], nodes: Mapping[int, Mapping[str, str]], n_features: int) -> dict[str, Any]:

@@ -14,7 +14,7 @@ import numpy as np
 from codegen import ir
 from codegen.floats import FLOAT32, FLOAT64, NUMBERS, at_most, deciding_double, neighbour
 from codegen.ir import Float64, Floats, GrownTree, Tree
-from codegen.paths import parted
+from codegen.paths import split_corners
 from codegen.region import RegionSpec
 
 HUGE = 1e30  # drawing beyond it overflows; paths that demand more get their own bounds
@@ -64,7 +64,7 @@ def paths(tree: Tree | GrownTree, n_features: int) -> Iterator[tuple[int, Floats
             continue
         yield node, low, high
         threshold = at_most(float(tree.threshold[node]), tree.numbers)
-        sides = zip((tree.left[node], tree.right[node]), parted(low, high, feature, threshold), strict=True)
+        sides = zip((tree.left[node], tree.right[node]), split_corners(low, high, feature, threshold), strict=True)
         stack += [(int(child), least, most) for child, (least, most) in sides if least[feature] < most[feature]]
 
 
@@ -122,7 +122,7 @@ def random(
     features: tuple[ir.FeatureSpec, ...], count: int, rng: np.random.Generator, numbers: str = FLOAT32
 ) -> Floats:
     """Uniform in the features' ranges, half in the inner third, where most thresholds lie. [count, n_features]"""
-    return _drawn(_ends(features), count, rng, numbers)
+    return _draw_rows(_ends(features), count, rng, numbers)
 
 
 def random_parts(
@@ -139,13 +139,13 @@ def _ends(features: tuple[ir.FeatureSpec, ...]) -> Float64:
     return np.array([[feature.low for feature in features], [feature.high for feature in features]])
 
 
-def _drawn(within: Float64, count: int, rng: np.random.Generator, numbers: str = FLOAT32) -> Floats:
+def _draw_rows(within: Float64, count: int, rng: np.random.Generator, numbers: str = FLOAT32) -> Floats:
     """As `random`, between the ends [2, n_features]."""
-    found = np.empty((count, within.shape[1]), dtype=numbers)
+    rows = np.empty((count, within.shape[1]), dtype=numbers)
     for start in range(0, count, DRAWN_AT_ONCE):
         part = slice(start, min(start + DRAWN_AT_ONCE, count))
-        found[part] = _part(within, part, count, rng)
-    return found
+        rows[part] = _part(within, part, count, rng)
+    return rows
 
 
 def _part(within: Float64, part: slice, count: int, rng: np.random.Generator) -> Float64:
@@ -168,24 +168,24 @@ def doubles(tree: Tree, features: tuple[ir.FeatureSpec, ...], rng: np.random.Gen
         if tree.numbers == FLOAT32:
             turning = deciding_double(turning)
         for value in neighbours(turning, FLOAT64):
-            filled = _drawn(within, fillings, rng).astype(np.float64)
+            filled = _draw_rows(within, fillings, rng).astype(np.float64)
             filled[:, int(tree.feature[node])] = value
             rows.append(filled)
     return np.concatenate(rows)
 
 
-def typed(rows: Float64) -> list[Any]:
+def cast_rows(rows: Float64) -> list[Any]:
     """Some of these observations in numbers of other types, an array for each: what must be turned into doubles first.
 
     Long doubles and fractions are a little above their double, so that comparing them as they are decides otherwise.
     """
     few = rows[np.random.default_rng(0).permutation(len(rows))[:TYPED]]
     with np.errstate(over="ignore"):  # beyond the largest number of a type is infinity
-        found: list[Any] = [few.astype(kind) for kind in (np.float16, np.float32)]
-        found.append(np.nextafter(few.astype(np.longdouble), np.longdouble(np.inf)))
+        arrays: list[Any] = [few.astype(kind) for kind in (np.float16, np.float32)]
+        arrays.append(np.nextafter(few.astype(np.longdouble), np.longdouble(np.inf)))
     finite = few[np.isfinite(few).all(axis=1)]  # no fraction is infinite, as what lies beside the largest double
     above = [[_above(x) for x in row] for row in finite.tolist()]
-    return [*found, np.array(above)]
+    return [*arrays, np.array(above)]
 
 
 def _above(x: float) -> Fraction:
@@ -205,7 +205,7 @@ def worlds(profile: ir.PolicyProfile, rng: np.random.Generator) -> Float64:
     rows: list[Float64] = [np.zeros((1, len(names)))]
     for policy in profile.agents:
         for node in ir.splits(policy.tree):
-            meaning = policy.features[_moved(policy, node)].meaning
+            meaning = policy.features[_find_feature(policy, node)].meaning
             filled = rng.uniform(-2, 2, (FILLINGS, len(names)))
             filled[::2] = np.round(filled[::2] * 4) / 4
             if meaning and meaning.terms:
@@ -218,7 +218,7 @@ def worlds(profile: ir.PolicyProfile, rng: np.random.Generator) -> Float64:
     return np.concatenate(rows)
 
 
-def _moved(policy: ir.AgentPolicy, node: int) -> int:
+def _find_feature(policy: ir.AgentPolicy, node: int) -> int:
     """The feature that a split tests; of a sum, the first one."""
     tested, n = int(policy.tree.feature[node]), len(policy.features)
     if tested < n:

@@ -22,7 +22,7 @@ from codegen.agreement import json_sums, misuse
 from codegen.agreement.entries import Asked, Told
 from codegen.agreement.pictures import svg_act
 from codegen.agreement.programs import run
-from codegen.agreement.rows import listed
+from codegen.agreement.rows import iterate_rows
 from codegen.check import identifier
 from codegen.errors import DisagreementError, MissingToolError
 from codegen.ir import Float64, Floats, Int32
@@ -44,14 +44,14 @@ def json_act(text: str, agent: str, rows: Any) -> list[Any]:
     document = cast(dict[str, Any], json.loads(text))
     policy = next(item for item in document["agents"] if item["agent"] == agent)
     if policy.get("arithmetic"):
-        answers = [json_sums.answer(policy, row) for row in listed(rows)]
+        answers = [json_sums.answer(policy, row) for row in iterate_rows(rows)]
         places = {action["name"]: place for place, action in enumerate(policy["actions"])}
         return [places[each] if places else each for each in answers]
     index: dict[str, int] = {feature["name"]: place for place, feature in enumerate(policy["features"])}
     number: dict[str, int] = {action["name"]: place for place, action in enumerate(policy["actions"])}
     nodes = cast(list[dict[str, Any]], policy["tree"])
     decisions: list[int] = []
-    for row in listed(rows):
+    for row in iterate_rows(rows):
         place = 0
         while "feature" in nodes[place]:
             node = nodes[place]
@@ -60,7 +60,7 @@ def json_act(text: str, agent: str, rows: Any) -> list[Any]:
     return decisions
 
 
-def shipped_reader(reader: str, text: str, agent: str) -> Callable[[Any], Any]:
+def load_reader(reader: str, text: str, agent: str) -> Callable[[Any], Any]:
     """How the reference reader that is handed out with the JSON `text` decides for an observation."""
     with tempfile.TemporaryDirectory(prefix="maviper-") as folder:
         path = Path(folder) / "profile.json"
@@ -68,10 +68,10 @@ def shipped_reader(reader: str, text: str, agent: str) -> Callable[[Any], Any]:
         return load_python(reader)["load"](path)[agent].act
 
 
-def shipped_reader_act(reader: str, text: str, agent: str, rows: Any) -> list[Any]:
+def reader_act(reader: str, text: str, agent: str, rows: Any) -> list[Any]:
     """Decisions of the reference reader."""
-    act = shipped_reader(reader, text, agent)
-    return [act(row) for row in listed(rows)]
+    act = load_reader(reader, text, agent)
+    return [act(row) for row in iterate_rows(rows)]
 
 
 def load_python(text: str) -> Mapping[str, Any]:
@@ -90,10 +90,10 @@ def python_told(module: Mapping[str, Any], asked: Asked) -> Told:
     functions = [*observe.values(), *act_world.values()]
     functions += [module[name] for name in ("act_team", "in_region") if name in module]
     wrong = misuse.single(len(asked.states[0]), asks=True)
-    let = [each for function in functions for each in misuse.accepted(function, wrong)]
+    let = [each for function in functions for each in misuse.find_accepted(function, wrong)]
     states, bordering = asked.states.tolist(), asked.bordering.tolist()
     checks = {
-        agent: np.array([finite[agent](row) + 2 * in_range[agent](row) for row in listed(asked.rows[agent])])
+        agent: np.array([finite[agent](row) + 2 * in_range[agent](row) for row in iterate_rows(asked.rows[agent])])
         for agent in agents
     }
     return Told(
@@ -109,18 +109,18 @@ def python_told(module: Mapping[str, Any], asked: Asked) -> Told:
 
 
 def _python_constants(module: Mapping[str, Any], agents: Sequence[str]) -> list[float | str]:
-    found: list[float | str] = [module["DT"], module["DAMPING"], *module["COORDINATES"]]
+    constants: list[float | str] = [module["DT"], module["DAMPING"], *module["COORDINATES"]]
     for agent in agents:
-        found.append(module["FORCE"][agent])
-        found += [value for effect in module["EFFECTS"][agent] for value in effect or (np.nan, np.nan)]
-        found += [end for pair in module["RANGES"][agent] for end in pair]
-        found += [meaning or "" for meaning in module["MEANINGS"][agent]]
+        constants.append(module["FORCE"][agent])
+        constants += [value for effect in module["EFFECTS"][agent] for value in effect or (np.nan, np.nan)]
+        constants += [end for pair in module["RANGES"][agent] for end in pair]
+        constants += [meaning or "" for meaning in module["MEANINGS"][agent]]
         names: Any = module.get(f"Action_{identifier(agent)}", ())
-        found += [f"{action.name}={action.value}" for action in names]
+        constants += [f"{action.name}={action.value}" for action in names]
         outputs, bounds = (module.get(table, {}).get(agent, ()) for table in ("OUTPUTS", "BOUNDS"))
         for output, ends in zip(outputs, bounds, strict=True):
-            found += [output, *(np.nan if end is None else end for end in ends)]
-    return found
+            constants += [output, *(np.nan if end is None else end for end in ends)]
+    return constants
 
 
 class Ran(NamedTuple):
@@ -145,12 +145,12 @@ def javascript_act(text: str, model: Model, rows: Mapping[str, Float64], asked: 
         for agent in model.agents:
             (folder / f"{agent.lower}.rows").write_bytes(rows[agent.name].astype("<f8").tobytes())
         _run([node, "harness.mjs"], folder, "the generated JavaScript does not run")
-        found: dict[str, Ran] = {}
+        runs: dict[str, Ran] = {}
         for agent in model.agents:
             single, batch = np.split(_answers(agent, folder / f"{agent.lower}.actions"), 2)
             misused = cast(dict[str, Any], json.loads((folder / f"{agent.lower}.json").read_text()))
-            found[agent.name] = Ran(single, batch, misused["asked"], misused["accepted"])
-        return found, _told(folder, model)
+            runs[agent.name] = Ran(single, batch, misused["asked"], misused["accepted"])
+        return runs, _read_entries(folder, model)
 
 
 def rust_act(
@@ -172,7 +172,7 @@ def rust_act(
         _run([str(folder / "run")], folder, "the generated Rust does not run")
         acted = {agent.name: _answers(agent, folder / f"{agent.lower}.actions") for agent in model.agents}
         halves = {name: np.split(both, 2) for name, both in acted.items()}
-        return {name: Ran(single, batch) for name, (single, batch) in halves.items()}, _told(folder, model)
+        return {name: Ran(single, batch) for name, (single, batch) in halves.items()}, _read_entries(folder, model)
 
 
 def _ask(folder: Path, model: Model, asked: Asked) -> None:
@@ -188,7 +188,7 @@ def _bytes(agent: Agent, rows: Floats) -> bytes:
     return rows.astype("<f4" if agent.single else "<f8").tobytes()
 
 
-def _told(folder: Path, model: Model) -> Told:
+def _read_entries(folder: Path, model: Model) -> Told:
     """What a harness left behind."""
     said = cast(dict[str, Any], json.loads((folder / "entries.json").read_text()))
     located = model.agents if model.located else ()
@@ -276,7 +276,7 @@ def _array_module(text: str, library: str) -> Mapping[str, Any]:
 
 READERS = [
     Reader("json", ("{prefix}.json",), json_act),
-    Reader("json reader", ("{prefix}_reader.py", "{prefix}.json"), shipped_reader_act, every=3),
+    Reader("json reader", ("{prefix}_reader.py", "{prefix}.json"), reader_act, every=3),
     Reader("svg", ("{prefix}_{agent}.svg",), svg_act, every=7),
     Reader("onnx", ("{prefix}_{agent}.onnx",), onnx_act),
     Reader("onnx one by one", ("{prefix}_{agent}.onnx",), onnx_act_singly, every=5),

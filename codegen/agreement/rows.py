@@ -19,7 +19,7 @@ BLOCK = 512  # observations that are lists of Python's numbers at the same time
 PART = 1 << 23  # numbers of an array in memory at the same time
 
 
-def listed(rows: Any) -> Iterator[list[float]]:
+def iterate_rows(rows: Any) -> Iterator[list[float]]:
     """The rows of an array one after the other, as `tolist` gives them, which needs eight times an array's memory."""
     for low in range(0, len(rows), BLOCK):
         yield from rows[low : low + BLOCK].tolist()

@@ -18,7 +18,7 @@ from codegen.agreement import entries, misuse, probes, readback, sum_probes
 from codegen.agreement.build import Build
 from codegen.agreement.compiled import CompiledC, ensure_strict
 from codegen.agreement.entries import CONSTANTS, OBSERVE, SEED, Agreement, Asked, Told, differing, reference
-from codegen.agreement.rows import Kept, listed
+from codegen.agreement.rows import Kept, iterate_rows
 from codegen.equivalence import structure
 from codegen.errors import DisagreementError, MissingToolError
 from codegen.ir import Floats
@@ -95,13 +95,13 @@ def compare(target: str, policy: ir.AgentPolicy, rows: Any, wanted: Any, found: 
     first = ""
     if wrong.size:
         row = int(wrong[0])
-        says, does = (_said(policy, each[row]) for each in (wanted, found))
+        says, does = (_format_answer(policy, each[row]) for each in (wanted, found))
         values = ", ".join(repr(float(value)) for value in rows[row])
         first = f"for x = ({values}) the profile says {says}, the code {does}"
     return Agreement(target, policy.agent, len(wanted), int(wrong.size), first)
 
 
-def _said(policy: ir.AgentPolicy, answer: Any) -> str:
+def _format_answer(policy: ir.AgentPolicy, answer: Any) -> str:
     if policy.outputs:
         return f"({', '.join(repr(float(value)) for value in answer)})"
     return policy.actions[int(answer)].name if 0 <= int(answer) < len(policy.actions) else str(int(answer))
@@ -132,12 +132,12 @@ def check(build: Build, random: int = RANDOM_OBSERVATIONS) -> Report:
                 acted.append(reference(policy, rows))
                 asked.keep(policy.agent, rows)
             wanted[policy.agent] = np.concatenate(acted)
-        return _checked(build, asked, wanted)
+        return _check_targets(build, asked, wanted)
 
 
-def _checked(build: Build, asked: Kept, wanted: Mapping[str, Any]) -> Report:
+def _check_targets(build: Build, asked: Kept, wanted: Mapping[str, Any]) -> Report:
     profile, model, files = build.profile, build.model, build.files
-    found: list[Agreement] = []
+    agreements: list[Agreement] = []
     skipped: list[str] = []
     header, module = (build.text(ending) for ending in ("h", "py"))
     if header is not None and build.compiler is None:
@@ -145,32 +145,32 @@ def _checked(build: Build, asked: Kept, wanted: Mapping[str, Any]) -> Report:
     if header is not None:
         if sum(len(policy.tree.feature) for policy in profile.agents) <= MAX_PARSED:
             ensure_strict(header, model)
-            found += [] if model.summed else _parsed(profile, header, model)
+            agreements += [] if model.summed else _prove_structure(profile, header, model)
         else:
             skipped.append(f"the structural proof of the C: more than {MAX_PARSED} nodes")
     if build.compilable:
-        found += _check_c(build, asked, wanted, skipped)
+        agreements += _check_c(build, asked, wanted, skipped)
     if module is not None:
-        found += _check_python(profile, module, model, asked, wanted)
-    found += _read(profile, files, model, asked, wanted, skipped)
-    found += _check_reader(build)
+        agreements += _check_python(profile, module, model, asked, wanted)
+    agreements += _read(profile, files, model, asked, wanted, skipped)
+    agreements += _check_reader(build)
     for suffix, check in (("mjs", _check_javascript), ("rs", _check_rust)):
         text = build.text(suffix)
         if text is not None:
             try:
-                found += check(build, text, asked, wanted)
+                agreements += check(build, text, asked, wanted)
             except MissingToolError as error:
                 skipped.append(f"{suffix}: {error.what}")
-    return Report(tuple(found), tuple(skipped), " ".join(build.compiler or []))
+    return Report(tuple(agreements), tuple(skipped), " ".join(build.compiler or []))
 
 
 def _check_c(build: Build, asked: Kept, wanted: Mapping[str, Any], skipped: list[str]) -> list[Agreement]:
     profile, model, compiled = build.profile, build.model, build.library
-    found: list[Agreement] = []
+    agreements: list[Agreement] = []
     for policy in profile.agents:
-        found += _in_parts(policy, asked, wanted, partial(_c_replayed, compiled, model.style))
+        agreements += _in_parts(policy, asked, wanted, partial(_c_replayed, compiled, model.style))
     together = _check_c_all(build, asked, min(map(len, wanted.values()))) if model.acting else []
-    return found + together + _check_c_entries(build, skipped)
+    return agreements + together + _check_c_entries(build, skipped)
 
 
 def _c_replayed(
@@ -188,14 +188,14 @@ def _c_replayed(
 def _check_c_all(build: Build, asked: Kept, count: int) -> list[Agreement]:
     """What the call for all agents does, for the first observations of each."""
     agents, model = build.profile.agents, build.model
-    found: list[list[Agreement]] = []
+    agreements: list[list[Agreement]] = []
     for seen in asked.together([policy.agent for policy in agents], count):
         if model.style == ORDERED and not model.side_by_side:  # the functions of that style, one after the other
             seen = [np.nan_to_num(rows) for rows in seen]
         acted = build.library.all(seen).T
         each = zip(agents, seen, acted, strict=True)
-        found.append([compare(ALL, policy, rows, ir.act(policy, rows), actions) for policy, rows, actions in each])
-    return [reduce(joined, parts) for parts in zip(*found, strict=True)]
+        agreements.append([compare(ALL, policy, rows, ir.act(policy, rows), actions) for policy, rows, actions in each])
+    return [reduce(merge_agreements, parts) for parts in zip(*agreements, strict=True)]
 
 
 Replayed = Callable[[ir.AgentPolicy, Floats, Any], Iterable[Agreement]]
@@ -205,10 +205,10 @@ def _in_parts(policy: ir.AgentPolicy, asked: Kept, wanted: Mapping[str, Any], re
     """What `replayed` finds in an agent's observations, given to it in parts of bounded memory."""
     expected = wanted[policy.agent]
     parts = [replayed(policy, rows, expected[low : low + len(rows)]) for low, rows in asked.parts(policy.agent)]
-    return [reduce(joined, each) for each in zip(*parts, strict=True)]
+    return [reduce(merge_agreements, each) for each in zip(*parts, strict=True)]
 
 
-def joined(one: Agreement, other: Agreement) -> Agreement:
+def merge_agreements(one: Agreement, other: Agreement) -> Agreement:
     """Two parts of one comparison."""
     asked, wrong = one.observations + other.observations, one.differences + other.differences
     return Agreement(one.target, one.agent, asked, wrong, one.first or other.first)
@@ -232,7 +232,7 @@ def _check_c_entries(build: Build, skipped: list[str]) -> list[Agreement]:
     )
     if profile.region and not profile.region.holds(asked.bordering, profile.world.coordinates()).any():
         skipped.append("the check of the region: no state was drawn that lies in it")
-    return [entries.constants("c", constants, compiled.constants()), *entries.compared("c", asked, told)]
+    return [entries.constants("c", constants, compiled.constants()), *entries.compare_entries("c", asked, told)]
 
 
 def _read(
@@ -244,7 +244,7 @@ def _read(
     skipped: list[str],
 ) -> list[Agreement]:
     """What the readers of `readback` find; a reader whose tool is missing is named in `skipped`, each tool once."""
-    found: list[Agreement] = []
+    agreements: list[Agreement] = []
     for policy, agent in zip(profile.agents, model.agents, strict=True):
         for reader in readback.READERS:
             names = [name.format(prefix=model.prefix, agent=agent.lower) for name in reader.files]
@@ -252,25 +252,25 @@ def _read(
                 continue
             contents = [files[name] for name in names]
             try:
-                found.append(_read_back(reader, contents, policy, asked, wanted[policy.agent]))
+                agreements.append(_read_back(reader, contents, policy, asked, wanted[policy.agent]))
             except MissingToolError as error:
                 reason = f"{Path(names[0]).suffix[1:]}: {error.what}"
                 skipped += [reason] if reason not in skipped else []
-    return found
+    return agreements
 
 
 def _read_back(
     reader: readback.Reader, contents: Sequence[Any], policy: ir.AgentPolicy, asked: Kept, wanted: Any
 ) -> Agreement:
     """What a reader finds in the files that it reads. MissingToolError without its tool."""
-    found: list[Agreement] = []
+    agreements: list[Agreement] = []
     for low, rows in asked.parts(policy.agent):
         chosen = slice(-low % reader.every, None, reader.every)  # the rows of the whole array that it is asked about
         expected = wanted[low : low + len(rows)][chosen]
-        found.append(
+        agreements.append(
             compare(reader.target, policy, rows[chosen], expected, reader.act(*contents, policy.agent, rows[chosen]))
         )
-    return reduce(joined, found)
+    return reduce(merge_agreements, agreements)
 
 
 def _check_reader(build: Build) -> list[Agreement]:
@@ -279,25 +279,27 @@ def _check_reader(build: Build) -> list[Agreement]:
     reader = build.files.get(f"{build.model.prefix}_reader.py")
     if document is None or not isinstance(reader, str):
         return []
-    found: list[Agreement] = []
+    agreements: list[Agreement] = []
     for policy in profile.agents:
-        act = readback.shipped_reader(reader, document, policy.agent)
+        act = readback.load_reader(reader, document, policy.agent)
         wrong = [each for each in misuse.single(len(policy.features), asks=True) if not isinstance(each, bytes)]
-        let = misuse.accepted(act, wrong)
-        found.append(Agreement("json reader input check", policy.agent, len(wrong), len(let), *let[:1]))
+        let = misuse.find_accepted(act, wrong)
+        agreements.append(Agreement("json reader input check", policy.agent, len(wrong), len(let), *let[:1]))
         near = _near(policy)
         if len(near):
-            rows = [row for part in probes.typed(near) for row in part]
+            rows = [row for part in probes.cast_rows(near) for row in part]
             expected = reference(policy, [[float(value) for value in row] for row in rows])
-            found.append(compare("json reader other types", policy, rows, expected, [act(row) for row in rows]))
-    return found
+            agreements.append(compare("json reader other types", policy, rows, expected, [act(row) for row in rows]))
+    return agreements
 
 
-def _parsed(profile: ir.PolicyProfile, header: str, model: Model) -> list[Agreement]:
+def _prove_structure(profile: ir.PolicyProfile, header: str, model: Model) -> list[Agreement]:
     """The structural proof: the header's syntax tree against the policy trees, node by node."""
-    found = structure.faults(header, profile, model)
+    faults = structure.faults(header, profile, model)
     return [
-        Agreement(STRUCTURE, policy.agent, len(policy.tree.feature), len(found[policy.agent]), *found[policy.agent][:1])
+        Agreement(
+            STRUCTURE, policy.agent, len(policy.tree.feature), len(faults[policy.agent]), *faults[policy.agent][:1]
+        )
         for policy in profile.agents
     ]
 
@@ -306,32 +308,34 @@ def _check_python(
     profile: ir.PolicyProfile, module: str, model: Model, asked: Kept, wanted: Mapping[str, Any]
 ) -> list[Agreement]:
     namespace, entry = readback.load_python(module), Asked(profile)
-    found = entries.compared("python", entry, readback.python_told(namespace, entry))
+    agreements = entries.compare_entries("python", entry, readback.python_told(namespace, entry))
     for policy, agent in zip(profile.agents, model.agents, strict=True):
         act, batch = namespace["ACT"][agent.name], namespace["ACT_BATCH"][agent.name]
-        found += _in_parts(policy, asked, wanted, partial(_python_replayed, act, batch))
+        agreements += _in_parts(policy, asked, wanted, partial(_python_replayed, act, batch))
         near = _near(policy)
         if len(near):
             expected = reference(policy, near)
-            found.append(compare("python doubles", policy, near, expected, [act(row) for row in listed(near)]))
-            typed = probes.typed(near)
+            agreements.append(
+                compare("python doubles", policy, near, expected, [act(row) for row in iterate_rows(near)])
+            )
+            typed = probes.cast_rows(near)
             rows = [row for part in typed for row in part]
             expected = reference(policy, [[float(value) for value in row] for row in rows])
-            found.append(compare("python other types", policy, rows, expected, [act(list(row)) for row in rows]))
-            found.append(compare("python other arrays", policy, rows, expected, [act(row) for row in rows]))
+            agreements.append(compare("python other types", policy, rows, expected, [act(list(row)) for row in rows]))
+            agreements.append(compare("python other arrays", policy, rows, expected, [act(row) for row in rows]))
             batches = np.concatenate([batch(part) for part in typed])
-            found.append(compare("python other batches", policy, rows, expected, batches))
+            agreements.append(compare("python other batches", policy, rows, expected, batches))
         n = len(policy.features)
         wrong, many = misuse.single(n, asks=agent.comparisons > 0 or agent.summed is not None), misuse.many(n)
-        let = misuse.accepted(act, wrong) + misuse.accepted(batch, many)
-        found.append(Agreement("python input check", policy.agent, len(wrong) + len(many), len(let), *let[:1]))
-    return found
+        let = misuse.find_accepted(act, wrong) + misuse.find_accepted(batch, many)
+        agreements.append(Agreement("python input check", policy.agent, len(wrong) + len(many), len(let), *let[:1]))
+    return agreements
 
 
 def _python_replayed(
     act: Callable[[Any], Any], batch: Callable[[Any], Any], policy: ir.AgentPolicy, rows: Floats, expected: Any
 ) -> Iterator[Agreement]:
-    yield compare("python", policy, rows, expected, [act(row) for row in listed(rows)])
+    yield compare("python", policy, rows, expected, [act(row) for row in iterate_rows(rows)])
     yield compare("python batch", policy, rows, expected, batch(rows))
 
 
@@ -343,27 +347,27 @@ def _check_javascript(
     rows = {name: np.concatenate([seen.astype(np.float64), near[name]]) for name, seen in asked.items()}
     entry = Asked(profile)
     ran, told = readback.javascript_act(module, model, rows, entry)
-    found = entries.compared("javascript", entry, told)
+    agreements = entries.compare_entries("javascript", entry, told)
     for policy in profile.agents:
         expected = np.concatenate([wanted[policy.agent], reference(policy, near[policy.agent])])
         acted = ran[policy.agent]
-        found.append(compare("javascript", policy, rows[policy.agent], expected, acted.single))
-        found.append(compare("javascript rows", policy, rows[policy.agent], expected, acted.batch))
+        agreements.append(compare("javascript", policy, rows[policy.agent], expected, acted.single))
+        agreements.append(compare("javascript rows", policy, rows[policy.agent], expected, acted.batch))
         let = acted.accepted
-        found.append(Agreement("javascript input check", policy.agent, acted.misused, len(let), *let[:1]))
-    return found
+        agreements.append(Agreement("javascript input check", policy.agent, acted.misused, len(let), *let[:1]))
+    return agreements
 
 
 def _check_rust(build: Build, module: str, asked: Mapping[str, Floats], wanted: Mapping[str, Any]) -> list[Agreement]:
     profile, model = build.profile, build.model
     entry = Asked(profile)
     ran, told = readback.rust_act(module, model, asked, entry, build.optimised)
-    found = entries.compared("rust", entry, told)
+    agreements = entries.compare_entries("rust", entry, told)
     for name, acted in ran.items():
         policy, rows = profile.policy(name), asked[name]
-        found.append(compare("rust", policy, rows, wanted[name], acted.single))
-        found.append(compare("rust rows", policy, rows, wanted[name], acted.batch))
-    return found
+        agreements.append(compare("rust", policy, rows, wanted[name], acted.single))
+        agreements.append(compare("rust rows", policy, rows, wanted[name], acted.batch))
+    return agreements
 
 
 def check_grown(policy: ir.AgentPolicy, on_policy: Floats, boundaries: bool = True) -> Agreement:

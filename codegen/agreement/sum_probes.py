@@ -34,11 +34,11 @@ def ties(policy: ir.AgentPolicy, rng: np.random.Generator) -> Floats:
     # equal numbers, zeros of both signs and whole numbers, whose sums are exact
     pool[::4] = np.round(pool[::4])
     pool[1::8] = np.where(rng.random(pool[1::8].shape) < 0.5, np.abs(pool[1::8]), -np.abs(pool[1::8]))
-    found = [np.zeros((0, len(policy.features)), policy.numbers)]
+    batches = [np.zeros((0, len(policy.features)), policy.numbers)]
     for node, rows in _reaching(policy.tree, pool):
         drawn = pool[rng.choice(rows, EACH)] if len(rows) else pool[rng.integers(len(pool), size=EACH)]
-        found += _moved(policy, node, drawn, rng)
-    return np.concatenate(found)
+        batches += _move_rows(policy, node, drawn, rng)
+    return np.concatenate(batches)
 
 
 def _reaching(tree: ir.Tree, pool: Floats) -> Iterator[tuple[int, np.ndarray]]:
@@ -51,7 +51,7 @@ def _reaching(tree: ir.Tree, pool: Floats) -> Iterator[tuple[int, np.ndarray]]:
         yield node, below[node]
 
 
-def _moved(policy: ir.AgentPolicy, node: int, rows: Floats, rng: np.random.Generator) -> Iterator[Floats]:
+def _move_rows(policy: ir.AgentPolicy, node: int, rows: Floats, rng: np.random.Generator) -> Iterator[Floats]:
     """Rows with one of the tested features moved so that the test is at its threshold, and beside."""
     tree, n, threshold = policy.tree, len(policy.features), float(policy.tree.threshold[node])
     tested = int(tree.feature[node])

@@ -41,8 +41,8 @@ def vectors(profile: ir.PolicyProfile, model: Model) -> str:
 def files(build: Build, targets: Iterable[str]) -> dict[str, str]:
     """The vectors, and a test for each of the targets that can run one."""
     model = build.model
-    found = {f"{model.prefix}.vectors.txt": vectors(build.profile, model)}
+    texts = {f"{model.prefix}.vectors.txt": vectors(build.profile, model)}
     for target in targets:
         if target in TESTS:
-            found[f"{model.prefix}_test.{TESTS[target]}"] = render(f"tests/test.{TESTS[target]}.j2", model=model)
-    return found
+            texts[f"{model.prefix}_test.{TESTS[target]}"] = render(f"tests/test.{TESTS[target]}.j2", model=model)
+    return texts

@@ -91,7 +91,11 @@ def contracts_of(profile: ir.PolicyProfile, model: Model) -> Contracts:
         raise InputError(what, "--contracts", f"use --style {NESTED}, or leave it out")
     functions = [
         Contract(
-            agent.names.act, KINDS[policy.numbers], len(policy.features), _tested(policy.tree), table_of(policy.tree)
+            agent.names.act,
+            KINDS[policy.numbers],
+            len(policy.features),
+            _collect_features(policy.tree),
+            table_of(policy.tree),
         )
         for policy, agent in zip(profile.agents, model.agents, strict=True)
     ]
@@ -113,25 +117,25 @@ def frama_c(source: str, functions: Iterable[str]) -> tuple[str, ...]:
     return ("frama-c", *OPTIONS, "-wp-fct", ",".join(functions), source)
 
 
-def _tested(tree: ir.Tree) -> tuple[int, ...]:
+def _collect_features(tree: ir.Tree) -> tuple[int, ...]:
     """The features that a tree tests, each once."""
     return tuple(np.unique(tree.feature[tree.feature != ir.NO_FEATURE]).tolist())
 
 
 def table_of(tree: ir.Tree) -> tuple[Leaf, ...]:
     """The leaves from left to right, each with the tests on its path, from the tree's arrays."""
-    found: list[Leaf] = []
+    leaves: list[Leaf] = []
     waiting: list[tuple[int, tuple[str, ...]]] = [(ir.ROOT, ())]
     while waiting:
         node, tests = waiting.pop()
         if tree.feature[node] == ir.NO_FEATURE:
-            found.append(Leaf(node, tests, int(tree.action[node])))
+            leaves.append(Leaf(node, tests, int(tree.action[node])))
             continue
         kind, threshold = KINDS[tree.numbers], short_hex(float(tree.threshold[node]))
         passed = f"\\le_{kind}(x[{tree.feature[node]}], ({kind}){threshold})"
         waiting.append((int(tree.right[node]), (*tests, f"!{passed}")))
         waiting.append((int(tree.left[node]), (*tests, passed)))
-    return tuple(found)
+    return tuple(leaves)
 
 
 def _thresholds(trees: Sequence[ir.Tree]) -> list[np.float32]:
@@ -142,20 +146,20 @@ def _thresholds(trees: Sequence[ir.Tree]) -> list[np.float32]:
 
 def _bits_axioms(profile: ir.PolicyProfile, bits: str) -> list[Axiom]:
     """For each threshold, which bits the numbers have that are at most it."""
-    found: list[Axiom] = []
+    axioms: list[Axiom] = []
     for threshold in _thresholds([policy.tree for policy in profile.agents]):
         number = int(threshold.view(np.uint32))
         digits = f"{number:08x}"
         compared = f"(uint32_t){bits}_of(x) >= 0x{digits}" if number >= SIGN else f"{bits}_of(x) <= 0x{digits}"
         smt = (f"({'bvuge' if number >= SIGN else 'bvsle'} b #x{digits})", _smt_at_most(number, 32))
         given = "!\\is_NaN(x)"
-        found.append(Axiom(f"at_most_{digits}", "float", compared, _at_most("float", threshold), given, 32, smt))
-    return found
+        axioms.append(Axiom(f"at_most_{digits}", "float", compared, _at_most("float", threshold), given, 32, smt))
+    return axioms
 
 
 def _below_zero(profile: ir.PolicyProfile) -> list[Axiom]:
     """For each kind of agent that asks x < 0, that it is to be at most the last number below: nested code says `<`."""
-    found: list[Axiom] = []
+    axioms: list[Axiom] = []
     for numbers, kind in KINDS.items():
         last = np.dtype(numbers).type(below_zero(numbers))
         trees = [policy.tree for policy in profile.agents if policy.numbers == numbers]
@@ -165,8 +169,8 @@ def _below_zero(profile: ir.PolicyProfile) -> list[Axiom]:
         number = int(last.view(f"u{last.itemsize}"))
         smt = (f"(fp.lt x (_ +zero {FORMATS[width]}))", _smt_at_most(number, width))
         asked = f"\\lt_{kind}(x, ({kind})0.0)"
-        found.append(Axiom(f"{kind}_below_zero", kind, asked, _at_most(kind, last), "", width, smt))
-    return found
+        axioms.append(Axiom(f"{kind}_below_zero", kind, asked, _at_most(kind, last), "", width, smt))
+    return axioms
 
 
 def _at_most(kind: str, threshold: np.floating) -> str:

@@ -46,15 +46,15 @@ class Obligation:
 def about_c(header: str, profile: ir.PolicyProfile, model: Model) -> list[Obligation]:
     """A question for each agent's `..._act`. Unreadable when the header is not of the C that is read."""
     read = Header(header)
-    found: list[Obligation] = []
+    obligations: list[Obligation] = []
     for policy, agent in zip(profile.agents, model.agents, strict=True):
         n = len(policy.features)
         inputs, code = [f"f{i}" for i in range(n)], Definitions("c")
         bits = {f"f{i}": f"x{i}" for i in range(n)}
         answer = read.decide(f"{model.prefix}_{agent.lower}_act", inputs, bits, code)
         assumed = [f"(not (fp.isNaN {each}))" for each in inputs] if model.style == ORDERED else []
-        found.append(_question(C, policy, model, SINGLE, (code, answer), assumed))
-    return found
+        obligations.append(_question(C, policy, model, SINGLE, (code, answer), assumed))
+    return obligations
 
 
 def about_python(module: str, profile: ir.PolicyProfile, model: Model) -> list[Obligation]:
@@ -66,7 +66,7 @@ def about_python(module: str, profile: ir.PolicyProfile, model: Model) -> list[O
     taken = functions.keys() | BUILT_IN.keys()
     for node in body:
         _ensure_idle(node, taken)
-    found: list[Obligation] = []
+    obligations: list[Obligation] = []
     for policy, agent in zip(profile.agents, model.agents, strict=True):
         function = functions.get(f"act_{agent.lower}")
         if function is None:
@@ -77,8 +77,8 @@ def about_python(module: str, profile: ir.PolicyProfile, model: Model) -> list[O
             raise Unreadable(f"act_{agent.lower} does not take one observation")
         code = Definitions("p")
         answer = _python(function.body, given, len(policy.features), code)
-        found.append(_question(PYTHON, policy, model, DOUBLE, (code, answer), []))
-    return found
+        obligations.append(_question(PYTHON, policy, model, DOUBLE, (code, answer), []))
+    return obligations
 
 
 def _only(parameters: Sequence[ast.arg]) -> ast.arguments:

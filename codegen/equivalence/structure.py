@@ -63,12 +63,12 @@ def faults(header: str, profile: ir.PolicyProfile, model: Model) -> dict[str, li
         return {policy.agent: [f"a line that may change the rest: {odd[0][:80]}"] for policy in profile.agents}
     functions = {node.decl.name: node for node in parsed.ext if isinstance(node, c_ast.FuncDef)}
     numbers = enumerators(parsed)
-    found: dict[str, list[str]] = {}
+    by_agent: dict[str, list[str]] = {}
     for policy, agent in zip(profile.agents, model.agents, strict=True):
         name = f"{model.prefix}_{agent.lower}"
         problems = _shapes(numbers, policy, name.upper())
         for suffix, check in (("act", act_faults), ("act_columns", _columns)):
-            function = followed(functions, f"{name}_{suffix}")
+            function = resolve_function(functions, f"{name}_{suffix}")
             if function is None:
                 problems.append(f"there is no function {name}_{suffix}")
                 continue
@@ -76,8 +76,8 @@ def faults(header: str, profile: ir.PolicyProfile, model: Model) -> dict[str, li
                 problems += [f"{suffix}: {each}" for each in check(function, policy.tree, numbers)]
             except NOT_PROVED as error:
                 problems.append(f"{suffix}: not of the form that is proved ({error})")
-        found[policy.agent] = problems
-    return found
+        by_agent[policy.agent] = problems
+    return by_agent
 
 
 @lru_cache(maxsize=2)
@@ -86,7 +86,7 @@ def syntax(header: str) -> Any:
     return CParser().parse(TYPES + plain(header))
 
 
-def followed(functions: Mapping[str, Any], name: str) -> Any:
+def resolve_function(functions: Mapping[str, Any], name: str) -> Any:
     """The function of that name, or the one that it does nothing but call, with its own parameters in their order: how
     agents that share a tree share its code. None where there is no such function.
     """
@@ -109,7 +109,7 @@ def _signature(declared: Any) -> list[str]:
     return [_text(declared.args), " ".join(declared.type.type.names)]
 
 
-def _said(header: str) -> str:
+def _strip_comments(header: str) -> str:
     """The header without comments, and with its sums as they are read."""
     text = re.sub(r" *\n", "\n", re.sub(r"/\*.*?\*/", " ", header, flags=re.S))
     return UNFUSED.sub(r"\1", text, count=1)
@@ -117,13 +117,13 @@ def _said(header: str) -> str:
 
 def plain(header: str) -> str:
     """The header without comments and preprocessor lines."""
-    text = _said(header)
+    text = _strip_comments(header)
     return "\n".join(line for line in text.splitlines() if not line.lstrip().startswith("#"))
 
 
 def odd_lines(header: str) -> list[str]:
     """Preprocessor lines that could change what the rest means: others than those that a header needs."""
-    lines = [line.strip() for line in _said(header).splitlines() if line.strip()]
+    lines = [line.strip() for line in _strip_comments(header).splitlines() if line.strip()]
     odd = []
     for line, after in zip(lines, [*lines[1:], ""], strict=True):
         if not line.startswith("#"):
@@ -138,12 +138,12 @@ def odd_lines(header: str) -> list[str]:
 
 def enumerators(parsed: c_ast.FileAST) -> dict[str, int]:
     """The numbers of all enumerators."""
-    found: dict[str, int] = {}
+    numbers: dict[str, int] = {}
     for declaration in parsed.ext:
         enum = getattr(declaration, "type", None)
         if isinstance(enum, c_ast.Enum):
-            found |= {each.name: int(each.value.value) for each in enum.values.enumerators}
-    return found
+            numbers |= {each.name: int(each.value.value) for each in enum.values.enumerators}
+    return numbers
 
 
 def _shapes(numbers: Mapping[str, int], policy: ir.AgentPolicy, upper: str) -> list[str]:
@@ -165,9 +165,9 @@ def _kinds(function: c_ast.FuncDef, numbers: str) -> Iterator[str]:
     for name, kind in declared:
         while not isinstance(kind, c_ast.TypeDecl):
             kind = kind.type
-        found = kind.type.names
-        if len(found) != 1 or KINDS.get(found[0]) != np.dtype(numbers).type:
-            yield f"{name} are of {' '.join(found)}, not of {numbers}"
+        type_names = kind.type.names
+        if len(type_names) != 1 or KINDS.get(type_names[0]) != np.dtype(numbers).type:
+            yield f"{name} are of {' '.join(type_names)}, not of {numbers}"
 
 
 def act_faults(function: c_ast.FuncDef, tree: Tree, numbers: Mapping[str, int]) -> Iterator[str]:
@@ -177,10 +177,10 @@ def act_faults(function: c_ast.FuncDef, tree: Tree, numbers: Mapping[str, int]) 
     if any(isinstance(item, c_ast.For) or _declares(item, "action") for item in items):
         yield from _walk(items, tree)
     else:
-        yield from _nested(items, tree, numbers)
+        yield from _check_nested(items, tree, numbers)
 
 
-def _nested(items: list[Any], tree: Tree, numbers: Mapping[str, int]) -> Iterator[str]:
+def _check_nested(items: list[Any], tree: Tree, numbers: Mapping[str, int]) -> Iterator[str]:
     stack = [(items, ROOT)]
     while stack:
         (item,), node = stack.pop()
@@ -189,7 +189,7 @@ def _nested(items: list[Any], tree: Tree, numbers: Mapping[str, int]) -> Iterato
             if action != tree.action[node]:
                 yield f"leaf {node} takes action {action}, not {tree.action[node]}"
             continue
-        feature, threshold = tested(item.cond, numbers)
+        feature, threshold = parse_test(item.cond, numbers)
         yield from _differences(tree, node, feature, threshold)
         stack += [(item.iffalse.block_items, int(tree.right[node])), (item.iftrue.block_items, int(tree.left[node]))]
 
@@ -202,7 +202,7 @@ def _differences(tree: Tree, node: int, feature: int, threshold: np.floating) ->
         yield f"node {node} has the threshold {float(threshold).hex()}, not {float(tree.threshold[node]).hex()}"
 
 
-def tested(condition: c_ast.BinaryOp, numbers: Mapping[str, int]) -> tuple[int, np.floating]:
+def parse_test(condition: c_ast.BinaryOp, numbers: Mapping[str, int]) -> tuple[int, np.floating]:
     """Feature and threshold of `x[F] <= t`, of `x[F] < 0`, or of a test by bits: signed for t >= 0, unsigned and turned
     below.
     """
@@ -223,12 +223,12 @@ def tested(condition: c_ast.BinaryOp, numbers: Mapping[str, int]) -> tuple[int, 
 
 def _threshold(condition: c_ast.BinaryOp) -> np.floating:
     """The t of `<= t`, and of `< 0` the last number below 0."""
-    found = number(condition.right)
+    threshold = number(condition.right)
     if condition.op == "<=":
-        return found
-    if condition.op != "<" or found != 0:
-        raise ValueError(f"compared by {condition.op} with {found}")
-    return found.dtype.type(below_zero(found.dtype.name))
+        return threshold
+    if condition.op != "<" or threshold != 0:
+        raise ValueError(f"compared by {condition.op} with {threshold}")
+    return threshold.dtype.type(below_zero(threshold.dtype.name))
 
 
 def number(item: Any) -> np.floating:
@@ -331,11 +331,11 @@ def _columns(function: c_ast.FuncDef, tree: Tree, numbers: Mapping[str, int]) ->
             yield f"node {node} is compared in another way"
         yield from _differences(tree, node, columns[select.cond.left.name.name], _threshold(select.cond))
         for side, child in ((select.iftrue, tree.left[node]), (select.iffalse, tree.right[node])):
-            found = side.name if isinstance(side, c_ast.ID) else float(side.value.rstrip("f"))
-            if found != (f"n{child}" if tree.feature[child] != NO_FEATURE else float(tree.action[child])):
-                yield f"node {node} leads to {found}"
-    found = last.rvalue.name if isinstance(last.rvalue, c_ast.ID) else float(last.rvalue.value.rstrip("f"))
-    if found != ("n0" if tree.feature[ROOT] != NO_FEATURE else float(tree.action[ROOT])):
-        yield f"the answer is {found}"
+            target = side.name if isinstance(side, c_ast.ID) else float(side.value.rstrip("f"))
+            if target != (f"n{child}" if tree.feature[child] != NO_FEATURE else float(tree.action[child])):
+                yield f"node {node} leads to {target}"
+    target = last.rvalue.name if isinstance(last.rvalue, c_ast.ID) else float(last.rvalue.value.rstrip("f"))
+    if target != ("n0" if tree.feature[ROOT] != NO_FEATURE else float(tree.action[ROOT])):
+        yield f"the answer is {target}"
     if _text(last.lvalue) != "chosen[row];":
         yield "the answer goes elsewhere"

@@ -20,7 +20,7 @@ import numpy as np
 from pycparser import c_ast, c_generator
 from pycparser.c_parser import ParseError
 
-from codegen.equivalence.structure import enumerators, followed, odd_lines, syntax
+from codegen.equivalence.structure import enumerators, odd_lines, resolve_function, syntax
 from codegen.floats import neighbour
 
 MAX_STEPS = 1_000_000  # statements run for one function, on all its paths together
@@ -84,11 +84,13 @@ class Definitions:
         return name
 
 
-def lifted(function: Callable[..., Any], *values: Any) -> Any:
+def map_forks(function: Callable[..., Any], *values: Any) -> Any:
     """A function of values, where some may depend on conditions."""
     for place, value in enumerate(values):
         if isinstance(value, Fork):
-            yes, no = (lifted(function, *values[:place], side, *values[place + 1 :]) for side in (value.yes, value.no))
+            yes, no = (
+                map_forks(function, *values[:place], side, *values[place + 1 :]) for side in (value.yes, value.no)
+            )
             return yes if yes == no else Fork(value.condition, yes, no)
     return function(*values)
 
@@ -113,7 +115,7 @@ class Header:
         """
         if name not in self.functions:
             raise Unreadable(f"there is no function {name}")
-        function = followed(self.functions, name)
+        function = resolve_function(self.functions, name)
         if function is None:
             raise Unreadable(f"{name} calls another function in another way")
         try:
@@ -197,7 +199,7 @@ class _Run:
         elif isinstance(statement, c_ast.Assignment) and statement.op == "=" and isinstance(statement.lvalue, c_ast.ID):
             return (statement.lvalue.name, self.value(statement.rvalue, names)), rest
         elif isinstance(statement, c_ast.UnaryOp) and statement.op in ("p++", "++"):
-            return (statement.expr.name, lifted(lambda value: value + 1, names[statement.expr.name])), rest
+            return (statement.expr.name, map_forks(lambda value: value + 1, names[statement.expr.name])), rest
         elif not (isinstance(statement, c_ast.Cast) and _text(statement) == f"(void) {self.given}"):
             raise Unreadable(f"a statement: {_text(statement)[:60]}")
         return None, rest
@@ -228,19 +230,19 @@ class _Run:
             return tuple(of(each) for each in item.exprs)
         if isinstance(item, c_ast.ArrayRef):
             table = None if item.name.name == self.given else of(item.name)
-            return lifted(lambda place: self.entry(table, place), of(item.subscript))
+            return map_forks(lambda place: self.entry(table, place), of(item.subscript))
         if isinstance(item, c_ast.UnaryOp):
-            return lifted(lambda value: _unary(item.op, value), of(item.expr))
+            return map_forks(lambda value: _unary(item.op, value), of(item.expr))
         if isinstance(item, c_ast.BinaryOp) and item.op in ("&&", "||"):
-            left = lifted(_truth, of(item.left))
+            left = map_forks(_truth, of(item.left))
             stops = item.op == "||"
-            return lifted(lambda value: value if value == stops else lifted(_truth, of(item.right)), left)
+            return map_forks(lambda value: value if value == stops else map_forks(_truth, of(item.right)), left)
         if isinstance(item, c_ast.BinaryOp):
-            return lifted(lambda left, right: _binary(item.op, left, right), of(item.left), of(item.right))
+            return map_forks(lambda left, right: _binary(item.op, left, right), of(item.left), of(item.right))
         if isinstance(item, c_ast.TernaryOp):
-            return lifted(lambda value: of(item.iftrue if _truth(value) else item.iffalse), of(item.cond))
+            return map_forks(lambda value: of(item.iftrue if _truth(value) else item.iffalse), of(item.cond))
         if isinstance(item, c_ast.Cast):
-            return lifted(lambda value: _cast(item.to_type.type.type.names, value), of(item.expr))
+            return map_forks(lambda value: _cast(item.to_type.type.type.names, value), of(item.expr))
         if isinstance(item, c_ast.FuncCall):
             return self.call(item, names)
         raise Unreadable(f"an expression: {_text(item)[:60]}")
@@ -262,7 +264,7 @@ class _Run:
             or not _text(function.decl).endswith(f"int32_t {name}(float x)")
         ):
             raise Unreadable(f"a call of {name}")
-        return lifted(lambda value: Term(SIGNED, self.bits[value.text]), self.value(given, names))
+        return map_forks(lambda value: Term(SIGNED, self.bits[value.text]), self.value(given, names))
 
 
 def _loop(statement: Any) -> Any:
@@ -291,9 +293,9 @@ def _ensure_plain(declared: Any, names: Mapping[str, Any], value: Callable[[Any,
     if declared.storage != wanted or (table and "const" not in declared.quals) or declared.name in names:
         raise Unreadable(f"a declaration: {_text(declared)[:60]}")
     for item in declared.init.exprs if table else [declared.init] if declared.init is not None else []:
-        found = value(item, names)
-        fits = 0 <= found < most if isinstance(found, int) else isinstance(found, Term) and words == "float"
-        if not fits and not (isinstance(found, Fork) and not table and words == "int"):
+        initial = value(item, names)
+        fits = 0 <= initial < most if isinstance(initial, int) else isinstance(initial, Term) and words == "float"
+        if not fits and not (isinstance(initial, Fork) and not table and words == "int"):
             raise Unreadable(f"{_text(item)[:40]} as {words}")
 
 
@@ -319,10 +321,10 @@ def _constant(item: Any) -> Any:
 
 def _hexadecimal(text: str) -> Fraction:
     """A hexadecimal constant, exactly."""
-    found = HEXADECIMAL.fullmatch(text)
-    if found is None:
+    match = HEXADECIMAL.fullmatch(text)
+    if match is None:
         raise Unreadable(f"the constant {text}")
-    whole, part, power = found.groups()
+    whole, part, power = match.groups()
     return int(whole + part, 16) * Fraction(2) ** (int(power) - 4 * len(part))
 
 

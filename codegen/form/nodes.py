@@ -10,7 +10,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from codegen.errors import ProfileError, shown, suggestion
+from codegen.errors import ProfileError, escape_text, suggestion
 from codegen.floats import FLOAT32, FLOAT64, deciding_double, short_hex
 from codegen.form.schema import AgentJson, NodeJson, SplitJson, SumJson
 from codegen.ir import CONSTANT, NO_ACTION, NO_CHILD, NO_FEATURE, AgentPolicy, Int64, Sum, Tree
@@ -29,7 +29,7 @@ def nodes_of(policy: AgentPolicy) -> list[dict[str, Any]]:
     tree = policy.tree
     names = [feature.name for feature in policy.features]
     if policy.outputs:
-        leaves = [{"outputs": [_listed(each, names) for each in vector]} for vector in tree.vectors]
+        leaves = [{"outputs": [_dump_sum(each, names) for each in vector]} for vector in tree.vectors]
     else:
         leaves = [{"action": action.name} for action in policy.actions]
     visits = [{"visits": count} for count in tree.visits.tolist()] or [{}] * len(tree.feature)
@@ -40,21 +40,21 @@ def nodes_of(policy: AgentPolicy) -> list[dict[str, Any]]:
     return [
         leaves[action] | count
         if feature == NO_FEATURE
-        else {**_tested(tree, feature, threshold, names), "left": left, "right": right}
+        else {**_dump_test(tree, feature, threshold, names), "left": left, "right": right}
         for (feature, threshold), (left, right, action), count in zip(splits, ends, visits, strict=True)
     ]
 
 
-def _tested(tree: Tree, feature: int, threshold: float, names: Sequence[str]) -> dict[str, Any]:
+def _dump_test(tree: Tree, feature: int, threshold: float, names: Sequence[str]) -> dict[str, Any]:
     """What a split compares."""
     if feature >= len(names):
-        return {"sum": _listed(tree.sums[feature - len(names)], names), "threshold": threshold}
+        return {"sum": _dump_sum(tree.sums[feature - len(names)], names), "threshold": threshold}
     if tree.numbers == FLOAT64:
         return {"feature": names[feature], "threshold": threshold}
     return {"feature": names[feature], "threshold": deciding_double(threshold), "float32": short_hex(threshold)}
 
 
-def _listed(each: Sum, names: Sequence[str]) -> list[list[float | str | None]]:
+def _dump_sum(each: Sum, names: Sequence[str]) -> list[list[float | str | None]]:
     return [[float(weight), None if place == CONSTANT else names[place]] for weight, place in each.terms]
 
 
@@ -113,8 +113,8 @@ def _row(node: NodeJson, seen: _Reading, path: str) -> tuple[int, float, int, in
         return NO_FEATURE, 0.0, NO_CHILD, NO_CHILD, seen.vectors.place(vector)
     wanted = [name for name in SplitJson.__struct_fields__ if seen.numbers == FLOAT32 or name != FLOAT32]
     if given not in ({*wanted}, {"sum", "threshold", "left", "right"}):
-        found = ", ".join(sorted(given)) or "nothing"
-        fault = f"{path}: a node has {', '.join(wanted[:-1])} and {wanted[-1]}, or only action; found {found}"
+        present = ", ".join(sorted(given)) or "nothing"
+        fault = f"{path}: a node has {', '.join(wanted[:-1])} and {wanted[-1]}, or only action; found {present}"
         raise ProfileError(INVALID, fault, ADVICE)
     threshold = cast(float, node.threshold)
     if node.sum is not None:
@@ -143,7 +143,7 @@ def _sum(given: SumJson, seen: _Reading, path: str) -> Sum:
 
 def _place(known: Mapping[str, int], name: str, kind: str, path: str) -> int:
     if name not in known:
-        raise ProfileError(f"unknown {kind} '{shown(name)}'", path, suggestion(name, known))
+        raise ProfileError(f"unknown {kind} '{escape_text(name)}'", path, suggestion(name, known))
     return known[name]
 
 
@@ -171,14 +171,15 @@ def _single(double: float, text: str, path: str) -> float:
     try:
         exact = float.fromhex(text)
     except (ValueError, OverflowError):
-        raise ProfileError(INVALID, f"{path}.float32: not a hexadecimal float: '{shown(text[:40])}'", ADVICE) from None
+        raise ProfileError(
+            INVALID, f"{path}.float32: not a hexadecimal float: '{escape_text(text[:40])}'", ADVICE
+        ) from None
     with np.errstate(over="ignore"):
         single = np.float32(exact)
     if not np.isfinite(single) or float(single) != exact:
-        raise ProfileError(INVALID, f"{path}.float32: {shown(text)} is not a finite float32", ADVICE)
+        raise ProfileError(INVALID, f"{path}.float32: {escape_text(text)} is not a finite float32", ADVICE)
     if deciding_double(single) != double:
-        fault = (
-            f"{path}.threshold: {double!r} does not belong to float32 {shown(text)}; {deciding_double(single)!r} does"
-        )
+        right = deciding_double(single)
+        fault = f"{path}.threshold: {double!r} does not belong to float32 {escape_text(text)}; {right!r} does"
         raise ProfileError(INVALID, fault, ADVICE)
     return exact

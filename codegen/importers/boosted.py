@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from codegen.errors import InputError, shown
+from codegen.errors import InputError, escape_text
 from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers.documents import NEAR, second_class
 from codegen.importers.nodes import Leaf, Source, Split, json_of, origin_of
@@ -48,7 +48,7 @@ def from_xgboost(content: bytes, where: str) -> dict[str, Origin]:
             raise InputError("the model has several targets, one is needed", where, ONE)
         booster = learner["gradient_booster"]
         if booster["name"] != "gbtree" or not booster["model"]["trees"]:
-            raise InputError(f"the booster {shown(booster['name'])} is not understood", where, "use gbtree")
+            raise InputError(f"the booster {escape_text(booster['name'])} is not understood", where, "use gbtree")
         if "best_iteration" in learner.get("attributes", {}):
             what = "the model has a best_iteration, up to which some of XGBoost's functions predict, and others do not"
             raise InputError(what, where, "save the booster's slice: booster[: best_iteration + 1]")
@@ -65,7 +65,7 @@ def from_xgboost(content: bytes, where: str) -> dict[str, Origin]:
             origin = origin_of(Source(XGBOOST, where, FLOAT32), whole.root, whole.read, names, width)
         return {AGENT: replace(origin, given=SINGLES)}
     except (LookupError, TypeError, AttributeError, ValueError, OverflowError) as error:
-        raise InputError(f"not XGBoost's JSON: {shown(error)[:100]}", where, AGAIN) from None
+        raise InputError(f"not XGBoost's JSON: {escape_text(error)[:100]}", where, AGAIN) from None
 
 
 def _xgboost_node(tree: Mapping[str, Any], where: str, place: int) -> Split | Leaf:
@@ -93,7 +93,9 @@ class _Link:
         def read(place: int) -> Split | Leaf:
             each = tree.read(place)
             return (
-                each if isinstance(each, Split) else Leaf(_linked(self.objective, _value(each), self.base, self.where))
+                each
+                if isinstance(each, Split)
+                else Leaf(_apply_link(self.objective, _value(each), self.base, self.where))
             )
 
         return read
@@ -118,7 +120,7 @@ class _Link:
             for number in numbers:
                 total = np.float32(total + number)
             return Leaf(0, ((float(total), CONSTANT),))
-        return Leaf(_linked(self.objective, math.fsum(map(float, numbers)), self.base, self.where))
+        return Leaf(_apply_link(self.objective, math.fsum(map(float, numbers)), self.base, self.where))
 
 
 def _value(leaf: Leaf) -> float:
@@ -139,13 +141,13 @@ def _bases(text: Any) -> list[float]:
     return [float(each) for each in str(text).strip("[]").split(",")]
 
 
-def _linked(objective: str, value: float, base: float, where: str) -> int | float:
+def _apply_link(objective: str, value: float, base: float, where: str) -> int | float:
     """What a leaf of XGBoost stands for."""
     if objective == "binary:logistic" and 0 < base < 1:
         return second_class(value + math.log(base / (1 - base)), where)
     if objective in NUMBERS:
         return float(np.float32(value) + np.float32(base))
-    raise InputError(f"the objective is not understood: {shown(objective)}", where, ONE)
+    raise InputError(f"the objective is not understood: {escape_text(objective)}", where, ONE)
 
 
 def from_lightgbm(content: bytes, where: str) -> dict[str, Origin]:
@@ -177,7 +179,7 @@ def from_lightgbm(content: bytes, where: str) -> dict[str, Origin]:
             origin = origin_of(Source(LIGHTGBM, where), whole.root, whole.read, named, width)
         return {AGENT: replace(origin, numbers=FLOAT64, given=DOUBLES)}
     except (LookupError, ValueError, OverflowError) as error:
-        raise InputError(f"not LightGBM's text: {shown(error)[:100]}", where, AGAIN) from None
+        raise InputError(f"not LightGBM's text: {escape_text(error)[:100]}", where, AGAIN) from None
 
 
 def _together(link: str, model: Mapping[str, str], where: str, leaves: Sequence[Leaf]) -> Leaf:
@@ -204,15 +206,15 @@ def _linear(lists: Mapping[str, list[str]], count: int) -> tuple[Terms, ...]:
     places, weights = (iter(lists[name]) for name in ("leaf_features", "leaf_coeff"))
     if len(sizes) != count or sum(sizes) != len(lists["leaf_features"]) or sum(sizes) != len(lists["leaf_coeff"]):
         raise ValueError("the linear leaves have other numbers of features")
-    found: list[Terms] = []
+    leaf_terms: list[Terms] = []
     for constant, size in zip(lists["leaf_const"], sizes, strict=True):
         # LightGBM adds what a tree says to 0, and so gives no -0.0
         terms = [(float(constant) + 0.0, CONSTANT)]
         for _ in range(size):
             place, weight = int(next(places)), float(next(weights))
             terms += [(weight, place)] if weight else []
-        found.append(tuple(terms))
-    return tuple(found)
+        leaf_terms.append(tuple(terms))
+    return tuple(leaf_terms)
 
 
 def _beyond_zero(threshold: float) -> float:
@@ -235,7 +237,7 @@ class _LightGbm:
         self.link, self.where = link, where
         self.forms = _linear(lists, len(self.values)) if int(tree.get("is_linear", "0")) else ()
         if self.forms and link != "regression":
-            raise InputError(f"linear leaves of the objective {shown(link)} are not understood", where, ONE)
+            raise InputError(f"linear leaves of the objective {escape_text(link)} are not understood", where, ONE)
 
     @property
     def root(self) -> int:
@@ -270,4 +272,4 @@ def _label(value: float, link: str, where: str) -> int | float:
         return second_class(value, where)
     if link in REGRESSIONS:
         return value
-    raise InputError(f"the objective is not understood: {shown(link)}", where, ONE)
+    raise InputError(f"the objective is not understood: {escape_text(link)}", where, ONE)

@@ -14,14 +14,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, cast
 
-from codegen.errors import InputError, shown
+from codegen.errors import InputError, escape_text
 from codegen.floats import FLOAT32, FLOAT64, NUMBERS
 from codegen.importers.nodes import Leaf, Source, Split, json_of, origin_of
 from codegen.importers.origin import AGENT, DOUBLES, NOTHING, Origin, Said
 from codegen.importers.reading import SUMS
 from codegen.importers.symbolic.affine import Terms
 from codegen.ir import CONSTANT
-from codegen.wording import counted
+from codegen.wording import format_count
 
 DTCONTROL, TREELITE = "dtControl", "treelite"
 AGAIN = "write the file again"
@@ -42,7 +42,7 @@ def from_dtcontrol(content: bytes, where: str, said: Said = NOTHING) -> dict[str
         try:
             return _leaf(node, said.prefer, where) if node["split"] is None else _split(node, names, sums, where)
         except (LookupError, TypeError, AttributeError, ValueError, OverflowError) as error:
-            raise InputError(f"a node is not understood: {shown(error)[:100]}", where, AGAIN) from None
+            raise InputError(f"a node is not understood: {escape_text(error)[:100]}", where, AGAIN) from None
 
     try:
         origin = origin_of(Source(DTCONTROL, where, FLOAT64, sums), document, read, names.given, 0)
@@ -55,12 +55,12 @@ def _leaf(node: Mapping[str, Any], prefer: Sequence[str], where: str) -> Leaf:
     labels = cast(list[object], node["actual_label"] or [])
     texts = tuple(each for each in labels if isinstance(each, str))
     if not texts or len(texts) < len(labels) or len({*texts}) < len(texts):
-        raise InputError(f"a leaf permits {counted(len(labels), 'action')}, not all by a name", where, AGAIN)
+        raise InputError(f"a leaf permits {format_count(len(labels), 'action')}, not all by a name", where, AGAIN)
     if len(texts) == 1:
         return Leaf(texts[0])
     chosen = next((each for each in prefer if each in texts), None)
     if chosen is None:
-        what = f"a leaf permits {counted(len(texts), 'action')}: {shown(', '.join(texts))}"
+        what = f"a leaf permits {format_count(len(texts), 'action')}: {escape_text(', '.join(texts))}"
         advice = "say which with --prefer, the most wanted first; or let dtControl determinise it"
         raise InputError(what, where, advice)
     return Leaf(chosen, permits=texts)
@@ -141,11 +141,11 @@ def from_treelite(content: bytes, where: str) -> dict[str, Origin]:
 
         numbers = str(document.get("threshold_type", FLOAT32))
         if numbers not in NUMBERS:
-            raise InputError(f"the type of thresholds is not understood: {shown(numbers)}", where, AGAIN)
+            raise InputError(f"the type of thresholds is not understood: {escape_text(numbers)}", where, AGAIN)
         origin = origin_of(Source(TREELITE, where, numbers), 0, read, (), width)
         return {AGENT: replace(origin, numbers=numbers, given=f"{numbers}, the type of its thresholds")}
     except (LookupError, TypeError, AttributeError, ValueError, OverflowError) as error:
-        raise InputError(f"not treelite's JSON: {shown(error)[:100]}", where, AGAIN) from None
+        raise InputError(f"not treelite's JSON: {escape_text(error)[:100]}", where, AGAIN) from None
 
 
 def _gives(document: Mapping[str, Any], nodes: Sequence[Mapping[str, Any]]) -> bool:
@@ -160,7 +160,9 @@ def _treelite(document: Mapping[str, Any], node: Mapping[str, Any], where: str, 
     if "leaf_value" in node:
         return Leaf(_decision(document, node["leaf_value"], where))
     if node["node_type"] != "numerical_test_node":
-        raise InputError(f"a node is not understood: {shown(node['node_type'])}", where, "export a numerical tree")
+        raise InputError(
+            f"a node is not understood: {escape_text(node['node_type'])}", where, "export a numerical tree"
+        )
     then, otherwise = int(node["left_child"]), int(node["right_child"])
     number, sign = float(node["threshold"]), str(node["comparison_op"])
     return Split(int(node["split_feature_id"]), sign, number, then, otherwise, nan=bool(node["default_left"]))
@@ -181,7 +183,7 @@ def _decision(document: Mapping[str, Any], value: Any, where: str) -> int | floa
         return second_class(float(value) + base[0], where)
     if task == "kRegressor" and link == "identity" and not any(base) and not isinstance(value, list):
         return float(value)
-    what = f"the link is not understood: {shown(task)}, {shown(link)}"
+    what = f"the link is not understood: {escape_text(task)}, {escape_text(link)}"
     raise InputError(what, where, "export a classifier of one tree")
 
 

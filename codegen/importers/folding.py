@@ -36,7 +36,7 @@ class Folded(NamedTuple):
     nan: bool  # whether a NaN, which goes right, goes where the steps and their tree send it
 
 
-def folded(tree: GrownTree, tests: Asked, largest: np.float32 = INFINITE) -> Folded:
+def fold_steps(tree: GrownTree, tests: Asked, largest: np.float32 = INFINITE) -> Folded:
     """The tree over the observations before the steps, for numbers from -`largest` to `largest`."""
     split = np.flatnonzero(tree.feature != NO_FEATURE)
     if not len(split):
@@ -80,17 +80,17 @@ def _number(order: Any) -> Float32:
 def without(tree: GrownTree, skip: dict[int, int]) -> GrownTree:
     """The tree without splits that all observations pass on one side; `skip`: node -> that side."""
 
-    def led(node: int) -> int:
+    def follow_skips(node: int) -> int:
         while node in skip:
             node = skip[node]
         return node
 
-    order, open_ = list[int](), [led(0)]
+    order, open_ = list[int](), [follow_skips(0)]
     while open_:
         node = open_.pop()
         order.append(node)
         if tree.feature[node] != NO_FEATURE:
-            open_ += [led(int(tree.right[node])), led(int(tree.left[node]))]
+            open_ += [follow_skips(int(tree.right[node])), follow_skips(int(tree.left[node]))]
     place = {node: index for index, node in enumerate(order)} | {NO_CHILD: NO_CHILD}
-    left, right = ([place[led(int(side[node]))] for node in order] for side in (tree.left, tree.right))
+    left, right = ([place[follow_skips(int(side[node]))] for node in order] for side in (tree.left, tree.right))
     return GrownTree(tree.feature[order], tree.threshold[order], np.array(left), np.array(right), tree.action[order])

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple, TypeAlias
 
 from codegen.check import identifier
-from codegen.errors import InputError, UnknownNameError, shown
+from codegen.errors import InputError, UnknownNameError, escape_text
 
 SIGN = re.compile(r"(?<![A-Za-z0-9])-(?=\.?[0-9])")
 WHOLE = re.compile(r"0|[1-9][0-9]{0,8}")
@@ -40,7 +40,7 @@ class Renaming(NamedTuple):
     plain: Sequence[str] | None
     pairs: Mapping[str, str]  # old -> new
 
-    def renamed(self, name: str, *others: str) -> str:
+    def rename(self, name: str, *others: str) -> str:
         """What one thing is called from now on; `others`: what else it is called in the source."""
         for old in (each for each in (*others, name) if each in self.pairs):
             return legal(self.pairs[old], "x")
@@ -86,7 +86,7 @@ def ensure_known(given: Renaming, found: Sequence[Placed], kind: str) -> None:
             raise UnknownNameError(kind, old, known, f"--{kind}s")
 
 
-def listed(found: Placed) -> str:
+def format_placed(found: Placed) -> str:
     """What each feature or action is, in words; of many, the first ones."""
     more = len(found.lines) - MAX_LISTED
     return ", ".join([*found.lines[:MAX_LISTED], *([f"and {more} more"] if more > 0 else [])])
@@ -105,9 +105,12 @@ def actions_of(labels: Sequence[Any], called: Mapping[Any, str], given: Renaming
     whole = [each for each in numbers if each is not None]
     numbered = len(whole) == len(values) == len(set(whole))
     if numbered and (max(whole) < MAX_NUMBERED or max(whole) < len(whole)):
-        actions, place = _numbered(dict(zip(whole, zip(values, known, strict=True), strict=True)), given), tuple(whole)
+        actions, place = (
+            _number_actions(dict(zip(whole, zip(values, known, strict=True), strict=True)), given),
+            tuple(whole),
+        )
     else:
-        actions, place = _listed(values, known, given)
+        actions, place = _order_actions(values, known, given)
     _ensure_distinct(actions)
     names, kept, _ = zip(*actions, strict=True)
     lines = (f"{each.name} <- {each.source}" if each.source != each.name else each.name for each in actions)
@@ -120,7 +123,7 @@ def outputs_of(count: int, given: Sequence[str] | None) -> Placed:
     """The numbers that a source gives: by the user's names, or y0, y1, ... InputError for another number of names."""
     if given is not None and len(given) != count:
         raise InputError(f"{len(given)} output names for {count} numbers", "--outputs", "name each number once")
-    names = cleaned(list(given) if given is not None else [f"y{place}" for place in range(count)], "y")
+    names = clean_names(list(given) if given is not None else [f"y{place}" for place in range(count)], "y")
     return Placed(tuple(names), tuple(range(count)), tuple(f"{place} {name}" for place, name in enumerate(names)))
 
 
@@ -137,28 +140,30 @@ def _whole(value: Label) -> int | None:
     return int(value) if value >= 0 and value == value // 1 else None
 
 
-def _numbered(labels: Mapping[int, tuple[Label, str]], given: Renaming) -> list[Action]:
+def _number_actions(labels: Mapping[int, tuple[Label, str]], given: Renaming) -> list[Action]:
     """Actions whose labels are their places. `labels`: number -> label, and what the source calls it."""
     count = max(labels) + 1
     if given.plain is not None and len(given.plain) < count:
         what = f"{len(given.plain)} action names for the numbers 0 to {count - 1}"
         raise InputError(what, "", "name the action of each number, from 0 on, also of those that nothing returns")
-    found: list[Action] = []
+    actions: list[Action] = []
     for number in range(count if given.plain is None else len(given.plain)):
         value, known = labels.get(number, (number, ""))
         name = legal(known or (value if isinstance(value, bool) else number), "action")
         if given.plain is not None:
             new = legal(given.plain[number], "action")
             if known and identifier(new) != identifier(name):
-                what = f"the source calls the action {number} {shown(known)}, not {shown(new)}"
+                what = f"the source calls the action {number} {escape_text(known)}, not {escape_text(new)}"
                 raise InputError(what, "", f"name the actions of the numbers 0, 1, ... in this order, or {RENAME}")
             name = new
-        name = given.renamed(name, str(number), known)
-        found.append(Action(name, None, (known or str(value)) if number in labels else ""))
-    return found
+        name = given.rename(name, str(number), known)
+        actions.append(Action(name, None, (known or str(value)) if number in labels else ""))
+    return actions
 
 
-def _listed(values: Sequence[Label], known: Sequence[str], given: Renaming) -> tuple[list[Action], tuple[int, ...]]:
+def _order_actions(
+    values: Sequence[Label], known: Sequence[str], given: Renaming
+) -> tuple[list[Action], tuple[int, ...]]:
     """Actions in the source's order, or in that of the user, and the place of each label among them."""
     own = [legal(name or value, "action") for name, value in zip(known, values, strict=True)]
     order = list(range(len(values)))
@@ -168,7 +173,7 @@ def _listed(values: Sequence[Label], known: Sequence[str], given: Renaming) -> t
     spelled = texts or any(isinstance(each, int) and abs(each) > EXACT for each in values)
     actions = [
         Action(
-            given.renamed(own[k], str(values[k]), known[k]),
+            given.rename(own[k], str(values[k]), known[k]),
             str(values[k]) if spelled else values[k],
             known[k] or str(values[k]),
         )
@@ -183,17 +188,17 @@ def _order(own: Sequence[str], given: Sequence[str], kind: str) -> list[int]:
     """The place in `own` of each name given. InputError where these are other names."""
     keys, wanted = [identifier(each) for each in own], [identifier(legal(each, "x")) for each in given]
     if sorted(keys) != sorted(wanted) or len(set(keys)) < len(keys):
-        what = f"the source names its {kind} itself: {', '.join(map(shown, own[:20]))}"
+        what = f"the source names its {kind} itself: {', '.join(map(escape_text, own[:20]))}"
         raise InputError(
-            what, f"given: {', '.join(map(shown, given[:20]))}", f"list the same names in your order, or {RENAME}"
+            what, f"given: {', '.join(map(escape_text, given[:20]))}", f"list the same names in your order, or {RENAME}"
         )
     return [keys.index(each) for each in wanted]
 
 
 def _ensure_distinct(actions: Sequence[Action]) -> None:
-    found: dict[str, Action] = {}
+    by_name: dict[str, Action] = {}
     for each in actions:
-        other = found.setdefault(identifier(each.name), each)
+        other = by_name.setdefault(identifier(each.name), each)
         if other is not each:
             what = f"the labels {other.source!r} and {each.source!r} become the same action name, {each.name}"
             raise InputError(what, "", f"give them names: {RENAME}")
@@ -219,9 +224,9 @@ def features_of(own: Sequence[str], width: int, given: Renaming, *, keyed: bool 
             raise InputError(f"{len(given.plain)} feature names for {width} features", "", "name each feature once")
         new = list(given.plain)
     else:
-        new = [given.renamed(each) for each in names]
+        new = [given.rename(each) for each in names]
     old = dict(zip(place, names, strict=True))
-    new = cleaned(new, "x")
+    new = clean_names(new, "x")
     lines = (
         f"{k} {name}" + (f" <- {old[k]}" if own and old.get(k, name) != name else "") for k, name in enumerate(new)
     )
@@ -249,9 +254,9 @@ def legal(given: Any, prefix: str) -> str:
     return (f"{prefix}_{text}".rstrip("_") if signed or not text or not text[0].isalpha() else text)[:MAX_LETTERS]
 
 
-def cleaned(names: Sequence[str], prefix: str) -> list[str]:
+def clean_names(names: Sequence[str], prefix: str) -> list[str]:
     """Legal names that keep what they can of those given; equal ones are numbered."""
-    found: list[str] = []
+    unique_names: list[str] = []
     taken: set[str] = set()
     for given in names:
         text, number = legal(given, prefix), 2
@@ -259,5 +264,5 @@ def cleaned(names: Sequence[str], prefix: str) -> list[str]:
         while identifier(unique) in taken:
             unique, number = f"{text}_{number}", number + 1
         taken.add(identifier(unique))
-        found.append(unique)
-    return found
+        unique_names.append(unique)
+    return unique_names

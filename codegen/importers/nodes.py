@@ -16,11 +16,11 @@ from typing import Any, NamedTuple, TypeVar, cast
 
 import numpy as np
 
-from codegen.errors import InputError, shown
+from codegen.errors import InputError, escape_text
 from codegen.floats import FLOAT64
 from codegen.importers.reading import SUMS, Origin
 from codegen.importers.summed import with_sums
-from codegen.importers.symbolic.affine import Terms, valued
+from codegen.importers.symbolic.affine import Terms, sum_terms
 from codegen.importers.symbolic.labels import Value
 from codegen.importers.symbolic.line import at_most, below
 from codegen.ir import MAX_DEPTH, MAX_NODES, NO_ACTION, NO_CHILD, NO_FEATURE, ROOT, Floats, GrownTree, Int32
@@ -55,12 +55,12 @@ class Leaf(NamedTuple):
 def json_of(content: bytes, where: str) -> dict[str, Any]:
     """A JSON object. InputError for everything else."""
     try:
-        found: object = json.loads(content)
+        document: object = json.loads(content)
     except (ValueError, RecursionError) as error:
-        raise InputError(f"not JSON: {shown(error)[:200]}", where, "write the file again") from None
-    if not isinstance(found, dict):
+        raise InputError(f"not JSON: {escape_text(error)[:200]}", where, "write the file again") from None
+    if not isinstance(document, dict):
         raise InputError("not a JSON object", where, "write the file again")
-    return cast(dict[str, Any], found)
+    return cast(dict[str, Any], document)
 
 
 class Source(NamedTuple):
@@ -87,7 +87,7 @@ def origin_of(
     too many or too deep nodes, thresholds that are no numbers, and features that there are not.
     """
     kind, where, numbers, sums = source
-    nodes, leaves = _ordered(root, read, sums, where)
+    nodes, leaves = _order_nodes(root, read, sums, where)
     values = list(dict.fromkeys(leaf.label for leaf in leaves))
     # all of one kind, which the annotation cannot say
     given = list(dict.fromkeys(leaf.terms for leaf in leaves)) if all(leaf.terms for leaf in leaves) else []
@@ -101,7 +101,7 @@ def origin_of(
     if n_features and int(single.max(initial=NO_FEATURE)) >= n_features:
         what = f"the tree tests feature {int(single.max())}, there are {n_features}"
         raise InputError(what, where, "write the file again")
-    kept = all(_keeps(found) for _, found in nodes if isinstance(found, Split))
+    kept = all(_keeps(node) for _, node in nodes if isinstance(node, Split))
 
     def act(rows: Floats) -> Int32:
         return np.array([place[leaf.label] for leaf in _ends(root, read, rows, sums)], dtype=np.int32)
@@ -128,11 +128,11 @@ def _giving(
 
     def act(rows: Floats) -> Any:
         columns, ends = list(rows.astype(np.float64).T), _ends(root, read, rows, ())
-        found = np.zeros((len(rows), 1))
+        outputs = np.zeros((len(rows), 1))
         for terms in {leaf.terms for leaf in ends}:
             here = np.array([leaf.terms == terms for leaf in ends])
-            found[here, 0] = valued(terms, [column[here] for column in columns], source.numbers)
-        return found
+            outputs[here, 0] = sum_terms(terms, [column[here] for column in columns], source.numbers)
+        return outputs
 
     grown = GrownTree(*np.array(rows, dtype=np.float64).T)
     width = named[1]
@@ -146,54 +146,54 @@ def _keeps(split: Split) -> bool:
     return split.nan == (split.sign in (">", ">="))
 
 
-def _ordered(
+def _order_nodes(
     root: Node, read: Callable[[Node], Split | Leaf], sums: Sequence[Terms], where: str
 ) -> tuple[list[tuple[list[float], Split | Leaf]], list[Leaf]]:
     """The nodes in preorder, each as a row of a grown tree and as it was read; and the leaves."""
-    found: list[tuple[list[float], Split | Leaf]] = []
+    nodes: list[tuple[list[float], Split | Leaf]] = []
     leaves: list[Leaf] = []
     open_: list[tuple[Node, int, int, int]] = [(root, NO_CHILD, 0, 0)]
     while open_:
         node, parent, column, depth = open_.pop()
-        if len(found) == MAX_NODES or depth > MAX_DEPTH:
+        if len(nodes) == MAX_NODES or depth > MAX_DEPTH:
             what = f"the tree has more than {MAX_NODES} nodes, or is deeper than {MAX_DEPTH} splits"
             raise InputError(what, where, "simplify it first; nodes must form a tree")
         if parent != NO_CHILD:
-            found[parent][0][column] = len(found)
+            nodes[parent][0][column] = len(nodes)
         each = read(node)
         if isinstance(each, Leaf):
             if isinstance(each.label, float) and not np.isfinite(each.label):
                 raise InputError(f"a leaf's number is {each.label}", where, "train the tree again")
             leaves.append(each)
-            found.append(([NO_CHILD, NO_CHILD], each))
+            nodes.append(([NO_CHILD, NO_CHILD], each))
             continue
         known = 0 <= each.feature < MAX_FEATURES or SUMS <= each.feature < SUMS + len(sums)
         if not known or not np.isfinite(each.number) or each.sign not in SIGNS:
-            what = f"a test is not understood: feature {each.feature} {shown(each.sign)} {each.number}"
+            what = f"a test is not understood: feature {each.feature} {escape_text(each.sign)} {each.number}"
             raise InputError(what, where, "features are compared with finite numbers")
         turned = each.sign in (">", ">=")
         threshold = at_most(each.number) if each.sign in ("<=", ">") else below(each.number)
         sides = (each.otherwise, each.then) if turned else (each.then, each.otherwise)
-        place = len(found)
-        found.append(([each.feature, threshold, NO_CHILD, NO_CHILD, NO_ACTION], each))
+        place = len(nodes)
+        nodes.append(([each.feature, threshold, NO_CHILD, NO_CHILD, NO_ACTION], each))
         open_ += [(sides[1], place, 3, depth + 1), (sides[0], place, 2, depth + 1)]
-    return found, leaves
+    return nodes, leaves
 
 
 def _ends(root: Node, read: Callable[[Node], Split | Leaf], rows: Floats, sums: Sequence[Terms]) -> list[Leaf]:
     """The leaf of each observation, by the file's own comparisons."""
     doubles = rows.astype(np.float64)
-    columns = {SUMS + place: valued(terms, list(doubles.T), FLOAT64) for place, terms in enumerate(sums)}
-    found: list[Leaf] = [Leaf(ROOT)] * len(rows)
+    columns = {SUMS + place: sum_terms(terms, list(doubles.T), FLOAT64) for place, terms in enumerate(sums)}
+    leaves: list[Leaf] = [Leaf(ROOT)] * len(rows)
     open_: list[tuple[Node, np.ndarray]] = [(root, np.arange(len(rows)))]
     while open_:
         node, reached = open_.pop()
         each = read(node)
         if isinstance(each, Leaf):
             for place in reached.tolist():
-                found[place] = each
+                leaves[place] = each
         elif len(reached):
             x = columns[each.feature][reached] if each.feature in columns else doubles[reached, each.feature]
             holds = np.where(np.isnan(x), each.nan, SIGNS[each.sign](x, each.number))
             open_ += [(each.then, reached[holds]), (each.otherwise, reached[~holds])]
-    return found
+    return leaves

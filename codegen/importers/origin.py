@@ -30,9 +30,9 @@ from codegen.importers.reading import SINGLES as SINGLES
 from codegen.importers.reading import SUMS
 from codegen.importers.reading import Origin as Origin
 from codegen.importers.reading import Said as Said
-from codegen.importers.summed import ensure_alike, moved, tree_of
+from codegen.importers.summed import ensure_alike, move_sum, tree_of
 from codegen.ir import MAX_LENGTH, Bool, Floats
-from codegen.lowering.deploy import deployed
+from codegen.lowering.deploy import deploy_tree
 from codegen.lowering.render import comment
 
 MAX_NOTES = 8
@@ -56,36 +56,37 @@ def profile_of(origins: Mapping[str, Origin], given: Names, numbers: str | None 
     InputError for names that do not fit, and for float64 of an origin that compares float32; DisagreementError where a
     tree decides otherwise than its origin.
     """
-    agents = names.cleaned(list(origins), "agent")
+    agents = names.clean_names(list(origins), "agent")
     wanted = names.renaming(given.features), names.renaming(given.actions)
-    found = [
-        _named(agent, origin, *wanted, given.outputs) for agent, origin in zip(agents, origins.values(), strict=True)
+    named_origins = [
+        _name_origin(agent, origin, *wanted, given.outputs)
+        for agent, origin in zip(agents, origins.values(), strict=True)
     ]
-    names.ensure_known(wanted[0], [each.features for each in found], "feature")
-    names.ensure_known(wanted[1], [each.actions for each in found if not each.origin.vectors], "action")
-    policies = [_policy(agent, each, numbers) for agent, each in zip(agents, found, strict=True)]
+    names.ensure_known(wanted[0], [each.features for each in named_origins], "feature")
+    names.ensure_known(wanted[1], [each.actions for each in named_origins if not each.origin.vectors], "action")
+    policies = [_policy(agent, each, numbers) for agent, each in zip(agents, named_origins, strict=True)]
     compared = ", ".join(dict.fromkeys(policy.numbers for policy in policies))
     facts: dict[str, float | int | str] = {"observations": compared}
-    for policy, (origin, features, actions) in zip(policies, found, strict=True):
+    for policy, (origin, features, actions) in zip(policies, named_origins, strict=True):
         rows = replay.observations(policy, nan=origin.nan, finite=origin.finite)
-        count = replay.replayed(policy, origin.act, rows if origin.takes is None else rows[origin.takes(rows)])
+        count = replay.replay_origin(policy, origin.act, rows if origin.takes is None else rows[origin.takes(rows)])
         facts |= {f"{policy.agent} from": comment(origin.kind), f"{policy.agent} replayed": count}
         facts[f"{policy.agent} replayed by"] = comment(origin.replayed_by)
         facts[f"{policy.agent} given"] = comment(origin.given)
-        facts[f"{policy.agent} features"] = comment(names.listed(features))
-        facts[f"{policy.agent} {'outputs' if policy.outputs else 'actions'}"] = comment(names.listed(actions))
+        facts[f"{policy.agent} features"] = comment(names.format_placed(features))
+        facts[f"{policy.agent} {'outputs' if policy.outputs else 'actions'}"] = comment(names.format_placed(actions))
         facts |= {f"{policy.agent} sums": policy.tree.arithmetic} if policy.tree.arithmetic else {}
-        facts |= _permitted(policy, origin)
+        facts |= _list_permits(policy, origin)
         if origin.notes:
             facts[f"{policy.agent} notes"] = comment("; ".join(origin.notes[:MAX_NOTES]))
         facts[f"{policy.agent} NaN"] = NAN_KEPT if origin.nan else NAN_RIGHT
     kinds = ", ".join(dict.fromkeys(origin.kind for origin in origins.values()))
     provenance = ir.Provenance("imported", "none", 0, "", comment(kinds), facts)
-    world = motionless(names.cleaned([given.world], "imported")[0], "", agents)
+    world = motionless(names.clean_names([given.world], "imported")[0], "", agents)
     return ensure(ir.PolicyProfile(world, tuple(policies), provenance))
 
 
-def _permitted(policy: ir.AgentPolicy, origin: Origin) -> dict[str, float | int | str]:
+def _list_permits(policy: ir.AgentPolicy, origin: Origin) -> dict[str, float | int | str]:
     """Which actions leaves permit beside the one that was chosen, by the origin's labels."""
     leaves = zip(ir.leaves(policy.tree).tolist(), origin.permits, strict=False)
     several = [f"leaf {leaf}: {' | '.join(labels)}" for leaf, labels in leaves if labels]
@@ -100,7 +101,7 @@ class _Named(NamedTuple):
     actions: names.Placed
 
 
-def _named(
+def _name_origin(
     agent: str, origin: Origin, features: names.Renaming, actions: names.Renaming, outputs: Sequence[str] | None
 ) -> _Named:
     """The origin with its features and actions, or outputs, in their places."""
@@ -134,8 +135,8 @@ def _named(
         return takes(rows[:, columns])
 
     inside = None if takes is None else within
-    sums = tuple(moved(each, columns) for each in origin.sums)
-    vectors = tuple(tuple(moved(each, columns) for each in vector) for vector in origin.vectors)
+    sums = tuple(move_sum(each, columns) for each in origin.sums)
+    vectors = tuple(tuple(move_sum(each, columns) for each in vector) for vector in origin.vectors)
     return _Named(replace(origin, grown=grown, act=act, takes=inside, sums=sums, vectors=vectors), placed, chosen)
 
 
@@ -148,7 +149,7 @@ def _policy(agent: str, found: _Named, numbers: str | None) -> ir.AgentPolicy:
         raise InputError(f"{origin.kind} compares float32, not float64", agent, "leave --numbers out")
     if origin.arithmetic:
         return _summing(agent, found, numbers)
-    tree = deployed(origin.grown, numbers)
+    tree = deploy_tree(origin.grown, numbers)
     if not replay.representable(tree):
         raise InputError(f"a threshold lies below every {numbers} number", agent, "rescale that feature")
     return ir.AgentPolicy(

@@ -59,7 +59,7 @@ def observations(policy: AgentPolicy, *, nan: bool, finite: bool) -> Floats:
             special,
             np.repeat(values[:, None], width, axis=1),
             probes.random(features, RANDOM, rng, numbers),
-            _mixed(policy.tree, probes.random(features, RANDOM, rng, numbers), rng),
+            _mix_thresholds(policy.tree, probes.random(features, RANDOM, rng, numbers), rng),
         ]
     )
     keep = np.isfinite(rows) if finite else ~np.isnan(rows) if not nan else np.ones_like(rows, dtype=bool)
@@ -98,7 +98,7 @@ def _boundary(tree: Tree, width: int, fillings: int, span: float, rng: np.random
     return rows.reshape(-1, width)
 
 
-def _mixed(tree: Tree, rows: Floats, rng: np.random.Generator) -> Floats:
+def _mix_thresholds(tree: Tree, rows: Floats, rng: np.random.Generator) -> Floats:
     """The rows, with every tested feature at or beside one of its thresholds, whatever the path."""
     for feature in np.unique(tree.feature[tree.feature != NO_FEATURE]):
         at = tree.threshold[tree.feature == feature]
@@ -107,7 +107,7 @@ def _mixed(tree: Tree, rows: Floats, rng: np.random.Generator) -> Floats:
     return rows
 
 
-def replayed(policy: AgentPolicy, act: Callable[[Floats], Any], rows: Floats) -> int:
+def replay_origin(policy: AgentPolicy, act: Callable[[Floats], Any], rows: Floats) -> int:
     """How many observations were compared. DisagreementError for the first one on which tree and origin differ."""
     ours, theirs = reference(policy, rows), np.asarray(act(rows))
     for place in np.flatnonzero(differing(policy, ours, theirs))[:1].tolist():

@@ -19,14 +19,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from codegen import ir
-from codegen.errors import InputError, shown
+from codegen.errors import InputError, escape_text
 from codegen.floats import neighbour, round_down
 from codegen.importers import steps
-from codegen.importers.folding import LARGEST, Asked, folded
+from codegen.importers.folding import LARGEST, Asked, fold_steps
 from codegen.importers.origin import AGENT, SINGLES, Names, Origin, profile_of
 from codegen.importers.summed import giving
 from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, Bool, Float32, Floats, GrownTree, Int32
-from codegen.process.unwarned import unwarned
+from codegen.process.unwarned import silence_warnings
 
 # what a subclass may have of its own: no prediction reads it
 UNUSED = frozenset(
@@ -63,11 +63,11 @@ def from_sklearn(
 
 def origin_of(model: Any) -> Origin:
     """The tree of a fitted classifier, with the steps before it. InputError as for `from_sklearn`."""
-    found, before = _searched(model), list[tuple[str, Any]]()
-    if _of(found, "sklearn.pipeline.Pipeline"):
-        *before, (_, found) = found.steps
+    fitted, before = _unwrap_search(model), list[tuple[str, Any]]()
+    if _of(fitted, "sklearn.pipeline.Pipeline"):
+        *before, (_, fitted) = fitted.steps
         before = [each for each in before if each[1] is not None and each[1] != "passthrough"]
-    estimator = _searched(found)
+    estimator = _unwrap_search(fitted)
     single = _single(estimator)
     tree = _histogram_tree(estimator, single) if _of(estimator, *HISTOGRAMS) else getattr(single, "tree_", None)
     if tree is None or not (hasattr(estimator, "classes_") or hasattr(estimator, "predict")):
@@ -76,18 +76,18 @@ def origin_of(model: Any) -> Origin:
     regressor = not hasattr(estimator, "classes_")
     if tree.n_outputs != 1 and not regressor:
         raise InputError(f"the tree has {tree.n_outputs} outputs, one is needed", "", "fit one tree per agent")
-    for each in {id(each): each for each in (model, _searched(model), estimator, single)}.values():
+    for each in {id(each): each for each in (model, _unwrap_search(model), estimator, single)}.values():
         _ensure_plain(each)
     _ensure_without_missing(tree)
     if regressor:
-        given = _predicted(estimator, tree)
+        given = _predict_leaves(estimator, tree)
         return giving(_origin(model, before, given.leaves, tree), given.values, lambda rows: _numbers(model, rows))
     return _origin(model, before, _leaves(estimator, tree), tree)
 
 
 def _numbers(model: Any, rows: Floats) -> Any:
     """What a regressor predicts, as float64, [n, n_outputs]."""
-    with unwarned():
+    with silence_warnings():
         return np.asarray(model.predict(rows), dtype=np.float64).reshape(len(rows), -1)
 
 
@@ -95,8 +95,8 @@ def _single(estimator: Any) -> Any:
     """The only tree of a forest or booster; any other estimator itself."""
     if not _of(estimator, *FORESTS, *BOOSTERS):
         return estimator
-    found = getattr(estimator, "_predictors" if _of(estimator, *HISTOGRAMS) else "estimators_", ())
-    trees = np.array(found, dtype=object).ravel()
+    estimators = getattr(estimator, "_predictors" if _of(estimator, *HISTOGRAMS) else "estimators_", ())
+    trees = np.array(estimators, dtype=object).ravel()
     if len(trees) != 1:
         what = f"the ensemble has {len(trees)} fitted trees, one is needed"
         one = "max_iter=1" if _of(estimator, *HISTOGRAMS) else "n_estimators=1"
@@ -146,10 +146,10 @@ def _leaves(estimator: Any, tree: Any) -> _Leaves:
     labels = list(estimator.classes_)
     if not _of(estimator, *BOOSTERS):
         return _Leaves(labels, tree.value[:, 0].argmax(axis=1))
-    found = _predicted(estimator, tree)
+    predicted = _predict_leaves(estimator, tree)
     place = {label: index for index, label in enumerate(np.asarray(labels).tolist())}
     action = np.zeros(tree.node_count, dtype=np.int64)
-    action[found.nodes] = [place[label] for label in found.values[:, 0].tolist()]
+    action[predicted.nodes] = [place[label] for label in predicted.values[:, 0].tolist()]
     return _Leaves(labels, action)
 
 
@@ -168,10 +168,10 @@ class _Predicted(NamedTuple):
         return _Leaves([*range(len(self.nodes))], action)
 
 
-def _predicted(estimator: Any, tree: Any) -> _Predicted:
-    grown = grown_from_sklearn(tree, np.arange(tree.node_count))
+def _predict_leaves(estimator: Any, tree: Any) -> _Predicted:
+    grown = read_sklearn_tree(tree, np.arange(tree.node_count))
     nodes, low, high = (np.array(each) for each in zip(*_boxes(grown, int(tree.n_features)), strict=True))
-    with unwarned():
+    with silence_warnings():
         # a number in each box: the largest one, or else the one after the bound below
         said = estimator.predict(np.where(np.isfinite(high), high, np.where(np.isfinite(low), low, 0)))
     return _Predicted(nodes, np.asarray(said).reshape(len(nodes), -1), int(tree.node_count))
@@ -179,26 +179,26 @@ def _predicted(estimator: Any, tree: Any) -> _Predicted:
 
 def _boxes(grown: GrownTree, width: int) -> list[tuple[int, Float32, Float32]]:
     """Each leaf with the least and the largest float32 numbers that come to it, [width] each."""
-    found: list[tuple[int, Float32, Float32]] = []
+    boxes: list[tuple[int, Float32, Float32]] = []
     open_ = [(0, np.full(width, -np.inf, np.float32), np.full(width, np.inf, np.float32))]
     while open_:
         node, low, high = open_.pop()
         feature = int(grown.feature[node])
         if feature == NO_FEATURE:
-            found.append((node, low, high))
+            boxes.append((node, low, high))
             continue
         at = round_down(float(grown.threshold[node]))
         below, above = high.copy(), low.copy()
         below[feature], above[feature] = min(high[feature], at), max(low[feature], neighbour(at, np.inf))
         open_ += [(int(grown.left[node]), low, below), (int(grown.right[node]), above, high)]
-    return [each for each in found if (each[1] <= each[2]).all()]
+    return [each for each in boxes if (each[1] <= each[2]).all()]
 
 
 def _of(model: Any, *kinds: str) -> bool:
     return f"{type(model).__module__}.{type(model).__qualname__}" in kinds
 
 
-def _searched(model: Any) -> Any:
+def _unwrap_search(model: Any) -> Any:
     """The best estimator of a search for parameters; any other model itself."""
     if type(model).__module__.startswith("sklearn.model_selection.") and "predict" not in vars(model):
         if not hasattr(model, "best_estimator_"):
@@ -210,12 +210,12 @@ def _searched(model: Any) -> Any:
 def _origin(model: Any, before: Sequence[tuple[str, Any]], leaves: _Leaves, tree: Any) -> Origin:
     place = {label: index for index, label in enumerate(np.asarray(leaves.labels).tolist())}
     n_features = int(getattr(before[0][1], "n_features_in_", tree.n_features)) if before else int(tree.n_features)
-    grown = grown_from_sklearn(tree, leaves.action)
+    grown = read_sklearn_tree(tree, leaves.action)
     source = steps.columns(before, n_features)
 
-    def transformed(rows: Floats) -> tuple[Float32, Bool]:
+    def transform_rows(rows: Floats) -> tuple[Float32, Bool]:
         taken = np.ones(len(rows), dtype=np.bool_)
-        with unwarned():  # arrays have no names, and its search for infinities adds everything up
+        with silence_warnings():  # arrays have no names, and its search for infinities adds everything up
             for _, step in before:
                 after = np.asarray(step.transform(rows))
                 taken &= np.isfinite(after.astype(np.float32)).all(axis=1)
@@ -224,13 +224,13 @@ def _origin(model: Any, before: Sequence[tuple[str, Any]], leaves: _Leaves, tree
         return rows.astype(np.float32), taken
 
     def act(rows: Floats) -> Int32:
-        with unwarned():
+        with silence_warnings():
             said = model.predict(rows).tolist()
         return np.array([place[label] for label in said], dtype=np.int32)
 
     return Origin(
         kind=KIND,
-        grown=_folded(grown, lambda rows: transformed(rows)[0], source, n_features) if before else grown,
+        grown=_fold_steps(grown, lambda rows: transform_rows(rows)[0], source, n_features) if before else grown,
         labels=tuple(leaves.labels),
         act=act,
         replayed_by=REPLAYED_BY,
@@ -238,11 +238,13 @@ def _origin(model: Any, before: Sequence[tuple[str, Any]], leaves: _Leaves, tree
         n_features=n_features,
         finite=True,
         given="float32 arrays" if before else SINGLES,
-        takes=(lambda rows: transformed(rows)[1]) if before else None,
+        takes=(lambda rows: transform_rows(rows)[1]) if before else None,
     )
 
 
-def _folded(grown: GrownTree, transform: Callable[[Float32], Float32], source: Sequence[int], width: int) -> GrownTree:
+def _fold_steps(
+    grown: GrownTree, transform: Callable[[Float32], Float32], source: Sequence[int], width: int
+) -> GrownTree:
     """The tree over the observations before the steps, which take finite numbers only."""
     split = np.flatnonzero(grown.feature != NO_FEATURE)
     features = np.array(source, dtype=np.int64)[grown.feature[split]]
@@ -254,7 +256,7 @@ def _folded(grown: GrownTree, transform: Callable[[Float32], Float32], source: S
         return after[np.arange(len(split)), grown.feature[split]] <= grown.threshold[split]
 
     tests = Asked(features, np.ones(len(split), dtype=np.bool_), passes)
-    return folded(grown, tests, LARGEST).tree
+    return fold_steps(grown, tests, LARGEST).tree
 
 
 def _ensure_plain(model: Any) -> None:
@@ -270,7 +272,7 @@ def _ensure_plain(model: Any) -> None:
     replaced += [name for name in model.__dict__ if callable(getattr(own, name, None))]
     if own is None or replaced:
         what = "the classifier does not predict as scikit-learn's own"
-        what += f": it replaces {shown(replaced[0])}" if replaced else ""
+        what += f": it replaces {escape_text(replaced[0])}" if replaced else ""
         raise InputError(what, type(model).__name__, "fit scikit-learn's own class")
 
 
@@ -286,7 +288,7 @@ def _ensure_without_missing(tree: Any) -> None:
         raise InputError("the classifier was fitted on missing values", f"node {node}", advice)
 
 
-def grown_from_sklearn(tree: Any, action: Any) -> GrownTree:
+def read_sklearn_tree(tree: Any, action: Any) -> GrownTree:
     """A fitted estimator's `tree_` with these actions, one per node; those of splits count for nothing."""
     split = tree.children_left != NO_CHILD
     return GrownTree(

@@ -13,7 +13,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from codegen.errors import InputError, shown
+from codegen.errors import InputError, escape_text
 
 POSITIVE = {  # steps of scikit-learn, and what their columns are multiplied with or divided by
     "sklearn.preprocessing._data.StandardScaler": "scale_",
@@ -30,17 +30,17 @@ def columns(steps: Sequence[tuple[str, Any]], width: int) -> list[int]:
     """Which column of the observation each column after the steps is made of. InputError with its name for a step that
     is not known to keep columns apart and in order.
     """
-    found: list[int] = list(range(width))
+    places: list[int] = list(range(width))
     for name, step in steps:
         kind = f"{type(step).__module__}.{type(step).__qualname__}"
         _ensure_finite(name, step)
         if kind.startswith(SELECTORS) and "transform" not in vars(step) and hasattr(step, "get_support"):
             kept: list[int] = step.get_support(indices=True).tolist()
-            found = [found[place] for place in kept]
+            places = [places[place] for place in kept]
         elif kind not in POSITIVE or "transform" in vars(step) or not _rising(step, POSITIVE[kind]):
-            what = f"the step {shown(name)!r} before the tree is not understood: {type(step).__name__}"
+            what = f"the step {escape_text(name)!r} before the tree is not understood: {type(step).__name__}"
             raise InputError(what, "", "use scalers, selectors and binarizers, or give the tree alone")
-    return found
+    return places
 
 
 def _ensure_finite(name: str, step: Any) -> None:
@@ -48,7 +48,9 @@ def _ensure_finite(name: str, step: Any) -> None:
     for attribute, value in cast("dict[str, Any]", vars(step)).items():
         array = np.asarray(value) if attribute.endswith("_") and isinstance(value, np.ndarray | float) else None
         if attribute in USED and array is not None and array.dtype.kind == "f" and not np.isfinite(array).all():
-            what = f"the step {shown(name)!r} before the tree has learned numbers that are not finite: {attribute}"
+            what = (
+                f"the step {escape_text(name)!r} before the tree has learned numbers that are not finite: {attribute}"
+            )
             raise InputError(what, type(step).__name__, "fit it on data without missing or infinite values")
 
 

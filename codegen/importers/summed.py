@@ -92,7 +92,7 @@ def _plain(each: Sum) -> bool:
     return all(abs(weight) == 1 and place != CONSTANT for weight, place in each.terms)
 
 
-def moved(each: Sum, columns: Any) -> Sum:
+def move_sum(each: Sum, columns: Any) -> Sum:
     """The sum over other places. `columns`: the new place of each."""
     return Sum(tuple((weight, CONSTANT if place == CONSTANT else int(columns[place])) for weight, place in each.terms))
 

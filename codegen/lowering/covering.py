@@ -47,10 +47,10 @@ class Cover:
     def holds(self, states: Float64, step: int) -> Bool:
         """Of which states [batch, variables] something is proved at a step."""
         parts = self.steps[0 if self.ever else step] if self.ever or step < len(self.steps) else ()
-        found = np.full(len(states), bool(parts))
+        inside = np.full(len(states), bool(parts))
         for part in parts:
-            found &= part.holds(states)
-        return found
+            inside &= part.holds(states)
+        return inside
 
     def bounds(self, variable: int) -> tuple[float, float]:
         """Between which numbers a variable is in every state of which something is proved."""
@@ -71,7 +71,7 @@ def lookup(steps: Sequence[Sequence[Boxes]], where: str) -> Lookup:
     InputError for too many boxes.
     """
     count = sum(len(part.low) for parts in steps for part in parts)
-    lists = [[merged(part) for part in parts] for parts in steps] if count <= MAX_GIVEN else []
+    lists = [[merge_boxes(part) for part in parts] for parts in steps] if count <= MAX_GIVEN else []
     count = sum(len(part.low) for parts in lists for part in parts) if lists else count
     if count > MAX_BOXES or not lists:
         what = f"the proof's sets are {count:,} boxes, and a monitor has room for {MAX_BOXES:,}"
@@ -82,7 +82,7 @@ def lookup(steps: Sequence[Sequence[Boxes]], where: str) -> Lookup:
     return search_of(lists, padded)
 
 
-def merged(boxes: Boxes) -> Boxes:
+def merge_boxes(boxes: Boxes) -> Boxes:
     """The same float64 states in fewer boxes: two that meet, or leave no float64 between them, and differ in one
     variable alone become one; what lies in another box goes. Boxes may overlap.
     """
@@ -92,7 +92,7 @@ def merged(boxes: Boxes) -> Boxes:
     while len(rows) < before:
         before = len(rows)
         for variable in range(size):
-            rows = _joined(rows, variable, size)
+            rows = _join_rows(rows, variable, size)
     low, high = np.ascontiguousarray(rows[:, :size]), np.ascontiguousarray(rows[:, size:])
     if len(rows) > COMPARED:
         return Boxes(low, high)
@@ -129,18 +129,18 @@ def _grow(low: Float64, high: Float64) -> None:
                 low[:, variable], high[:, variable], grew = least, most, True
 
 
-def _joined(rows: Float64, variable: int, size: int) -> Float64:
+def _join_rows(rows: Float64, variable: int, size: int) -> Float64:
     """The rows, those joined that differ in this variable alone."""
     others = [column for column in range(2 * size) if column not in (variable, size + variable)]
     order = np.lexsort([rows[:, variable], *(rows[:, column] for column in others)])
-    found: list[Float64] = []
+    joined_rows: list[Float64] = []
     for row in rows[order]:
-        last = found[-1] if found else None
+        last = joined_rows[-1] if joined_rows else None
         if last is not None and (last[others] == row[others]).all() and row[variable] <= _after(last[size + variable]):
             last[size + variable] = max(last[size + variable], row[size + variable])
         else:
-            found.append(row.copy())
-    return np.array(found, dtype=np.float64).reshape(len(found), 2 * size)
+            joined_rows.append(row.copy())
+    return np.array(joined_rows, dtype=np.float64).reshape(len(joined_rows), 2 * size)
 
 
 def _after(value: float) -> float:

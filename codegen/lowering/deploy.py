@@ -15,7 +15,7 @@ import numpy as np
 
 from codegen.floats import FLOAT32, FLOAT64, at_most
 from codegen.ir import CONSTANT, NO_CHILD, NO_FEATURE, ROOT, Float32, Float64, GrownTree, Sum, Tree
-from codegen.sums import DOUBLE_SUMS, computed
+from codegen.sums import DOUBLE_SUMS, choose_numbers
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +47,7 @@ def _sum(weights: Float32 | Float64, constant: float = 0.0) -> Sum:
     return Sum((*terms, (constant if normal else 0.0, CONSTANT)) if normal or not terms else tuple(terms))
 
 
-def deployed(grown: GrownTree, numbers: str = FLOAT32) -> Tree:
+def deploy_tree(grown: GrownTree, numbers: str = FLOAT32) -> Tree:
     """The deployed form of a grown tree. `numbers`: what it compares."""
     if isinstance(grown, SummedTree):
         n_features = grown.tests.shape[1]
@@ -92,7 +92,7 @@ def with_given(grown: GrownTree, given: Given, n_features: int, first: int, numb
     """
     plain = _plain(grown, FLOAT64)  # in preorder, thresholds as they are
     leaf, summed = plain.feature == NO_FEATURE, plain.feature >= first
-    own, of_sums = (at_most(plain.threshold, each) for each in (numbers, computed(given.arithmetic)))
+    own, of_sums = (at_most(plain.threshold, each) for each in (numbers, choose_numbers(given.arithmetic)))
     threshold = cast("Any", np.where(~leaf & ~summed, own, of_sums))
     sums, feature = _first_named(given.sums, (plain.feature[summed] - first).tolist())
     vectors, action = _first_named(given.vectors, plain.action[leaf].tolist() if given.vectors else [])
@@ -116,8 +116,8 @@ def with_given(grown: GrownTree, given: Given, n_features: int, first: int, numb
 
 def _first_named(known: Sequence[Any], named: Sequence[int]) -> tuple[tuple[Any, ...], list[int]]:
     """Those that are named, equal ones once, in the order in which they are; and the place of each name among them."""
-    places, found = dict[str, int](), list[Any]()
+    places, distinct = dict[str, int](), list[Any]()
     for each in named:
-        if places.setdefault(repr(known[each]), len(found)) == len(found):
-            found.append(known[each])
-    return tuple(found), [places[repr(known[each])] for each in named]
+        if places.setdefault(repr(known[each]), len(distinct)) == len(distinct):
+            distinct.append(known[each])
+    return tuple(distinct), [places[repr(known[each])] for each in named]

@@ -23,7 +23,7 @@ def labels_of(given: Sequence[Label | None]) -> Labels | None:
         return None
     texts, numbers = [each for each in labels if isinstance(each, str)], [e for e in labels if not isinstance(e, str)]
     if texts:
-        c, python, other = (tuple(_quoted(each, way) for each in texts) for way in (_octal, _long, _braced))
+        c, python, other = (tuple(_quote_text(each, way) for each in texts) for way in (_octal, _long, _brace_letter))
         return Labels(c, "char *const", python, "str", other, other, "&str", json.dumps(texts))
     if all(isinstance(each, int) and abs(each) <= LONG for each in numbers):
         plain = tuple(map(str, numbers))
@@ -34,7 +34,7 @@ def labels_of(given: Sequence[Label | None]) -> Labels | None:
     return Labels(written, "double", decimal, "float", decimal, decimal, "f64", json.dumps(doubles))
 
 
-def _quoted(text: str, escaped: Callable[[str], str]) -> str:
+def _quote_text(text: str, escaped: Callable[[str], str]) -> str:
     return f'"{"".join(each if each in PLAIN else escaped(each) for each in text)}"'
 
 
@@ -46,5 +46,5 @@ def _long(letter: str) -> str:
     return f"\\U{ord(letter):08x}"
 
 
-def _braced(letter: str) -> str:
+def _brace_letter(letter: str) -> str:
     return f"\\u{{{ord(letter):x}}}"

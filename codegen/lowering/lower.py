@@ -29,10 +29,10 @@ from codegen.lowering.model import (
     Place,
     Region,
     Tables,
-    unsigned,
+    choose_unsigned,
 )
-from codegen.lowering.names import Names, ensure_distinct, of_agent, of_profile, taken
-from codegen.lowering.summing import summed_of
+from codegen.lowering.names import Names, ensure_distinct, is_reserved, of_agent, of_profile
+from codegen.lowering.summing import lower_sums
 from codegen.policy_json import content_hash
 from codegen.region import RegionSpec
 from codegen.wording import holds
@@ -60,7 +60,7 @@ def lower(profile: ir.PolicyProfile, prefix: str | None = None, style: str = AUT
         raise InputError(
             f"not a usable prefix: {prefix!r}", "--prefix", "a lower-case letter, then letters, digits or _"
         )
-    if taken(prefix):
+    if is_reserved(prefix):
         raise InputError(f"no file of code can be called {prefix!r}", "--prefix", "choose another with --prefix")
     digest = content_hash(profile)
     names = of_profile(prefix, digest, [_upper(name) for name in profile.world.coordinates()])
@@ -99,11 +99,11 @@ def _places(profile: ir.PolicyProfile, names: Names) -> dict[str, Place]:
         policy.agent: {name for each in policy.features if each.meaning for _, name in each.meaning.terms}
         for policy in profile.agents
     }
-    found: dict[str, Place] = {}
+    by_name: dict[str, Place] = {}
     for index, name in enumerate(profile.world.coordinates()):
         readers = tuple(agent for agent, places in read.items() if name in places)
-        found[_upper(name)] = Place(index, name, _upper(name), names.coordinates[_upper(name)], readers)
-    return found
+        by_name[_upper(name)] = Place(index, name, _upper(name), names.coordinates[_upper(name)], readers)
+    return by_name
 
 
 def _feature(index: int, feature: ir.FeatureSpec, numbers: str) -> Feature:
@@ -133,7 +133,7 @@ def _action(index: int, action: ir.ActionSpec) -> Action:
 def _agent(policy: ir.AgentPolicy, prefix: str, world: ir.WorldSpec) -> Agent:
     features = tuple(_feature(index, feature, policy.numbers) for index, feature in enumerate(policy.features))
     actions = tuple(_action(index, action) for index, action in enumerate(policy.actions))
-    summed = summed_of(policy, features, actions, lambda node: _node(policy.tree, node, features, actions))
+    summed = lower_sums(policy, features, actions, lambda node: _node(policy.tree, node, features, actions))
     plain = range(0 if summed else len(policy.tree.feature))
     nodes = tuple(_node(policy.tree, node, features, actions) for node in plain)
     outputs = summed.outputs if summed else ()
@@ -166,15 +166,15 @@ def _agent(policy: ir.AgentPolicy, prefix: str, world: ir.WorldSpec) -> Agent:
 def _sharing(profile: ir.PolicyProfile, agents: Sequence[Agent]) -> tuple[Agent, ...]:
     """The agents, each with the first one that has the same tree over as many features and actions."""
     first: dict[tuple[object, ...], Agent] = {}
-    found: list[Agent] = []
+    shared: list[Agent] = []
     # trees with sums are written one by one
     for policy, agent in zip(profile.agents, agents, strict=True):
         tree = policy.tree
         arrays = (tree.feature, tree.threshold, tree.left, tree.right, tree.action)
         alike = (len(agent.features), len(agent.actions), tree.numbers, *(each.tobytes() for each in arrays))
         same = agent if agent.summed else first.setdefault(alike, agent)
-        found.append(agent if same is agent else replace(agent, twin=same.names))
-    return tuple(found)
+        shared.append(agent if same is agent else replace(agent, twin=same.names))
+    return tuple(shared)
 
 
 def region_of(region: RegionSpec) -> Region:
@@ -210,9 +210,9 @@ def _types(policy: ir.AgentPolicy, n_nodes: int) -> tuple[str, str, str, str]:
     """The C types of thresholds, features, children and actions."""
     return (
         C_TYPES[policy.numbers],
-        unsigned(len(policy.features)),
-        unsigned(n_nodes),
-        unsigned(len(policy.actions)),
+        choose_unsigned(len(policy.features)),
+        choose_unsigned(n_nodes),
+        choose_unsigned(len(policy.actions)),
     )
 
 

@@ -22,7 +22,7 @@ _BYTES = {"unsigned char": 1, "unsigned short": 2, "unsigned int": 4, "float": 4
 _KINDS = ("unsigned char", "unsigned short", "unsigned int")
 
 
-def unsigned(count: int) -> str:
+def choose_unsigned(count: int) -> str:
     """The smallest C type that holds so many numbers from 0 on."""
     return next(kind for kind in _KINDS if count <= 256 ** _BYTES[kind])
 

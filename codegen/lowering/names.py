@@ -146,24 +146,24 @@ def of_modules(agents: Iterable[str]) -> list[str]:
     return [name.format(agent) for agent in agents for name in MODULE_NAMES]
 
 
-def taken(prefix: str) -> bool:
+def is_reserved(prefix: str) -> bool:
     """Whether a word cannot begin names and be the files' name: of Rust or Python, or one that the text uses."""
     return prefix in RUST or prefix in USED or iskeyword(prefix)
 
 
 def ensure_distinct(names: Names, agents: Mapping[str, AgentNames]) -> None:
     """Names that are legal one by one may meet once they are joined: InputError then. `agents`: by lower-case name."""
-    in_c = [*_listed(names), *(name for each in agents.values() for name in _listed(each))]
+    in_c = [*_iterate_names(names), *(name for each in agents.values() for name in _iterate_names(each))]
     in_modules = [*of_modules(agents), *MODULE_TEAM_NAMES]
     in_rust = [each.module for each in agents.values()]
-    for found in (in_c, in_modules, in_rust):
-        twice = sorted(name for name, count in Counter(found).items() if count > 1)
+    for group in (in_c, in_modules, in_rust):
+        twice = sorted(name for name, count in Counter(group).items() if count > 1)
         if twice:
             what = f"two names of the profile become the same name in code: {twice[0]}"
             raise InputError(what, "", "rename one of them")
 
 
-def _listed(names: Names | AgentNames) -> Iterator[str]:
+def _iterate_names(names: Names | AgentNames) -> Iterator[str]:
     for kind, value in vars(names).items():
         if kind == "module":
             continue  # of another language

@@ -35,26 +35,26 @@ class _Split:
 _Node: TypeAlias = _Split | int  # a leaf is its action
 
 
-def merged(tree: Tree) -> Tree:
+def merge_splits(tree: Tree) -> Tree:
     """Without splits whose sides decide alike, and without tests that the tests before them decide."""
-    return _proved(MERGE, tree, _arrays(_within(_nested(tree), EVERYTHING), tree.numbers))
+    return _prove_pass(MERGE, tree, _arrays(_within(_nest_tree(tree), EVERYTHING), tree.numbers))
 
 
-def dropped(tree: Tree, dead: Collection[int]) -> Tree:
+def drop_leaves(tree: Tree, dead: Collection[int]) -> Tree:
     """Without the leaves `dead` (ids): decisions change only for observations that reach one of them."""
-    found = _without(tree, ROOT, frozenset(dead))
-    if found is None:
+    remaining = _without(tree, ROOT, frozenset(dead))
+    if remaining is None:
         raise ValueError("every leaf is dead: nothing can be observed")
-    return _proved(DROP, tree, _arrays(found, tree.numbers), dead)
+    return _prove_pass(DROP, tree, _arrays(remaining, tree.numbers), dead)
 
 
-def reordered(tree: Tree, seen: Floats) -> Tree:
+def reorder_tests(tree: Tree, seen: Floats) -> Tree:
     """With fewer tests on average over `seen` [n, n_features]; never more splits, nor a longer longest path.
 
     From the root on, of all tests of a subtree the one comes first with which the subtree's tests are fewest; that
     which is first already is among them, so that no step makes it worse. Trees beyond MAX_REORDERED splits stay.
     """
-    nested = _nested(tree)
+    nested = _nest_tree(tree)
     if isinstance(nested, int) or nested.size > MAX_REORDERED:
         return tree
     tests = sorted(set(_tests(nested)))
@@ -62,11 +62,11 @@ def reordered(tree: Tree, seen: Floats) -> Tree:
     signs = np.column_stack([seen[:, feature] <= number(threshold) for feature, threshold in tests])
     patterns, counts = np.unique(signs, axis=0, return_counts=True)
     column = {test: place for place, test in enumerate(tests)}
-    found = _better(nested, EVERYTHING, np.arange(len(patterns)), _Seen(patterns, counts, column), nested.levels)
-    return _proved(REORDER, tree, _arrays(found, tree.numbers))
+    improved = _better(nested, EVERYTHING, np.arange(len(patterns)), _Seen(patterns, counts, column), nested.levels)
+    return _prove_pass(REORDER, tree, _arrays(improved, tree.numbers))
 
 
-def grafted(tree: Tree, parts: Mapping[int, Tree]) -> Tree:
+def graft_parts(tree: Tree, parts: Mapping[int, Tree]) -> Tree:
     """`tree` with each node that `parts` names, and all below it, replaced by its part. KeyError for no node.
 
     No pass: what it changes is for the caller to prove, see `difference`.
@@ -74,7 +74,7 @@ def grafted(tree: Tree, parts: Mapping[int, Tree]) -> Tree:
     for node in parts:
         if not 0 <= node < len(tree.feature):
             raise KeyError(node)
-    return _arrays(_nested(tree, parts), tree.numbers)
+    return _arrays(_nest_tree(tree, parts), tree.numbers)
 
 
 def difference(a: Tree, b: Tree, n_features: int, aside: Collection[int] = ()) -> Floats | None:
@@ -96,18 +96,18 @@ def difference(a: Tree, b: Tree, n_features: int, aside: Collection[int] = ()) -
             if a.action[here] != b.action[there]:
                 return box.point(n_features, a.numbers)
             continue
-        sides = box.halved(int(tree.feature[node]), float(tree.threshold[node]))
+        sides = box.split_at(int(tree.feature[node]), float(tree.threshold[node]))
         for child, part in zip((int(tree.left[node]), int(tree.right[node])), sides, strict=True):
             if part is not None:
                 stack.append((child, there, part) if first else (here, child, part))
     return None
 
 
-def _proved(name: str, before: Tree, after: Tree, aside: Collection[int] = ()) -> Tree:
+def _prove_pass(name: str, before: Tree, after: Tree, aside: Collection[int] = ()) -> Tree:
     n_features = int(max(before.feature.max(initial=0), after.feature.max(initial=0))) + 1
-    found = difference(before, after, n_features, frozenset(aside))
-    if found is not None:
-        values = ", ".join(repr(float(value)) for value in found)
+    counterexample = difference(before, after, n_features, frozenset(aside))
+    if counterexample is not None:
+        values = ", ".join(repr(float(value)) for value in counterexample)
         raise DisagreementError(f"the pass {name} changes a decision", f"at x = ({values})", "this is a bug")
     return after
 
@@ -117,10 +117,10 @@ def _proved(name: str, before: Tree, after: Tree, aside: Collection[int] = ()) -
 
 def _split(feature: int, threshold: float, left: _Node, right: _Node) -> _Node:
     """The split, or one of its sides where both are equal."""
-    return left if left == right else _joined(feature, threshold, left, right)
+    return left if left == right else _join_sides(feature, threshold, left, right)
 
 
-def _joined(feature: int, threshold: float, left: _Node, right: _Node) -> _Split:
+def _join_sides(feature: int, threshold: float, left: _Node, right: _Node) -> _Split:
     """The split as it is."""
     levels = 1 + max(_levels(left), _levels(right))
     return _Split(feature, threshold, left, right, 1 + _size(left) + _size(right), levels)
@@ -134,19 +134,19 @@ def _levels(node: _Node) -> int:
     return node.levels if isinstance(node, _Split) else 0
 
 
-def _nested(tree: Tree, parts: Mapping[int, Tree] = MappingProxyType({})) -> _Node:
+def _nest_tree(tree: Tree, parts: Mapping[int, Tree] = MappingProxyType({})) -> _Node:
     """The tree as it is, equal sides included, with `parts` for some of its nodes."""
-    found: dict[int, _Node] = {}
+    nodes: dict[int, _Node] = {}
     for node in reversed(range(len(tree.feature))):  # preorder: children come after their parents
         if tree.feature[node] == NO_FEATURE:
-            found[node] = _nested(parts[node]) if node in parts else int(tree.action[node])
+            nodes[node] = _nest_tree(parts[node]) if node in parts else int(tree.action[node])
             continue
-        left, right = found.pop(int(tree.left[node])), found.pop(int(tree.right[node]))
+        left, right = nodes.pop(int(tree.left[node])), nodes.pop(int(tree.right[node]))
         if node in parts:
-            found[node] = _nested(parts[node])
+            nodes[node] = _nest_tree(parts[node])
             continue
-        found[node] = _joined(int(tree.feature[node]), float(tree.threshold[node]), left, right)
-    return found[ROOT]
+        nodes[node] = _join_sides(int(tree.feature[node]), float(tree.threshold[node]), left, right)
+    return nodes[ROOT]
 
 
 def _arrays(root: _Node, numbers: str) -> Tree:
@@ -168,7 +168,7 @@ def _within(node: _Node, box: Box) -> _Node:
     """What is left of a subtree for the observations of a box."""
     if isinstance(node, int):
         return node
-    left, right = box.halved(node.feature, node.threshold)
+    left, right = box.split_at(node.feature, node.threshold)
     if left is None or right is None:
         return _within(node.left if right is None else node.right, box)
     return _split(node.feature, node.threshold, _within(node.left, left), _within(node.right, right))
@@ -181,7 +181,7 @@ def _without(tree: Tree, node: int, dead: frozenset[int]) -> _Node | None:
     left, right = (_without(tree, int(child), dead) for child in (tree.left[node], tree.right[node]))
     if left is None or right is None:
         return right if left is None else left
-    return _joined(int(tree.feature[node]), float(tree.threshold[node]), left, right)
+    return _join_sides(int(tree.feature[node]), float(tree.threshold[node]), left, right)
 
 
 # --- the order of tests
@@ -195,41 +195,41 @@ class _Seen:
     counts: np.ndarray  # [n]
     column: dict[tuple[int, float], int]
 
-    def halved(self, rows: np.ndarray, feature: int, threshold: float) -> tuple[np.ndarray, np.ndarray]:
+    def split_rows(self, rows: np.ndarray, feature: int, threshold: float) -> tuple[np.ndarray, np.ndarray]:
         left = self.patterns[rows, self.column[feature, threshold]]
         return rows[left], rows[~left]
 
 
-def _asked(node: _Node, rows: np.ndarray, seen: _Seen) -> float:
+def _count_tests(node: _Node, rows: np.ndarray, seen: _Seen) -> float:
     """How many tests a subtree makes for the patterns `rows`, summed."""
     if isinstance(node, int) or not len(rows):
         return 0.0
-    left, right = seen.halved(rows, node.feature, node.threshold)
-    return float(seen.counts[rows].sum()) + _asked(node.left, left, seen) + _asked(node.right, right, seen)
+    left, right = seen.split_rows(rows, node.feature, node.threshold)
+    return float(seen.counts[rows].sum()) + _count_tests(node.left, left, seen) + _count_tests(node.right, right, seen)
 
 
 def _better(node: _Node, box: Box, rows: np.ndarray, seen: _Seen, levels: int) -> _Node:
     """The subtree of a box with its tests in the better order, at most `levels` deep and no larger than it is."""
     if isinstance(node, int):
         return node
-    best, least = (node.feature, node.threshold, node.left, node.right), _asked(node, rows, seen)
+    best, least = (node.feature, node.threshold, node.left, node.right), _count_tests(node, rows, seen)
     total = float(seen.counts[rows].sum())
     for feature, threshold in sorted(set(_tests(node))):
-        below, above = box.halved(feature, threshold)
+        below, above = box.split_at(feature, threshold)
         if below is None or above is None:
             continue
         left, right = _within(node, below), _within(node, above)
         if 1 + _size(left) + _size(right) > node.size or 1 + max(_levels(left), _levels(right)) > levels:
             continue
-        sides = seen.halved(rows, feature, threshold)
-        asked = total + _asked(left, sides[0], seen) + _asked(right, sides[1], seen)
+        sides = seen.split_rows(rows, feature, threshold)
+        asked = total + _count_tests(left, sides[0], seen) + _count_tests(right, sides[1], seen)
         if asked < least:
             best, least = (feature, threshold, left, right), asked
     feature, threshold, left, right = best
-    below, above = box.halved(feature, threshold)
+    below, above = box.split_at(feature, threshold)
     if below is None or above is None:  # decided by the tests before
         return _better(left if above is None else right, box, rows, seen, levels)
-    sides = seen.halved(rows, feature, threshold)
+    sides = seen.split_rows(rows, feature, threshold)
     return _split(
         feature,
         threshold,

@@ -14,10 +14,10 @@ from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-from codegen.errors import shown, visible
+from codegen.errors import escape_text, visible
 from codegen.floats import smt_literal
-from codegen.intervals import percent, sampled
-from codegen.wording import counted
+from codegen.intervals import format_share, percent
+from codegen.wording import format_count
 
 MAX_SHOWN = 12  # characters of a number that is shown as it is
 
@@ -32,23 +32,23 @@ def _environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
         keep_trailing_newline=True,
-        finalize=_seen,
+        finalize=_escape_value,
         autoescape=lambda name: name is not None and name.endswith(".html.j2"),
     )
     filters = {
         "comment": comment,
-        "counted": counted,
+        "counted": format_count,
         "float32": smt_literal,
         "percent": percent,
-        "sampled": sampled,
-        "shown": shown,
+        "sampled": format_share,
+        "shown": escape_text,
     }
-    filters |= {"brief": brief, "rounded": rounded, "visible": visible}
+    filters |= {"brief": brief, "rounded": shorten_number, "visible": visible}
     environment.filters.update(filters)  # pyright: ignore[reportUnknownMemberType]
     return environment
 
 
-def _seen(value: object) -> object:
+def _escape_value(value: object) -> object:
     """What a template places, whoever wrote it: lines stay lines, all else that steers a terminal is escaped."""
     if not isinstance(value, str) or value.isprintable():
         return value
@@ -65,7 +65,7 @@ def brief(number: float | str) -> str:
     return number if isinstance(number, str) else f"{number:g}"
 
 
-def rounded(exact: float | str) -> str:
+def shorten_number(exact: float | str) -> str:
     """A number from its exact text, as a reader takes it in: itself where it is short, else with six digits and a sign
     that says so.
     """

@@ -45,7 +45,7 @@ class Boxes(NamedTuple):
     low: Float64
     high: Float64
 
-    def taken(self, which: Bool | Int64) -> Boxes:
+    def take(self, which: Bool | Int64) -> Boxes:
         """Some of them."""
         return Boxes(self.low[which], self.high[which])
 
@@ -132,7 +132,7 @@ class Lookup:
 def search_of(steps: Sequence[Sequence[Boxes]], columns: Sequence[Sequence[int]]) -> Lookup:
     """The search of lists: for each step its parts, as many at each; `columns`: of each part what is compared."""
     lists = [
-        [_clipped(Boxes(part.low[:, of], part.high[:, of])) for part, of in zip(parts, columns, strict=True)]
+        [_clip_boxes(Boxes(part.low[:, of], part.high[:, of])) for part, of in zip(parts, columns, strict=True)]
         for parts in steps
     ]
     count = min(AXES, len(columns[0]))
@@ -140,7 +140,7 @@ def search_of(steps: Sequence[Sequence[Boxes]], columns: Sequence[Sequence[int]]
     grids, cells, boxes = list[Grid](), list[tuple[int, ...]](), list[Ends]()
     for parts in lists:
         for part, along in zip(parts, axes, strict=True):
-            laid, within = _laid(part, along)
+            laid, within = _lay_grid(part, along)
             grids.append(laid._replace(begin=len(cells)))
             cells += [tuple(len(boxes) + box for box in each) for each in within]
             boxes += (Ends(_doubles(low), _doubles(high)) for low, high in zip(*part, strict=True))
@@ -177,7 +177,7 @@ def _place_rests(cells: Sequence[tuple[int, ...]]) -> tuple[tuple[int, ...], tup
     return tuple(order), tuple(begins[each] for each in cells)
 
 
-def _clipped(boxes: Boxes) -> Boxes:
+def _clip_boxes(boxes: Boxes) -> Boxes:
     """The same finite states."""
     return Boxes(np.maximum(boxes.low, -LARGEST), np.minimum(boxes.high, LARGEST))
 
@@ -188,28 +188,28 @@ def _axes(lists: Sequence[Boxes], count: int) -> tuple[int, ...]:
     ways = list(combinations(range(lists[0].low.shape[1]), count))
     if not told or len(ways) == 1:
         return ways[0]
-    points = [_drawn(boxes) for boxes in told]
+    points = [_draw_points(boxes) for boxes in told]
 
-    def compared(way: tuple[int, ...]) -> float:
+    def sum_comparisons(way: tuple[int, ...]) -> float:
         sizes = [16] * count
-        return sum(_Laid(boxes, way, sizes).compared(at) for boxes, at in zip(told, points, strict=True))
+        return sum(_Laid(boxes, way, sizes).count_comparisons(at) for boxes, at in zip(told, points, strict=True))
 
-    return min(ways, key=compared)
+    return min(ways, key=sum_comparisons)
 
 
-def _laid(boxes: Boxes, axes: Sequence[int]) -> tuple[Grid, list[list[int]]]:
+def _lay_grid(boxes: Boxes, axes: Sequence[int]) -> tuple[Grid, list[list[int]]]:
     """The grid of a list, and of each of its cells the boxes: as fine as makes searches shorter."""
-    sizes, points = [1] * len(axes), _drawn(boxes) if len(boxes.low) > 1 else None
+    sizes, points = [1] * len(axes), _draw_points(boxes) if len(boxes.low) > 1 else None
     best = _Laid(boxes, axes, sizes)
-    while points is not None and (now := best.compared(points)) > ENOUGH:
+    while points is not None and (now := best.count_comparisons(points)) > ENOUGH:
         finer = [[2 * size if at == axis else size for at, size in enumerate(sizes)] for axis in range(len(axes))]
         finer = [each for each in finer if np.prod(each) <= min(CELLS, ENTRIES // len(boxes.low))]
         if not finer:
             break
-        found = min((_Laid(boxes, axes, each) for each in finer), key=lambda laid: laid.compared(points))
-        if found.compared(points) >= now and np.prod(found.sizes) > CELLS // 4:
+        candidate = min((_Laid(boxes, axes, each) for each in finer), key=lambda laid: laid.count_comparisons(points))
+        if candidate.count_comparisons(points) >= now and np.prod(candidate.sizes) > CELLS // 4:
             break
-        best, sizes = found, found.sizes
+        best, sizes = candidate, candidate.sizes
     return best.grid, best.within()
 
 
@@ -229,7 +229,7 @@ class _Laid:
         self.scale = np.where(np.isfinite(scale), scale, 0.0)
         self.strides = [int(np.prod(self.sizes[at + 1 :])) for at in range(len(self.sizes))]
         self._order: Int64 | None = None
-        self._shares = self._shared()
+        self._shares = self._measure_shares()
 
     @property
     def grid(self) -> Grid:
@@ -239,13 +239,13 @@ class _Laid:
 
     def within(self) -> list[list[int]]:
         """The boxes of each cell, those that fill most of it first."""
-        order, held = self._ordered(), self._shares >= 0.0
+        order, held = self._order_boxes(), self._shares >= 0.0
         cells = np.indices(self.sizes).reshape(len(self.sizes), -1).T
-        return [self._needed(order[held[order[:, at], at], at], cell) for at, cell in enumerate(cells)]
+        return [self._find_needed(order[held[order[:, at], at], at], cell) for at, cell in enumerate(cells)]
 
-    def _needed(self, boxes: Int64, cell: Int64) -> list[int]:
+    def _find_needed(self, boxes: Int64, cell: Int64) -> list[int]:
         """Those of the boxes of a cell, in their order, of which none before them holds all that they hold there."""
-        low, high = self.boxes.taken(boxes)
+        low, high = self.boxes.take(boxes)
         first, last = low.copy(), high.copy()  # without what is surely beyond the cell
         for at, axis in enumerate(self.axes):
             with np.errstate(over="ignore", invalid="ignore"):  # where the scale is 0, no side is cut
@@ -259,23 +259,23 @@ class _Laid:
                 kept.append(at)
         return boxes[kept].tolist()
 
-    def compared(self, points: Float64) -> float:
+    def count_comparisons(self, points: Float64) -> float:
         """How many boxes are compared for one of these states, on average."""
         place = np.clip((points[:, self.axes] - self.low) * self.scale, 0.0, np.array(self.sizes) - 1.0)
         cell = place.astype(np.int64) @ np.array(self.strides)
         low, high = self.boxes
         inside = ((points[:, None] >= low) & (points[:, None] <= high)).all(axis=2)
-        return float(np.take_along_axis(inside, self._ordered()[:, cell].T, axis=1).argmax(axis=1).mean()) + 1.0
+        return float(np.take_along_axis(inside, self._order_boxes()[:, cell].T, axis=1).argmax(axis=1).mean()) + 1.0
 
-    def _ordered(self) -> Int64:
+    def _order_boxes(self) -> Int64:
         if self._order is None:
             self._order = np.argsort(-self._shares, axis=0, kind="stable")
         return self._order
 
-    def _shared(self) -> Float64:
+    def _measure_shares(self) -> Float64:
         """How much of each cell each box fills, [n, cells]; -1 where it is not near."""
         low, high = self.boxes
-        found = np.ones((len(low), 1))
+        shares = np.ones((len(low), 1))
         near = np.ones((len(low), 1), dtype=np.bool_)
         others = [at for at in range(low.shape[1]) if at not in self.axes]
         with np.errstate(over="ignore"):
@@ -289,12 +289,12 @@ class _Laid:
             inner = (edges <= last + EDGE) & (edges + 1.0 >= first - EDGE)
             share = np.clip(np.minimum(last, edges + 1.0) - np.maximum(first, edges), 0.0, 1.0)
             share = share if self.scale[at] > 0 else np.ones_like(share)
-            found = (found[:, :, None] * share[:, None]).reshape(len(low), -1)
+            shares = (shares[:, :, None] * share[:, None]).reshape(len(low), -1)
             near = (near[:, :, None] & inner[:, None]).reshape(len(low), -1)
-        return np.where(near, found * rest[:, None], -1.0)
+        return np.where(near, shares * rest[:, None], -1.0)
 
 
-def _drawn(boxes: Boxes) -> Float64:
+def _draw_points(boxes: Boxes) -> Float64:
     """Points in the boxes, by volume, always the same ones."""
     finite = np.concatenate(boxes)[np.isfinite(np.concatenate(boxes))]
     least, most = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 0.0)

@@ -53,7 +53,7 @@ class Given:
         """The sum as attributes of pictures have it: `weight:place,...`, in the order in which it is added."""
         if self.number:
             return f"{self.number.hex.removesuffix('f')}:{CONSTANT}"
-        return written(self.terms)
+        return format_terms(self.terms)
 
     @property
     def share(self) -> float | None:
@@ -65,7 +65,7 @@ class Given:
         return float(self.number.decimal) / (most - least) - least / (most - least)
 
 
-def written(terms: Sequence[Term]) -> str:
+def format_terms(terms: Sequence[Term]) -> str:
     """A sum in one word: `0x1p-1:3,-0x1p+0:0`; the place of a constant is -1."""
     parts = ((term, term.size.hex.removesuffix("f") if term.size else "0x1p+0") for term in terms)
     return ",".join(
@@ -118,8 +118,8 @@ class SumNode:
 
     @property
     def written(self) -> str:
-        """The sum in one word, see `written`."""
-        return written(self.terms)
+        """The sum in one word, see `format_terms`."""
+        return format_terms(self.terms)
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ from codegen.wording import holds
 SHOWN_DIGITS = 3  # of what leaves give, where people read it
 
 
-def summed_of(
+def lower_sums(
     policy: ir.AgentPolicy, features: Sequence[Feature], actions: Sequence[Action], single: Callable[[int], Node]
 ) -> Summed | None:
     """The tree of an agent, ready to be written; None where it has no sums. `single`: the node of a plain test."""
@@ -55,7 +55,8 @@ def _node(
         chosen = int(tree.action[node])
         given = (
             tuple(
-                _given(policy, each, sum_, features) for each, sum_ in zip(outputs, tree.vectors[chosen], strict=True)
+                _lower_given(policy, each, sum_, features)
+                for each, sum_ in zip(outputs, tree.vectors[chosen], strict=True)
             )
             if outputs
             else ()
@@ -82,12 +83,14 @@ def _term(weight: float, place: int, features: Sequence[Feature], single: bool) 
     return Term(sign, size, None if place == ir.CONSTANT else features[place])
 
 
-def _given(policy: ir.AgentPolicy, output: Output, each: ir.Sum, features: Sequence[Feature]) -> Given:
+def _lower_given(policy: ir.AgentPolicy, output: Output, each: ir.Sum, features: Sequence[Feature]) -> Given:
     tree, spec = policy.tree, policy.outputs[output.index]
     if any(place != ir.CONSTANT for _, place in each.terms):
         shown = words(each, [feature.name for feature in features], SHOWN_DIGITS)
         return Given(output, _terms(each, features, tree.arithmetic), None, shown)
-    value = ir.clipped(each.value(np.zeros((1, len(features)), policy.numbers), tree.arithmetic), spec.low, spec.high)
+    value = ir.clip_values(
+        each.value(np.zeros((1, len(features)), policy.numbers), tree.arithmetic), spec.low, spec.high
+    )
     number = float(value.astype(tree.gives)[0])
     return Given(output, (), _number(number, tree.gives == FLOAT32), f"{number:.{SHOWN_DIGITS}g}")
 

@@ -59,22 +59,22 @@ class Track:
     goal: tuple[Place, Place] | None
     goals: tuple[tuple[Place, Place], ...]  # where it may be
 
-    def reached(self, start: Mapping[str, tuple[float, float]]) -> dict[str, tuple[float, float]]:
+    def bound_coordinates(self, start: Mapping[str, tuple[float, float]]) -> dict[str, tuple[float, float]]:
         """Between which numbers each coordinate stays that starts between these, whatever agents do; all start at
         rest. By upper-case name.
         """
-        found = {place.upper: start[place.upper] for place in self.still if place.upper in start}
+        bounds = {place.upper: start[place.upper] for place in self.still if place.upper in start}
         for each in self.agents:
             for axis, (place, speed) in enumerate(zip(each.positions, each.velocities, strict=True)):
                 push = max(abs(float(pushes[axis].decimal)) for pushes in each.pushes)
                 # a velocity is at most the sum of all pushes, twice for what rounding adds
                 most = 2.0 * self.steps * (push + OFF)
-                found[speed.upper] = -most, most
+                bounds[speed.upper] = -most, most
                 if place.upper in start:
                     low, high = start[place.upper]
                     far = 2.0 * self.steps * (self.dt * most + OFF)
-                    found[place.upper] = low - far, high + far
-        return {upper: (low - self.near, high + self.near) for upper, (low, high) in found.items()}
+                    bounds[place.upper] = low - far, high + far
+        return {upper: (low - self.near, high + self.near) for upper, (low, high) in bounds.items()}
 
 
 def ensure_followed(world: ir.WorldSpec, steps: int) -> None:
@@ -93,7 +93,7 @@ def track(profile: ir.PolicyProfile, model: Model, start: Start) -> Track:
     """
     ensure_followed(profile.world, start.steps)
     world = profile.world
-    agents = tuple(_tracked(profile, model, number, start) for number in range(len(profile.agents)))
+    agents = tuple(_track_agent(profile, model, number, start) for number in range(len(profile.agents)))
     moving = {place.upper for each in agents for place in (*each.positions, *each.velocities)}
     still = tuple(place for upper, place in model.places.items() if upper not in moving)
     region = region_of(start.region)
@@ -117,7 +117,7 @@ def _axes(model: Model, name: str) -> tuple[Place, Place]:
     return model.places[f"{name}_X"], model.places[f"{name}_Y"]
 
 
-def _tracked(profile: ir.PolicyProfile, model: Model, number: int, start: Start) -> Tracked:
+def _track_agent(profile: ir.PolicyProfile, model: Model, number: int, start: Start) -> Tracked:
     policy, world = profile.agents[number], profile.world
     (entity,) = (one for one in world.agents if one.name == policy.agent)
     added = accelerations(entity, policy.actions) * world.dt

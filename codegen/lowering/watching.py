@@ -213,7 +213,7 @@ def watch(profile: ir.PolicyProfile, model: Model, spec: RegionSpec, certificate
     own = replace(model, region=region, names=names)
     age = decimal_literal(LATE * profile.world.dt)
     whole = model.places, model.names.n_coordinates, model.dt, _ahead(own, moved)
-    watched, open_ = _ordered(watched, _bounded(region))
+    watched, open_ = _order_watched(watched, _collect_bounds(region))
     return Watch(own, model.names.guard, certificate, claim, watched, open_, moved, tuple(fallbacks), age, *whole)
 
 
@@ -227,32 +227,34 @@ def watch_start(profile: ir.PolicyProfile, model: Model, start: Start, certifica
     )
     early = decimal_literal(EARLY * profile.world.dt)
     followed = track(profile, model, start)
-    watched, open_ = _ordered(watched, followed.reached(_bounded(made.region)))
+    watched, open_ = _order_watched(watched, followed.bound_coordinates(_collect_bounds(made.region)))
     return replace(made, watched=watched, open=open_, moved=(), ahead=None, ever=False, early=early, track=followed)
 
 
-def _ordered(watched: Sequence[Watched], inside: Mapping[str, tuple[float, float]]) -> tuple[tuple[Watched, ...], int]:
+def _order_watched(
+    watched: Sequence[Watched], inside: Mapping[str, tuple[float, float]]
+) -> tuple[tuple[Watched, ...], int]:
     """Those first that may be out of their range where a state is within these bounds, and how many there are."""
 
-    def held(one: Watched) -> bool:
+    def is_held(one: Watched) -> bool:
         low, high = inside.get(one.place.upper, (-math.inf, math.inf))
         return float(one.low.decimal) <= low and high <= float(one.high.decimal)
 
-    open_ = [one for one in watched if not held(one)]
-    return (*open_, *(one for one in watched if held(one))), len(open_)
+    open_ = [one for one in watched if not is_held(one)]
+    return (*open_, *(one for one in watched if is_held(one))), len(open_)
 
 
-def _bounded(region: Region) -> dict[str, tuple[float, float]]:
+def _collect_bounds(region: Region) -> dict[str, tuple[float, float]]:
     """The coordinates that a region bounds by numbers; a goal is where its landmarks are."""
-    found = {
+    bounds = {
         first: (float(low.decimal), float(high.decimal)) for first, second, low, high in region.bounds if not second
     }
     for axis in "XY":
-        marks = [found.get(f"{goal}_{axis}") for goal in region.goals]
+        marks = [bounds.get(f"{goal}_{axis}") for goal in region.goals]
         known = [mark for mark in marks if mark is not None]
         if known and len(known) == len(marks):
-            found[f"GOAL_{axis}"] = min(low for low, _ in known), max(high for _, high in known)
-    return found
+            bounds[f"GOAL_{axis}"] = min(low for low, _ in known), max(high for _, high in known)
+    return bounds
 
 
 def _ahead(model: Model, moved: Sequence[Moved]) -> Model | None:
@@ -287,7 +289,9 @@ def watch_cover(model: Model, cover: Cover, certificate: str, claim: str) -> Wat
         places[upper] = Place(at, one.name, upper, f"{model.prefix.upper()}_S_{upper}", ())
     ranges = zip(places.values(), cover.variables, strict=True)
     watched = tuple(Watched(place, _double(one.low), _double(one.high)) for place, one in ranges)
-    watched, open_ = _ordered(watched, {place.upper: cover.bounds(at) for at, place in enumerate(places.values())})
+    watched, open_ = _order_watched(
+        watched, {place.upper: cover.bounds(at) for at, place in enumerate(places.values())}
+    )
     fallbacks = [Fallback(agent, cover.rests.get(agent.name, 0)) for agent in model.agents]
     return Watch(
         model=model,
@@ -329,7 +333,7 @@ def watch_inputs(profile: ir.PolicyProfile, model: Model) -> Watch:
         watched=tuple(watched),
         open=len(watched),
         moved=(),
-        fallbacks=tuple(_given(*both) for both in zip(model.agents, profile.agents, strict=True)),
+        fallbacks=tuple(_make_fallback(*both) for both in zip(model.agents, profile.agents, strict=True)),
         max_age=decimal_literal(LATE * dt),
         places=places,
         size=f"{upper}_N_INPUTS",
@@ -338,7 +342,7 @@ def watch_inputs(profile: ir.PolicyProfile, model: Model) -> Watch:
     )
 
 
-def _given(agent: Agent, policy: ir.AgentPolicy) -> Fallback:
+def _make_fallback(agent: Agent, policy: ir.AgentPolicy) -> Fallback:
     """What an agent falls back to: of outputs what is next to 0."""
     outputs: list[Given] = []
     for name, output in zip(agent.names.outputs, policy.outputs, strict=True):
@@ -358,12 +362,12 @@ def _finite(value: float) -> float:
 
 def _ranges(world: ir.WorldSpec) -> dict[str, tuple[float, float]]:
     """What each coordinate can be: speeds have limits where the world states them, other lengths the IR's."""
-    found = dict.fromkeys(world.coordinates(), (-ir.MAX_LENGTH, ir.MAX_LENGTH))
+    ranges = dict.fromkeys(world.coordinates(), (-ir.MAX_LENGTH, ir.MAX_LENGTH))
     for agent in world.agents:
         if agent.max_speed is not None:
             limit = agent.max_speed * ROUNDED
-            found |= {f"{agent.name}.v{axis}": (-limit, limit) for axis in "xy"}
-    return found | {each.name: (each.low, each.high) for each in world.variables}
+            ranges |= {f"{agent.name}.v{axis}": (-limit, limit) for axis in "xy"}
+    return ranges | {each.name: (each.low, each.high) for each in world.variables}
 
 
 def _at_rest(policy: ir.AgentPolicy) -> int:

@@ -14,7 +14,7 @@ FILTERS = threading.RLock()  # held by whoever changes them: threads that overla
 
 
 @contextmanager
-def unwarned() -> Generator[None]:
+def silence_warnings() -> Generator[None]:
     """No warning is shown or raised."""
     with FILTERS, warnings.catch_warnings():
         warnings.simplefilter("ignore")

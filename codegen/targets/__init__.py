@@ -41,10 +41,10 @@ def emit(
     `style`: of the C. UnknownNameError for another target, InputError for one that does not take the numbers that an
     agent compares, MissingToolError for one whose package is not installed.
     """
-    return written(lower(profile, prefix, style), profile, targets)
+    return emit_model(lower(profile, prefix, style), profile, targets)
 
 
-def written(model: Model, profile: ir.PolicyProfile, targets: Iterable[str]) -> dict[str, str | bytes]:
+def emit_model(model: Model, profile: ir.PolicyProfile, targets: Iterable[str]) -> dict[str, str | bytes]:
     """The same from a profile that is lowered already."""
     files: dict[str, str | bytes] = {}
     for target in targets:

@@ -13,7 +13,7 @@ from codegen.errors import InputError
 from codegen.lowering.model import Agent, Model, Node
 from codegen.lowering.render import render
 from codegen.lowering.summed import Given, SumNode
-from codegen.wording import counted
+from codegen.wording import format_count
 
 LEAF_WIDTH, LEVEL_HEIGHT, MARGIN = 72, 62, 40
 MAX_NODES = 4_096
@@ -94,10 +94,10 @@ class Picture:
 
 def emit(model: Model, profile: ir.PolicyProfile) -> dict[str, str]:
     """The pictures."""
-    return {f"{model.prefix}_{agent.lower}.svg": _drawn(model, agent) for agent in model.agents}
+    return {f"{model.prefix}_{agent.lower}.svg": _draw_tree(model, agent) for agent in model.agents}
 
 
-def _drawn(model: Model, agent: Agent) -> str:
+def _draw_tree(model: Model, agent: Agent) -> str:
     return render("svg/tree.svg.j2", model=model, agent=agent, summed=agent.summed, picture=picture(agent))
 
 
@@ -105,7 +105,7 @@ def picture(agent: Agent) -> Picture:
     """Where each node goes. InputError for a tree that no page shows."""
     nodes = agent.summed.nodes if agent.summed else agent.nodes
     if len(nodes) > MAX_NODES:
-        what = f"the tree of {agent.name} has {counted(len(nodes), 'node')}"
+        what = f"the tree of {agent.name} has {format_count(len(nodes), 'node')}"
         raise InputError(what, "--target svg", f"a picture shows at most {MAX_NODES}: extract a smaller tree")
     split = [_splits(node) for node in nodes]
     level = [0] * len(nodes)
@@ -146,25 +146,29 @@ def _box(node: Node | SumNode, x: float, y: float) -> Box:
             return Box(node, x, y, 124, 28, True, node.feature.name, node.test)
         return Box(node, x, y, 60, 24, False, node.action.name if node.action else "", "")
     if node.split:
-        words = shortened(node.tested)
+        words = shorten_text(node.tested)
         return Box(node, x, y, max(124, round(CHARACTER * len(words)) + 12), 28, True, words, node.test)
     if node.action:
         return Box(node, x, y, 60, 24, False, node.action.name, "")
     height = ROW_HEIGHT * len(node.given) + 6
     top = y - height // 2
     rows = tuple(_row(each, x, top + ROW_HEIGHT * place) for place, each in enumerate(node.given))
-    return Box(node, x, y, GIVING_WIDTH - 12, height, False, ", ".join(_said(each) for each in node.given), "", rows)
+    return Box(
+        node, x, y, GIVING_WIDTH - 12, height, False, ", ".join(_format_given(each) for each in node.given), "", rows
+    )
 
 
 def _row(given: Given, x: float, top: float) -> Row:
     left, share = x - BAR_WIDTH // 2, given.share
-    return Row(shortened(_said(given)), top + 14, None if share is None else (left, round(BAR_WIDTH * share, 2)))
+    return Row(
+        shorten_text(_format_given(given)), top + 14, None if share is None else (left, round(BAR_WIDTH * share, 2))
+    )
 
 
-def _said(given: Given) -> str:
+def _format_given(given: Given) -> str:
     return f"{given.output.name} = {given.shown}"
 
 
-def shortened(text: str) -> str:
+def shorten_text(text: str) -> str:
     """A text that fits into a frame; its title says the whole."""
     return text if len(text) <= MAX_CHARACTERS else text[: MAX_CHARACTERS - 1] + "…"

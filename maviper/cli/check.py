@@ -10,7 +10,7 @@ from pathlib import Path
 import click
 
 from codegen.errors import ExitCode
-from codegen.wording import counted
+from codegen.wording import format_count
 from maviper.cli.group import Verb
 from maviper.cli.options import PATH, console_of, option
 
@@ -65,6 +65,6 @@ def check(
 
     with console_of(context).following("checking") as listener, listening(listener):
         proof = check_file(certificate, profile, against, world)
-    closed = f"{counted(proof.closed, proof.unit)}{' closed' if proof.unit == 'branch' else ''}"
-    say(f"accepted  {proof.subject}: {closed}, {counted(proof.size, 'byte')} of proof")
+    closed = f"{format_count(proof.closed, proof.unit)}{' closed' if proof.unit == 'branch' else ''}"
+    say(f"accepted  {proof.subject}: {closed}, {format_count(proof.size, 'byte')} of proof")
     return ExitCode.DONE

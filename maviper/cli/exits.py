@@ -47,7 +47,7 @@ def _interrupt_again(unraisable: Any) -> None:
         sys.__unraisablehook__(unraisable)
 
 
-def answered(command: Callable[[], Any], verbose: bool) -> int:
+def run_command(command: Callable[[], Any], verbose: bool) -> int:
     """Runs `command`; its exit code. Errors are told in three lines, with the traceback when `verbose`."""
     resuming.forget()
     try:
@@ -60,9 +60,9 @@ def answered(command: Callable[[], Any], verbose: bool) -> int:
     except (BrokenPipeError, SystemExit):  # the latter is click's answer to a closed pipe
         return ExitCode.MISSING  # nobody read the verdict, so the code does not say one
     except KeyboardInterrupt:
-        return _interrupted()
+        return _tell_interruption()
     except Exception as error:
-        return _interrupted() if _interrupts else _other(error, verbose)
+        return _tell_interruption() if _interrupts else _other(error, verbose)
 
 
 def _other(error: Exception, verbose: bool) -> int:
@@ -77,18 +77,18 @@ def _other(error: Exception, verbose: bool) -> int:
     if isinstance(error, click.ClickException):
         return _tell(verbose, ExitCode.INPUT, error.format_message())
     if isinstance(error, click.Abort):
-        return _interrupted()
+        return _tell_interruption()
     if isinstance(error, OSError) and error.filename is None:  # no file that was named: a stream, or a scratch file
         advice = "make room for standard output, standard error and temporary files"
         return _tell(verbose, ExitCode.MISSING, f"cannot write: {error.strerror}", "", advice)
     return _tell(True, ExitCode.BUG, f"a bug in maviper: {error}", "", "please report it with the lines above")
 
 
-def _interrupted() -> int:
+def _tell_interruption() -> int:
     # a second signal, or the first one raised again, must not change how the process ends
     signal.signal(signal.SIGINT, lambda number, frame: None)
     sys.unraisablehook = lambda unraisable: None
-    return _tell(False, ExitCode.INTERRUPTED, "interrupted", "", RESUME if resuming.begun() else AGAIN)
+    return _tell(False, ExitCode.INTERRUPTED, "interrupted", "", RESUME if resuming.has_begun() else AGAIN)
 
 
 def _tell(with_traceback: bool, code: int, what: str, where: str = "", next_step: str = "") -> int:

@@ -11,7 +11,7 @@ from typing import Any
 
 import click
 
-from codegen.errors import shown, steers, suggestion
+from codegen.errors import escape_text, steers, suggestion
 
 MAX_COLUMN = 30  # of names beside their texts; a longer name stands on a line of its own
 
@@ -44,7 +44,7 @@ class Verb(click.Command):
         """
         for word in args:
             if steers(word):
-                ctx.fail(f"an argument holds an invisible character: {shown(word)}")
+                ctx.fail(f"an argument holds an invisible character: {escape_text(word)}")
         end = args.index("--") if "--" in args else len(args)
         return super().parse_args(ctx, [self._today(ctx, word) for word in args[:end]] + args[end:])
 
@@ -89,7 +89,7 @@ class Verbs(Verb, click.Group):
     def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
         """As click's, with a suggestion."""
         if args and self.get_command(ctx, args[0]) is None and not args[0].startswith("-"):
-            ctx.fail(f"unknown command '{shown(args[0])}'; {suggestion(args[0], self.list_commands(ctx))}")
+            ctx.fail(f"unknown command '{escape_text(args[0])}'; {suggestion(args[0], self.list_commands(ctx))}")
         return super().resolve_command(ctx, args)
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:

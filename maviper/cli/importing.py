@@ -12,7 +12,7 @@ from typing import Any, Unpack
 import click
 
 from codegen.errors import ExitCode
-from codegen.wording import counted
+from codegen.wording import format_count
 from maviper.cli.group import Verb
 from maviper.cli.options import PATH, console_of, option, options_of, output
 from maviper.options import ImportOptions
@@ -82,16 +82,18 @@ def _say(policy: Any, facts: Mapping[str, Any], console: Any) -> None:
     leaves = int((policy.tree.feature < 0).sum())
     size = ", ".join(
         [
-            counted(leaves, "leaf"),
-            counted(len(policy.features), "feature"),
-            counted(len(policy.outputs), "output") if policy.outputs else counted(len(policy.actions), "action"),
+            format_count(leaves, "leaf"),
+            format_count(len(policy.features), "feature"),
+            format_count(len(policy.outputs), "output")
+            if policy.outputs
+            else format_count(len(policy.actions), "action"),
             policy.numbers,
             *([f"sums {policy.tree.arithmetic}"] if policy.tree.arithmetic else []),
         ]
     )
     console.line(policy.agent, f"{facts[f'{policy.agent} from']}: {size}")
     count, by = facts[f"{policy.agent} replayed"], facts[f"{policy.agent} replayed by"]
-    console.line("replayed", f"{counted(count, 'observation')}, by {by}: no difference")
+    console.line("replayed", f"{format_count(count, 'observation')}, by {by}: no difference")
     for kind in ("features", "outputs" if policy.outputs else "actions"):
         console.line(kind, str(facts[f"{policy.agent} {kind}"]))
     if f"{policy.agent} notes" in facts:

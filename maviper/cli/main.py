@@ -74,4 +74,4 @@ for command in (command for commands in CHAPTERS.values() for command in command
 def run(arguments: list[str]) -> int:
     """Runs the command line inside a program; returns the exit code."""
     verbose = bool({"-v", "--verbose"} & set(arguments))
-    return exits.answered(lambda: cli.main(args=arguments, prog_name="maviper", standalone_mode=False), verbose)
+    return exits.run_command(lambda: cli.main(args=arguments, prog_name="maviper", standalone_mode=False), verbose)

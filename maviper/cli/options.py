@@ -14,7 +14,7 @@ from typing import Any, cast
 
 import click
 
-from codegen.errors import InputError, shown
+from codegen.errors import InputError, escape_text
 from maviper.cli.group import Option
 from maviper.options.table import Option as Table
 from maviper.options.table import table_of
@@ -85,7 +85,7 @@ def _number_or_word(
         return int(value)
     except ValueError:
         advice = f"write 25, or {' or '.join(words)}"
-        raise InputError(f"'{shown(value)[:40]}' is no whole number", f"--{parameter.name}", advice) from None
+        raise InputError(f"'{escape_text(value)[:40]}' is no whole number", f"--{parameter.name}", advice) from None
 
 
 def options_of(asked: type, *names: str) -> Callable[[Any], Any]:

@@ -53,15 +53,15 @@ def properties_new(subject: str, output: Path | None) -> int:
 def print_properties(as_json: bool) -> int:
     """Prints the built-in properties, for people or as JSON."""
     from codegen.policy_json import layout
-    from maviper.verification.ask import listed, option_of
+    from maviper.verification.ask import list_properties, option_of
 
     if as_json:
-        click.echo(layout({"properties": listed()}))
+        click.echo(layout({"properties": list_properties()}))
         return ExitCode.DONE
-    for found in listed():
-        click.echo(f"{found['name']}: {found['sentence']}")
-        for name, default in found["parameters"].items():
-            click.echo(f"  {option_of(name)} (default: {default or _of_the_world(found['name'], name)})")
+    for entry in list_properties():
+        click.echo(f"{entry['name']}: {entry['sentence']}")
+        for name, default in entry["parameters"].items():
+            click.echo(f"  {option_of(name)} (default: {default or _of_the_world(entry['name'], name)})")
     return ExitCode.DONE
 
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Unpack
 import click
 
 from codegen.errors import ExitCode
-from codegen.wording import counted
+from codegen.wording import format_count
 from maviper.cli.group import Verb
 from maviper.cli.options import PROFILE, REGION, console_of, option, options_of, output
 from maviper.options import RepairOptions
@@ -98,6 +98,6 @@ def _say_unrepaired(outcome: "Repaired", output: Path, given: Sequence[Path], co
 
     subject = f"{outcome.claim.name} of the {outcome.claim.team}, region {outcome.region.name}"
     console.line("not repaired", f"{subject}: {outcome.repair.reason}")
-    console.line("", f"{counted(len(outcome.repair.guards), 'guard')} set; nothing was written")
+    console.line("", f"{format_count(len(outcome.repair.guards), 'guard')} set; nothing was written")
     if outputs.clear(output, outputs.REPAIR, given):
         console.line("removed", f"the files of an earlier repair in {output}")

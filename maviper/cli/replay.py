@@ -9,7 +9,7 @@ from pathlib import Path
 
 import click
 
-from codegen.errors import ExitCode, shown
+from codegen.errors import ExitCode, escape_text
 from maviper.cli.group import Verb
 from maviper.cli.options import PATH, console_of, option
 
@@ -44,7 +44,7 @@ def replay(context: click.Context, counterexample: Path, profile: Path | None, w
         console.line("profile", "not the one that the counterexample was made from")
     for agent, action in outcome.actions.items():
         was = outcome.before.get(agent, action)
-        changed = "" if action == was else f" (was {shown(was)})"
+        changed = "" if action == was else f" (was {escape_text(was)})"
         console.line(agent, f"{action}{changed}")
     told, _, said = outcome.says.partition(" ")
     console.line(told, f"{said}, which all act the same" if outcome.by else said)

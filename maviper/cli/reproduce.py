@@ -35,9 +35,9 @@ def reproduce(context: click.Context, output: Path, **options: Unpack[ReproduceO
     console = console_of(context)
     console.line("reproducing", str(output))
     from maviper.console import say
-    from maviper.reproduction.run import reproduced, request
+    from maviper.reproduction.run import reproduce_paper, request
 
-    done = reproduced(output, request(options), console)
+    done = reproduce_paper(output, request(options), console)
     if done.lines:
         say("\n".join(done.lines))
     return done.code

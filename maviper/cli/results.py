@@ -38,13 +38,13 @@ def say_repair(done: "Repaired", console: Console) -> None:
     """What a repair changed, and what it costs."""
     from maviper.evaluation.comparison import say_sizes
 
-    before, found = done.before, done.repair
-    if not found.guards:
+    before, repair = done.before, done.repair
+    if not repair.guards:
         console.line("repaired", "nothing: no state of the region violates the property")
         return
-    guards = "guard" if len(found.guards) == 1 else "guards"
-    roles = ", ".join(f"{agent} for {landmark}" for agent, landmark in found.roles.items())
-    console.line("repaired", f"{len(found.guards)} {guards}, {roles}")
-    console.line("", say_sizes(before, found.profile, list(found.roles)))
+    guards = "guard" if len(repair.guards) == 1 else "guards"
+    roles = ", ".join(f"{agent} for {landmark}" for agent, landmark in repair.roles.items())
+    console.line("repaired", f"{len(repair.guards)} {guards}, {roles}")
+    console.line("", say_sizes(before, repair.profile, list(repair.roles)))
     if done.cost is not None:
         done.cost.say(console)

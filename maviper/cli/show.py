@@ -78,7 +78,7 @@ def show(
     if form == SVG and (obs, state) != (None, None):
         raise InputError("a picture shows no single decision", "--format svg", "leave --obs and --state out")
     text = "\n".join(
-        _drawn(loaded, agent, form) if obs is None and state is None else _decisions(loaded, agent, obs, state)
+        _render_lines(loaded, agent, form) if obs is None and state is None else _decisions(loaded, agent, obs, state)
     )
     if output is None:
         say(text)
@@ -132,20 +132,20 @@ def _write(
     return written
 
 
-def _drawn(profile: "PolicyProfile", agent: str | None, form: str) -> list[str]:
+def _render_lines(profile: "PolicyProfile", agent: str | None, form: str) -> list[str]:
     """Rules or a picture, line by line."""
     if form == TEXT:
         return _rules(profile, agent)
     from maviper.page.trees import svg
 
-    return svg(profile, [policy.agent for policy in _shown(profile, agent)]).splitlines()
+    return svg(profile, [policy.agent for policy in _select_agents(profile, agent)]).splitlines()
 
 
 def _rules(profile: "PolicyProfile", agent: str | None) -> list[str]:
     from maviper.evaluation.show import bounds, rules
 
     lines: list[str] = []
-    for policy in _shown(profile, agent):
+    for policy in _select_agents(profile, agent):
         lines += [f"{policy.agent}, team {policy.team}", *(f"  {line}" for line in (*bounds(policy), *rules(policy)))]
     return lines
 
@@ -155,11 +155,11 @@ def _decisions(profile: "PolicyProfile", agent: str | None, obs: str | None, sta
     from codegen.errors import InputError
     from maviper.evaluation import decision
 
-    chosen = _shown(profile, agent)
+    chosen = _select_agents(profile, agent)
     if obs is not None and state is not None:
         raise InputError("a state says what is observed", "--obs", "leave one of them out")
     if obs is None:
-        seen = decision.observed_in(profile, state or "")
+        seen = decision.observe_state(profile, state or "")
     elif len(chosen) == 1:
         seen = {chosen[0].agent: decision.observation_of(chosen[0], obs)}
     else:
@@ -167,7 +167,7 @@ def _decisions(profile: "PolicyProfile", agent: str | None, obs: str | None, sta
     return [line for policy in chosen for line in decision.lines(policy, seen[policy.agent])]
 
 
-def _shown(profile: "PolicyProfile", agent: str | None) -> "list[AgentPolicy]":
+def _select_agents(profile: "PolicyProfile", agent: str | None) -> "list[AgentPolicy]":
     """The agent of that name alone, or all."""
     from codegen.errors import UnknownNameError
 

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, cast
 
 from codegen import ir
 from codegen.errors import ExitCode
-from codegen.wording import counted
+from codegen.wording import format_count
 from maviper.compilation.compile import Compiled
 from maviper.console import Console
 from maviper.evaluation.comparison import sizes
-from maviper.evaluation.held_out import EVALUATION_EPISODES, measured_of
+from maviper.evaluation.held_out import EVALUATION_EPISODES, read_measure
 from maviper.experts import store
 from maviper.experts.cards import how_learned
 from maviper.extraction.run import Found, extract_live
@@ -42,26 +42,26 @@ def run(folder: Path, console: Console, seed: int | None) -> int:
     """Runs the tour into `folder`; returns 0 when every step gave its expected outcome."""
     runs.room(folder)
     outputs.ensure_listed(folder, dict.fromkeys(handout.NAMES, ""), handout.MANIFEST)  # before the work, not after it
-    profile, world = _extracted(SEED if seed is None else seed, console)
+    profile, world = _extract_trees(SEED if seed is None else seed, console)
     with console.busy("verifying", "a claim about the defenders in every state of the start region"):
-        before = handout.violated(profile)
+        before = handout.verify_trees(profile)
     _say_violation(before, folder, console)
     with console.busy("repairing", "the leaves from which the claim can fail"):
-        repair = handout.mended(profile)
+        repair = handout.repair_trees(profile)
     with console.busy("compiling", "the trees, and replaying the code"):
-        made = handout.toured(before, repair)
+        made = handout.compile_trees(before, repair)
     outputs.write_listed(folder, handout.handout(made), handout.MANIFEST)
     _say_repair(repair, world, folder, console)
     _say_code(made.code, folder, console)
     console.line("report", str(folder / "report.html"))
     console.line("next", f"maviper play {folder / runs.PROFILE_FILE}")
-    unexpected = _unexpected(made, world)
+    unexpected = _find_surprises(made, world)
     for reason in unexpected:
         console.line("unexpected", reason)
     return ExitCode.VIOLATED if unexpected else ExitCode.DONE
 
 
-def _extracted(seed: int, console: Console) -> tuple[ir.PolicyProfile, World]:
+def _extract_trees(seed: int, console: Console) -> tuple[ir.PolicyProfile, World]:
     expert, world = store.load(WORLD)
     asked = {"max_depth": MAX_DEPTH, "iterations": ITERATIONS, "rollouts": ROLLOUTS, "seed": seed}
     settings = Settings.of({**asked, "selection_episodes": SELECTION_EPISODES, "refinement": REFINEMENT})
@@ -75,7 +75,7 @@ def _extracted(seed: int, console: Console) -> tuple[ir.PolicyProfile, World]:
 
 def _success(profile: ir.PolicyProfile, world: World) -> tuple[float, float]:
     """How often the defenders' trees reach their goal, and how often their expert does."""
-    return measured_of(profile.provenance.evaluation, world.primary(DEFENDERS))
+    return read_measure(profile.provenance.evaluation, world.primary(DEFENDERS))
 
 
 def _say_violation(before: Verified, folder: Path, console: Console) -> None:
@@ -98,14 +98,14 @@ def _say_repair(repair: Repaired, world: World, folder: Path, console: Console) 
     after = sizes(repair.after, list(repair.repair.roles))
     depth = max(each["depth"] for each in after.values())
     ours = _success(repair.after, world)[0]
-    guards = counted(len(repair.repair.guards), "guard")
+    guards = format_count(len(repair.repair.guards), "guard")
     told = f"{guards}, depth {depth}; the defenders succeed in {ours:.1%} of episodes"
     console.line("repaired", told)
     for result in repair.results:
         console.line(result.verdict.value, as_lines(repair.after, result)[0])
     for name in repair.certificates:
         proof = check_file(folder / name)
-        size = f"{counted(proof.closed, 'branch')}, {counted(proof.size, 'byte')}"
+        size = f"{format_count(proof.closed, 'branch')}, {format_count(proof.size, 'byte')}"
         console.line("accepted", f"the proof, by the independent checker: {size}")
 
 
@@ -117,7 +117,7 @@ def _say_code(compiled: Compiled, folder: Path, console: Console) -> None:
         console.line("SKIPPED", reason)
 
 
-def _unexpected(made: handout.Toured, world: World) -> list[str]:
+def _find_surprises(made: handout.Toured, world: World) -> list[str]:
     """What came out otherwise than it should."""
     reasons: list[str] = []
     if [result.verdict for result in made.before.results] != [Verdict.VIOLATED]:

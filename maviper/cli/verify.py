@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from codegen.errors import InputError
-from codegen.wording import counted
+from codegen.wording import format_count
 from maviper.cli.group import Verb
 from maviper.cli.options import FOLDER, PROFILE, RESULTS, console_of, option
-from maviper.cli.verify_options import asked
+from maviper.cli.verify_options import add_verify_options
 
 if TYPE_CHECKING:
     from codegen.ir import PolicyProfile
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     "maviper verify demo/profile.json --property reaches --steps 25 -o report",
 )
 @PROFILE
-@asked
+@add_verify_options
 @option("-o", "--output", type=FOLDER, default=None, section=RESULTS, help="Folder for report, certificates and page.")
 @option("--json", "as_json", is_flag=True, section=RESULTS, help="Print the report as JSON.")
 @option(
@@ -85,10 +85,10 @@ def verify(
       [apart]
       "landmark_0 - landmark_1" = 0.2
     """
-    return _decided(profile, options, output, as_json, full or context.obj["verbose"], console_of(context))
+    return _decide_claims(profile, options, output, as_json, full or context.obj["verbose"], console_of(context))
 
 
-def _decided(
+def _decide_claims(
     profile: Path, options: dict[str, Any], output: Path | None, as_json: bool, full: bool, console: "Console"
 ) -> int:
     """Decides, prints and writes; the exit code."""
@@ -96,15 +96,15 @@ def _decided(
     from maviper.files import runs
     from maviper.files.profiles import load
     from maviper.verification.ask import VerifyOptions
-    from maviper.verification.run import posed, verified
+    from maviper.verification.run import pose_questions, verify_questions
     from verify.progress import listening
 
-    asking = VerifyOptions.of(options).checked()
+    asking = VerifyOptions.of(options).validate()
     if output is not None and asking.verdict_only:
         raise InputError("--verdict-only writes no report", "-o", "leave one of them out")
     loaded, unread = load(profile, sums=True), list[InputError]()
     with console.following("reading") as listener, listening(listener):
-        asked, stated = posed(loaded, profile.name, asking, unread.append)
+        asked, stated = pose_questions(loaded, profile.name, asking, unread.append)
     if any(one.question.viewed is not None for one in asked) and not asking.observations:
         console.line("observed", "no feature has a meaning, so claims are about what agents observe")
     given = {runs.PROFILE_FILE: profile, **(stated.given if stated else {})}
@@ -112,24 +112,24 @@ def _decided(
     if output is not None:
         _ensure_own(output, loaded, stated, given)
     if asking.verdict_only:
-        return _ended(_verdicts(asked, stated, as_json), unread)
+        return _end_with(_verdicts(asked, stated, as_json), unread)
     with console.following("deciding") as listener, listening(listener):
         said = stated.said if stated else []
     for about, words in said:
         console.line(about, words)
     with console.following("deciding") as listener, listening(listener):
-        done = verified(loaded, asked, asking, lambda result: say_results(loaded, [result], console), stated)
+        done = verify_questions(loaded, asked, asking, lambda result: say_results(loaded, [result], console), stated)
     if output is not None:
         _write(output, done, given, asking, console)
     if as_json or full:
         click.echo(done.printed(as_json), nl=False)
     if len(done.results) < len(asked):
-        console.line("interrupted", f"{len(done.results)} of {counted(len(asked), 'claim')} decided")
+        console.line("interrupted", f"{len(done.results)} of {format_count(len(asked), 'claim')} decided")
         raise KeyboardInterrupt
-    return _ended(exit_code([result.verdict for result in done.results]), unread)
+    return _end_with(exit_code([result.verdict for result in done.results]), unread)
 
 
-def _ended(code: int, unread: "Sequence[InputError]") -> int:
+def _end_with(code: int, unread: "Sequence[InputError]") -> int:
     """The exit code. The fault of properties that cannot be read is told after the verdicts on the others."""
     for fault in unread:
         raise fault
@@ -172,16 +172,16 @@ def _verdicts(asked: "Sequence[Asked]", stated: "StatedWorld | None", as_json: b
     from maviper.console import say
     from maviper.verification.join import verdicts
 
-    found: list[dict[str, str]] = []
+    documents: list[dict[str, str]] = []
     answers: list[Verdict] = []
     for one, (verdict, reason) in zip(asked, verdicts([each.question for each in asked], stated), strict=True):
         answers.append(verdict)
         told = {"verdict": verdict.value, "property": one.claim.shown, "team": one.claim.team}
-        found.append(told | {"region": one.region.name, "reason": reason})
+        documents.append(told | {"region": one.region.name, "reason": reason})
         if not as_json:
             say(f"{verdict.value:<11} {one.words}" + (f": {reason}" if reason else ""))
     if as_json:
-        click.echo(json.dumps(({"of": stated.about} if stated else {}) | {"results": found}, indent=2))
+        click.echo(json.dumps(({"of": stated.about} if stated else {}) | {"results": documents}, indent=2))
     return exit_code(answers)
 
 

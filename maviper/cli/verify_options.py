@@ -54,7 +54,7 @@ QUESTION_OPTIONS = (
 )
 
 
-def asked(command: Any) -> Any:
+def add_verify_options(command: Any) -> Any:
     """Adds all of them to a command."""
     of_systems = options_of(SystemOptions, "max_boxes")
     for each in reversed((*QUESTION_OPTIONS, options_of(VerifyOptions), of_systems)):

@@ -10,7 +10,7 @@ from pathlib import Path
 import click
 
 from codegen.errors import ExitCode
-from codegen.wording import counted
+from codegen.wording import format_count
 from maviper.cli.group import Verb, Verbs
 from maviper.cli.options import PATH, console_of, option
 
@@ -54,7 +54,7 @@ def worlds_show(world: str, features_file: Path | None) -> int:
     game = find(world, giving=True)
     game = game if features_file is None else with_names(game, features_file)
     pace = f" of {game.spec.dt} s" if game.spec.dt else ""
-    click.echo(f"{game.name}, after {game.spec.reference}, {counted(game.spec.episode_steps, 'step')}{pace}")
+    click.echo(f"{game.name}, after {game.spec.reference}, {format_count(game.spec.episode_steps, 'step')}{pace}")
     if game.spec.options.get(PHYSICS) == FORK:
         click.echo(f"{PHYSICS}={FORK}: {FORK_MOTION}; the verifier covers mpe2's motion only")
     everything = zip(game.agents, game.features, game.actions, game.outputs or [()] * len(game.agents), strict=True)

@@ -72,10 +72,10 @@ def compile_profile(
     """Emits `targets` and replays them, tolerance zero. On any difference DisagreementError, and no files."""
     ensure(profile)
     with build(profile, targets, prefix, style) as made:
-        return checked(made)
+        return check_build(made)
 
 
-def checked(made: Build) -> Compiled:
+def check_build(made: Build) -> Compiled:
     """A build, replayed with tolerance zero. DisagreementError on any difference."""
     profile, report = made.profile, selfcheck.check(made)
     agreements, skipped = list(report.agreements), list(report.skipped)
@@ -91,13 +91,13 @@ def checked(made: Build) -> Compiled:
     if world is None and not elsewhere:
         skipped.append(f"on-policy observations and episodes: {NO_WORLD}")
     if world is not None:
-        played, faithful = _played(made, world)
+        played, faithful = _play_episodes(made, world)
         agreements += played
-    agreements += asked(made)
+    agreements += ask_solver(made)
     return Compiled(made, Report(tuple(agreements), tuple(skipped), report.compiler).ensure(), faithful, elsewhere)
 
 
-def asked(made: Build) -> list[Agreement]:
+def ask_solver(made: Build) -> list[Agreement]:
     """What Z3 finds the functions of the SMT-LIB, where there is one, to be at boundaries and special values."""
     definitions = made.text("smt2")
     if definitions is None:
@@ -105,32 +105,32 @@ def asked(made: Build) -> list[Agreement]:
     from verify.solver.solve import false_facts
 
     model = made.model
-    found: list[Agreement] = []
+    agreements: list[Agreement] = []
     for policy, agent in zip(made.profile.agents, model.agents, strict=True):
         rows = selfcheck.observations(policy, random=1_000)
         rows = rows[:: 1 + len(rows) // SOLVER_ROWS]
         wanted = ir.act(policy, rows)
         wrong = false_facts(definitions, smt.facts(model, agent, rows, wanted))
         first = f"Z3 denies {smt.facts(model, agent, rows, wanted)[wrong[0]]}" if wrong else ""
-        found.append(Agreement("smt", policy.agent, len(rows), len(wrong), first))
-    return found
+        agreements.append(Agreement("smt", policy.agent, len(rows), len(wrong), first))
+    return agreements
 
 
-def _played(made: Build, world: World) -> tuple[list[Agreement], tuple[Fidelity, ...]]:
+def _play_episodes(made: Build, world: World) -> tuple[list[Agreement], tuple[Fidelity, ...]]:
     """What on-policy episodes say, part by part: of the trees as grown, of the C, and of the expert."""
     agreements: list[list[Agreement]] = []
     faithful: list[tuple[Fidelity, ...]] = []
     for seeds in in_parts(made.profile):
         episodes = on_policy(made.profile, world, seeds=seeds)
         faithful.append(fidelity(made.profile, world, episodes))
-        found = _grown(made.profile, episodes, boundaries=not agreements)
-        agreements.append(found + (_driven(made, world, episodes, seeds) if made.compilable else []))
+        grown = _check_grown(made.profile, episodes, boundaries=not agreements)
+        agreements.append(grown + (_drive_episodes(made, world, episodes, seeds) if made.compilable else []))
         del episodes  # before the next ones are played
-    joined = [reduce(selfcheck.joined, each) for each in zip(*agreements, strict=True)]
+    joined = [reduce(selfcheck.merge_agreements, each) for each in zip(*agreements, strict=True)]
     return joined, tuple(reduce(operator.add, each) for each in zip(*faithful, strict=True))
 
 
-def _grown(profile: ir.PolicyProfile, episodes: Episodes, boundaries: bool) -> list[Agreement]:
+def _check_grown(profile: ir.PolicyProfile, episodes: Episodes, boundaries: bool) -> list[Agreement]:
     return [
         selfcheck.check_grown(policy, seen.reshape(-1, seen.shape[-1]), boundaries)
         for policy, seen in zip(profile.agents, episodes.observations, strict=True)
@@ -138,7 +138,7 @@ def _grown(profile: ir.PolicyProfile, episodes: Episodes, boundaries: bool) -> l
     ]
 
 
-def _driven(made: Build, world: World, episodes: Episodes, seeds: range) -> list[Agreement]:
+def _drive_episodes(made: Build, world: World, episodes: Episodes, seeds: range) -> list[Agreement]:
     """The same episodes, driven by the compiled C: every action and world state must be the same."""
     profile = made.profile
     driver = Policies([partial(made.library.act, policy.agent) for policy in profile.agents])
@@ -149,12 +149,12 @@ def _driven(made: Build, world: World, episodes: Episodes, seeds: range) -> list
             "",
             "this is a bug; nothing was written",
         )
-    found: list[Agreement] = []
+    agreements: list[Agreement] = []
     for agent, policy in enumerate(profile.agents):
         rows = episodes.observations[agent].reshape(-1, len(policy.features))
         wanted, given = episodes.actions[..., agent].ravel(), again.actions[..., agent].ravel()
-        found.append(selfcheck.compare("episodes driven by c", policy, rows, np.asarray(wanted, np.int32), given))
-    return found
+        agreements.append(selfcheck.compare("episodes driven by c", policy, rows, np.asarray(wanted, np.int32), given))
+    return agreements
 
 
 def _bytes(state: Any) -> list[bytes]:

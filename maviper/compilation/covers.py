@@ -49,26 +49,26 @@ class Covered:
     claim: str  # in words
 
 
-def covered_by(certificate: Path, profile: PolicyProfile) -> Covered:
+def load_cover(certificate: Path, profile: PolicyProfile) -> Covered:
     """What a certificate proves of a profile in the world file beside it.
 
     InputError for a certificate of another profile or system, and for one whose sets cannot be watched, with the
     reason; RefusedError where its proof does not hold.
     """
-    found, statement = read_certificate(certificate)
-    _ensure_boxes(found, str(certificate))
+    proof, statement = read_certificate(certificate)
+    _ensure_boxes(proof, str(certificate))
     lists: dict[int, list[BoxList]] = defaultdict(list)
 
     def watch(at: int, boxes: BoxList) -> None:
         lists[at].append(boxes)
 
-    ensure_accepted(certificate, found, statement, profile, watch)
-    claim = found.claim
+    ensure_accepted(certificate, proof, statement, profile, watch)
+    claim = proof.claim
     ranges = _ranges(statement)
-    if isinstance(found, SystemCertificate):
+    if isinstance(proof, SystemCertificate):
         steps = [[_within(statement, claim.regions or ((),), ranges)]]
-    elif isinstance(found, InvariantCertificate):
-        followed = [set(part.widths) for part in found.parts]
+    elif isinstance(proof, InvariantCertificate):
+        followed = [set(part.widths) for part in proof.parts]
         parts = [_together(lists[at]) for at in range(len(followed))]
         steps = [[_meeting(statement, claim, part, of) for part, of in zip(parts, followed, strict=True)]]
         if claim.assuming:  # of whatever it leaves out nothing is said, and from then on nothing
@@ -130,12 +130,12 @@ def _reaching(ranges: Sequence[Variable], steps: Sequence[Sequence[Boxes]]) -> t
     follow may be any finite number.
     """
     most = float(np.finfo(np.float64).max)
-    found: list[Variable] = []
+    variables: list[Variable] = []
     for at, one in enumerate(ranges):
         low = min(float(part.low[:, at].min(initial=one.low)) for parts in steps for part in parts)
         high = max(float(part.high[:, at].max(initial=one.high)) for parts in steps for part in parts)
-        found.append(Variable(one.name, max(low, -most), min(high, most)))
-    return tuple(found)
+        variables.append(Variable(one.name, max(low, -most), min(high, most)))
+    return tuple(variables)
 
 
 def _within(statement: Statement, regions: Sequence[Polytope], ranges: Sequence[Variable]) -> Boxes:
@@ -144,20 +144,20 @@ def _within(statement: Statement, regions: Sequence[Polytope], ranges: Sequence[
     whole = Boxes(np.tile(low, (len(regions), 1)), np.tile(high, (len(regions), 1)))
     for row, region in enumerate(regions):
         _narrow(statement, region, whole.low[row], whole.high[row])
-    return _kept(whole)
+    return _drop_empty(whole)
 
 
 def _meeting(statement: Statement, claim: SystemClaim, part: Boxes, followed: set[str]) -> Boxes:
     """What of the boxes of an invariant meets the claim, as far as it speaks of followed variables; rounded inward."""
-    found: list[Boxes] = []
+    pieces: list[Boxes] = []
     for region in claim.regions:
         halves = tuple(half for half in region if names_of(half) <= followed)
         if len(claim.regions) > 1 and len(halves) < len(region):
             halves = ()  # of a union of regions a part shows all or nothing
         low, high = part.low.copy(), part.high.copy()
         _narrow(statement, halves, low.T, high.T)
-        found.append(_kept(Boxes(low, high)))
-    return Boxes(np.concatenate([each.low for each in found]), np.concatenate([each.high for each in found]))
+        pieces.append(_drop_empty(Boxes(low, high)))
+    return Boxes(np.concatenate([each.low for each in pieces]), np.concatenate([each.high for each in pieces]))
 
 
 def _narrow(statement: Statement, region: Sequence[HalfSpace], low: Float64, high: Float64) -> None:
@@ -172,6 +172,6 @@ def _narrow(statement: Statement, region: Sequence[HalfSpace], low: Float64, hig
             low[at] = np.maximum(low[at], -end_of(-bound, half.strict).last)
 
 
-def _kept(boxes: Boxes) -> Boxes:
+def _drop_empty(boxes: Boxes) -> Boxes:
     """Those that hold a state."""
-    return boxes.taken(np.asarray((boxes.low <= boxes.high).all(axis=1), dtype=np.bool_))
+    return boxes.take(np.asarray((boxes.low <= boxes.high).all(axis=1), dtype=np.bool_))

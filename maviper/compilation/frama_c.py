@@ -88,8 +88,8 @@ def _goals(folder: Path, contracts: Contracts, steps: int) -> tuple[int, tuple[s
     if ended.returncode or total is None:
         said = [line for line in (ended.stdout + ended.stderr).splitlines() if line.strip()]
         raise MissingToolError("frama-c gave no answer", " ".join(said[-2:])[:300], f"is it whole? {INSTALL}")
-    found = {goal["name"]: goal["answer"] == "Valid" for goal in GOAL.finditer(ended.stdout)}
-    still = tuple(sorted(name for name, proved in found.items() if not proved))
+    valid = {goal["name"]: goal["answer"] == "Valid" for goal in GOAL.finditer(ended.stdout)}
+    still = tuple(sorted(name for name, proved in valid.items() if not proved))
     goals, proved = int(total["goals"]), int(total["proved"])
     assert len(still) == goals - proved, f"{len(still)} goals are named open, {goals - proved} counted: {ended.stdout}"
     return goals, still

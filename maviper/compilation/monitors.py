@@ -12,7 +12,7 @@ from pathlib import Path
 import msgspec
 
 from codegen.agreement.build import Build
-from codegen.errors import InputError, RefusedError, shown
+from codegen.errors import InputError, RefusedError, escape_text
 from codegen.floats import decimal_literal, nearest_double
 from codegen.ir import PolicyProfile
 from codegen.lowering.covering import Cover
@@ -33,7 +33,7 @@ from verify.semantics import MACHINE
 MONITOR = "monitor"  # the target
 
 
-def parted(
+def split_targets(
     targets: Sequence[str], certificate: Path | None, noise: Number | None = None, *, sums: bool = False
 ) -> tuple[bool, tuple[str, ...]]:
     """Whether a monitor is asked for, and the other targets: C where there is none that a monitor can be written for.
@@ -63,7 +63,7 @@ class Proved:
     claim: str  # in words
 
 
-def proved_by(certificate: Path, profile: PolicyProfile) -> Proved:
+def load_proof(certificate: Path, profile: PolicyProfile) -> Proved:
     """What a certificate proves of a profile.
 
     InputError for a certificate of another profile, of two profiles, or of a kind that has no region for each step;
@@ -74,45 +74,45 @@ def proved_by(certificate: Path, profile: PolicyProfile) -> Proved:
     if kind not in (kinds.SYSTEM_CERTIFICATE, kinds.EPISODE_CERTIFICATE):
         kinds.ensure(text, str(certificate), kinds.CERTIFICATE.called, kinds.CERTIFICATE)
     if kind is kinds.SYSTEM_CERTIFICATE:
-        from maviper.compilation.covers import covered_by  # here, since most profiles are of games
+        from maviper.compilation.covers import load_cover  # here, since most profiles are of games
 
-        covered = covered_by(certificate, profile)
+        covered = load_cover(certificate, profile)
         return Proved(covered.cover, _hash(text), covered.claim)
     if kind is kinds.EPISODE_CERTIFICATE:
         return _episodes(text, certificate, profile)
     try:
-        found = decisions.from_json(text, str(certificate))
-        if found.against:
+        proof = decisions.from_json(text, str(certificate))
+        if proof.against:
             raise InputError("the certificate compares two profiles, and a monitor watches one", str(certificate))
-        if found.view is not None:
+        if proof.view is not None:
             what = "the certificate is about observations, and a monitor watches world states"
             raise InputError(what, str(certificate), "verify the claim for a profile whose features have meanings")
-        if found.semantics != MACHINE:
+        if proof.semantics != MACHINE:
             what = "the certificate is about exact arithmetic, and the code decides in floats"
             raise InputError(what, str(certificate), f"verify the claim with --semantics {MACHINE}")
-        decisions.accepted(found, profile)
+        decisions.check_certificate(proof, profile)
     except RejectedError as error:
         advice = "do not rely on it; run `maviper verify` again"
-        raise RefusedError("the certificate is refused", f"{certificate}: {shown(error)}", advice) from None
-    claim = "a formula" if found.claim is None else f"{found.claim.name} of the {found.claim.team}"
-    return Proved(spec_of(found.region), _hash(text), claim)
+        raise RefusedError("the certificate is refused", f"{certificate}: {escape_text(error)}", advice) from None
+    claim = "a formula" if proof.claim is None else f"{proof.claim.name} of the {proof.claim.team}"
+    return Proved(spec_of(proof.region), _hash(text), claim)
 
 
 def _episodes(text: bytes, where: Path, profile: PolicyProfile) -> Proved:
     """What a certificate about episodes proves: where they start, and whose actions it is about."""
     try:
-        found = forever.of_either(text, str(where))
-        if found.form == forever.FORM:
+        proof = forever.of_either(text, str(where))
+        if proof.form == forever.FORM:
             what = "the certificate is about all steps of a game, of which monitors do not speak yet"
             raise InputError(what, str(where), "verify the claim for a number of steps")
-        ensure_followed(profile.world, found.claim.steps)  # first: to check a proof about contacts takes seconds
-        found.accepted(profile)
+        ensure_followed(profile.world, proof.claim.steps)  # first: to check a proof about contacts takes seconds
+        proof.check(profile)
     except RejectedError as error:
         advice = "do not rely on it; run `maviper verify` again"
-        raise RefusedError("the certificate is refused", f"{where}: {shown(error)}", advice) from None
-    followed = frozenset(name for group in found.followed for name in group)
-    claim = f"{found.claim.name} of the {found.claim.team} in {found.claim.steps} steps"
-    return Proved(Start(spec_of(found.region), found.claim.steps, followed), _hash(text), claim)
+        raise RefusedError("the certificate is refused", f"{where}: {escape_text(error)}", advice) from None
+    followed = frozenset(name for group in proof.followed for name in group)
+    claim = f"{proof.claim.name} of the {proof.claim.team} in {proof.claim.steps} steps"
+    return Proved(Start(spec_of(proof.region), proof.claim.steps, followed), _hash(text), claim)
 
 
 def noisy(proved: Proved, noise: Number | None) -> Proved:
@@ -139,10 +139,10 @@ def files_of(build: Build, proved: Proved | None, targets: Sequence[str]) -> dic
     and outputs. InputError as `watch`.
     """
     profile, model = build.profile, build.model
-    return monitor.emit(watched_by(profile, model, proved) if proved else watch_inputs(profile, model), targets)
+    return monitor.emit(lower_monitor(profile, model, proved) if proved else watch_inputs(profile, model), targets)
 
 
-def watched_by(profile: PolicyProfile, model: Model, proved: Proved) -> Watch:
+def lower_monitor(profile: PolicyProfile, model: Model, proved: Proved) -> Watch:
     """The lowered monitor of what is proved. InputError as `watch` and `watch_cover`."""
     if isinstance(proved.region, Start):
         return watch_start(profile, model, proved.region, proved.certificate, proved.claim)

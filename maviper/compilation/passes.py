@@ -14,7 +14,7 @@ from codegen.errors import InputError, UnknownNameError
 from codegen.lowering import passes
 from codegen.lowering.passes import DROP, MERGE, PASSES, REORDER
 from codegen.policy_json import content_hash
-from codegen.wording import counted
+from codegen.wording import format_count
 from maviper.compilation.monitors import spec_of
 from maviper.episodes.on_policy import on_policy
 from maviper.files.regions import find_region
@@ -49,8 +49,8 @@ def run_passes(profile: ir.PolicyProfile, names: Sequence[str], region: str | No
     for name in PASSES:
         if name not in names:
             continue
-        after = {DROP: _dropped, MERGE: _merged, REORDER: _reordered}[name](before, region or "")
-        notes.append(f"{name}: {_said(before, after)}")
+        after = {DROP: _drop_leaves, MERGE: _merge_leaves, REORDER: _reorder_trees}[name](before, region or "")
+        notes.append(f"{name}: {_say_sizes(before, after)}")
         before = after
     if not names:
         return Transformed(profile, ())
@@ -59,13 +59,13 @@ def run_passes(profile: ir.PolicyProfile, names: Sequence[str], region: str | No
     return Transformed(replace(before, provenance=replace(profile.provenance, training=training)), tuple(notes))
 
 
-def _said(before: ir.PolicyProfile, after: ir.PolicyProfile) -> str:
+def _say_sizes(before: ir.PolicyProfile, after: ir.PolicyProfile) -> str:
     """Leaves and longest paths of each agent before and after."""
     parts: list[str] = []
     for old, new in zip(before.agents, after.agents, strict=True):
         leaves = [len(ir.leaves(policy.tree)) for policy in (old, new)]
         levels = [int(ir.depth(policy.tree).max()) for policy in (old, new)]
-        size, longest = counted(leaves[1], "leaf"), counted(levels[1], "test")
+        size, longest = format_count(leaves[1], "leaf"), format_count(levels[1], "test")
         parts.append(f"{new.agent} {leaves[0]} to {size}, at most {levels[0]} to {longest}")
     return "; ".join(parts)
 
@@ -75,11 +75,11 @@ def _with_trees(profile: ir.PolicyProfile, trees: Mapping[str, ir.Tree], **chang
     return replace(profile, agents=agents)
 
 
-def _merged(profile: ir.PolicyProfile, _: str) -> ir.PolicyProfile:
-    return _with_trees(profile, {policy.agent: passes.merged(policy.tree) for policy in profile.agents})
+def _merge_leaves(profile: ir.PolicyProfile, _: str) -> ir.PolicyProfile:
+    return _with_trees(profile, {policy.agent: passes.merge_splits(policy.tree) for policy in profile.agents})
 
 
-def _dropped(profile: ir.PolicyProfile, region: str) -> ir.PolicyProfile:
+def _drop_leaves(profile: ir.PolicyProfile, region: str) -> ir.PolicyProfile:
     from verify.solver.leaves import dead_leaves
 
     if profile.region is not None:
@@ -87,12 +87,12 @@ def _dropped(profile: ir.PolicyProfile, region: str) -> ir.PolicyProfile:
         raise InputError(
             what, "--pass drop", "start from the profile without a region, and give the whole region at once"
         )
-    found = find_region(region, profile)
-    dead = dead_leaves(profile, found, BUDGET)
+    domain = find_region(region, profile)
+    dead = dead_leaves(profile, domain, BUDGET)
     if any(len(dead[policy.agent]) == len(ir.leaves(policy.tree)) for policy in profile.agents):
         raise InputError("the region contains no state, so nothing would be left of the trees", "--region")
-    trees = {policy.agent: passes.dropped(policy.tree, dead[policy.agent]) for policy in profile.agents}
-    spec = spec_of(found)
+    trees = {policy.agent: passes.drop_leaves(policy.tree, dead[policy.agent]) for policy in profile.agents}
+    spec = spec_of(domain)
     for bound in spec.bounds():
         if not bound.second and bound.low > bound.high:
             where = f"--region: box.{bound.first}"
@@ -105,12 +105,12 @@ def _dropped(profile: ir.PolicyProfile, region: str) -> ir.PolicyProfile:
     return replace(_with_trees(profile, trees, grown=None), region=spec)
 
 
-def _reordered(profile: ir.PolicyProfile, _: str) -> ir.PolicyProfile:
+def _reorder_trees(profile: ir.PolicyProfile, _: str) -> ir.PolicyProfile:
     world = matching_world(profile)
     if world is None:
         raise InputError("the pass reorder needs on-policy states", NO_WORLD, "leave it out")
     seen = on_policy(profile, world).observations
     rows = {policy.agent: each.reshape(-1, each.shape[-1]) for policy, each in zip(profile.agents, seen, strict=True)}
     return _with_trees(
-        profile, {policy.agent: passes.reordered(policy.tree, rows[policy.agent]) for policy in profile.agents}
+        profile, {policy.agent: passes.reorder_tests(policy.tree, rows[policy.agent]) for policy in profile.agents}
     )

@@ -83,11 +83,12 @@ def prove(build: Build, budget: int | None = None) -> Proofs:
         except Unreadable as error:
             skipped.append(f"{target}: {error}")
     return Proofs(
-        tuple(_answered(profile, question, budget or Budgets().solver_units) for question in asked), tuple(skipped)
+        tuple(_answer_question(profile, question, budget or Budgets().solver_units) for question in asked),
+        tuple(skipped),
     )
 
 
-def _answered(profile: ir.PolicyProfile, question: Obligation, budget: int) -> Proof:
+def _answer_question(profile: ir.PolicyProfile, question: Obligation, budget: int) -> Proof:
     answer = ask_bits(question.text, question.names, budget)
     if answer.model is not None:
         x = question.observation(answer.model)

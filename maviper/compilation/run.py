@@ -17,14 +17,14 @@ from codegen.sum_rules import ensure_plain
 from maviper.compilation import frama_c, monitors
 from maviper.compilation.compile import Compiled, compile_profile
 from maviper.compilation.passes import run_passes
-from maviper.options import CompileOptions, requested
+from maviper.options import CompileOptions, make_request
 
 
 def compile_and_prove(profile: ir.PolicyProfile, targets: Iterable[str], **options: Unpack[CompileOptions]) -> Compiled:
     """Code for a profile. DisagreementError when any decision differs; InputError for options that cannot be used."""
-    asked, targets = requested(CompileOptions, options), tuple(targets)
+    asked, targets = make_request(CompileOptions, options), tuple(targets)
     sums = any(policy.tree.arithmetic for policy in profile.agents)
-    watched, targets = monitors.parted(targets, asked.certificate, asked.noise, sums=sums)
+    watched, targets = monitors.split_targets(targets, asked.certificate, asked.noise, sums=sums)
     for option, given in (
         ("--prove", asked.prove),
         ("--contracts", asked.contracts),
@@ -45,7 +45,7 @@ def compile_and_prove(profile: ir.PolicyProfile, targets: Iterable[str], **optio
     if asked.passes or asked.region is not None:
         better = run_passes(profile, asked.passes, None if asked.region is None else str(asked.region))
         profile, notes = better.profile, better.notes
-    proved_region = monitors.proved_by(asked.certificate, profile) if asked.certificate else None
+    proved_region = monitors.load_proof(asked.certificate, profile) if asked.certificate else None
     if proved_region:
         proved_region = monitors.noisy(proved_region, asked.noise)
     code = compile_profile(profile, targets, asked.prefix, asked.style)

@@ -17,7 +17,7 @@ from codegen import ir
 from codegen.ir import Float32, Seen
 from maviper.episodes.play import in_columns
 from maviper.worlds import World
-from maviper.worlds.outside.sources import named_by_user
+from maviper.worlds.outside.sources import is_named_by_user
 from maviper.worlds.world import Int
 
 KEPT = 20_000  # observations of an agent, at even distances, of which percentiles are taken
@@ -45,7 +45,7 @@ class Ranges:
             self._kept = [np.concatenate(self._kept)[::2]]
             self._count, self._stride = len(self._kept[0]), 2 * self._stride
 
-    def seen(self) -> tuple[Seen, ...]:
+    def summarise(self) -> tuple[Seen, ...]:
         """Least, percentiles and most of each feature; () where some feature was never finite."""
         if not np.isfinite(self._least).all():
             return ()
@@ -64,7 +64,7 @@ class Counting:
         self.placed = {world.agents.index(policy.agent): policy for policy in policies}
         self.trees = {agent: policy.tree for agent, policy in self.placed.items()}
         self.visits = {agent: np.zeros(len(tree.feature), np.int64) for agent, tree in self.trees.items()}
-        outside = named_by_user(world.name)
+        outside = is_named_by_user(world.name)
         self.ranges = {agent: Ranges(len(world.features[agent])) for agent in self.trees if outside}
 
     def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
@@ -81,13 +81,13 @@ class Counting:
             chosen.append(ir.outputs(policy, rows) if policy.outputs else tree.action[leaf])
         return in_columns(chosen)
 
-    def counted(self) -> tuple[ir.AgentPolicy, ...]:
+    def annotate_policies(self) -> tuple[ir.AgentPolicy, ...]:
         """The policies with what was counted."""
         return tuple(
             replace(
                 policy,
                 tree=replace(tree, visits=self.visits[agent]),
-                seen=self.ranges[agent].seen() if agent in self.ranges else policy.seen,
+                seen=self.ranges[agent].summarise() if agent in self.ranges else policy.seen,
             )
             for policy, (agent, tree) in zip(self.policies, self.trees.items(), strict=True)
         )

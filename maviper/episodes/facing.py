@@ -35,7 +35,7 @@ class Facing(World):
         options = {**world.spec.options, "against": f"{team}-{mark}"}
         self.spec = replace(world.spec, agents=tuple(world.spec.agents[k] for k in self.mine), options=options)
 
-    def seated(self, answer: Controller) -> list[Controller]:
+    def seat_controllers(self, answer: Controller) -> list[Controller]:
         """Controllers of the whole game, one for each agent: the frozen policies, and `answer` among this world's."""
         seat = _Seat(answer, tuple(self.mine))
         return [seat if agent in self.mine else policy for agent, policy in enumerate(self.policies)]

@@ -56,7 +56,7 @@ def estimate(measure: Measure, values: Float64) -> Estimate:
     return Mean(float(values.mean()), Z95 * deviation / math.sqrt(len(values)), len(values))
 
 
-def shown(found: Estimate) -> str:
+def format_estimate(found: Estimate) -> str:
     """An estimate with its interval, for people: `0.910 [0.891, 0.926]`."""
     low, high = found.interval
     return f"{found.value:.3f} [{low:.3f}, {high:.3f}]"
@@ -94,7 +94,7 @@ def table(world: World, episodes: Episodes) -> dict[Measure, Float64]:
     return rows | {Measure(team, RETURN): episodes.returns[world.members(team)].mean(axis=0) for team in world.teams}
 
 
-def told(world: World) -> tuple[Measure, ...]:
+def list_measures(world: World) -> tuple[Measure, ...]:
     """The world's measures and each team's return, in the order in which they are to be read."""
     returns = {team: Measure(team, RETURN) for team in world.teams}
     first = [returns[team] for team in world.return_first]
@@ -111,12 +111,12 @@ def team_values(
     """Measures and returns of teams (None: of all) in each episode, each team played by `ours` against all others
     played by `opponents`.
     """
-    found: dict[Measure, Float64] = {}
+    by_measure: dict[Measure, Float64] = {}
     for team in world.teams if teams is None else teams:
         members = world.members(team)
         mixed = [ours[agent] if agent in members else opponents[agent] for agent in range(len(ours))]
-        found |= {measure: row for measure, row in values(world, mixed, seeds).items() if measure.team == team}
-    return found
+        by_measure |= {measure: row for measure, row in values(world, mixed, seeds).items() if measure.team == team}
+    return by_measure
 
 
 def evaluate(world: World, controllers: Sequence[Controller], seeds: Sequence[int]) -> dict[Measure, Estimate]:
@@ -128,8 +128,8 @@ def evaluate_teams(
     world: World, ours: Sequence[Controller], opponents: Sequence[Controller], seeds: Sequence[int]
 ) -> dict[Measure, Estimate]:
     """The estimates of `team_values`, of the world's measures."""
-    found = team_values(world, ours, opponents, seeds)
-    return estimates({measure: found[measure] for measure in world.measures})
+    by_measure = team_values(world, ours, opponents, seeds)
+    return estimates({measure: by_measure[measure] for measure in world.measures})
 
 
 def estimates(found: Mapping[Measure, Float64]) -> dict[Measure, Estimate]:

@@ -77,7 +77,7 @@ class Episodes:
     returns: Float64  # [n_agents, batch] summed rewards
 
 
-def chosen(controllers: Sequence[Controller], observations: Sequence[Float32], state: Any) -> Any:
+def choose_actions(controllers: Sequence[Controller], observations: Sequence[Float32], state: Any) -> Any:
     """Everybody's actions in states, [batch, n_agents], or numbers [batch, n_agents, n_outputs]; a controller of
     several agents is asked once for them all.
     """
@@ -107,7 +107,7 @@ def play(world: World, controllers: Sequence[Controller], start: Any, keep: bool
     returns = np.zeros((len(controllers), len(start)))
     for _ in range(world.spec.episode_steps):
         seen = world.observe(states[-1])
-        acted = chosen(controllers, seen, states[-1])
+        acted = choose_actions(controllers, seen, states[-1])
         states.append(world.step(states[-1], acted))
         returns += world.rewards(states[-1]).T
         if keep:
@@ -117,7 +117,7 @@ def play(world: World, controllers: Sequence[Controller], start: Any, keep: bool
         if not world.playing(states[-1]).any():
             break
     acting = np.stack(alive[: len(actions)])
-    return Episodes(observations.joined(), np.stack(actions), acting, states, world.values(states[1:]), returns)
+    return Episodes(observations.concatenate(), np.stack(actions), acting, states, world.values(states[1:]), returns)
 
 
 class _Kept:
@@ -136,7 +136,7 @@ class _Kept:
             kept[step] = rows
         self._done += 1
 
-    def joined(self) -> tuple[Float32, ...]:
+    def concatenate(self) -> tuple[Float32, ...]:
         """Per agent [steps, batch, n_features]; () where nothing was kept."""
         blocks = zip(*self._blocks, strict=True)
         return tuple((each[0] if len(each) == 1 else np.concatenate(each))[: self._done] for each in blocks)
@@ -157,4 +157,4 @@ def points(episodes: Episodes) -> tuple[tuple[Float32, ...], Any]:
     """
     observations = tuple(seen.reshape(-1, seen.shape[-1]) for seen in episodes.observations)
     kind = cast("Any", type(episodes.states[0]))
-    return observations, kind.joined(episodes.states[:-1])
+    return observations, kind.concatenate(episodes.states[:-1])

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 from codegen import ir
 from codegen.ir import GrownTree
-from codegen.lowering.deploy import SummedTree, deployed
+from codegen.lowering.deploy import SummedTree, deploy_tree
 from maviper.episodes.play import Controller, tree_policies
 from maviper.worlds import World
 
@@ -18,14 +18,14 @@ def agent_policies(
     world: World, grown: Sequence[GrownTree], agents: Sequence[int] | None = None
 ) -> tuple[ir.AgentPolicy, ...]:
     """The grown trees of some agents (None: of all) as deployed policies."""
-    found: list[ir.AgentPolicy] = []
+    policies: list[ir.AgentPolicy] = []
     for agent, tree in zip(range(len(world.agents)) if agents is None else agents, grown, strict=True):
         name = world.agents[agent]
         kept = None if isinstance(tree, SummedTree) else tree
-        given = (world.features[agent], world.actions[agent], deployed(tree), kept)
+        given = (world.features[agent], world.actions[agent], deploy_tree(tree), kept)
         outputs = world.outputs[agent] if world.outputs else ()
-        found.append(ir.AgentPolicy(name, world.team_of(name), *given, outputs=outputs))
-    return tuple(found)
+        policies.append(ir.AgentPolicy(name, world.team_of(name), *given, outputs=outputs))
+    return tuple(policies)
 
 
 def among(world: World, policies: Sequence[ir.AgentPolicy], others: Sequence[Controller]) -> list[Controller]:

@@ -16,18 +16,18 @@ import numpy as np
 from codegen import ir
 from codegen.floats import rational_literal
 from codegen.intervals import Share, percent
-from codegen.wording import counted
+from codegen.wording import format_count
 from maviper.console import Console
 from maviper.episodes import measures
-from maviper.episodes.measures import Estimate, Mean, estimate, shown
+from maviper.episodes.measures import Estimate, Mean, estimate, format_estimate
 from maviper.episodes.play import Controller, rollout, tree_policies
 from maviper.evaluation.players import Player
 from maviper.worlds import Measure, ParticleWorld, WorldState
 from maviper.worlds.matching import NO_WORLD
 from verify.claims.region import Region
 from verify.question import Budgets
-from verify.states.shares import SAMPLE_SEED, SAMPLES, unbounded
-from verify.states.state import chosen, sample
+from verify.states.shares import SAMPLE_SEED, SAMPLES, find_unbounded
+from verify.states.state import choose_actions, sample
 
 MAX_CELLS = 2_000  # zones of an agent in which the actions differ; with more, their share is sampled
 
@@ -82,9 +82,9 @@ class Cost:
         console.line("changed", f"some action in {met}{whole}")
         for one in self.compared:
             low, high = one.difference.interval
-            values = f"{shown(one.before)} to {shown(one.after)}"
+            values = f"{format_estimate(one.before)} to {format_estimate(one.after)}"
             told = f"{values}, difference {one.difference.value:.3f} [{low:.3f}, {high:.3f}]"
-            played = counted(one.difference.count, "episode")
+            played = format_count(one.difference.count, "episode")
             console.line("measured", f"{one.measure.team} {one.measure.name}: {told}, {played}")
 
 
@@ -99,8 +99,8 @@ def measure_cost(
 ) -> Cost:
     """What `after` costs a team, in play against the expert where it is shipped, else against the own trees."""
     uniform = exact = None
-    if not unbounded(region):
-        uniform = _changed(before, after, team, sample(region, before.world, SAMPLES, SAMPLE_SEED)[0])
+    if not find_unbounded(region):
+        uniform = _count_differing(before, after, team, sample(region, before.world, SAMPLES, SAMPLE_SEED)[0])
         exact = _exactly(before, after, team, region)
     if world is None:
         return Cost(uniform, exact, None, NO_WORLD)
@@ -115,8 +115,8 @@ def measure_cost(
         parts = [measures.table(world, each) for each in played]
         tables.append({m: np.concatenate([part[m] for part in parts]) for m in parts[0] if m.team == team})
         if met is None:
-            states = [WorldState.joined(each.states[:-1]) for each in played]
-            met = _changed(before, after, team, np.concatenate([world.coordinates(state) for state in states]))
+            states = [WorldState.concatenate(each.states[:-1]) for each in played]
+            met = _count_differing(before, after, team, np.concatenate([world.coordinates(state) for state in states]))
     compared = [
         Compared(
             measure, estimate(measure, old), estimate(measure, tables[1][measure]), _mean(tables[1][measure] - old)
@@ -143,8 +143,8 @@ def sizes_document(before: ir.PolicyProfile, after: ir.PolicyProfile, agents: Se
 def say_sizes(before: ir.PolicyProfile, after: ir.PolicyProfile, agents: Sequence[str]) -> str:
     """Leaves and depth of each agent before and after, in words."""
     parts: list[str] = []
-    for agent, found in sizes_document(before, after, agents).items():
-        leaves, depth = (f"{found['before'][part]} to {found['after'][part]}" for part in ("leaves", "depth"))
+    for agent, size in sizes_document(before, after, agents).items():
+        leaves, depth = (f"{size['before'][part]} to {size['after'][part]}" for part in ("leaves", "depth"))
         parts.append(f"{agent} {leaves} leaves, depth {depth}")
     return "; ".join(parts)
 
@@ -161,10 +161,12 @@ def differing(
     """Where each of the agents acts differently, [n_agents, n]. `coordinates`: world states [n, n_coordinates]."""
     pairs = [(before.policy(agent), after.policy(agent)) for agent in agents]
     world = before.world
-    return np.array([chosen(old, coordinates, world) != chosen(new, coordinates, world) for old, new in pairs])
+    return np.array(
+        [choose_actions(old, coordinates, world) != choose_actions(new, coordinates, world) for old, new in pairs]
+    )
 
 
-def _changed(before: ir.PolicyProfile, after: ir.PolicyProfile, team: str, coordinates: ir.Float64) -> Share:
+def _count_differing(before: ir.PolicyProfile, after: ir.PolicyProfile, team: str, coordinates: ir.Float64) -> Share:
     """In how many states some agent of the team acts differently."""
     agents = [policy.agent for policy in before.team(team)]
     other = differing(before, after, agents, coordinates).any(axis=0)

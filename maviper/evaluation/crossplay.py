@@ -107,13 +107,13 @@ class Uniform:
         drawn = [np.random.default_rng([UNIFORM_SEED, seed]).random(shape) for seed in seeds]
         self._steps: Iterator[Float64] = iter(np.array(drawn).reshape(-1, *shape).swapaxes(0, 1))
 
-    def started(self, seeds: Sequence[int]) -> "Uniform":
+    def start_episodes(self, seeds: Sequence[int]) -> "Uniform":
         """One that plays the episodes `seeds` from their start."""
         return Uniform(self.world, seeds)
 
     def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
         """As `Controller.act`, once per step of the episodes that it was started for."""
-        return self.world.drawn(agents, observations, next(self._steps)[:, list(agents)])
+        return self.world.draw_actions(agents, observations, next(self._steps)[:, list(agents)])
 
 
 class Stage:
@@ -121,7 +121,7 @@ class Stage:
 
     def __init__(self, world: World, seeds: range) -> None:
         self.world, self.seeds = world, seeds
-        self.measures = (*measures.told(world), *world.beside)
+        self.measures = (*measures.list_measures(world), *world.beside)
         self._played: dict[Key, tuple[Lineup, Float64]] = {}  # the line-up is kept, so that its key stays its own
         self._draws: dict[Key, Float64] = {}
         self._starts: dict[range, Any] = {}
@@ -145,7 +145,7 @@ class Stage:
         at_once = world.games_measured or max(1, min(MAX_GAMES, MAX_NUMBERS // numbers))
         for low in range(0, len(self.seeds), at_once):
             part = self.seeds[low : low + at_once]
-            fresh = {id(each): each.started(part) for each in lineup if isinstance(each, Uniform)}
+            fresh = {id(each): each.start_episodes(part) for each in lineup if isinstance(each, Uniform)}
             yield play(world, [fresh.get(id(each), each) for each in lineup], self._start(part))
 
     def _start(self, seeds: range) -> Any:

@@ -29,21 +29,21 @@ def lines(policy: ir.AgentPolicy, observation: ir.Floats) -> Iterator[str]:
     """A decision for one observation [n_features], for a reader: what is done, then each test."""
     leaf = int(ir.apply(policy.tree, observation[None])[0])
     chosen = int(policy.tree.action[leaf])
-    does = ", ".join(_given(policy, observation)) if policy.outputs else policy.actions[chosen].name
+    does = ", ".join(_format_outputs(policy, observation)) if policy.outputs else policy.actions[chosen].name
     yield f"{policy.agent}, team {policy.team}: {does} (leaf {leaf})"
-    yield from (f"  {step}, by {room(step):.3g}" for step in path(policy, tested(policy, observation)))
+    yield from (f"  {step}, by {room(step):.3g}" for step in path(policy, compute_operands(policy, observation)))
     if policy.outputs:
         names = [feature.name for feature in policy.features]
         for output, each in zip(policy.outputs, policy.tree.vectors[chosen], strict=True):
             yield f"  {output.name} = {words(each, names, digits=3)}{cut(output)}"
 
 
-def tested(policy: ir.AgentPolicy, observation: ir.Floats) -> list[float]:
+def compute_operands(policy: ir.AgentPolicy, observation: ir.Floats) -> list[float]:
     """What the tree's tests compare in an observation [n_features]: its numbers, then the sums that are tested."""
     return among(observation[None], policy.tree.sums, policy.tree.arithmetic)[0].tolist()
 
 
-def _given(policy: ir.AgentPolicy, observation: ir.Floats) -> Iterator[str]:
+def _format_outputs(policy: ir.AgentPolicy, observation: ir.Floats) -> Iterator[str]:
     """The numbers that are given, each with its unit."""
     for output, value in zip(policy.outputs, ir.outputs(policy, observation[None])[0].tolist(), strict=True):
         yield f"{output.name} = {value:.6g}{' ' + output.unit if output.unit not in NO_UNIT else ''}"
@@ -59,14 +59,14 @@ def observation_of(policy: ir.AgentPolicy, text: str) -> ir.Floats:
     names = [feature.name for feature in policy.features]
     if "=" not in text:
         return observations([[_number(part, "--obs") for part in parts]], len(names), policy.agent, policy.numbers)[0]
-    given = _named(parts, names, "feature", "--obs")
+    given = _parse_values(parts, names, "feature", "--obs")
     missing = [name for name in names if name not in given]
     if missing:
         raise InputError(f"{policy.agent} also observes {', '.join(missing)}", "--obs", "give each as NAME=NUMBER")
     return observations([[given[name] for name in names]], len(names), policy.agent, policy.numbers)[0]
 
 
-def observed_in(profile: ir.PolicyProfile, text: str) -> dict[str, ir.Floats]:
+def observe_state(profile: ir.PolicyProfile, text: str) -> dict[str, ir.Floats]:
     """What each agent observes in the world state that a text states: NAME=NUMBER for each position, `goal=LANDMARK`
     where there is a goal; velocities that are left out are 0. Errors as `observation_of`.
     """
@@ -74,7 +74,7 @@ def observed_in(profile: ir.PolicyProfile, text: str) -> dict[str, ir.Floats]:
     goals = [part.partition("=")[2].strip() for part in parts if part.partition("=")[0].strip() == GOAL]
     places = [part for part in parts if part.partition("=")[0].strip() != GOAL]
     known = [name for name in world.coordinates() if not name.startswith(f"{GOAL}.")]
-    given = _named(places, known, "coordinate", "--state")
+    given = _parse_values(places, known, "coordinate", "--state")
     missing = [name for name in positions(world) if name not in given]
     missing += [GOAL] if world.goals and not goals else []
     if missing:
@@ -91,16 +91,16 @@ def observed_in(profile: ir.PolicyProfile, text: str) -> dict[str, ir.Floats]:
     return {policy.agent: observe(policy.features, at, world, policy.numbers)[0] for policy in profile.agents}
 
 
-def _named(parts: list[str], known: list[str], what: str, where: str) -> dict[str, float]:
-    found: dict[str, float] = {}
+def _parse_values(parts: list[str], known: list[str], what: str, where: str) -> dict[str, float]:
+    by_name: dict[str, float] = {}
     for part in parts:
         name, equals, value = part.partition("=")
         if not equals:
             raise InputError(f"not a {what} with its value: {part!r}", where, f"write {known[0]}=0.25")
         if name.strip() not in known:
             raise UnknownNameError(what, name.strip(), known, where)
-        found[name.strip()] = _number(value, where)
-    return found
+        by_name[name.strip()] = _number(value, where)
+    return by_name
 
 
 def _number(text: str, where: str) -> float:

@@ -12,7 +12,7 @@ import numpy as np
 
 from codegen import ir
 from maviper.episodes.play import Episodes, points
-from maviper.evaluation.players import shipped_expert
+from maviper.evaluation.players import find_shipped
 from maviper.experts.expert import labels
 from maviper.worlds import World
 from maviper.worlds.world import Int
@@ -62,7 +62,7 @@ class Fidelity:
 
 def fidelity(profile: ir.PolicyProfile, world: World, episodes: Episodes) -> tuple[Fidelity, ...]:
     """Each agent's fidelity to the expert in the states of `episodes`; () where the expert is not shipped."""
-    expert = shipped_expert(profile.provenance.expert, world)
+    expert = find_shipped(profile.provenance.expert, world)
     if expert is None:
         return ()
     observations, state = points(episodes)
@@ -73,13 +73,13 @@ def fidelity(profile: ir.PolicyProfile, world: World, episodes: Episodes) -> tup
         mine, asked = alive[:, agent], wanted[alive[:, agent], agent]
         leaf = ir.apply(policy.tree, seen[mine])
         right = policy.tree.action[leaf] == asked
-        by_action = _counted(asked, right, np.arange(len(policy.actions)))
+        by_action = _count_right(asked, right, np.arange(len(policy.actions)))
         names = [action.name for action in policy.actions]
         whole = Counted(int(right.sum()), len(right))
         by_name = dict(zip(names, by_action.values(), strict=True))
-        by_agent.append(Fidelity(policy.agent, whole, by_name, _counted(leaf, right, ir.leaves(policy.tree))))
+        by_agent.append(Fidelity(policy.agent, whole, by_name, _count_right(leaf, right, ir.leaves(policy.tree))))
     return tuple(by_agent)
 
 
-def _counted(kind: Int, right: ir.Bool, kinds: Int) -> dict[int, Counted]:
+def _count_right(kind: Int, right: ir.Bool, kinds: Int) -> dict[int, Counted]:
     return {int(each): Counted(int(right[kind == each].sum()), int((kind == each).sum())) for each in kinds}

@@ -22,10 +22,10 @@ def evaluation(world: World, agents: Sequence[ir.AgentPolicy], expert: Expert) -
 
     An agent without a tree is played by the expert.
     """
-    return evaluated(world, agents, expert)[0]
+    return evaluate_trees(world, agents, expert)[0]
 
 
-def evaluated(
+def evaluate_trees(
     world: World, agents: Sequence[ir.AgentPolicy], expert: Expert
 ) -> tuple[dict[str, float | int | str], tuple[ir.AgentPolicy, ...]]:
     """As `evaluation`, and the trees with what they met in the same episodes: visits of leaves, ranges of features."""
@@ -39,9 +39,9 @@ def evaluated(
         low, high = (round(end, 6) for end in ours.interval)
         rows |= {measure.label: ours.value, f"{measure.label} low": low, f"{measure.label} high": high}
         rows[f"{measure.team} expert {measure.name}"] = theirs[measure].value
-    return rows, counting.counted()
+    return rows, counting.annotate_policies()
 
 
-def measured_of(rows: Mapping[str, float | int | str], measure: Measure) -> tuple[float, float]:
+def read_measure(rows: Mapping[str, float | int | str], measure: Measure) -> tuple[float, float]:
     """The trees' and the expert's value of a measure in what `evaluation` wrote."""
     return float(rows[measure.label]), float(rows[f"{measure.team} expert {measure.name}"])

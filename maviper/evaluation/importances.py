@@ -43,7 +43,7 @@ def importances(policy: ir.AgentPolicy, observations: npt.ArrayLike, labels: Int
         classes[node] = classes[policy.tree.left[node]] + classes[policy.tree.right[node]]
     removed = _decrease(policy.tree, classes, len(policy.features))
     return Importances(
-        removed / (removed.sum() or 1.0), _tested(policy.tree, classes.sum(axis=1), len(policy.features))
+        removed / (removed.sum() or 1.0), _compute_shares(policy.tree, classes.sum(axis=1), len(policy.features))
     )
 
 
@@ -51,20 +51,20 @@ def _decrease(tree: Tree, classes: Float64, n_features: int) -> Float64:
     """The summed decrease of impurity times observations, by feature. `classes`: [n_nodes, n_actions]."""
     count = classes.sum(axis=1)
     impurity = count - np.square(classes).sum(axis=1) / np.maximum(count, 1)  # Gini times observations
-    found = np.zeros(n_features)
+    decrease = np.zeros(n_features)
     for node in ir.splits(tree):
         left, right = tree.left[node], tree.right[node]
-        found[tree.feature[node]] += max(0.0, impurity[node] - impurity[left] - impurity[right])
-    return found
+        decrease[tree.feature[node]] += max(0.0, impurity[node] - impurity[left] - impurity[right])
+    return decrease
 
 
-def _tested(tree: Tree, count: Float64, n_features: int) -> Float64:
+def _compute_shares(tree: Tree, count: Float64, n_features: int) -> Float64:
     """The share of observations on whose path each feature is tested. `count`: [n_nodes] that reach each node."""
-    found, passed = np.zeros(n_features), np.zeros((len(tree.feature), n_features), dtype=bool)
+    tested, passed = np.zeros(n_features), np.zeros((len(tree.feature), n_features), dtype=bool)
     for node, feature in enumerate(tree.feature):
         if feature == NO_FEATURE:
-            found += passed[node] * count[node]
+            tested += passed[node] * count[node]
             continue
         passed[[tree.left[node], tree.right[node]]] = passed[node]
         passed[[tree.left[node], tree.right[node]], feature] = True
-    return found / count[ir.ROOT]
+    return tested / count[ir.ROOT]

@@ -83,19 +83,19 @@ def rules_of_depth(world: Coordination, depth: int) -> Int:
     InputError where there are more than MAX_RULES.
     """
     masks = [world.cells[:, k] <= level for k in range(world.signals) for level in range(world.levels - 1)]
-    return _grown(world, masks, np.ones(len(world.cells), dtype=bool), depth)
+    return _grow_rules(world, masks, np.ones(len(world.cells), dtype=bool), depth)
 
 
-def _grown(world: Coordination, masks: Sequence[Bool], inside: Bool, depth: int) -> Int:
+def _grow_rules(world: Coordination, masks: Sequence[Bool], inside: Bool, depth: int) -> Int:
     """The rules for the cells inside, -1 elsewhere."""
-    found = np.where(inside, np.arange(world.conventions, dtype=np.int8)[:, None], np.int8(-1))
+    constants = np.where(inside, np.arange(world.conventions, dtype=np.int8)[:, None], np.int8(-1))
     if depth == 0 or inside.sum() == 1:
-        return found
-    parts = [found]
+        return constants
+    parts = [constants]
     for mask in masks:
         left, right = inside & mask, inside & ~mask
         if left.any() and right.any():
-            low, high = _grown(world, masks, left, depth - 1), _grown(world, masks, right, depth - 1)
+            low, high = _grow_rules(world, masks, left, depth - 1), _grow_rules(world, masks, right, depth - 1)
             if sum(map(len, parts)) + len(low) * len(high) > MAX_RULES:
                 raise InputError(f"more than {MAX_RULES} trees for an agent", world.name, "fewer signals or levels")
             parts.append(np.where(left, low[:, None], high[None]).reshape(-1, len(inside)))
@@ -109,12 +109,12 @@ def optimum(world: Coordination, depth: int) -> Optimum:
     """The best team of trees of at most this depth. InputError where an agent has more than MAX_RULES."""
     rules = rules_of_depth(world, depth)
     chances = [_chances(world, kind, rules) for kind in range(world.kinds)]
-    found = _matched(world, chances) if world.rule not in PAIRS else _paired(world, chances)
-    team = rules[found].astype(np.int64)
+    best = _maximise_products(world, chances) if world.rule not in PAIRS else _maximise_pairs(world, chances)
+    team = rules[best].astype(np.int64)
     return Optimum(worth(world, team), team)
 
 
-def _matched(world: Coordination, chances: Sequence[Float64]) -> list[int]:
+def _maximise_products(world: Coordination, chances: Sequence[Float64]) -> list[int]:
     """The best rule of each agent where payoffs are products: of each kind one."""
     members = [sum(world.kind(agent) == kind for agent in range(len(world.agents))) for kind in range(world.kinds)]
     shares = world.all_or_nothing * _shares(world) / len(world.cells)
@@ -124,7 +124,7 @@ def _matched(world: Coordination, chances: Sequence[Float64]) -> list[int]:
     ]
     paid = np.array([0, *np.flatnonzero(shares[1:]) + 1])  # roles that are worth anything
     used = [each[:, :, paid].reshape(len(each), -1) for each in chances]
-    kept = [_undominated(each) for each in used]
+    kept = [_find_undominated(each) for each in used]
     kinds = [
         _Kind(own[kind][rows], used[kind][rows] ** members[kind]) for kind, rows in enumerate(kept) if members[kind]
     ]
@@ -141,7 +141,7 @@ class _Kind:
     power: Float64  # [n_rules, n_hidden * n_roles]
 
 
-def _undominated(chances: Float64) -> Int:
+def _find_undominated(chances: Float64) -> Int:
     """Rows that no other row is at least as good as everywhere; of equal rows the first."""
     rounded = chances.round(12)
     first = np.sort(np.unique(rounded, axis=0, return_index=True)[1])
@@ -160,27 +160,27 @@ def _product(kinds: Sequence[_Kind], weights: Float64) -> list[int]:
     # with one kind's rule known, each other kind alone bounds what the rest can add, chances being at most 1
     bounds = first.own + sum(each.own.max() for each in rest)
     bounds = bounds + np.min([(first.power * weights @ each.power.T).max(axis=1) for each in rest], axis=0)
-    best, found = -np.inf, [0] * len(kinds)
+    best, best_rows = -np.inf, [0] * len(kinds)
     for row in np.argsort(-bounds, kind="stable"):
         if bounds[row] <= best + ROUNDING:
             break
         value, rows = _pair(rest[0], rest[1], weights * first.power[row])
         if value + first.own[row] > best:
-            best, found = value + first.own[row], [int(row), *rows]
-    return found
+            best, best_rows = value + first.own[row], [int(row), *rows]
+    return best_rows
 
 
 def _pair(a: _Kind, b: _Kind, weights: Float64) -> tuple[float, list[int]]:
     """The best rows of two kinds, and what they reach."""
-    best, found = -np.inf, [0, 0]
+    best, best_rows = -np.inf, [0, 0]
     scaled = (b.power * weights).T
     for rows in _parts(len(a.own), len(b.own)):
         table = a.own[rows, None] + b.own + a.power[rows] @ scaled
         place = int(table.argmax())
         if table.flat[place] > best:
             row, column = divmod(place, len(b.own))
-            best, found = float(table.flat[place]), [rows.start + row, column]
-    return best, found
+            best, best_rows = float(table.flat[place]), [rows.start + row, column]
+    return best, best_rows
 
 
 def _parts(rows: int, columns: int) -> Iterator[slice]:
@@ -191,7 +191,7 @@ def _parts(rows: int, columns: int) -> Iterator[slice]:
 # --- games of pairs
 
 
-def _paired(world: Coordination, chances: Sequence[Float64]) -> list[int]:
+def _maximise_pairs(world: Coordination, chances: Sequence[Float64]) -> list[int]:
     """The best rule of each agent where payoffs are sums over pairs."""
     n_agents, flat = len(world.agents), [each.reshape(len(each), -1) for each in chances]
     met = [(each @ PAIRS[world.rule]).reshape(len(each), -1) for each in chances]
@@ -209,7 +209,7 @@ class Search:
         self.pairs, self.n_agents = pairs, n_agents
         self.nodes = 0
         self.sizes = [len(self.table(agent, 0 if agent else 1)) for agent in range(n_agents)]
-        self.reached, self.best = max(map(self._climbed, self._starts()))
+        self.reached, self.best = max(map(self._climb_from, self._starts()))
 
     def table(self, a: int, b: int) -> Float64:
         """What rules of a and b reach together, a's in rows."""
@@ -225,7 +225,7 @@ class Search:
         for rule in range(0, least, max(1, least // 100)):
             yield [rule] * self.n_agents
 
-    def _climbed(self, team: list[int]) -> tuple[float, list[int]]:
+    def _climb_from(self, team: list[int]) -> tuple[float, list[int]]:
         """A team after each agent's best answer to the others, until none gains."""
         value = self.value(team)
         while True:
@@ -251,7 +251,7 @@ class Search:
             if value + given[agent][row] > self.reached + ROUNDING:
                 self.reached, self.best = value + float(given[agent][row]), [*team, row]
             return
-        bounds = value + given[agent] + self._bound(agent, given)
+        bounds = value + given[agent] + self._bound_rest(agent, given)
         for row in np.argsort(-bounds, kind="stable"):
             if bounds[row] <= self.reached + ROUNDING:
                 return
@@ -260,7 +260,7 @@ class Search:
                 more[other] = given[other] + self.table(agent, other)[row]
             self._extend([*team, int(row)], value + float(given[agent][row]), more)
 
-    def _bound(self, agent: int, given: Sequence[Float64]) -> Float64:
+    def _bound_rest(self, agent: int, given: Sequence[Float64]) -> Float64:
         """For each rule of an agent, at most what the later ones can add."""
         rest = list(range(agent + 1, self.n_agents))
         if len(rest) == 1:

@@ -18,11 +18,11 @@ from maviper.evaluation.crossplay import Uniform
 from maviper.experts import store
 from maviper.experts.finding import find_expert, moving, seeing
 from maviper.experts.foreign.named import is_file
-from maviper.experts.scripted import scripted
+from maviper.experts.scripted import build_script
 from maviper.files.profiles import load
 from maviper.worlds import World, find
 from maviper.worlds.matching import NO_WORLD, matching_world, not_ours, plays
-from maviper.worlds.outside.sources import named_by_user
+from maviper.worlds.outside.sources import is_named_by_user
 from maviper.worlds.world import FEATURES, plain_name, world_name
 
 SCRIPTED, RANDOM = "scripted", "random"
@@ -54,14 +54,14 @@ def find_player(text: str, where: str, world: World | None) -> tuple[Player, Wor
     if text in (SCRIPTED, RANDOM):
         if world is None:
             raise InputError(f"'{text}' does not say which world", where, "name it: --world physical-deception")
-        return Player(text, text, "", scripted(world) if text == SCRIPTED else Uniform(world)), world
+        return Player(text, text, "", build_script(world) if text == SCRIPTED else Uniform(world)), world
     if text.endswith(".json") and not is_file(text):
         return _profile(text, where, world)
     if _holds_json(Path(text)):
         raise InputError(
             "a JSON file, not an expert's file", f"{where}: {text}", "if it is a profile, let its name end in .json"
         )
-    named = world.name if world and (named_by_user(world.name) or is_file(text)) else None
+    named = world.name if world and (is_named_by_user(world.name) or is_file(text)) else None
     try:
         expert, played = find_expert(text, world=named, giving=True)
     except UnknownNameError as error:
@@ -115,11 +115,11 @@ def _ensure_plays(profile: ir.PolicyProfile, played: World, at: str) -> None:
             raise InputError(what, at, "import the tree with --world: its observations are float32 then")
     if not plays(profile, played):
         theirs = world_name(profile.world)
-        found = f"{theirs}, not {played.name}" if theirs != played.name else f"{theirs} in another version"
-        raise InputError("the profile plays another world", f"{at}: {found}", _ADVICE)
+        mismatch = f"{theirs}, not {played.name}" if theirs != played.name else f"{theirs} in another version"
+        raise InputError("the profile plays another world", f"{at}: {mismatch}", _ADVICE)
 
 
-def shipped_expert(origin: str, world: World) -> Player | None:
+def find_shipped(origin: str, world: World) -> Player | None:
     """The shipped expert with that id, or None; one that is not installed is not looked at."""
     game = plain_name(plain_name(world.name)[0], PHYSICS)[0]
     for name, file in store.SHIPPED.items():

@@ -39,10 +39,10 @@ def networks(game: Facing, expert: object, learning: Learning) -> list[Responder
 
     MissingToolError without torch; InputError for settings or a folder that cannot be used.
     """
-    found = [_network(game, SCRATCH, None, learning)]
+    responders = [_network(game, SCRATCH, None, learning)]
     if isinstance(expert, NetworkExpert) and set(game.agents) <= set(expert.agents) and expert.centralized:
-        found.append(_network(game, WARM, expert, learning))
-    return found
+        responders.append(_network(game, WARM, expert, learning))
+    return responders
 
 
 def _network(game: Facing, name: str, begin: NetworkExpert | None, learning: Learning) -> Responder:
@@ -56,7 +56,7 @@ def _network(game: Facing, name: str, begin: NetworkExpert | None, learning: Lea
     least = min(game.games or training.settings_of(game, Request(learning.algorithm)).games, learning.steps)
     overrides["games"] = max(1, min(least, learning.steps // game.spec.episode_steps))
     request = Request(learning.algorithm, overrides=overrides, begin=begin, critic=False)
-    training.train(game, folder, request, resume=runs.begun(folder), on_step=learning.on_step)
+    training.train(game, folder, request, resume=runs.holds_run(folder), on_step=learning.on_step)
     place = folder / training.EXPERT_FILE
     answer = store.decode(runs.read(place, store.MAX_BYTES), str(place), game)
-    return Responder(name, game.seated(answer))
+    return Responder(name, game.seat_controllers(answer))

@@ -13,7 +13,7 @@ from typing import Any, Unpack
 
 from codegen import ir
 from codegen.errors import InputError, UnknownNameError
-from codegen.wording import counted
+from codegen.wording import format_count
 from maviper.console import LABEL_WIDTH
 from maviper.episodes import measures
 from maviper.episodes.play import Controller, Episodes, points
@@ -33,9 +33,9 @@ from maviper.evaluation.crossplay import (
     standings,
     tree_facts,
 )
-from maviper.evaluation.players import RANDOM, Player, find_player, shipped_expert
+from maviper.evaluation.players import RANDOM, Player, find_player, find_shipped
 from maviper.evaluation.why import Causes, causes, ensure_branched
-from maviper.options import EvaluateOptions, requested
+from maviper.options import EvaluateOptions, make_request
 from maviper.worlds import World, find
 from maviper.worlds.world import Int
 
@@ -88,15 +88,15 @@ def evaluate(
             raise UnknownNameError("team", team, world.teams, "--team")
     asked = [team for team in world.teams if team in (teams or world.teams)]
     casts = {name: [cast(world, team, subject, others, expert) for team in asked] for name, others in opponents.items()}
-    for each in [each for found in casts.values() for each in found] if contest.why else ():
+    for each in [each for per_team in casts.values() for each in per_team] if contest.why else ():
         ensure_branched(world, each)
-    lineups = {key(lineup): lineup for found in casts.values() for each in found for lineup in each.lineups}
+    lineups = {key(lineup): lineup for per_team in casts.values() for each in per_team for lineup in each.lineups}
     placed = {world.agents.index(tree.agent): tree for tree in trees if world.team_of(tree.agent) in asked}
     own: Lineup = tuple(subject)
     experts: Lineup = () if expert is None else (expert,) * len(world.agents)
     watches: dict[Key, Watch] = {}
     if placed:
-        watches[key(own)] = lambda met: decisions(placed, met, None if expert is None else _wanted(expert, met))
+        watches[key(own)] = lambda met: decisions(placed, met, None if expert is None else _ask_expert(expert, met))
         watches |= {key(experts): lambda met: decisions(placed, met, met.actions)} if experts else {}
         lineups |= {key(lineup): lineup for lineup in (own, experts) if lineup}
     stage = Stage(world, range(measures.MEASUREMENT_SEEDS, measures.MEASUREMENT_SEEDS + episodes))
@@ -104,10 +104,12 @@ def evaluate(
     for name, lineup in lineups.items():
         seen[name] = stage.play(lineup, watches.get(name))
         on_played(len(seen), len(lineups))
-    against = {name: tuple(row for each in found for row in standings(stage, each)) for name, found in casts.items()}
+    against = {
+        name: tuple(row for each in per_team for row in standings(stage, each)) for name, per_team in casts.items()
+    }
     why = {
-        name: tuple(row for each in found for row in causes(world, each, stage.seeds))
-        for name, found in (casts.items() if contest.why else ())
+        name: tuple(row for each in per_team for row in causes(world, each, stage.seeds))
+        for name, per_team in (casts.items() if contest.why else ())
     }
     facts = tree_facts(placed, seen[key(own)], seen[key(experts)] if experts else None) if placed else {}
     return Evaluation(world.name, episodes, against, facts, why)
@@ -119,7 +121,7 @@ def ensure_episodes(episodes: int) -> None:
         raise InputError(f"the number of episodes must be from 1 to {MAX_EPISODES}, not {episodes}", "--episodes")
 
 
-def _wanted(expert: Controller, episodes: Episodes) -> Int:
+def _ask_expert(expert: Controller, episodes: Episodes) -> Int:
     """The expert's actions in the states of episodes, as `Episodes.actions`."""
     observations, state = points(episodes)
     return expert.act(range(len(observations)), observations, state).reshape(episodes.actions.shape)
@@ -150,7 +152,7 @@ class Request:
 
 def request(text: str, **options: Unpack[EvaluateOptions]) -> Request:
     """Finds everything that is named. InputError for what cannot be used."""
-    asked = requested(EvaluateOptions, options)
+    asked = make_request(EvaluateOptions, options)
     given = None if asked.world is None else find(asked.world, giving=True)
     subject, world = find_player(text, "SUBJECT", given)
     replaced = dict(_replacement(item, world) for item in asked.replaced)
@@ -163,7 +165,7 @@ def request(text: str, **options: Unpack[EvaluateOptions]) -> Request:
     if expert is None and len(origins) == 1 and "" not in origins:
         (origin,) = origins
         alike = [player for player in known if player.id == origin]
-        expert = alike[0] if alike else shipped_expert(origin, world)
+        expert = alike[0] if alike else find_shipped(origin, world)
     if expert is None:
         why = "the expert of the profile is not a shipped one" if origins - {""} else "nothing to compare with"
         notes.append(f"no ratios, no fidelity: {why}; --expert names it")
@@ -216,14 +218,18 @@ def lines(asked: Request, found: Evaluation) -> list[str]:
     said = [f"{label:<{LABEL_WIDTH}}{text}" for label, text in (*who, *(("note", note) for note in asked.notes))]
     for name, rows in found.against.items():
         opponents = asked.against.get(name, "itself")
-        said += ["", *([f"against {opponents}"] if len(asked.world.teams) > 1 else []), *_aligned(_standings(rows))]
+        said += [
+            "",
+            *([f"against {opponents}"] if len(asked.world.teams) > 1 else []),
+            *_align_columns(_standings(rows)),
+        ]
         said += _ratios(rows) if asked.expert else []
     for name, rows in found.why.items():
         opponents = f"against {asked.against.get(name, 'itself')}, " if len(asked.world.teams) > 1 else ""
         said += ["", f"why, {opponents}gap = individual + shift + interaction; positive: worse than the expert"]
-        said += _aligned(_causes(rows))
+        said += _align_columns(_causes(rows))
     if found.trees:
-        said += ["", *_aligned(_trees(found.trees))]
+        said += ["", *_align_columns(_trees(found.trees))]
     return said
 
 
@@ -271,7 +277,9 @@ def _trees(facts: Mapping[str, TreeFacts]) -> list[list[str]]:
     head = ["tree", "leaves", "depth", "comparisons per decision"]
     table = [head + ["fidelity in its own states", "in the expert's states"] * compared]
     for agent, tree in facts.items():
-        leaves = str(tree.leaves) if tree.numbers is None else f"{tree.leaves} of {counted(tree.numbers, 'number')}"
+        leaves = (
+            str(tree.leaves) if tree.numbers is None else f"{tree.leaves} of {format_count(tree.numbers, 'number')}"
+        )
         row = [agent, leaves, str(tree.depth), f"{tree.comparisons}, worst {tree.depth}"]
         table.append(row + [_or(tree.fidelity_own, ""), _or(tree.fidelity_expert, "")] * compared)
     return table
@@ -281,7 +289,7 @@ def _or(found: Interval | None, otherwise: str) -> str:
     return otherwise if found is None else str(found)
 
 
-def _aligned(table: Sequence[Sequence[str]]) -> list[str]:
+def _align_columns(table: Sequence[Sequence[str]]) -> list[str]:
     widths = [max(len(row[column]) for row in table) for column in range(len(table[0]))]
     return ["  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)).rstrip() for row in table]
 

@@ -11,15 +11,15 @@ import numpy as np
 
 from codegen import ir
 from codegen.intervals import percent
-from codegen.paths import parted
+from codegen.paths import split_corners
 from codegen.sums import words
-from codegen.wording import NO_UNIT, counted, number, within
+from codegen.wording import NO_UNIT, format_count, number, within
 
 
 def rules(policy: ir.AgentPolicy) -> Iterator[str]:
     """One line per leaf: the ranges that lead to it, the action or the numbers given, the leaf's id."""
     tree = policy.tree
-    tested = _tested(policy)
+    tested = _name_operands(policy)
     ends = (np.full(len(tested), end, tree.compared) for end in (-np.inf, np.inf))
     stack = [(ir.ROOT, *ends)]
     while stack:
@@ -27,7 +27,7 @@ def rules(policy: ir.AgentPolicy) -> Iterator[str]:
         if tree.feature[node] == ir.NO_FEATURE:
             yield f"{_condition(tested, low, high)} -> {_does(policy, node)}  (leaf {node}{_visits(tree, node)})"
             continue
-        left, right = parted(low, high, int(tree.feature[node]), tree.threshold[node])
+        left, right = split_corners(low, high, int(tree.feature[node]), tree.threshold[node])
         stack += [(int(tree.right[node]), *right), (int(tree.left[node]), *left)]
 
 
@@ -48,7 +48,7 @@ def cut(output: ir.OutputSpec) -> str:
     return f", cut to [{low}, {high}]"
 
 
-def _tested(policy: ir.AgentPolicy) -> list[str]:
+def _name_operands(policy: ir.AgentPolicy) -> list[str]:
     """The features, and the sums that are tested, in words."""
     names = [feature.name for feature in policy.features]
     return names + [words(each, names, digits=3) for each in policy.tree.sums]
@@ -68,7 +68,7 @@ def _visits(tree: ir.Tree, node: int) -> str:
     if not len(tree.visits):
         return ""
     visits = int(tree.visits.sum())
-    return f", {percent(float(tree.visits[node] / max(1, visits)))} of {counted(visits, 'decision')}"
+    return f", {percent(float(tree.visits[node] / max(1, visits)))} of {format_count(visits, 'decision')}"
 
 
 def _condition(tested: Sequence[str], low: ir.Floats, high: ir.Floats) -> str:

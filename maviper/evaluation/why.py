@@ -15,7 +15,7 @@ import numpy as np
 from codegen.errors import InputError
 from codegen.ir import Float64
 from maviper.episodes import measures
-from maviper.episodes.play import Episodes, chosen, play
+from maviper.episodes.play import Episodes, choose_actions, play
 from maviper.evaluation.crossplay import Cast, Interval, Lineup, Uniform, interval
 from maviper.worlds import Measure, World
 from maviper.worlds.world import RETURN, Int
@@ -47,12 +47,12 @@ def causes(world: World, cast: Cast, seeds: range) -> tuple[Causes, ...]:
         parts.append(_Branches(world, cast, expert, seeds[low : low + AT_ONCE]).terms())
     gap, advantages, alone = (np.concatenate(each, axis=-1) for each in zip(*parts, strict=True))
     shift, interaction = (advantages - alone).sum(axis=0), gap - advantages.sum(axis=0)
-    found: list[Causes] = []
+    per_measure: list[Causes] = []
     for row, measure in enumerate(_measures(world, cast.team)):
         agents = {agent: _mean(own[row]) for agent, own in zip(cast.alone, alone, strict=True)}
         whole, individual = _mean(gap[row]), _mean(alone.sum(axis=0)[row])
-        found.append(Causes(measure, whole, individual, _mean(shift[row]), _mean(interaction[row]), agents))
-    return tuple(found)
+        per_measure.append(Causes(measure, whole, individual, _mean(shift[row]), _mean(interaction[row]), agents))
+    return tuple(per_measure)
 
 
 def _mean(values: Float64) -> Interval:
@@ -61,7 +61,7 @@ def _mean(values: Float64) -> Interval:
 
 
 def _measures(world: World, team: str) -> list[Measure]:
-    return [measure for measure in measures.told(world) if measure.team == team]
+    return [measure for measure in measures.list_measures(world) if measure.team == team]
 
 
 def ensure_branched(world: World, cast: Cast) -> None:
@@ -104,11 +104,11 @@ class _Branches:
         worth = self.worth
         advantages = np.zeros((len(self.members), *worth.shape))
         for step, acted in enumerate(self.episodes.actions):
-            wanted = self._wanted(step)
+            wanted = self._ask_experts(step)
             unlike = (acted[:, self.members] != wanted) & self.episodes.alive[step][:, self.members]
             following = worth.copy()
             rows = np.flatnonzero(unlike.any(axis=1))
-            following[:, rows] = self._finished(step, rows, acted[rows])
+            following[:, rows] = self._finish_episodes(step, rows, acted[rows])
             several = unlike.sum(axis=1) > 1
             for place, member in enumerate(self.members):
                 lost = advantages[place]
@@ -118,16 +118,16 @@ class _Branches:
                 joint = acted[rows]
                 joint[:, self.members] = wanted[rows]
                 joint[:, member] = acted[rows, member]
-                lost[:, rows] += worth[:, rows] - self._finished(step, rows, joint)
+                lost[:, rows] += worth[:, rows] - self._finish_episodes(step, rows, joint)
             worth = following
         return self.worth - self._scores(self.episodes), advantages, np.stack(self.alone)
 
-    def _wanted(self, step: int) -> Int:
+    def _ask_experts(self, step: int) -> Int:
         """What experts would do in the team's states, [batch, n_members]."""
         seen = tuple(each[step] for each in self.episodes.observations)
-        return chosen(self.expert, seen, self.states[step])[:, self.members]
+        return choose_actions(self.expert, seen, self.states[step])[:, self.members]
 
-    def _finished(self, step: int, rows: Int, acted: Int) -> Float64:
+    def _finish_episodes(self, step: int, rows: Int, acted: Int) -> Float64:
         """The scores of episodes `rows` in which everybody acts so in a step, then experts, [n_measures, rows]."""
         if not len(rows):
             return np.empty((len(self.worth), 0))
@@ -137,14 +137,14 @@ class _Branches:
         returns = self.banked[step][:, rows] + world.rewards(states[-1]).T
         while len(states) <= world.spec.episode_steps and world.playing(states[-1]).any():
             now = states[-1]
-            states.append(world.step(now, chosen(self.expert, world.observe(now), now)))
+            states.append(world.step(now, choose_actions(self.expert, world.observe(now), now)))
             returns += world.rewards(states[-1]).T
-        return self._scored(world.values(states[1:]), returns)
+        return self._score_values(world.values(states[1:]), returns)
 
     def _scores(self, episodes: Episodes) -> Float64:
-        return self._scored(episodes.values, episodes.returns)
+        return self._score_values(episodes.values, episodes.returns)
 
-    def _scored(self, values: Float64, returns: Float64) -> Float64:
+    def _score_values(self, values: Float64, returns: Float64) -> Float64:
         """[n_measures of the team, batch], with the sign that makes higher better."""
         known: dict[Measure, Any] = {Measure(self.cast.team, RETURN): returns[self.members].mean(axis=0)}
         known |= dict(zip(self.world.measures, values, strict=True))

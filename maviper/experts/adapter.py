@@ -12,7 +12,7 @@ import numpy as np
 
 from codegen.errors import InputError, MissingToolError
 from codegen.ir import Float32, Float64
-from codegen.wording import counted
+from codegen.wording import format_count
 from maviper.experts.expert import AS_GIVEN
 from maviper.experts.network import NO_CRITIC
 from maviper.worlds import World
@@ -52,18 +52,18 @@ class TorchExpert:
         for kind, modules in (("actors", self._actors), ("critics", self._critics)):
             if modules is not None and len(modules) != len(self.agents):
                 raise InputError(
-                    f"{len(modules)} {kind} for {counted(len(self.agents), 'agent')}", world.name, "give one each"
+                    f"{len(modules)} {kind} for {format_count(len(self.agents), 'agent')}", world.name, "give one each"
                 )
         library: Any = torch
         for module in [*self._actors, *(self._critics or [])]:
             if isinstance(module, library.nn.Module):
                 cast("Any", module).eval()
         for agent, features in enumerate(world.features):
-            found = self._outputs(agent, np.zeros((2, len(features)), np.float32)).shape
+            shape = self._outputs(agent, np.zeros((2, len(features)), np.float32)).shape
             wanted = (2, len(world.actions[agent]))
-            if found != wanted:
+            if shape != wanted:
                 where = f"{world.name}: actor of {self.agents[agent]}"
-                raise InputError(f"returns shape {found} for {wanted[0]} observations, but {wanted} is needed", where)
+                raise InputError(f"returns shape {shape} for {wanted[0]} observations, but {wanted} is needed", where)
 
     def _run(self, module: Callable[..., Any], *inputs: Any) -> Float64:
         """A module's answer as float64."""
@@ -97,8 +97,8 @@ class TorchExpert:
         choices = [len(actions) for actions in self.world.actions]
         one_hot = np.concatenate([np.eye(n, dtype=np.float32)[flat[:, k]] for k, n in enumerate(choices)], axis=1)
         rows = np.repeat(np.arange(len(seen)), len(joint))
-        found = np.empty(len(flat))
+        values = np.empty(len(flat))
         for low in range(0, len(flat), ROWS_AT_ONCE):
             part = slice(low, low + ROWS_AT_ONCE)
-            found[part] = self._run(self._critics[agent], seen[rows[part]], one_hot[part]).reshape(-1)
-        return found.reshape(asked.shape[:2])
+            values[part] = self._run(self._critics[agent], seen[rows[part]], one_hot[part]).reshape(-1)
+        return values.reshape(asked.shape[:2])

@@ -60,7 +60,7 @@ SHAPED_LATER = (
 )  # worlds that had no shaping term when cards did not tell the critic's reward
 
 
-def learned(card: Mapping[str, Any]) -> dict[str, int]:
+def count_steps(card: Mapping[str, Any]) -> dict[str, int]:
     """Joint steps that taught an expert, by kind; {} where its card does not tell. Older cards have settings only."""
     settings, steps = card.get("settings", {}), card.get("steps")
     if "learned" in card or card.get("algorithm") not in SHAPED or steps is None:
@@ -71,8 +71,8 @@ def learned(card: Mapping[str, Any]) -> dict[str, int]:
 
 
 def how_learned(card: Mapping[str, Any]) -> str:
-    """`learned` in words; "" where the card does not tell."""
-    steps = learned(card)
+    """`count_steps` in words; "" where the card does not tell."""
+    steps = count_steps(card)
     if not steps:
         return ""
     alone = f", {steps[VALUES]:,} of values alone" if steps[VALUES] else ""

@@ -49,7 +49,7 @@ def cross_seed(
     everybody = range(len(world.agents))
     as_it_is = measures.estimates(measures.table(world, alone))
 
-    def reached(lineup: Sequence[Controller], team: str) -> float:
+    def evaluate_lineup(lineup: Sequence[Controller], team: str) -> float:
         return measures.evaluate(world, lineup, seeds)[world.primary(team)].value
 
     by_team: dict[str, Any] = {}
@@ -59,7 +59,7 @@ def cross_seed(
                 float(
                     np.mean(
                         [
-                            reached([other if agent == place else experts[own] for agent in everybody], team)
+                            evaluate_lineup([other if agent == place else experts[own] for agent in everybody], team)
                             for place in world.members(team)
                         ]
                     )
@@ -78,13 +78,13 @@ def roles(world: ParticleWorld, episodes: Episodes) -> dict[str, Any]:
     """For each team with targets to share out: the share of every assignment that occurs, the most frequent first, and
     how often a forest that sees the start state alone names the right one in episodes that it was not fitted to.
     """
-    found: dict[str, Any] = {}
+    per_team: dict[str, Any] = {}
     for team in (team for team in (*COVERING, *HUNTING) if team in world.teams):
         names, taken = assignments(world, team, episodes)
         counts: Counter[int] = Counter(map(int, taken))
         shares = {names[label]: round(count / len(taken), DIGITS) for label, count in counts.most_common()}
-        found[team] = {"shares": shares, **_predicted(world, episodes.states[0], taken)}
-    return found
+        per_team[team] = {"shares": shares, **_predict_roles(world, episodes.states[0], taken)}
+    return per_team
 
 
 def assignments(world: ParticleWorld, team: str, episodes: Episodes) -> tuple[list[str], Int]:
@@ -115,7 +115,7 @@ def _gaps(state: Any, members: Sequence[int], targets: Sequence[int]) -> Float64
     return distances(position[list(members), None], position[None, list(targets)])
 
 
-def _predicted(world: ParticleWorld, start: Any, taken: Int) -> dict[str, float]:
+def _predict_roles(world: ParticleWorld, start: Any, taken: Int) -> dict[str, float]:
     """Accuracy in the second half of the episodes of a forest fitted to the first, beside the share there of the
     first half's most frequent assignment.
     """

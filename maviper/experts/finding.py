@@ -13,11 +13,11 @@ from maviper.experts.expert import Expert
 from maviper.experts.foreign import named
 from maviper.experts.given import import_expert
 from maviper.experts.measured import Measured
-from maviper.experts.scripted import is_script, scripted
+from maviper.experts.scripted import build_script, is_script
 from maviper.experts.wrapped import Narrowed, Unweighted, lawful_expert
-from maviper.worlds import WORLDS, ParticleWorld, World, built_in, find
+from maviper.worlds import WORLDS, ParticleWorld, World, find, find_built_in
 from maviper.worlds.outside.acting import refuse_numbers
-from maviper.worlds.outside.sources import named_by_user, parse_source
+from maviper.worlds.outside.sources import is_named_by_user, parse_source
 from maviper.worlds.world import FEATURES, plain_name
 
 LEARNED, MEASURED, NONE = "learned", "measured", "none"
@@ -33,7 +33,7 @@ def find_expert(
     """
     if critic not in CRITICS:
         raise UnknownNameError("critic", critic, CRITICS, "--critic")
-    expert, played = _found(text, None if world is None else find(world, giving))
+    expert, played = _resolve_expert(text, None if world is None else find(world, giving))
     if played.outputs and not giving:
         raise refuse_numbers(played.name)
     if features:
@@ -48,7 +48,7 @@ def find_expert(
     if critic == NONE:
         return Unweighted(expert), played
     measured = critic == MEASURED and not isinstance(expert, Measured)
-    return (Measured.suited(played, expert) if measured else expert), played
+    return (Measured.for_world(played, expert) if measured else expert), played
 
 
 def seeing(expert: Expert, world: World, features: str) -> tuple[Expert, World]:
@@ -57,35 +57,35 @@ def seeing(expert: Expert, world: World, features: str) -> tuple[Expert, World]:
         raise InputError("this world has no additional features", f"--features {features}", "leave them out")
     if FEATURES in world.spec.options:
         raise InputError("the expert's world already has additional features", world.name, "leave --features out")
-    wide = built_in(f"{world.name},{FEATURES}={features}")
+    wide = find_built_in(f"{world.name},{FEATURES}={features}")
     return Narrowed(expert, world), wide
 
 
 def moving(world: World, physics: str) -> World:
     """One of our games, which moves by the other physics; an expert of the game plays there as it is."""
-    return built_in(f"{world.name},{PHYSICS}={physics}")
+    return find_built_in(f"{world.name},{PHYSICS}={physics}")
 
 
-def _found(text: str, world: World | None) -> tuple[Expert, World]:
+def _resolve_expert(text: str, world: World | None) -> tuple[Expert, World]:
     if named.is_file(text):
         expert = named.from_name(text, world)
         return expert, expert.world
     name, _, script = text.partition("@")
     if is_script(script) and name.partition(",")[0] in WORLDS:
-        game = built_in(name)
-        return Measured(game, scripted(game, script)), game
+        game = find_built_in(name)
+        return Measured(game, build_script(game, script)), game
     plain, features = plain_name(text) if name.partition(",")[0] in WORLDS else (text, "")
     if features:  # no expert is shipped for it: the one of the plain world
-        built_in(text)
-        return seeing(*_found(plain, None), features)
+        find_built_in(text)
+        return seeing(*_resolve_expert(plain, None), features)
     still, physics = plain_name(name, PHYSICS) if name.partition(",")[0] in WORLDS else (name, "")
     learned = text.replace(name, still, 1)
     if physics and learned in store.SHIPPED:
-        return store.load(learned)[0], built_in(name)
+        return store.load(learned)[0], find_built_in(name)
     if "@" not in text and text not in store.SHIPPED and text.partition(",")[0] in WORLDS:
-        game = built_in(text)
-        return (Measured(game, scripted(game)), game) if game.name not in store.SHIPPED else store.load(game.name)
-    if named_by_user(text):
+        game = find_built_in(text)
+        return (Measured(game, build_script(game)), game) if game.name not in store.SHIPPED else store.load(game.name)
+    if is_named_by_user(text):
         expert = import_expert(parse_source(text))
         return expert, expert.world
     return store.load(text, world)

@@ -13,7 +13,7 @@ import numpy as np
 
 from codegen.errors import InputError
 from codegen.ir import Float32, Float64
-from codegen.wording import counted
+from codegen.wording import format_count
 from maviper.experts.wrapped import Wrapped
 from maviper.worlds import World
 from maviper.worlds.outside.making import import_maker
@@ -54,7 +54,7 @@ class Given(Wrapped):
 
     def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
         """As `Controller.act`."""
-        actions = self._asked("act", agents, observations, state)
+        actions = self._call_expert("act", agents, observations, state)
         if self.world.outputs:
             return self._numbers(actions, len(observations[0]), agents)
         wanted = (len(observations[0]), len(agents))
@@ -64,7 +64,7 @@ class Given(Wrapped):
                 what, self.source.text, "return whole numbers, such as logits.argmax(axis=1) of each agent"
             )
         if actions.shape != wanted:
-            asked = f"{counted(wanted[0], 'observation')} of {counted(wanted[1], 'agent')}"
+            asked = f"{format_count(wanted[0], 'observation')} of {format_count(wanted[1], 'agent')}"
             what = f"act of your expert returns shape {actions.shape} for {asked}"
             raise InputError(f"{what}, not {wanted}", self.source.text, ROWS)
         acting = self.world.alive(state)
@@ -74,7 +74,9 @@ class Given(Wrapped):
             if (wrong & acting[:, agent]).any():
                 action = actions[wrong & acting[:, agent], place][0]
                 what = f"act of your expert returns action {action} for {self.agents[agent]}, which has {n}"
-                raise InputError(what, self.source.text, f"its actions are 0 to {n - 1}: {_named(self.world, agent)}")
+                raise InputError(
+                    what, self.source.text, f"its actions are 0 to {n - 1}: {_list_actions(self.world, agent)}"
+                )
             actions[wrong, place] = 0  # of who no longer acts, which means nothing
         return actions.astype(np.int64)
 
@@ -87,16 +89,16 @@ class Given(Wrapped):
             seen = _kind(given) if fits else f"shape {given.shape}"
             what = f"act of your expert returns {seen}, not finite numbers of shape {wanted}"
             raise InputError(what, self.source.text, "return the numbers of each agent, zeros behind those of few")
-        found = np.zeros(wanted, np.float32)
+        numbers = np.zeros(wanted, np.float32)
         for place, agent in enumerate(agents):
             low, high = bounds(outputs[agent])
-            found[:, place, : len(low)] = np.clip(given[:, place, : len(low)], low, high)
-        return found
+            numbers[:, place, : len(low)] = np.clip(given[:, place, : len(low)], low, high)
+        return numbers
 
     def q(self, agent: int, observations: Sequence[Float32], state: Any, joint: Int, given: Int) -> Float64:
         """As `Expert.q`."""
         try:
-            values = self._asked("q", agent, observations, state, joint, given)
+            values = self._call_expert("q", agent, observations, state, joint, given)
         except InputError as error:
             if not isinstance(error.__cause__, NotImplementedError):
                 raise
@@ -112,7 +114,7 @@ class Given(Wrapped):
             )
         return values.astype(np.float64)
 
-    def _asked(self, verb: str, *given: Any) -> np.ndarray:
+    def _call_expert(self, verb: str, *given: Any) -> np.ndarray:
         doing = f"{verb} of your expert"
         return _run(lambda: np.array(getattr(self.expert, verb)(*given)), self.source, doing)
 
@@ -159,6 +161,6 @@ def _kind(found: np.ndarray) -> str:
     return f"{kinds.get(found.dtype.kind, str(found.dtype))}{nan}"
 
 
-def _named(world: World, agent: int) -> str:
+def _list_actions(world: World, agent: int) -> str:
     names = [action.name for action in world.actions[agent]]
     return ", ".join(names[:8]) + (", ..." if len(names) > 8 else "")

@@ -45,19 +45,19 @@ class Judged:
 
 
 def judge(world: World, controller: Controller, seeds: range, rivals: Sequence[Rival] = ()) -> Judged:
-    """Judges a controller of all agents on the episodes `seeds`. `rivals` count in a world that is `rated`; the first
+    """Judges a controller of all agents on the episodes `seeds`. `rivals` count in a world where `is_rated`; the first
     checkpoint of all has none and scores 0.
     """
     among = measures.evaluate(world, [controller] * len(world.agents), seeds)
-    if not rated(world):
+    if not is_rated(world):
         return Judged(_mean([_worth(measure, among[measure]) for measure in _primary(world)]), among)
-    found = [rival.score + advantage(world, controller, rival.controller, seeds) for rival in rivals]
-    return Judged(_mean(found) if found else 0.0, among)
+    ratings = [rival.score + advantage(world, controller, rival.controller, seeds) for rival in rivals]
+    return Judged(_mean(ratings) if ratings else 0.0, among)
 
 
 def scores(world: World, finalists: Sequence[Controller], seeds: range) -> list[float]:
-    """A score of each, on the same episodes; in a world that is `rated`, what it gains on the others on average."""
-    if not rated(world):
+    """A score of each, on the same episodes; in a world where `is_rated`, what it gains on the others on average."""
+    if not is_rated(world):
         return [judge(world, controller, seeds).score for controller in finalists]
     gains = np.zeros((len(finalists), len(finalists)))
     for a, b in combinations(range(len(finalists)), 2):
@@ -66,7 +66,7 @@ def scores(world: World, finalists: Sequence[Controller], seeds: range) -> list[
     return (gains.sum(axis=1) / max(1, len(finalists) - 1)).tolist()
 
 
-def rated(world: World) -> bool:
+def is_rated(world: World) -> bool:
     """Whether checkpoints are rated against rivals: several teams, not all of whose measures are shares."""
     return len(world.teams) > 1 and not all(measure.share for measure in _primary(world))
 

@@ -41,7 +41,7 @@ class Measured:
         self.world.branch()
 
     @staticmethod
-    def suited(world: World, controller: Controller) -> "Measured":
+    def for_world(world: World, controller: Controller) -> "Measured":
         """With the horizon of the world's kind."""
         return Measured(world, controller) if world.games is None else Measured(world, controller, 0.0, FAR, FAR_GAMMA)
 
@@ -81,20 +81,20 @@ class Measured:
     def all_q(self, state: Any, joint: Int, given: Int) -> Float64:
         """Q of all agents at once, [batch, n_joint, n_agents]; one branch serves them all."""
         n_joint = len(joint)
-        found = np.empty((len(state), n_joint, len(self.agents)))
+        q_values = np.empty((len(state), n_joint, len(self.agents)))
         at_once = max(1, (BRANCHES_AT_ONCE if self.world.games is None else COPIES_AT_ONCE) // n_joint)
         for low in range(0, len(state), at_once):
             rows = np.arange(low, min(low + at_once, len(state)))
             asked = np.where(joint[None] == AS_GIVEN, given[rows, None], joint[None]).reshape(-1, len(self.agents))
             returns = self._returns(state[np.repeat(rows, n_joint)], asked)
-            found[rows] = returns.reshape(len(rows), n_joint, -1)
-        return found
+            q_values[rows] = returns.reshape(len(rows), n_joint, -1)
+        return q_values
 
     def _returns(self, state: Any, first: Int) -> Float64:
         """Discounted rewards of following the controller after a first joint action, [batch, n_agents]."""
         everybody = range(len(self.agents))
         total, actions = np.zeros((len(state), len(self.agents))), first
-        state = self.world.branched(state)
+        state = self.world.branch_states(state)
         for step in range(min(self.horizon, self.world.spec.episode_steps)):
             if step:
                 actions = self.controller.act(everybody, _Observed(self.world, state), state)

@@ -76,7 +76,7 @@ class Request:
     begin: NetworkExpert | None = None  # whose actors the training starts from; None: random ones
     critic: bool = True  # whether actors that learned without a critic get one in the end
 
-    def checked(self) -> "Request":
+    def validate(self) -> "Request":
         """The request with its algorithm; UnknownNameError for a recipe or algorithm that there is not."""
         if self.recipe not in RECIPES:
             raise UnknownNameError("recipe", self.recipe, RECIPES, "--recipe")
@@ -99,15 +99,15 @@ def settings(world: World, request: Request, kind: type) -> Any:
     """
     chosen = dict(PAPER_MADDPG) if request.recipe == PAPER else {}
     if request.recipe == CLONE:
-        chosen = _cloned(world)
+        chosen = _find_clone_recipe(world)
     if request.recipe == DEFAULT:
         general = CHOSEN.get((world.spec.name, request.algorithm), {})
         chosen = CHOSEN.get((world.name, request.algorithm), general)
     types: dict[str, type] = {item.name: type(item.default) for item in fields(kind)}
     given = {name: _value(name, value, types) for name, value in request.overrides.items()}
-    found = kind(**{**chosen, **given})
-    _check(asdict(found), world)
-    return found
+    combined = kind(**{**chosen, **given})
+    _check(asdict(combined), world)
+    return combined
 
 
 def schedule(request: Request, chosen: Any) -> str:
@@ -120,7 +120,7 @@ def schedule(request: Request, chosen: Any) -> str:
     return f"{said} (released: {released})" if request.recipe == PAPER else said
 
 
-def _cloned(world: World) -> dict[str, Any]:
+def _find_clone_recipe(world: World) -> dict[str, Any]:
     if world.spec.name not in CLONED:
         raise InputError("there is no script to clone for this world", world.name, "leave --recipe out")
     return CLONED[world.spec.name]

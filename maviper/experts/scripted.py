@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from codegen.dynamics import accelerated, accelerations, displaced
+from codegen.dynamics import accelerations, step_position, step_velocity
 from codegen.errors import InputError
 from codegen.ir import Bool, Float32, Float64
 from maviper.worlds import CooperativeNavigation, Coordination, PhysicalDeception, PredatorPrey, World
@@ -90,9 +90,9 @@ class Landing:
         for step in range(HORIZON):
             shape = [effects.shape[1] if place == step else 1 for place in range(PLANNED)]
             push = effects.reshape(2, *shape) if step < PLANNED else np.zeros_like(speed)
-            moved, speed = displaced(spec, moved, speed), accelerated(spec, speed, push)
+            moved, speed = step_position(spec, moved, speed), step_velocity(spec, speed, push)
             moves.append(moved)
-            coasted, damped = displaced(spec, coasted, damped), accelerated(spec, damped, 0.0)
+            coasted, damped = step_position(spec, coasted, damped), step_velocity(spec, damped, 0.0)
             coasts.append(coasted)
         plans = np.broadcast_shapes(*(moved.shape for moved in moves))
         self.moved = np.stack([np.broadcast_to(moved, plans).reshape(2, -1) for moved in moves], axis=1)
@@ -213,7 +213,7 @@ class Chase(Scripted):
         ahead = position[: len(self.agents)] + HELD * spec.dt * velocity
         chosen: list[Int] = []
         for agent in agents:
-            reached = self._held(agent, position[agent], velocity[agent])  # [n_actions, 2, batch]
+            reached = self._hold_actions(agent, position[agent], velocity[agent])  # [n_actions, 2, batch]
             if agent in hunters:
                 nearest = distances(position[agent], position[prey]).argmin(axis=0)
                 target = np.take_along_axis(ahead[prey], nearest[None, None], axis=0)
@@ -223,7 +223,7 @@ class Chase(Scripted):
             chosen.append(score.argmax(axis=0))
         return np.stack(chosen, axis=1)
 
-    def _held(self, agent: int, position: Float64, velocity: Float64) -> Float64:
+    def _hold_actions(self, agent: int, position: Float64, velocity: Float64) -> Float64:
         """Where an agent is after holding each action, [n_actions, 2, batch]."""
         spec = self.world.spec
         entity = spec.agents[agent]
@@ -231,7 +231,7 @@ class Chase(Scripted):
         limit = entity.max_speed or np.inf
         place, speed = np.broadcast_to(position, (len(push), *position.shape)), velocity
         for _ in range(HELD):
-            place, speed = displaced(spec, place, speed), accelerated(spec, speed, push)
+            place, speed = step_position(spec, place, speed), step_velocity(spec, speed, push)
             size = np.sqrt(np.square(speed).sum(axis=1, keepdims=True))
             speed = speed * np.minimum(1.0, limit / np.maximum(size, 1e-12))
         return place
@@ -265,7 +265,7 @@ def is_script(name: str) -> bool:
     return name in _SCRIPTS or MIXED.fullmatch(name) is not None
 
 
-def scripted(world: World, script: str = SCRIPTED) -> Scripted:
+def build_script(world: World, script: str = SCRIPTED) -> Scripted:
     """A script of a game; InputError when there is none."""
     mixed = MIXED.fullmatch(script)
     if mixed and isinstance(world, CooperativeNavigation):

@@ -20,8 +20,8 @@ from codegen.ir import Float32
 from codegen.legality import Mask
 from maviper.experts.network import ACTOR_CRITIC, CRITIC, LAYERS, NETS, NetworkExpert
 from maviper.files import kinds, runs
-from maviper.worlds import World, built_in
-from maviper.worlds.outside.sources import named_by_user
+from maviper.worlds import World, find_built_in
+from maviper.worlds.outside.sources import is_named_by_user
 
 ZIP = b"PK\x03\x04"  # how such an archive begins
 FORMAT = "maviper-expert-1"
@@ -52,7 +52,7 @@ CLONE = "clone"
 REPOSITORY = "maviper/experts/shipped"  # in a clone, all of them
 
 
-def _named(trained: Mapping[str, tuple[str, tuple[int, ...], int]], kind: str = "") -> dict[str, str]:
+def _name_files(trained: Mapping[str, tuple[str, tuple[int, ...], int]], kind: str = "") -> dict[str, str]:
     """Name on the command line -> file: NAME or NAME@KIND is the best seed's, NAME@1 or NAME@KIND-1 seed 1's."""
     plain, dash = (f"@{kind}", "-") if kind else ("", "")
     named = {f"{world}{plain}": file_of(stem, best) for world, (stem, _, best) in trained.items()}
@@ -66,7 +66,7 @@ def file_of(stem: str, seed: int) -> str:
     return f"{stem}.{seed}.safetensors"
 
 
-SHIPPED = {**_named(LEARNED), **_named(MADDPG, "maddpg"), **_named(CLONES, CLONE)}
+SHIPPED = {**_name_files(LEARNED), **_name_files(MADDPG, "maddpg"), **_name_files(CLONES, CLONE)}
 
 
 def encode(tensors: Mapping[str, Float32], card: Mapping[str, Any]) -> bytes:
@@ -99,22 +99,22 @@ def decode(data: bytes, where: str, world: World | None = None) -> NetworkExpert
         if data.startswith(ZIP):
             advice = f"a file of Stable-Baselines3 is named sb3:{where}"
         raise InputError("not an expert file", where, advice) from None
-    if world is None and named_by_user(name):
+    if world is None and is_named_by_user(name):
         raise InputError("the expert plays your own environment", f"{where}: {name}", f"name it: --world {name}")
-    world = world or built_in(name)
+    world = world or find_built_in(name)
     if name != world.name:
         raise InputError("the expert plays another world", f"{where}: {name}, not {world.name}", advice)
     n_actions = tuple(len(choices) for choices in world.actions)
     for name, shape in shapes(world, hidden, networks).items():
-        found = tensors[name].shape if name in tensors else None
-        if found != shape or not np.isfinite(tensors[name]).all():
+        actual = tensors[name].shape if name in tensors else None
+        if actual != shape or not np.isfinite(tensors[name]).all():
             raise InputError(
-                "the expert file is damaged", f"{where}: {name}: shape {found}, expected {shape}, finite", advice
+                "the expert file is damaged", f"{where}: {name}: shape {actual}, expected {shape}, finite", advice
             )
     return NetworkExpert(world.agents, n_actions, tensors, card, hashlib.sha256(data).hexdigest(), _masks(world))
 
 
-def built(world: World, tensors: Mapping[str, Float32], card: Mapping[str, Any]) -> NetworkExpert:
+def build_expert(world: World, tensors: Mapping[str, Float32], card: Mapping[str, Any]) -> NetworkExpert:
     """An expert from its parts, without a file."""
     n_actions = tuple(len(choices) for choices in world.actions)
     return NetworkExpert(world.agents, n_actions, tensors, card, "", _masks(world))
@@ -143,7 +143,7 @@ def is_here(file: str) -> bool:
     return any((place / file).is_file() for place in _places())
 
 
-def shipped(file: str, world: World | None = None) -> NetworkExpert:
+def load_shipped(file: str, world: World | None = None) -> NetworkExpert:
     """The expert in a shipped file; InputError, which says where it is, when neither package nor folder has it."""
     for place in _places():
         if (place / file).is_file():
@@ -160,7 +160,7 @@ def _places() -> tuple[Traversable, ...]:
 def load(name_or_path: str, world: World | None = None) -> tuple[NetworkExpert, World]:
     """A shipped expert by its world's name, or one from a file or run folder, with the world that it plays."""
     if name_or_path in SHIPPED:
-        expert = shipped(SHIPPED[name_or_path], world)
+        expert = load_shipped(SHIPPED[name_or_path], world)
     else:
         path = Path(name_or_path)
         try:
@@ -171,4 +171,4 @@ def load(name_or_path: str, world: World | None = None) -> tuple[NetworkExpert, 
         if missing and path.suffix == "" and path.parent == Path():
             raise UnknownNameError("expert", name_or_path, SHIPPED, "neither a shipped expert nor a file or run folder")
         expert = decode(runs.read(path, MAX_BYTES), str(path), world)
-    return expert, world or built_in(str(expert.card["world"]))
+    return expert, world or find_built_in(str(expert.card["world"]))

@@ -68,13 +68,13 @@ class Narrowed(Wrapped):
 
     def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
         """As `Controller.act`."""
-        return super().act(agents, self._known(observations), state)
+        return super().act(agents, self._narrow_observations(observations), state)
 
     def q(self, agent: int, observations: Sequence[Float32], state: Any, joint: Int, given: Int) -> Float64:
         """As `Expert.q`."""
-        return super().q(agent, self._known(observations), state, joint, given)
+        return super().q(agent, self._narrow_observations(observations), state, joint, given)
 
-    def _known(self, observations: Sequence[Float32]) -> list[Float32]:
+    def _narrow_observations(self, observations: Sequence[Float32]) -> list[Float32]:
         return [seen[:, : len(mine)] for seen, mine in zip(observations, self.world.features, strict=True)]
 
 

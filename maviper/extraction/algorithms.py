@@ -11,7 +11,7 @@ from dataclasses import replace
 from codegen import ir
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import GrownTree
-from codegen.wording import counted
+from codegen.wording import format_count
 from maviper.episodes.trees import agent_policies
 from maviper.experts.expert import Expert
 from maviper.experts.wrapped import lawful_expert
@@ -28,7 +28,7 @@ from maviper.extraction.bundles import (
     RGMDT,
     TEAM,
     VIPER,
-    grouped,
+    group_agents,
 )
 from maviper.extraction.examples import NO_EXAMPLES, Examples
 from maviper.extraction.extraction import QUIETLY, Extraction, Running
@@ -54,15 +54,15 @@ def extract(
     arguments goes on from there. `examples`: states whose labels every iteration learns from as well; refinement
     keeps them.
     """
-    settings = settings.checked().resolved(world)
-    world, settings = settings.judged(world), replace(settings, measure=settings.measure_in(world))
+    settings = settings.validate().deal_budget(world)
+    world, settings = settings.judge_world(world), replace(settings, measure=settings.measure_in(world))
     refine.check(settings)
     check(world, settings, examples)
     expert = lawful_expert(expert, world)
     agents = [_agent(world, settings)] if settings.algorithm == VIPER else list(range(len(world.agents)))
     asked = Extraction(world, expert, settings, journal, examples)
     chosen, facts = _iterates(asked, agents, running)
-    trees, spent = refine.refined(asked, agents, chosen, running)
+    trees, spent = refine.refine_trees(asked, agents, chosen, running)
     facts = {**facts, **spent, **examples.facts}
     return profile_of(world, expert, settings, agent_policies(world, trees, agents), facts)
 
@@ -104,7 +104,9 @@ def _check_masks(world: World, settings: Settings) -> None:
         raise InputError("the authors' code takes no heed of illegal actions", where, "choose another --preset")
     for agent, choices in zip(world.agents, world.actions, strict=True):
         if settings.max_depth + len(choices) - 1 > ir.MAX_DEPTH:
-            what = f"{agent} has {counted(len(choices), 'action')}: with tests of their mask a tree may be too deep"
+            what = (
+                f"{agent} has {format_count(len(choices), 'action')}: with tests of their mask a tree may be too deep"
+            )
             raise InputError(what, where, f"depth and actions together may be {ir.MAX_DEPTH + 1}")
 
 
@@ -153,31 +155,31 @@ def _iterates(asked: Extraction, agents: list[int], running: Running) -> Iterate
     """The best trees of each agent, the chosen one first, and what the provenance says of them."""
     by = asked.settings.together
     tasks = []
-    for place, together in enumerate(grouped(asked.world, by, agents)):
+    for place, together in enumerate(group_agents(asked.world, by, agents)):
         part = {AGENT: asked.world.agents[together[0]], TEAM: f"team-{place}"}.get(by)
         journal = asked.journal.part(part) if part else asked.journal
         tasks.append((replace(asked, journal=journal), together))
     if running.jobs == 1 or len(tasks) == 1:
-        found = [_chosen(own, together, running) for own, together in tasks]
+        per_task = [_choose_iterates(own, together, running) for own, together in tasks]
     else:
-        found = list(side_by_side(_quietly, tasks, running.jobs))
+        per_task = list(side_by_side(_quietly, tasks, running.jobs))
     trees = {
         agent: mine
-        for (_, together), (chosen, _) in zip(tasks, found, strict=True)
+        for (_, together), (chosen, _) in zip(tasks, per_task, strict=True)
         for agent, mine in zip(together, chosen, strict=True)
     }
-    return [trees[agent] for agent in agents], _joined(asked.settings, [facts for _, facts in found])
+    return [trees[agent] for agent in agents], _join_facts(asked.settings, [facts for _, facts in per_task])
 
 
-def _chosen(asked: Extraction, agents: list[int], running: Running) -> Iterates:
+def _choose_iterates(asked: Extraction, agents: list[int], running: Running) -> Iterates:
     """As `_iterates`, for agents whose iterates depend on one another."""
     selection = Selection(asked, agents, running)
     points = _rounds(asked.settings)(asked, agents, selection)
-    return selection.chosen(), {**selection.facts, "points": points}
+    return selection.choose_trees(), {**selection.facts, "points": points}
 
 
 def _quietly(asked: Extraction, agents: list[int]) -> Iterates:
-    return _chosen(asked, agents, QUIETLY)
+    return _choose_iterates(asked, agents, QUIETLY)
 
 
 def _rounds(settings: Settings) -> Callable[[Extraction, list[int], Selection], int]:
@@ -193,10 +195,10 @@ def _rounds(settings: Settings) -> Callable[[Extraction, list[int], Selection], 
     )
 
 
-def _joined(settings: Settings, facts: Sequence[dict[str, int]]) -> dict[str, int]:
+def _join_facts(settings: Settings, facts: Sequence[dict[str, int]]) -> dict[str, int]:
     """The facts of all; where agents are extracted one by one, only how long that went on."""
     last = {"stopped_after": max(each["stopped_after"] for each in facts)}
     if settings.together == AGENT and settings.algorithm != VIPER:
         return last
-    found = {name: value for each in facts for name, value in each.items()}
-    return {**found, **last, "points": sum(each["points"] for each in facts)}
+    merged = {name: value for each in facts for name, value in each.items()}
+    return {**merged, **last, "points": sum(each["points"] for each in facts)}

@@ -82,15 +82,15 @@ def bundle(algorithm: str, selection: str, share: str = NOTHING) -> dict[str, st
     """The settings that an algorithm's name stands for. `selection`: how an iterate is chosen; `share`: members of a
     team that share a tree play and choose together, where each would do so alone.
     """
-    found = {"labels": EXPERT, "selection_by": CHOSEN_BY[selection], **BUNDLES[algorithm]}
+    settings = {"labels": EXPERT, "selection_by": CHOSEN_BY[selection], **BUNDLES[algorithm]}
     if algorithm == BEST_RESPONSE and selection == RACE and not share:
-        found["selection_by"] = MEMBER
+        settings["selection_by"] = MEMBER
     if share == TEAM:
-        found |= {name: TEAM for name in ("rollouts_by", "selection_by") if found[name] == AGENT}
-    return found
+        settings |= {name: TEAM for name in ("rollouts_by", "selection_by") if settings[name] == AGENT}
+    return settings
 
 
-def grouped(world: World, by: str, agents: Sequence[int]) -> list[list[int]]:
+def group_agents(world: World, by: str, agents: Sequence[int]) -> list[list[int]]:
     """Some agents in the groups that a setting makes of them, in the world's order."""
     if by == AGENT:
         return [[agent] for agent in agents]

@@ -16,7 +16,7 @@ from maviper.experts.expert import Expert, labels
 from maviper.extraction.dataset import Dataset
 from maviper.extraction.growth.growing import Growth
 from maviper.extraction.settings import Settings
-from maviper.worlds import ParticleWorld, World, built_in
+from maviper.worlds import ParticleWorld, World, find_built_in
 from maviper.worlds.games.features import DERIVED, SEPARATOR
 from maviper.worlds.world import Int
 
@@ -37,7 +37,7 @@ def helpful_features(world: ParticleWorld, expert: Expert, settings: Settings) -
         accuracy: dict[str, float] = {}
         for group in DERIVED:
             try:
-                wide = built_in(f"{world.name},features={SEPARATOR.join([*chosen, group])}")
+                wide = find_built_in(f"{world.name},features={SEPARATOR.join([*chosen, group])}")
             except InputError:  # it is there already, or adds nothing
                 continue
             accuracy[group] = _right(wide, wide.observe(state), wanted, held, settings)
@@ -54,8 +54,8 @@ def _right(world: World, observations: tuple[Float32, ...], wanted: Int, held: i
     shape = wanted[~held].shape
     known = Dataset(tuple(seen[~held] for seen in observations), wanted[~held], np.ones(shape), np.ones(shape, bool))
     ones = [np.ones(len(known), dtype=np.int64)] * len(observations)
-    found = []
+    shares = []
     for agent, seen in enumerate(observations):
         (tree,) = growth.team([agent], known, ones, [settings.seed] * len(observations), 0)
-        found.append((tree.action[ir.apply(tree, seen[held])] == wanted[held, agent]).mean())
-    return float(np.mean(found))
+        shares.append((tree.action[ir.apply(tree, seen[held])] == wanted[held, agent]).mean())
+    return float(np.mean(shares))

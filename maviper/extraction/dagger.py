@@ -20,17 +20,17 @@ from maviper.episodes.likeness import likeness
 from maviper.episodes.play import Controller
 from maviper.episodes.trees import agent_policies, among
 from maviper.experts.wrapped import critic_of
-from maviper.extraction.bundles import AGENT, ALL, EQUAL, EXPERT, EXPERTS, NO_VOTES, OWN, RESPONSE, TEAM, grouped
+from maviper.extraction.bundles import AGENT, ALL, EQUAL, EXPERT, EXPERTS, NO_VOTES, OWN, RESPONSE, TEAM, group_agents
 from maviper.extraction.dataset import Dataset, Met, collect, resample
 from maviper.extraction.examples import counts_of
 from maviper.extraction.extraction import Extraction
-from maviper.extraction.growth.growing import Growth, Part, pooled
+from maviper.extraction.growth.growing import Growth, Part, pool_points
 from maviper.extraction.growth.lawful import Labelled, lawful
 from maviper.extraction.growth.replies import Replies
 from maviper.extraction.growth.weights import iviper_weights, maviper_weights
 from maviper.extraction.journal import NOTHING_KEPT, Arrays, pack_trees, unpack_trees
 from maviper.extraction.selection.selection import Selection
-from maviper.extraction.selection.stack import merged
+from maviper.extraction.selection.stack import merge_leaves
 from maviper.extraction.settings import Settings
 from maviper.worlds import World
 from maviper.worlds.world import Int
@@ -46,33 +46,36 @@ def dagger(asked: Extraction, agents: Sequence[int], selection: Selection) -> in
     examples.
     """
     settings = asked.settings
-    parties = grouped(asked.world, settings.rollouts_by, agents)
+    parties = group_agents(asked.world, settings.rollouts_by, agents)
     names = [""] if len(parties) == 1 else [f"-{place}" for place in range(len(parties))]
     kind = _Responding if settings.labels == RESPONSE else _Group
     groups = [kind(asked, party, name) for party, name in zip(parties, names, strict=True)]
     growers = _growers(asked, groups)
     for iteration in range(settings.iterations):
-        met = [group.play(iteration, _told(selection, place, len(groups))) for place, group in enumerate(groups)]
+        met = [
+            group.play(iteration, _tell_of_weighing(selection, place, len(groups)))
+            for place, group in enumerate(groups)
+        ]
         if settings.rollouts_by != EXPERTS:
-            selection.met(_values(met), float(np.mean([each.fidelity for each in met])))
+            selection.note_rollouts(_values(met), float(np.mean([each.fidelity for each in met])))
         trees: dict[int, GrownTree] = {}
         figures: dict[str, float] = {}
         for grower in growers:
             trees |= grower.grow(iteration)  # lines 5 and 6
             figures |= grower.figures
-        selection.grown(figures)
+        selection.note_growth(figures)
         if selection.offer([trees[agent] for agent in agents]):
             break
     return sum(group.points for group in groups)
 
 
-def _told(selection: Selection, place: int, count: int) -> Callable[[float], None]:
+def _tell_of_weighing(selection: Selection, place: int, count: int) -> Callable[[float], None]:
     """Tells of the share of a round's points that is weighed, these being the group at a place."""
 
-    def told(share: float) -> None:
+    def tell(share: float) -> None:
         selection.underway(WEIGHING * (place + share) / count, "weighing the states of a round")
 
-    return told
+    return tell
 
 
 def _values(met: Sequence[Met]) -> dict[str, Float64]:
@@ -117,7 +120,7 @@ class _Group:
             return np.concatenate(columns, axis=1)
 
         given = (asked.world, asked.expert, self.controllers, self.agents, seeds, weigh)
-        met = self.journal.met(f"{iteration:04d}-rollouts{self.name}", collect, *given)
+        met = self.journal.remember_rollouts(f"{iteration:04d}-rollouts{self.name}", collect, *given)
         self.data = met.data if self.data is None else self.data + met.data  # line 4
         return met
 
@@ -134,12 +137,12 @@ class _Group:
 
     def grow(self, iteration: int) -> dict[int, GrownTree]:
         """The next trees of the group, by agent."""
-        arrays = self.asked.journal.arrays(f"{iteration:04d}-trees{self.name}", self._grown, iteration)
+        arrays = self.asked.journal.arrays(f"{iteration:04d}-trees{self.name}", self._grow_trees, iteration)
         grown, self.figures = _trees_and_figures(self.asked.world, self.agents, arrays)
         self.take(grown)
         return grown
 
-    def _grown(self, iteration: int) -> Arrays:
+    def _grow_trees(self, iteration: int) -> Arrays:
         """The next trees, and figures of their growth."""
         known = self.known
         given = (self.asked.world, known, self.asked.settings, self.growth, self.agents, iteration)
@@ -169,7 +172,7 @@ class _Responding(_Group):
 
     def columns(self, observations: tuple[Float32, ...], state: Any, wanted: Int) -> Iterator[Float64]:
         """Keeps the states. Every point weighs the same until there are trees to reply to."""
-        self.state = state if self.state is None else type(state).joined([self.state, state])
+        self.state = state if self.state is None else type(state).concatenate([self.state, state])
         yield np.ones((len(wanted), len(self.agents)))
 
     def take(self, trees: Mapping[int, GrownTree]) -> None:
@@ -177,17 +180,17 @@ class _Responding(_Group):
         super().take(trees)
         self.trees = dict(trees)
 
-    def _grown(self, iteration: int) -> Arrays:
+    def _grow_trees(self, iteration: int) -> Arrays:
         settings, world, present = self.asked.settings, self.asked.world, dict(self.trees)
-        units = grouped(world, TEAM if settings.share else AGENT, self.agents)
+        units = group_agents(world, TEAM if settings.share else AGENT, self.agents)
         first = iteration % len(units)
         for unit in [*units[first:], *units[:first]]:
-            trees, _ = grow_teams(world, self._taught(unit, present), settings, self.growth, unit, iteration)
+            trees, _ = grow_teams(world, self._label_replies(unit, present), settings, self.growth, unit, iteration)
             present |= dict(zip(unit, trees, strict=True))
         everything = dict.fromkeys(whole_teams(world, self.agents), 1.0)  # is kept: nobody votes
         return _with_figures(world, self.known, self.agents, [present[agent] for agent in self.agents], everything)
 
-    def _taught(self, unit: Sequence[int], present: Mapping[int, GrownTree]) -> Dataset:
+    def _label_replies(self, unit: Sequence[int], present: Mapping[int, GrownTree]) -> Dataset:
         """The points with the replies of some agents to the present trees, and with weights for these agents."""
         data, world = self.data, self.asked.world
         assert data is not None
@@ -223,13 +226,13 @@ class _Voters:
             fresh = group.data.since(int((self.whose == place).sum()))
             self.data = fresh if self.data is None else self.data + fresh
             self.whose = np.append(self.whose, np.full(len(fresh), place))
-        arrays = self.asked.journal.arrays(f"{iteration:04d}-trees{self.name}", self._grown, iteration)
+        arrays = self.asked.journal.arrays(f"{iteration:04d}-trees{self.name}", self._grow_trees, iteration)
         grown, self.figures = _trees_and_figures(self.asked.world, self.agents, arrays)
         for group in self.groups:
             group.take(grown)
         return grown
 
-    def _grown(self, iteration: int) -> Arrays:
+    def _grow_trees(self, iteration: int) -> Arrays:
         settings, world = self.asked.settings, self.asked.world
         assert self.data is not None
         lessons = self.groups[0].known.before(self.groups[0].points)
@@ -240,7 +243,7 @@ class _Voters:
             (agent,), known = group.agents, group.known
             rng = np.random.default_rng([settings.seed, agent, iteration])  # the draws that it has without votes
             mine, counts = np.isin(whose, (place, EVERYBODY)), np.zeros(len(whose), dtype=np.int64)
-            counts[mine] = _drawn(known.weights[:, 0], known.alive[:, agent], settings, rng)
+            counts[mine] = _draw_counts(known.weights[:, 0], known.alive[:, agent], settings, rng)
             seeds[agent] = int(rng.integers(2**31, size=1)[0])
             labels = np.ascontiguousarray(data.labels[:, agent])
             parts.append(Part(agent, data.observations[agent], labels, counts, data.alive[:, agent] & mine))
@@ -257,7 +260,7 @@ def _growers(asked: Extraction, groups: Sequence[_Group]) -> Sequence[_Group | _
     if settings.rollouts_by != AGENT or settings.least_right == NO_VOTES:
         return groups
     mine = {agent: group for group in groups for agent in group.agents}
-    teams = grouped(asked.world, TEAM, sorted(mine))
+    teams = group_agents(asked.world, TEAM, sorted(mine))
     return [_Voters(asked, [mine[agent] for agent in team], f"-team-{place}") for place, team in enumerate(teams)]
 
 
@@ -333,11 +336,11 @@ def grow_teams(
     whose = [] if together else agents  # data or labels of its own, draws of its own
     rng = np.random.default_rng([settings.seed, *whose, iteration])
     columns = zip(agents, data.weights.T, strict=True)
-    counts = {agent: _drawn(column, data.alive[:, agent], settings, rng) for agent, column in columns}
+    counts = {agent: _draw_counts(column, data.alive[:, agent], settings, rng) for agent, column in columns}
     seeds = dict(zip(agents, map(int, rng.integers(2**31, size=len(agents))), strict=True))
     trees: dict[int, GrownTree] = {}
     shares: dict[str, float] = {}
-    for members in grouped(world, TEAM, agents):
+    for members in group_agents(world, TEAM, agents):
         kept: list[float] = []
         grown = growth.team(members, data, counts, seeds, settings.votes_of(len(members)), kept)
         trees |= dict(zip(members, _legally(world, data, members, grown), strict=True))
@@ -347,18 +350,18 @@ def grow_teams(
 
 def _legally(world: World, data: Dataset, members: Sequence[int], trees: Sequence[GrownTree]) -> list[GrownTree]:
     """The trees of a team as they may play: with legal actions only. Those who share a tree still do."""
-    found: list[GrownTree] = []
+    legal_trees: list[GrownTree] = []
     for agent, tree in zip(members, trees, strict=True):
         mask, sharing = world.mask(agent), [other for other, its in zip(members, trees, strict=True) if its is tree]
         if mask is None or sharing[0] != agent:
-            found.append(tree if mask is None else found[members.index(sharing[0])])
+            legal_trees.append(tree if mask is None else legal_trees[members.index(sharing[0])])
             continue
-        points = pooled(data, sharing, dict(enumerate(data.alive.T.astype(np.int64))))
+        points = pool_points(data, sharing, dict(enumerate(data.alive.T.astype(np.int64))))
         known = Labelled(points.obs[points.alive], points.labels[points.alive])
-        found.append(lawful(merged(tree), mask, known))
-    return found
+        legal_trees.append(lawful(merge_leaves(tree), mask, known))
+    return legal_trees
 
 
-def _drawn(column: Float64, alive: ir.Bool, settings: Settings, rng: np.random.Generator) -> Int:
+def _draw_counts(column: Float64, alive: ir.Bool, settings: Settings, rng: np.random.Generator) -> Int:
     """How often an agent's data hold each point: where all states weigh the same, nothing needs to be drawn."""
     return counts_of(column) if settings.weights == EQUAL else resample(column, alive, settings.max_samples, rng)

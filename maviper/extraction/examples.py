@@ -17,7 +17,7 @@ import numpy as np
 from codegen.ir import Bool, Float32, Float64, GrownTree
 from maviper.experts.expert import AS_GIVEN, Expert
 from maviper.extraction.dataset import Dataset
-from maviper.extraction.selection.stack import stacked
+from maviper.extraction.selection.stack import stack_trees
 from maviper.worlds import World
 from maviper.worlds.world import Int
 from verify.claims.formula import Formula, Or
@@ -41,14 +41,14 @@ class Lesson:
     def __len__(self) -> int:
         return len(self.labels)
 
-    def fulfilled(self, world: World, trees: Mapping[int, GrownTree]) -> Bool:
+    def meets_claim(self, world: World, trees: Mapping[int, GrownTree]) -> Bool:
         """Where the team fulfils the claim with these trees (agent -> tree), all others acting as labelled, [n]."""
         actions = {}
         for agent, name in enumerate(world.agents):
             acted = self.labels[:, agent]
             if agent in trees:
                 only = np.zeros(len(self), dtype=np.int64)
-                acted = stacked(world, agent, [trees[agent]]).act(only, self.observations[agent])
+                acted = stack_trees(world, agent, [trees[agent]]).act(only, self.observations[agent])
             actions[name] = acted.astype(np.int32)
         return Batch(self.columns, len(self)).holds(self.claim, actions)
 
@@ -94,10 +94,10 @@ class Examples:
         everybody = np.ones(labels.shape, dtype=bool)
         return Dataset(observations, labels, np.stack(ours, axis=1), everybody) + replace(data, weights=theirs)
 
-    def fulfilled(self, world: World, trees: Mapping[int, GrownTree]) -> float:
+    def measure_claims(self, world: World, trees: Mapping[int, GrownTree]) -> float:
         """The share of all states in which their teams fulfil the claims with these trees; 1 without states."""
-        found = [lesson.fulfilled(world, trees) for lesson in self.lessons]
-        return float(np.concatenate(found).mean()) if found else 1.0
+        per_lesson = [lesson.meets_claim(world, trees) for lesson in self.lessons]
+        return float(np.concatenate(per_lesson).mean()) if per_lesson else 1.0
 
     @property
     def facts(self) -> dict[str, int | str]:
@@ -182,8 +182,8 @@ class _Asked:
         if not rows.size:
             return np.zeros(0)
         seen, given = [each[rows] for each in self.observations], np.full((1, joint.shape[1]), AS_GIVEN)
-        found = [self.expert.q(agent, seen, self.state[rows], given, joint)[:, 0] for agent in self.members]
-        return np.mean(found, axis=0)
+        q_values = [self.expert.q(agent, seen, self.state[rows], given, joint)[:, 0] for agent in self.members]
+        return np.mean(q_values, axis=0)
 
 
 def _moves(sizes: Sequence[int]) -> Iterator[list[tuple[int, ...]]]:

@@ -32,7 +32,7 @@ def fitted_q(asked: Extraction, everybody: Sequence[int], selection: Selection) 
     Episodes and rounds are made again when a run goes on: together they take seconds.
     """
     world, settings = asked.world, asked.settings
-    played = collected(world, asked.expert, settings)
+    played = collect_episodes(world, asked.expert, settings)
     agents = [_Agent(world, index, played, settings) for index in everybody]
     for _ in range(settings.iterations):
         if selection.offer([agent.round() for agent in agents]):
@@ -40,7 +40,7 @@ def fitted_q(asked: Extraction, everybody: Sequence[int], selection: Selection) 
     return sum(int(episodes.alive.any(axis=2).sum()) for episodes in played)
 
 
-def collected(world: World, expert: Expert, settings: Settings) -> list[Episodes]:
+def collect_episodes(world: World, expert: Expert, settings: Settings) -> list[Episodes]:
     """The episodes that Q is fitted to: the expert's, a share `explore` of whose actions are uniform."""
     player: Controller = expert
     if settings.explore:
@@ -80,7 +80,7 @@ class _Agent:
             acted.append(episodes.actions[..., index][mine])
             paid.append(np.stack([world.rewards(state)[:, index] for state in episodes.states[1:]])[mine])
             goes_on.append(~np.stack([world.terminated(state)[:, index] for state in episodes.states[1:]])[mine])
-        self.seen, self.following = (binned(np.concatenate(parts)) for parts in (seen, following))
+        self.seen, self.following = (bin_observations(np.concatenate(parts)) for parts in (seen, following))
         self.acted, self.reward, self.goes_on = map(np.concatenate, (acted, paid, goes_on))
         self.tree: Any = None
 
@@ -105,7 +105,7 @@ class _Agent:
         return np.concatenate([seen.astype(np.float64), one_hot], axis=1)
 
 
-def binned(obs: np.ndarray) -> Int:
+def bin_observations(obs: np.ndarray) -> Int:
     """The bin of every number, [n, n_features] from 0 to 9."""
     return np.searchsorted(EDGES, obs.astype(np.float64), side="right")
 

@@ -42,15 +42,15 @@ class Journal:
             except SafetensorError:
                 advice = "remove it; what follows it is done again"
                 raise InputError("a step of the run is damaged", str(place), advice) from None
-        found = compute(*arguments)
-        runs.write(place, save({key: np.ascontiguousarray(array) for key, array in found.items()}))
-        return found
+        computed = compute(*arguments)
+        runs.write(place, save({key: np.ascontiguousarray(array) for key, array in computed.items()}))
+        return computed
 
     def trees(self, name: str, compute: Callable[..., Sequence[GrownTree]], *arguments: Any) -> list[GrownTree]:
         """As `arrays`, for a step whose result is some trees."""
         return unpack_trees(self.arrays(name, lambda: pack_trees(compute(*arguments))))
 
-    def met(self, name: str, compute: Callable[..., Met], *arguments: Any) -> Met:
+    def remember_rollouts(self, name: str, compute: Callable[..., Met], *arguments: Any) -> Met:
         """As `arrays`, for rollouts."""
         return Met.of(self.arrays(name, lambda: compute(*arguments).arrays()))
 
@@ -74,8 +74,8 @@ def pack_trees(trees: Sequence[GrownTree]) -> dict[str, np.ndarray]:
 def unpack_trees(arrays: Arrays) -> list[GrownTree]:
     """The trees of `pack_trees`."""
     places = sorted({key.partition(".")[0] for key in arrays})
-    found: list[GrownTree] = []
+    trees: list[GrownTree] = []
     for place in places:
         kind = SummedTree if f"{place}.tests" in arrays else GrownTree
-        found.append(kind(*(arrays[f"{place}.{item.name}"] for item in fields(kind))))
-    return found
+        trees.append(kind(*(arrays[f"{place}.{item.name}"] for item in fields(kind))))
+    return trees

@@ -18,7 +18,7 @@ from maviper.episodes.measures import Estimate
 from maviper.episodes.play import Controller
 from maviper.episodes.trees import among
 from maviper.evaluation import held_out
-from maviper.evaluation.held_out import evaluated
+from maviper.evaluation.held_out import evaluate_trees
 from maviper.experts.expert import Expert
 from maviper.experts.wrapped import critic_of, reward_weighed_by
 from maviper.extraction.bundles import BUNDLES, DESCRIBED, NO_VOTES, PARTS
@@ -55,7 +55,7 @@ def finalist_score(world: World, expert: Expert, settings: Settings, agents: Seq
     """The mean ratio of the teams to the expert, on episodes that no extraction with these settings has seen: to choose
     among extraction seeds.
     """
-    world = settings.judged(world)
+    world = settings.judge_world(world)
     seeds = settings.episodes(measures.SELECTION_SEEDS)[-held_out.EVALUATION_EPISODES :]
     experts: list[Controller] = [expert] * len(world.agents)
     ours = measures.evaluate_teams(world, among(world, agents, experts), experts, seeds)
@@ -85,7 +85,7 @@ def profile_of(
     unsaid += [name for name in PARTS if name not in settings.changed and not (name == "least_right" and counted)]
     for name in ("seed", "preset", "algorithm", *unsaid):
         del training[name]
-    reached, visited = evaluated(world, agents, expert)
+    reached, visited = evaluate_trees(world, agents, expert)
     provenance = ir.Provenance(
         algorithm=settings.algorithm,
         preset=settings.preset,

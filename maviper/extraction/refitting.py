@@ -18,7 +18,7 @@ from codegen.form.layout import layout
 from codegen.intervals import Share
 from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash
-from codegen.wording import counted
+from codegen.wording import format_count
 from maviper.console import Console
 from maviper.evaluation import comparison, held_out
 from maviper.evaluation.players import EXPERT, Player
@@ -33,8 +33,8 @@ from verify.claims.region import Region
 from verify.claims.uncertified.starts import everywhere
 from verify.question import Question
 from verify.states.failures import fails
-from verify.states.shares import SAMPLE_SEED, SAMPLES, unbounded, violating
-from verify.states.state import observed, sample
+from verify.states.shares import SAMPLE_SEED, SAMPLES, find_unbounded, violating
+from verify.states.state import observe_state, sample
 from verify.subjects import Game
 
 COST_FILE = "refit.json"
@@ -78,7 +78,7 @@ def task_of(paths: Sequence[Path], world: World, expert: Expert, console: Consol
             if left_out
             else ""
         )
-        told = f"{counted(len(one.states), 'state')} violating {one.claim.shown} of the {one.claim.team}{lost}"
+        told = f"{format_count(len(one.states), 'state')} violating {one.claim.shown} of the {one.claim.team}{lost}"
         console.line("examples", told)
         lessons.append(lesson)
     if not any(map(len, lessons)):
@@ -97,7 +97,7 @@ def _lesson(world: ParticleWorld, expert: Expert, failing: Failing) -> Lesson:
     for row, state in enumerate(failing.states):
         if state.errors:
             for rows, policy in zip(seen, policies.agents, strict=True):
-                rows[row] = observed(policies, policy, state)[0]
+                rows[row] = observe_state(policies, policy, state)[0]
     states = FailingStates(columns, tuple(seen), world_state)
     return lesson_of(world, expert, failing.claim.team, failing.claim.statement, states)
 
@@ -194,7 +194,7 @@ def _outcome(given: Failing, after: PolicyProfile, place: Path, expert: Player, 
     uniform = sample(region, world.spec, SAMPLES, SAMPLE_SEED)[0]
 
     def failures(profile: PolicyProfile | None) -> Share | None:
-        if profile is None or unbounded(region):
+        if profile is None or find_unbounded(region):
             return None
         return Share(int(violating(Question(Game(profile), claim, region), uniform).sum()), len(uniform))
 

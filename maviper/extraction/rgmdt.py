@@ -31,7 +31,7 @@ from maviper.extraction.growth.best_first import BestFirstTree
 from maviper.extraction.growth.histogram import BINS, Bins
 from maviper.extraction.growth.weights import ROWS_AT_ONCE, joint_actions, parts
 from maviper.extraction.selection.selection import Selection
-from maviper.extraction.selection.stack import merged
+from maviper.extraction.selection.stack import merge_leaves
 from maviper.extraction.settings import HISTOGRAM
 from maviper.worlds.world import Int
 
@@ -48,7 +48,7 @@ def rgmdt(asked: Extraction, agents: Sequence[int], selection: Selection) -> int
     controllers: Sequence[Controller] = [asked.expert] * len(world.agents)
     for iteration in range(settings.iterations):
         met = points.play(controllers, settings.rollout_episodes(iteration))
-        selection.met(met.values, met.fidelity)
+        selection.note_rollouts(met.values, met.fidelity)
         for agent in agents:
             trees[agent] = points.tree(agent, trees)
         if selection.offer([trees[agent] for agent in agents]):
@@ -70,13 +70,13 @@ class _Points:
         """More episodes, whose points join the others."""
         asked, states = self.asked, [] if self.state is None else [self.state]
 
-        def kept(observations: tuple[Float32, ...], state: Any, wanted: Int) -> Float64:
+        def keep_state(observations: tuple[Float32, ...], state: Any, wanted: Int) -> Float64:
             states.append(state)
             return np.ones((len(wanted), len(self.agents)))
 
-        met = collect(asked.world, asked.expert, controllers, self.agents, seeds, kept)
+        met = collect(asked.world, asked.expert, controllers, self.agents, seeds, keep_state)
         self.data = met.data if self.state is None else self.data + met.data
-        self.state = type(states[0]).joined(states)
+        self.state = type(states[0]).concatenate(states)
         return met
 
     def tree(self, agent: int, trees: Mapping[int, GrownTree]) -> GrownTree:
@@ -86,8 +86,8 @@ class _Points:
         seen, values = self.data.observations[agent][rows], self._values(agent, trees, rows)
         bins = Bins.of(seen, BINS if settings.splits == HISTOGRAM else len(seen) + 1)
         vectors = values - values.mean(axis=1, keepdims=True)
-        grown = BestFirstTree(bins.codes(seen), vectors, bins, settings.max_depth).grown(settings.leaves)
-        return merged(grown)
+        grown = BestFirstTree(bins.codes(seen), vectors, bins, settings.max_depth).grow_to(settings.leaves)
+        return merge_leaves(grown)
 
     def _values(self, agent: int, trees: Mapping[int, GrownTree], rows: Int) -> Float64:
         """Q of each of an agent's actions, [len(rows), n_actions]."""
@@ -98,8 +98,8 @@ class _Points:
         for other, policy in zip(others, policies, strict=True):
             acting[:, other] = ir.act(policy, data.observations[other][rows])
         joint = joint_actions(world, agent, [])
-        found = np.empty((len(rows), len(joint)))
+        q_values = np.empty((len(rows), len(joint)))
         for part in parts(slice(None), len(rows), max(1, ROWS_AT_ONCE // len(joint))):
             here = [seen[rows[part]] for seen in data.observations]
-            found[part] = expert.q(agent, here, self.state[rows[part]], joint, acting[part])
-        return found
+            q_values[part] = expert.q(agent, here, self.state[rows[part]], joint, acting[part])
+        return q_values

@@ -18,10 +18,10 @@ from typing import Any, NamedTuple
 
 from codegen import ir, policy_json
 from codegen.errors import InputError
-from codegen.wording import counted
+from codegen.wording import format_count
 from maviper.console import Console, LiveLine
-from maviper.episodes.measures import ratio, shown
-from maviper.evaluation.held_out import measured_of
+from maviper.episodes.measures import format_estimate, ratio
+from maviper.evaluation.held_out import read_measure
 from maviper.experts.cards import how_learned
 from maviper.experts.expert import Expert
 from maviper.experts.finding import find_expert, seeing
@@ -39,8 +39,8 @@ from maviper.files import resuming, runs
 from maviper.files.alone import working_alone
 from maviper.files.jobs import side_by_side
 from maviper.files.profiles import version
-from maviper.files.seeds import Scored, best_of, ensure_counts, folder_of, resumed
-from maviper.options import ExtractOptions, completed
+from maviper.files.seeds import Scored, best_of, ensure_counts, folder_of, is_resumed
+from maviper.options import ExtractOptions, complete_options
 from maviper.worlds import ParticleWorld, World
 from maviper.worlds.naming import with_names
 
@@ -72,7 +72,7 @@ def request(options: Mapping[str, Any], command: str = "maviper.extract") -> Req
     """The options of the verb as a request. TypeError for an option that there is not, InputError for a value that it
     cannot have.
     """
-    given, settings = part_settings(completed(ExtractOptions, options))
+    given, settings = part_settings(complete_options(ExtractOptions, options))
     ensure_counts(given["seeds"], given["jobs"])
     return Request(**given, settings=settings, command=command)
 
@@ -92,7 +92,7 @@ def _find(expert: str, options: Request, console: Console) -> Found:
     seen = "" if features == AUTOMATIC else features
     loaded, world = find_expert(expert, options.critic, options.world, seen, giving=True)
     settings = Settings.of(options.settings, world)
-    settings.judged(world)  # whether there is such a measure
+    settings.judge_world(world)  # whether there is such a measure
     if features == AUTOMATIC:
         features = helpful_features(world, loaded, settings) if isinstance(world, ParticleWorld) else ""
         console.line("features", features or "none helps")
@@ -115,16 +115,16 @@ def extract_named(expert: str, output: Path | None, options: Request, console: C
         if output is not None:
             runs.target(output)  # before the work, not after it
         profile = extract_live(asked, console, jobs)
-        return profile if output is None else _written(output, profile, console, asked, options.command)
-    resuming.resumable(partial(runs.begun, output))
+        return profile if output is None else _write_profile(output, profile, console, asked, options.command)
+    resuming.resumable(partial(runs.holds_run, output))
     task = _Task(output, asked, options.critic, options.command, resume, console.quiet)
     if seeds == 1:
         profile = _run(task, console, jobs)
-        return _written(output / runs.PROFILE_FILE, profile, console, asked, options.command)
+        return _write_profile(output / runs.PROFILE_FILE, profile, console, asked, options.command)
     say_expert(asked.expert, asked.world, console)
     best = _best_of_seeds(task, seeds, jobs, console)
     say_measured(best, asked.world, console)
-    return _written(output / runs.PROFILE_FILE, best, console, asked, options.command)
+    return _write_profile(output / runs.PROFILE_FILE, best, console, asked, options.command)
 
 
 @dataclass(frozen=True)
@@ -145,9 +145,9 @@ def _best_of_seeds(task: _Task, count: int, jobs: int, console: Console) -> ir.P
     runs.folder(task.folder)
     seeds, tasks = range(first, first + count), []
     for seed in seeds:
-        folder, settings = folder_of(task.folder, seed), replace(asked.settings, seed=seed).checked()
+        folder, settings = folder_of(task.folder, seed), replace(asked.settings, seed=seed).validate()
         one = asked._replace(settings=settings)
-        tasks.append((replace(task, folder=folder, asked=one, resume=resumed(folder, task.resume)),))
+        tasks.append((replace(task, folder=folder, asked=one, resume=is_resumed(folder, task.resume)),))
 
     def score(profile: ir.PolicyProfile) -> Scored:
         return Scored(finalist_score(asked.world, asked.expert, asked.settings, profile.agents))
@@ -177,7 +177,9 @@ def _run(task: _Task, console: Console | None = None, jobs: int = 1) -> ir.Polic
     return profile
 
 
-def _written(place: Path, profile: ir.PolicyProfile, console: Console, asked: Found, command: str) -> ir.PolicyProfile:
+def _write_profile(
+    place: Path, profile: ir.PolicyProfile, console: Console, asked: Found, command: str
+) -> ir.PolicyProfile:
     """The profile as a file, and what counterexamples did to it, where it learned from any."""
     files = {place.name: policy_json.dumps(profile)}
     if asked.lessons.failing:
@@ -216,8 +218,8 @@ def say_stopped(profile: ir.PolicyProfile, console: Console) -> None:
     """That an extraction stopped early, if it did."""
     told = profile.provenance.training
     if int(told["stopped_after"]) < int(told["iterations"]):
-        why = f"no significant improvement in {counted(int(told['patience']), 'round')}"
-        rounds = counted(int(told["iterations"]), "round")
+        why = f"no significant improvement in {format_count(int(told['patience']), 'round')}"
+        rounds = format_count(int(told["iterations"]), "round")
         console.line("stopped", f"after {told['stopped_after']} of {rounds}: {why} (--patience)")
 
 
@@ -249,9 +251,9 @@ class Stages:
             runs.write(self.metrics, "".join(self._lines))
         label = progress.stage if progress.stage == EXTRACTING else f"{progress.stage} {'+'.join(progress.measured)}"
         live = self._line(label, progress.stage, progress.total)
-        best = ", ".join(f"{team} {shown(found)}" for team, found in progress.measured.items())
+        best = ", ".join(f"{team} {format_estimate(estimate)}" for team, estimate in progress.measured.items())
         agreed = "" if progress.fidelity is None else f"  fidelity {progress.fidelity:.2f}"
-        self._best = f"best {best}{agreed}  {counted(progress.leaves, 'leaf')}"
+        self._best = f"best {best}{agreed}  {format_count(progress.leaves, 'leaf')}"
         live.update(progress.done, self._best)
         self._since = time.monotonic()
 
@@ -271,8 +273,8 @@ def say_measured(profile: ir.PolicyProfile, world: World, console: Console) -> N
         parts = []
         for measure in world.measures:
             if measure.name == name:
-                ours, theirs = measured_of(measured, measure)
-                found = ratio(measure, ours, theirs)
-                text = "no ratio" if found is None else f"ratio {found:.2f}"
+                ours, theirs = read_measure(measured, measure)
+                relative = ratio(measure, ours, theirs)
+                text = "no ratio" if relative is None else f"ratio {relative:.2f}"
                 parts.append(f"{measure.team} {ours:.3f} (expert {theirs:.3f}, {text})")
         console.line("measured", f"{name}: {'; '.join(parts)}, {measured['episodes']} held-out episodes")

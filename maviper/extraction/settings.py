@@ -41,7 +41,7 @@ from maviper.extraction.bundles import (
     VIPER,
     WEIGHTS,
     bundle,
-    grouped,
+    group_agents,
     wider,
 )
 from maviper.options import ExtractOptions, table_of
@@ -160,9 +160,9 @@ class Settings:
         usual |= bundle(algorithm, selection, said.get("share", NOTHING)) if selection in SELECTIONS else {}
         if world is not None and world.outputs:
             usual |= {"leaf": CONSTANT, "weights": EQUAL, "least_right": NO_VOTES, "refinement": 0}
-        return Settings(**{**usual, **said})._ensured()
+        return Settings(**{**usual, **said})._ensure_usable()
 
-    def filled(self) -> "Settings":
+    def fill_parts(self) -> "Settings":
         """The settings, with what the algorithm's name stands for where nothing else was asked for."""
         usual = bundle(self.algorithm, self.selection, self.share)
         return replace(self, **{name: getattr(self, name) or usual[name] for name in PARTS})
@@ -182,8 +182,8 @@ class Settings:
     def together(self) -> str:
         """Whose iterates depend on one another: of such agents there is one loop of rounds."""
         voting = AGENT if self.least_right == NO_VOTES else TEAM
-        found = wider(voting, wider(self.rollouts_by, self.selection_by))
-        return TEAM if found == MEMBER else found
+        widest = wider(voting, wider(self.rollouts_by, self.selection_by))
+        return TEAM if widest == MEMBER else widest
 
     def votes_of(self, team: int) -> int:
         """How many right predictions a point needs in a team of so many: at least `least_right`, a share rounded up."""
@@ -201,11 +201,11 @@ class Settings:
         """The name of what a world's teams are judged by; "": each by its first measure."""
         return self.measure or (PAPER_MEASURES.get(world.spec.name, "") if self.preset == PAPER else "")
 
-    def judged(self, world: World) -> World:
+    def judge_world(self, world: World) -> World:
         """The world, its teams judged as these settings say; UnknownNameError for a measure that it has not."""
-        return world.judged_by(self.measure_in(world))
+        return world.judge_by(self.measure_in(world))
 
-    def resolved(self, world: World) -> "Settings":
+    def deal_budget(self, world: World) -> "Settings":
         """The settings with a budget dealt out; InputError where it is too small for one iteration.
 
         Half of it, at most MAX_ROLLOUTS episodes, goes to rollouts, in iterations whose number is the root of a fifth
@@ -215,7 +215,7 @@ class Settings:
         if not self.budget:
             return self
         agents = range(1 if self.algorithm == VIPER else len(world.agents))
-        runs, loops = (len(grouped(world, by, agents)) for by in (self.rollouts_by, self.together))
+        runs, loops = (len(group_agents(world, by, agents)) for by in (self.rollouts_by, self.together))
         alone = self.selection_by == AGENT  # then candidates are scored for each agent, otherwise for each team
         sides = len(agents) if alone else len(world.teams)
         plain = not self.max_leaves and not self.share and not self.leaf and self.splits not in SUMMED
@@ -247,12 +247,12 @@ class Settings:
         first = self.episodes(measures.ROLLOUT_SEEDS).start + before + iteration * self.rollouts
         return range(first, first + self.rollouts)
 
-    def checked(self) -> "Settings":
-        """The settings, `filled`; InputError or UnknownNameError when one cannot be used."""
+    def validate(self) -> "Settings":
+        """The settings, filled in; InputError or UnknownNameError when one cannot be used."""
         self._check_names({"algorithm": KNOWN, "preset": PRESETS, "selection": SELECTIONS})
-        return self.filled()._ensured()
+        return self.fill_parts()._ensure_usable()
 
-    def _ensured(self) -> "Settings":
+    def _ensure_usable(self) -> "Settings":
         self._check_names({"algorithm": KNOWN, "preset": PRESETS, "splits": SPLITS, "selection": SELECTIONS})
         self._check_names({"share": SHARES, "leaf": LEAVES})
         self._check_names({"labels": LABELS, "rollouts_by": ROLLOUTS_BY})

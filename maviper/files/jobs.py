@@ -43,7 +43,7 @@ def as_they_come(function: Callable[..., Any], arguments: Iterable[Sequence[Any]
     from joblib.externals.loky.process_executor import TerminatedWorkerError
 
     try:
-        yield from _ended(function, arguments, n_jobs=jobs)
+        yield from _iterate_results(function, arguments, n_jobs=jobs)
     except TerminatedWorkerError:
         advice = "is there memory for so many? what is finished is kept: run the command again"
         raise MissingToolError("a process that worked for this one was killed", f"--jobs {jobs}", advice) from None
@@ -67,7 +67,7 @@ def on_dask(function: Callable[..., Any], arguments: Iterable[Sequence[Any]], sc
     log.setLevel(logging.CRITICAL)  # what goes wrong is told below, in one line
     try:
         with client, parallel_config(backend="dask", client=client):
-            yield from _ended(function, arguments)
+            yield from _iterate_results(function, arguments)
     except (CancelledError, OSError) as error:  # the latter is also a TimeoutError, of the first worker
         what = "no worker came" if isinstance(error, TimeoutError) else "the connection to the Dask scheduler is lost"
         raise MissingToolError(what, address, "what is finished is kept: run the command again") from None
@@ -78,7 +78,7 @@ def on_dask(function: Callable[..., Any], arguments: Iterable[Sequence[Any]], sc
         log.setLevel(before)
 
 
-def _ended(function: Callable[..., Any], arguments: Iterable[Sequence[Any]], **how: Any) -> Iterator[Any]:
+def _iterate_results(function: Callable[..., Any], arguments: Iterable[Sequence[Any]], **how: Any) -> Iterator[Any]:
     """The results, as they come."""
     from joblib import Parallel, delayed
 

@@ -81,6 +81,6 @@ def kind_of(data: bytes) -> Kind | None:
 
 def ensure(data: bytes, where: str, what: str, *wanted: Kind) -> None:
     """InputError where the bytes say that they are a document of ours that is not wanted. `what`: that is, in words."""
-    found = kind_of(data)
-    if found is not None and found not in wanted:
-        raise InputError(f"{found.called}, not {what}", where, found.taken)
+    kind = kind_of(data)
+    if kind is not None and kind not in wanted:
+        raise InputError(f"{kind.called}, not {what}", where, kind.taken)

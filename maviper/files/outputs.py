@@ -50,15 +50,15 @@ def write_set(folder: Path, files: Mapping[str, str | bytes], verb: Verb, keep: 
     `keep`: files that this run was given, which stay whatever their names. InputError as `runs.write` and `ensure_own`.
     """
     ensure_own(folder, files, verb)
-    kept, written, stale = {path.resolve() for path in keep}, _recorded(folder, verb.mark), list[Path]()
+    kept, written, stale = {path.resolve() for path in keep}, _read_record(folder, verb.mark), list[Path]()
     common = {name for name in files if not verb.code and not _of_form(name, verb)}
     recorded = {name: _digest(files[name]) for name in common if name in written or not (folder / name).exists()}
-    if _held(folder / verb.mark, verb.begins):
+    if _holds_pattern(folder / verb.mark, verb.begins):
         named = [path for path in folder.iterdir() if _of_form(path.name, verb) or path.name in written.keys() - common]
         stale = [path for path in named if path.resolve() not in kept]
     recorded |= {name: digest for name, digest in written.items() if folder / name not in stale and name not in files}
-    others = {one.mark: _recorded(folder, one.mark) for one in (VERIFY, REPAIR, DIFF) if one is not verb}
-    all_ = {mark: found for mark, found in {**others, verb.mark: recorded}.items() if found}
+    others = {one.mark: _read_record(folder, one.mark) for one in (VERIFY, REPAIR, DIFF) if one is not verb}
+    all_ = {mark: digests for mark, digests in {**others, verb.mark: recorded}.items() if digests}
     record = {RECORD: runs.as_json(all_)} if all_ else {}
     if files or stale:
         _write(folder, {**files, **record}, [*stale, *([] if record else [folder / RECORD])])
@@ -68,10 +68,10 @@ def ensure_own(folder: Path, files: Mapping[str, str | bytes], verb: Verb) -> No
     """InputError where a file would be written over another that no earlier run wrote, or that was changed since."""
     if verb.code:
         return
-    written = _recorded(folder, verb.mark)
+    written = _read_record(folder, verb.mark)
     for name, content in files.items():
         path, of_form = folder / name, _of_form(name, verb)
-        foreign = (name == verb.mark and not _held(path, verb.begins)) or not (of_form or name in written)
+        foreign = (name == verb.mark and not _holds_pattern(path, verb.begins)) or not (of_form or name in written)
         if foreign and path.exists() and _digest_of(path) != _digest(content):
             raise _foreign(path)
 
@@ -100,7 +100,7 @@ def _digest_of(path: Path) -> str:
     return ""
 
 
-def _recorded(folder: Path, mark: str) -> dict[str, str]:
+def _read_record(folder: Path, mark: str) -> dict[str, str]:
     """What runs of a verb wrote into a folder under common names, as far as it is as they wrote it: name -> SHA-256."""
     with contextlib.suppress(OSError, ValueError, KeyError, AttributeError, RecursionError):
         with (folder / RECORD).open("rb") as file:
@@ -116,7 +116,9 @@ def _write(folder: Path, files: Mapping[str, str | bytes], stale: Iterable[Path]
 
 def clear(folder: Path, verb: Verb, given: Iterable[Path]) -> bool:
     """Removes what an earlier run of the verb left, unless a file given is in the folder too; whether it did."""
-    if any(path.resolve().parent == folder.resolve() for path in given) or not _held(folder / verb.mark, verb.begins):
+    if any(path.resolve().parent == folder.resolve() for path in given) or not _holds_pattern(
+        folder / verb.mark, verb.begins
+    ):
         return False
     write_set(folder, {}, verb)
     return True
@@ -168,17 +170,17 @@ def write_questions(folder: Path, files: Mapping[str, str | bytes], kind: str) -
     """As `write_set`, for questions for other programs: of one kind of QUESTIONS."""
     pattern, begins = QUESTIONS[kind]
     paths = sorted(folder.iterdir()) if folder.is_dir() else []
-    _write(folder, files, [path for path in paths if re.fullmatch(pattern, path.name) and _held(path, begins)])
+    _write(folder, files, [path for path in paths if re.fullmatch(pattern, path.name) and _holds_pattern(path, begins)])
 
 
 def _removable(path: Path) -> bool:
     """Whether a file of a name of ours is one: of a region, only where it says that it was found."""
     if os.path.islink(path) or not os.path.isfile(path):  # noqa: PTH114, PTH113 - False, too, for a name that is too long
         return False
-    return path.suffix != ".toml" or _held(path, re.escape(FOUND))
+    return path.suffix != ".toml" or _holds_pattern(path, re.escape(FOUND))
 
 
-def _held(path: Path, begins: str) -> bool:
+def _holds_pattern(path: Path, begins: str) -> bool:
     """Whether a file is there, and its first bytes hold a pattern."""
     with contextlib.suppress(OSError), path.open("rb") as file:
         return re.search(begins, file.read(4_096).decode(errors="replace")) is not None

@@ -12,7 +12,7 @@ from codegen.errors import InputError
 from maviper.files import kinds, runs
 from verify.claims.region import Region
 from verify.claims.region_files import read_region
-from verify.claims.uncertified.starts import everywhere, observed_velocities
+from verify.claims.uncertified.starts import everywhere, find_observed_velocities
 
 MAX_REGION_BYTES = 2**20
 
@@ -30,4 +30,4 @@ def find_region(name: str, profile: ir.PolicyProfile) -> Region:
         raise InputError("not a readable region file", f"{name}: not UTF-8 text", "is this the right file?") from None
     # a file called start must not be taken for the start region when the report names it
     where = f"./{path.name}" if path.name == "start" else path.name
-    return read_region(source, profile.world, where, observed_velocities(profile))
+    return read_region(source, profile.world, where, find_observed_velocities(profile))

@@ -21,6 +21,6 @@ def forget() -> None:
     _runs.set(())
 
 
-def begun() -> bool:
+def has_begun() -> bool:
     """Whether the command that runs has begun a run that goes on with --resume."""
     return any(each() for each in _runs.get())

@@ -19,7 +19,7 @@ from typing import Any, BinaryIO, TypeVar
 
 import msgspec
 
-from codegen.errors import InputError, MaviperError, MissingToolError, shown, steers
+from codegen.errors import InputError, MaviperError, MissingToolError, escape_text, steers
 from maviper.files.scratch import scratch_file, scratch_folder
 
 CONFIG_FILE = "config.json"
@@ -34,7 +34,7 @@ PROFILE_FILE = "profile.json"  # wherever a policy lies among other files
 
 def write(path: Path, content: str | bytes) -> Path:
     """Writes a file atomically: a reader sees the old file or the new one, an interruption leaves the old one."""
-    folder(seen(path).parent)
+    folder(ensure_visible(path).parent)
     try:
         with scratch_file(path) as (place, file):
             _fill(file, content)
@@ -53,7 +53,7 @@ def _fill(file: BinaryIO, content: str | bytes) -> None:
 
 def create(path: Path, content: str | bytes) -> bool:
     """As `write`, where there is no file yet, else False: of several that try at once, one succeeds."""
-    folder(seen(path).parent)
+    folder(ensure_visible(path).parent)
     try:
         with scratch_file(path) as (place, file):
             _fill(file, content)
@@ -78,7 +78,7 @@ def write_all(folder_: Path, files: Mapping[str, str | bytes], gone: Sequence[st
     another once all are written, so that only a process killed within that moment can leave old ones among new ones.
     `gone`: names of files that are removed with that.
     """
-    fresh = not os.path.exists(seen(folder_))  # noqa: PTH110 - False, too, for a name that is too long
+    fresh = not os.path.exists(ensure_visible(folder_))  # noqa: PTH110 - False, too, for a name that is too long
     folder(folder_.parent if fresh else folder_)
     path = folder_
     try:
@@ -137,7 +137,7 @@ def _keep(path: Path, beside: Path) -> None:
 def room(path: Path) -> None:
     """Makes sure, before the work, that a folder can be made and written into later; nothing is left of that."""
     try:
-        missing = [each for each in (seen(path), *path.parents) if not each.exists()]
+        missing = [each for each in (ensure_visible(path), *path.parents) if not each.exists()]
     except OSError:  # folder says what is wrong
         missing = []
     folder(path)
@@ -154,10 +154,10 @@ def unwritten(path: Path, error: OSError) -> MaviperError:
     return InputError(what, where, "choose another folder with -o")
 
 
-def seen(path: Path) -> Path:
+def ensure_visible(path: Path) -> Path:
     """The path, unless it holds what nobody sees, such as the end of a line: errors, reports and commands show it."""
     if steers(str(path)):
-        raise InputError("the name of a file holds an invisible character", shown(path), "rename it")
+        raise InputError("the name of a file holds an invisible character", escape_text(path), "rename it")
     return path
 
 
@@ -171,7 +171,7 @@ def ensure_other(path: Path, given: Iterable[Path]) -> Path:
 def target(path: Path) -> Path:
     """Makes sure that a file can be written at `path` later: its folder exists and is writable, it is no folder."""
     try:
-        if seen(path).is_dir():
+        if ensure_visible(path).is_dir():
             raise InputError("the output is a folder, but a file is needed", str(path), f"-o {path / 'profile.json'}")
     except OSError as error:
         raise InputError(
@@ -193,7 +193,7 @@ def target(path: Path) -> Path:
 def folder(path: Path) -> Path:
     """Makes an output folder, with its parents."""
     try:
-        seen(path).mkdir(parents=True, exist_ok=True)
+        ensure_visible(path).mkdir(parents=True, exist_ok=True)
     except OSError as error:
         if error.errno in NO_ROOM:
             raise unwritten(path, error) from None
@@ -208,7 +208,7 @@ def folder(path: Path) -> Path:
 def read(path: Path, limit: int) -> bytes:
     """The bytes of an input file of at most `limit` bytes."""
     try:
-        if seen(path).stat().st_size > limit:
+        if ensure_visible(path).stat().st_size > limit:
             raise InputError("the file is too large", f"{path}: more than {limit} bytes", "is this the right file?")
         return path.read_bytes()
     except OSError as error:
@@ -234,13 +234,13 @@ def read_unpacked(path: Path, limit: int) -> bytes:
     return content
 
 
-def decoded(path: Path, limit: int, form: type[Form], what: str, advice: str) -> Form:
+def decode_file(path: Path, limit: int, form: type[Form], what: str, advice: str) -> Form:
     """A JSON input file of at most `limit` bytes as a msgspec struct. InputError that says `what` it is not."""
     data = read(path, limit)
     try:
         return msgspec.json.decode(data, type=form)
     except (msgspec.ValidationError, msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
-        raise InputError(what, f"{path}: {shown(error)}", advice) from None
+        raise InputError(what, f"{path}: {escape_text(error)}", advice) from None
 
 
 def as_json(content: Any) -> str:
@@ -248,7 +248,7 @@ def as_json(content: Any) -> str:
     return json.dumps(content, indent=2, sort_keys=True) + "\n"
 
 
-def begun(folder_: Path) -> bool:
+def holds_run(folder_: Path) -> bool:
     """Whether a folder holds a run, of one seed or of several: then `claim` lets nobody in without `resume`."""
     try:
         return any(place.exists() for place in (folder_ / CONFIG_FILE, *folder_.glob(f"seed-*/{CONFIG_FILE}")))
@@ -272,15 +272,15 @@ def claim(folder_: Path, config: Mapping[str, Any], same: Sequence[str], resume:
         advice = "continue it with --resume, or choose another folder with -o"
         raise InputError("the folder already holds a run", str(folder_), advice)
     try:
-        found = json.loads(read(place, MAX_CONFIG_BYTES))
-        differing = [key for key in same if found.get(key) != config[key]]
-        names = sorted({*config["settings"], *found["settings"]})
-        differing += [name for name in names if found["settings"].get(name) != config["settings"].get(name)]
-        command = str(found["command"])
+        stored = json.loads(read(place, MAX_CONFIG_BYTES))
+        differing = [key for key in same if stored.get(key) != config[key]]
+        names = sorted({*config["settings"], *stored["settings"]})
+        differing += [name for name in names if stored["settings"].get(name) != config["settings"].get(name)]
+        command = str(stored["command"])
     except (ValueError, LookupError, TypeError, AttributeError):
         raise InputError("not a readable run folder", str(place), "start again in another folder") from None
     if "format" in differing:
-        where = f"{place}: '{shown(str(found.get('format'))[:40])}', not {config['format']}"
+        where = f"{place}: '{escape_text(str(stored.get('format'))[:40])}', not {config['format']}"
         raise InputError("the run in the folder is of another version", where, "start again in another folder")
     if differing:
         where = f"{place}: {', '.join(differing)} differ"

@@ -27,43 +27,43 @@ _swept: set[str] = set()  # folders that this process has looked through
 @contextlib.contextmanager
 def scratch_file(target: Path) -> Generator[tuple[Path, BinaryIO]]:
     """An empty file beside `target`, open for writing; what is left of it at the end is removed. OSError."""
-    place = _named(target)  # before it is made, so that an interruption at any point knows what to remove
+    place = _name_scratch(target)  # before it is made, so that an interruption at any point knows what to remove
     lock = None
     try:
         while True:
             file = place.open("xb")
-            lock = _locked(file.fileno())
+            lock = _lock_file(file.fileno())
             if place.exists():  # nobody has swept it away between its making and its lock
                 break
-            _released(lock)
+            _release_lock(lock)
             file.close()
         with file:
             yield place, file
     finally:
         with contextlib.suppress(OSError):
             place.unlink()
-        _released(lock)
+        _release_lock(lock)
 
 
 @contextlib.contextmanager
 def scratch_folder(target: Path) -> Generator[Path]:
     """As `scratch_file`, a folder beside `target`."""
-    place = _named(target)
+    place = _name_scratch(target)
     lock = None
     try:
         while True:
             place.mkdir()
-            lock = _held(place)
+            lock = _lock_path(place)
             if place.exists():
                 break
-            _released(lock)
+            _release_lock(lock)
         yield place
     finally:
         shutil.rmtree(place, ignore_errors=True)
-        _released(lock)
+        _release_lock(lock)
 
 
-def _named(target: Path) -> Path:
+def _name_scratch(target: Path) -> Path:
     _sweep(target.parent)
     return target.parent / f".{target.name}.{os.getpid()}-{next(_serial)}.maviper.part"
 
@@ -82,27 +82,27 @@ def _sweep(folder: Path) -> None:
 
 def _remove_unheld(place: Path, folder: bool) -> None:
     """Removes scratch whose process is gone."""
-    lock = _held(place)
+    lock = _lock_path(place)
     if lock is None:
         return
     with contextlib.suppress(OSError):
         shutil.rmtree(place) if folder else place.unlink()
-    _released(lock)
+    _release_lock(lock)
 
 
-def _held(place: Path) -> int | None:
+def _lock_path(place: Path) -> int | None:
     """A lock on what is there; None where it is another's, or there are no locks."""
     try:
         opened = os.open(place, os.O_RDONLY)
     except OSError:
         return None
     try:
-        return _locked(opened)
+        return _lock_file(opened)
     finally:
         os.close(opened)
 
 
-def _locked(opened: int) -> int | None:
+def _lock_file(opened: int) -> int | None:
     """A lock on an open file that outlives its closing, until it is released."""
     if fcntl is None:
         return None
@@ -115,6 +115,6 @@ def _locked(opened: int) -> int | None:
     return lock
 
 
-def _released(lock: int | None) -> None:
+def _release_lock(lock: int | None) -> None:
     if lock is not None:
         os.close(lock)

@@ -36,7 +36,7 @@ def folder_of(run: Path, seed: int) -> Path:
     return run / f"seed-{seed}"
 
 
-def resumed(folder: Path, resume: bool) -> bool:
+def is_resumed(folder: Path, resume: bool) -> bool:
     """Whether the run of one seed goes on: its run of several does, and had come as far as this seed."""
     return resume and (folder / runs.CONFIG_FILE).exists()
 

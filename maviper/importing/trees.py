@@ -12,22 +12,22 @@ from functools import partial
 from pathlib import Path
 from typing import Unpack
 
-from codegen.errors import InputError, shown
+from codegen.errors import InputError, escape_text
 from codegen.importers import kinds as foreign
 from codegen.importers.origin import Names, Origin, Said, profile_of
 from codegen.ir import PolicyProfile
 from maviper.files import kinds, runs
-from maviper.importing.tying import Spoken, tied
-from maviper.options import ImportOptions, requested
+from maviper.importing.tying import Spoken, tie_trees
+from maviper.options import ImportOptions, make_request
 from maviper.worlds import WORLDS, find
-from maviper.worlds.outside.sources import named_by_user
+from maviper.worlds.outside.sources import is_named_by_user
 
 
 def import_trees(
     file: Path | None, agents: Mapping[str, Path] | None = None, **options: Unpack[ImportOptions]
 ) -> PolicyProfile:
     """The profile of the trees in a file, or in a file for each agent. InputError for what is not understood."""
-    asked = requested(ImportOptions, options)
+    asked = make_request(ImportOptions, options)
     plain = tuple(each for each in asked.feature_names or () if "=" not in each)
     outputs = tuple(asked.output_names or ())
     if outputs and (asked.scores or asked.action_names):
@@ -42,8 +42,8 @@ def import_trees(
         raise InputError("nothing or too much is given", "", "give a file, or --agents with a file for each agent")
     else:
         origins = {agent: _one(agent, path, said) for agent, path in agents.items()}
-    if asked.name in WORLDS or named_by_user(asked.name):
-        return tied(origins, find(asked.name, giving=True), Spoken(asked.feature_names, asked.action_names))
+    if asked.name in WORLDS or is_named_by_user(asked.name):
+        return tie_trees(origins, find(asked.name, giving=True), Spoken(asked.feature_names, asked.action_names))
     return profile_of(origins, names, asked.numbers)
 
 
@@ -56,16 +56,18 @@ def _read(path: Path, said: Said) -> dict[str, Origin]:
 def _beside(path: Path, name: str) -> bytes | None:
     """The content of a file in the folder of a source, or below it; None: there is none."""
     folder = path.resolve().parent
-    found = (folder / name).resolve()
-    if not found.is_relative_to(folder) or not found.is_file():
+    place = (folder / name).resolve()
+    if not place.is_relative_to(folder) or not place.is_file():
         return None
-    return runs.read(found, foreign.MAX_BYTES)
+    return runs.read(place, foreign.MAX_BYTES)
 
 
 def _one(agent: str, path: Path, said: Said) -> Origin:
     """The tree for one agent: the only one of a file, or the one that is named like the agent."""
     trees = _read(path, replace(said, wanted=agent))
     if len(trees) > 1 and agent not in trees:
-        what = f"the file has {len(trees)} trees, none of them named {shown(agent)!r}"
-        raise InputError(what, str(path), f"name the agent like its tree: {', '.join(map(shown, list(trees)[:5]))}")
+        what = f"the file has {len(trees)} trees, none of them named {escape_text(agent)!r}"
+        raise InputError(
+            what, str(path), f"name the agent like its tree: {', '.join(map(escape_text, list(trees)[:5]))}"
+        )
     return trees.get(agent) or next(iter(trees.values()))

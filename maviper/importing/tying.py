@@ -19,11 +19,11 @@ from typing import Any
 
 from codegen import ir
 from codegen.check import ensure, identifier
-from codegen.errors import InputError, UnknownNameError, shown
+from codegen.errors import InputError, UnknownNameError, escape_text
 from codegen.floats import FLOAT32
 from codegen.importers.names import NUMBERED, Renaming, legal, renaming
 from codegen.importers.origin import Names, Origin, profile_of
-from codegen.wording import counted
+from codegen.wording import format_count
 from maviper.episodes import measures
 from maviper.episodes.counting import Counting
 from maviper.worlds import World
@@ -41,30 +41,30 @@ class Spoken:
     actions: Sequence[str] | None = None
 
 
-def tied(origins: Mapping[str, Origin], world: World, said: Spoken) -> ir.PolicyProfile:
+def tie_trees(origins: Mapping[str, Origin], world: World, said: Spoken) -> ir.PolicyProfile:
     """The profile of a world's agents, each with one of the trees; observations are float32, as worlds show them.
 
     InputError where the world has other agents, features or actions than the trees.
     """
-    found: list[ir.AgentPolicy] = []
+    policies: list[ir.AgentPolicy] = []
     facts: dict[str, Any] = {"observations": FLOAT32, OWN_NAMES: "the trees' own where the world has numbers"}
     kinds: list[str] = []
     for place, (agent, origin) in enumerate(zip(world.agents, _by_agent(origins, world), strict=True)):
-        policy, told = _tied(origin, agent, world, place, said)
-        found.append(policy)
+        policy, told = _tie_agent(origin, agent, world, place, said)
+        policies.append(policy)
         facts |= told
         kinds.append(origin.kind)
     provenance = ir.Provenance("imported", "none", 0, "", ", ".join(dict.fromkeys(kinds)), facts)
-    profile = ensure(ir.PolicyProfile(world.spec, tuple(found), provenance))
-    return replace(profile, agents=_played(world, profile.agents))
+    profile = ensure(ir.PolicyProfile(world.spec, tuple(policies), provenance))
+    return replace(profile, agents=_play_policies(world, profile.agents))
 
 
-def _played(world: World, policies: Sequence[ir.AgentPolicy]) -> tuple[ir.AgentPolicy, ...]:
+def _play_policies(world: World, policies: Sequence[ir.AgentPolicy]) -> tuple[ir.AgentPolicy, ...]:
     """The policies with what they meet in EPISODES episodes of the world."""
     counting = Counting(world, policies)
     seeds = range(measures.MEASUREMENT_SEEDS, measures.MEASUREMENT_SEEDS + EPISODES)
     measures.evaluate(world, [counting] * len(policies), seeds)
-    return counting.counted()
+    return counting.annotate_policies()
 
 
 def _by_agent(origins: Mapping[str, Origin], world: World) -> list[Origin]:
@@ -78,13 +78,13 @@ def _by_agent(origins: Mapping[str, Origin], world: World) -> list[Origin]:
             raise UnknownNameError("agent", name, world.agents, world.name)
     missing = [agent for agent in world.agents if agent not in trees]
     if missing:
-        what = f"{world.name} has {counted(len(world.agents), 'agent')}, and {', '.join(missing)} has no tree"
+        what = f"{world.name} has {format_count(len(world.agents), 'agent')}, and {', '.join(missing)} has no tree"
         files = ",".join(f"{agent}=FILE" for agent in world.agents)
         raise InputError(what, "", f"give each agent a tree: --agents {files}")
     return [trees[agent] for agent in world.agents]
 
 
-def _tied(
+def _tie_agent(
     origin: Origin, agent: str, world: World, place: int, said: Spoken
 ) -> tuple[ir.AgentPolicy, dict[str, float | int | str]]:
     """An agent's policy, and what is told of it."""
@@ -158,13 +158,13 @@ def _features(origin: Origin, agent: str, known: list[str], given: Renaming) -> 
     if given.plain is not None:  # the user's names for the world's features
         _ensure_count(len(given.plain), known, agent, "feature")
         known = list(given.plain)
-    own = [given.renamed(each) for each in origin.features]
+    own = [given.rename(each) for each in origin.features]
     keys = {identifier(legal(each, "x")): each for each in known}
     inside = [identifier(legal(each, "x")) in keys for each in own]
     if origin.keyed or any(inside):
         for name, there in zip(own, inside, strict=True):
             if not there:
-                raise UnknownNameError("feature", shown(name), known, f"{agent}: {MAP.format(kind='feature')}")
+                raise UnknownNameError("feature", escape_text(name), known, f"{agent}: {MAP.format(kind='feature')}")
         return _Features(replace(origin, features=tuple(own), keyed=True), known)
     if own or origin.n_features:
         _ensure_count(len(own) or origin.n_features, known, agent, "feature")
@@ -172,7 +172,7 @@ def _features(origin: Origin, agent: str, known: list[str], given: Renaming) -> 
     if read > len(known):
         what = f"the source reads feature {read - 1}, and {agent} observes {len(known)}, from 0 on"
         raise InputError(what, agent, f"the world shows {', '.join(known)}")
-    names = own if own and _numbered(known) else known
+    names = own if own and _is_numbered(known) else known
     return _Features(replace(origin, features=(), n_features=len(known)), names)
 
 
@@ -182,7 +182,7 @@ def _ensure_count(count: int, known: Sequence[str], agent: str, kind: str) -> No
         raise InputError(what, agent, f"they are {', '.join(known[:30])}")
 
 
-def _numbered(names: Sequence[str]) -> bool:
+def _is_numbered(names: Sequence[str]) -> bool:
     """Whether names say no more than places."""
     parts = [NUMBERED.fullmatch(each) for each in names]
     return all(part is not None and int(part[2]) == k for k, part in enumerate(parts))
@@ -197,13 +197,13 @@ def _numbers(origin: Origin, agent: str, known: list[str], given: Renaming) -> l
         _ensure_count(len(given.plain), known, agent, "action")
         known = list(given.plain)
     keys = {identifier(legal(each, "action")): k for k, each in enumerate(known)}
-    found = [_number(label, str(origin.called.get(label, "")), keys, given) for label in origin.labels]
-    for label, number in zip(origin.labels, found, strict=True):
+    indices = [_number(label, str(origin.called.get(label, "")), keys, given) for label in origin.labels]
+    for label, number in zip(origin.labels, indices, strict=True):
         if number is None or number >= len(known):
-            what = f"the source returns {shown(str(label))}, which is no action of {agent}"
+            what = f"the source returns {escape_text(str(label))}, which is no action of {agent}"
             all_of = ", ".join(f"{k} {name}" for k, name in enumerate(known[:30]))
             raise InputError(what, f"{agent}: its actions are {all_of}", MAP.format(kind="action"))
-    numbers = [number for number in found if number is not None]
+    numbers = [number for number in indices if number is not None]
     if len(set(numbers)) < len(numbers):
         raise InputError("two of the source's answers are the same action", agent, MAP.format(kind="action"))
     return numbers
@@ -224,7 +224,7 @@ def _action_names(origin: Origin, numbers: Sequence[int], known: list[str], give
     """What the world's actions are called: as the user says, or the source where the world has numbers."""
     if given.plain is not None:
         return list(given.plain)
-    if not _numbered(known):
+    if not _is_numbered(known):
         return known
     called = dict(zip(numbers, (origin.called.get(label, "") for label in origin.labels), strict=True))
     return [str(called.get(k) or name) for k, name in enumerate(known)]

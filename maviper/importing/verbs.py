@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from codegen.process import flags
-from maviper.options import ImportOptions, spelled_out
+from maviper.options import ImportOptions, spell_out
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 @flags.defaults
-@spelled_out(ImportOptions)
+@spell_out(ImportOptions)
 def from_file(file: str | Path | Mapping[str, str | Path], **asked: Unpack[ImportOptions]) -> PolicyProfile:
     """A profile of the trees in a file of another program, as `maviper import` makes it; nothing in the file is run.
 

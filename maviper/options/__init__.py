@@ -9,7 +9,7 @@ from maviper.options.extraction import ExtractOptions
 from maviper.options.measuring import EvaluateOptions, ExploitOptions
 from maviper.options.profiles import CompileOptions, DiffOptions, ImportOptions, RepairOptions
 from maviper.options.reproduction import ReproduceOptions
-from maviper.options.table import completed, requested, spelled_out, table_of
+from maviper.options.table import complete_options, make_request, spell_out, table_of
 from maviper.options.training import TrainOptions
 from maviper.options.verification import SystemOptions, VerifyOptions
 
@@ -25,8 +25,8 @@ __all__ = [
     "SystemOptions",
     "TrainOptions",
     "VerifyOptions",
-    "completed",
-    "requested",
-    "spelled_out",
+    "complete_options",
+    "make_request",
+    "spell_out",
     "table_of",
 ]

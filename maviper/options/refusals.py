@@ -39,7 +39,7 @@ class Refusal(NamedTuple):
     advice: str
     values: tuple[Any, ...] = ()  # of the settings; (): whatever is not as usual
 
-    def asked(self, said: Mapping[str, Any], changed: Collection[str]) -> list[str]:
+    def find_refused(self, said: Mapping[str, Any], changed: Collection[str]) -> list[str]:
         """The settings that are refused beside what else is said."""
         if not any(said[name] in values for name, values in self.beside.items()):
             return []
@@ -193,7 +193,7 @@ def ensure_together(said: Mapping[str, Any], changed: Collection[str]) -> None:
     sets, and that are not as it says.
     """
     for refusal in REFUSALS:
-        asked = refusal.asked(said, changed)
+        asked = refusal.find_refused(said, changed)
         if asked:
             who = AUTHORS if said["preset"] in refusal.beside.get("preset", ()) else said["algorithm"]
             one = refusal.values and not isinstance(refusal.values, AllBut)
@@ -204,19 +204,19 @@ def ensure_together(said: Mapping[str, Any], changed: Collection[str]) -> None:
 def refusals_in_words() -> Iterator[str]:
     """Each refusal in words: the options, beside what they are refused, why, and what to do instead."""
     for refusal in REFUSALS:
-        asked = _listed([_called(name, refusal.values) for name in refusal.settings])
-        others = _listed([_called(name, values) for name, values in refusal.beside.items()])
+        asked = _join_words([_name_option(name, refusal.values) for name in refusal.settings])
+        others = _join_words([_name_option(name, values) for name, values in refusal.beside.items()])
         who = [*refusal.beside.get("algorithm", ()), *([AUTHORS] if "preset" in refusal.beside else [])]
         advice = refusal.advice[0].upper() + refusal.advice[1:]
-        yield f"{asked} with {others}: {refusal.reason.format(who=_listed(who))}. {advice}."
+        yield f"{asked} with {others}: {refusal.reason.format(who=_join_words(who))}. {advice}."
 
 
-def _called(name: str, values: tuple[Any, ...]) -> str:
+def _name_option(name: str, values: tuple[Any, ...]) -> str:
     """An option, with its values."""
     if isinstance(values, AllBut):
         return f"`{option_of(name)}` other than `{values[0]}`"
-    return _listed([f"`{option_of(name)} {value}`" for value in values] or [f"`{option_of(name)}`"])
+    return _join_words([f"`{option_of(name)} {value}`" for value in values] or [f"`{option_of(name)}`"])
 
 
-def _listed(words: list[str]) -> str:
+def _join_words(words: list[str]) -> str:
     return " or ".join(filter(None, (", ".join(words[:-1]), *words[-1:])))

@@ -16,7 +16,7 @@ from pathlib import Path
 from types import MappingProxyType, UnionType
 from typing import Any, Literal, TypeVar, Union, cast, get_args, get_origin, get_type_hints
 
-from codegen.errors import InputError, UnknownNameError, shown, suggestion
+from codegen.errors import InputError, UnknownNameError, escape_text, suggestion
 from verify.claims.language import parameters
 from verify.claims.language.parameters import Form
 from verify.kinds import ALWAYS
@@ -67,7 +67,7 @@ class Option:
         if isinstance(value, Mapping):
             value = [f"{name}={each}" for name, each in cast("Mapping[Any, Any]", value).items()]
         if isinstance(value, str) or not isinstance(value, Iterable):
-            what = f"{self.name} takes several values, not {shown(repr(value)[:40])}"
+            what = f"{self.name} takes several values, not {escape_text(repr(value)[:40])}"
             raise InputError(what, self.flag, "give a list")
         return tuple(map(self._one, cast("Iterable[Any]", value)))
 
@@ -77,13 +77,13 @@ class Option:
         if self.base is Fraction and not isinstance(value, bool) and isinstance(value, Real | str):
             return value  # which whoever computes with it reads exactly: that takes NumPy
         if self.choices and value not in self.choices:
-            raise UnknownNameError(self.name, shown(str(value)[:40]), self.choices, self.flag)
+            raise UnknownNameError(self.name, escape_text(str(value)[:40]), self.choices, self.flag)
         if self.base is Path and isinstance(value, str | Path):
             return Path(value)
         if self.base in NUMBERS and not isinstance(value, bool) and isinstance(value, NUMBERS[self.base]):
             return self.base(cast("Any", value))
         if not isinstance(value, self.base) or self.base in NUMBERS:
-            raise InputError(f"{self.name} is {CALLED[self.base]}, not {shown(repr(value)[:40])}", self.flag)
+            raise InputError(f"{self.name} is {CALLED[self.base]}, not {escape_text(repr(value)[:40])}", self.flag)
         return value
 
 
@@ -115,7 +115,7 @@ def _type(hint: Any) -> dict[str, Any]:
     return {**_type(get_args(hint)[0]), "several": True} if get_origin(hint) in MANY else {"base": hint}
 
 
-def completed(options: type, given: Mapping[str, Any]) -> dict[str, Any]:
+def complete_options(options: type, given: Mapping[str, Any]) -> dict[str, Any]:
     """Every option of a table by name, as given; where it is not, or is None, its default. TypeError for a name that is
     not in it, as of any function; InputError for a value of another type.
     """
@@ -127,9 +127,9 @@ def completed(options: type, given: Mapping[str, Any]) -> dict[str, Any]:
     return {name: option.read(said[name]) for name, option in table.items()}
 
 
-def requested(options: type, given: Mapping[str, Any]) -> Any:
-    """As `completed`, each option as an attribute that stays as it is."""
-    return _request(options)(**completed(options, given))
+def make_request(options: type, given: Mapping[str, Any]) -> Any:
+    """As `complete_options`, each option as an attribute that stays as it is."""
+    return _request(options)(**complete_options(options, given))
 
 
 @cache
@@ -137,10 +137,10 @@ def _request(options: type) -> type:
     return make_dataclass(options.__name__, list(table_of(options)), frozen=True)
 
 
-def spelled_out(options: type) -> Callable[[Verb], Verb]:
+def spell_out(options: type) -> Callable[[Verb], Verb]:
     """For a function that takes `**options: Unpack[...]`: its signature and its docstring say each of them."""
 
-    def spelled(verb: Verb) -> Verb:
+    def spell(verb: Verb) -> Verb:
         table, signature = table_of(options), inspect.signature(verb)
         own = [each for each in signature.parameters.values() if each.kind is not inspect.Parameter.VAR_KEYWORD]
         named = [
@@ -152,4 +152,4 @@ def spelled_out(options: type) -> Callable[[Verb], Verb]:
         verb.__doc__ = "\n".join([inspect.cleandoc(verb.__doc__ or ""), "", "Options:", *lines])
         return verb
 
-    return spelled
+    return spell

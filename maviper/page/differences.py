@@ -26,7 +26,9 @@ def page_of(compared: Compared) -> str:
     agents = tuple(one["agent"] for one in facts)
     within = " in real arithmetic" if compared.found.question.semantics == REAL else ""
     verdicts = tuple(WORDS.get(one["verdict"], OPEN) + within for one in facts)
-    states = tuple(state for place, one in enumerate(facts) for state in _stored(one, place + (len(agents) > 1)))
+    states = tuple(
+        state for place, one in enumerate(facts) for state in _iterate_states(one, place + (len(agents) > 1))
+    )
     world = matching_world(first)
     if world is None:
         return page(first, Contents((), states, second=Second(second, agents, verdicts)))
@@ -34,16 +36,16 @@ def page_of(compared: Compared) -> str:
     return page(first, Contents((), states, visits_of(first, world), second=other))
 
 
-def _stored(one: Mapping[str, Any], claim: int) -> Iterator[Stored]:
+def _iterate_states(one: Mapping[str, Any], claim: int) -> Iterator[Stored]:
     """A state of each of an agent's largest zones. `claim`: the place of what is said of it on the page."""
     shown = [zone for zone in one["zones"] if zone["example"]][:SHOWN]
     if not shown and one["example"]:
-        yield Stored(f"{one['agent']} acts differently", claim, *_placed(one["example"]))
+        yield Stored(f"{one['agent']} acts differently", claim, *_read_state(one["example"]))
     for zone in shown:
         named = f"{one['agent']}: {' or '.join(zone['actions'])}, leaf {' or '.join(map(str, zone['leaves']))}"
-        yield Stored(named, claim, *_placed(zone["example"]))
+        yield Stored(named, claim, *_read_state(zone["example"]))
 
 
-def _placed(state: Mapping[str, Any]) -> tuple[dict[str, float], str | None]:
+def _read_state(state: Mapping[str, Any]) -> tuple[dict[str, float], str | None]:
     position = {name: float(value) for name, value in state["position"].items()}
     return position, state["goal"] or None

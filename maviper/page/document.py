@@ -21,7 +21,7 @@ from codegen.lowering.tracking import Start
 from codegen.policy_json import content_hash
 from codegen.region import RegionSpec
 from maviper.experts.network import NetworkExpert
-from maviper.page.games import Recorded, about, shown_ranges
+from maviper.page.games import Recorded, about, bound_sliders
 from maviper.page.networks import layers_of
 from maviper.page.outputs import outputs_data, plane, tree_data
 from verify.claims.catalogue import NAMES, Claim, find_claim
@@ -99,7 +99,7 @@ def usual_claims(profile: ir.PolicyProfile) -> tuple[Shown, ...]:
     """
     if any(policy.outputs for policy in profile.agents):
         return ()  # these claims speak of actions and of episodes
-    found: list[Claim] = []
+    claims: list[Claim] = []
     for name in NAMES:
         try:
             claim = find_claim(name, profile)
@@ -107,15 +107,15 @@ def usual_claims(profile: ir.PolicyProfile) -> tuple[Shown, ...]:
         except InputError:  # it needs another team, or a parameter
             continue
         if judged["unjudged"] != EVERY_STEP:
-            found.append(claim)
-    for team in () if found else teams(profile):
+            claims.append(claim)
+    for team in () if claims else teams(profile):
         others = tuple(policy.agent for policy in profile.agents if policy.team != team)
         if others and profile.world.contact_force:
-            found.append(find_claim(KeepsApart.title, profile, team, others=others))
-    return tuple(map(Shown, found))
+            claims.append(find_claim(KeepsApart.title, profile, team, others=others))
+    return tuple(map(Shown, claims))
 
 
-def placed(profile: ir.PolicyProfile) -> bool:
+def knows_motion(profile: ir.PolicyProfile) -> bool:
     """Whether a page knows how everybody moves: entities with places, observations made of them, actions that push."""
     known = all(feature.meaning for policy in profile.agents for feature in policy.features)
     entities = profile.world.agents + profile.world.landmarks
@@ -133,15 +133,15 @@ def document(profile: ir.PolicyProfile, contents: Contents) -> dict[str, Any]:
         "against": None if second is None else content_hash(second.profile),
         "tool": profile.provenance.tool,
         "about": about(profile),
-        "recorded": _recorded(contents.recorded),
+        "recorded": _encode_episode(contents.recorded),
         "world": _world(profile.world),
         "agents": [
             _agent(policy, contents.visits.get(policy.agent), second)
             | {"cuts": _cuts(policy) if policy.team in erring else None}
-            | _numbers(policy, shown_ranges(policy, contents.recorded and contents.recorded.seen[place]))
+            | _numbers(policy, bound_sliders(policy, contents.recorded and contents.recorded.seen[place]))
             for place, policy in enumerate(profile.agents)
         ],
-        "claims": [*_alike(profile, second), *map(_told, contents.told), *claims],
+        "claims": [*_alike(profile, second), *map(_encode_unjudged, contents.told), *claims],
         "states": [
             {"label": state.label, "claim": state.claim, "position": dict(state.position), "goal": state.goal}
             for state in contents.states
@@ -152,15 +152,15 @@ def document(profile: ir.PolicyProfile, contents: Contents) -> dict[str, Any]:
 
 def _numbers(policy: ir.AgentPolicy, shown: list[tuple[float, float]]) -> dict[str, Any]:
     """The ranges of an agent's sliders; what it observes, where that is not float32; what it gives."""
-    found: dict[str, Any] = {"shown": shown}
+    entry: dict[str, Any] = {"shown": shown}
     if policy.numbers != FLOAT32:
-        found["numbers"] = policy.numbers
+        entry["numbers"] = policy.numbers
     if policy.outputs:
-        found |= {"outputs": outputs_data(policy, shown), "plane": plane(policy)}
-    return found
+        entry |= {"outputs": outputs_data(policy, shown), "plane": plane(policy)}
+    return entry
 
 
-def _recorded(episode: Recorded | None) -> dict[str, Any] | None:
+def _encode_episode(episode: Recorded | None) -> dict[str, Any] | None:
     if episode is None:
         return None
     return {"label": episode.label, "seen": [rows.astype(float).tolist() for rows in episode.seen]}
@@ -199,9 +199,9 @@ def _world(world: ir.WorldSpec) -> dict[str, Any]:
 def _agent(policy: ir.AgentPolicy, visits: Sequence[int] | None, second: Second | None) -> dict[str, Any]:
     other = {}
     if second is not None:  # who is not compared acts as in the first
-        found = second.profile if policy.agent in second.agents else None
-        tree = policy.tree if found is None else found.policy(policy.agent).tree
-        other = {"other": _tree(tree, visits if found is None else second.visits.get(policy.agent))}
+        compared = second.profile if policy.agent in second.agents else None
+        tree = policy.tree if compared is None else compared.policy(policy.agent).tree
+        other = {"other": _tree(tree, visits if compared is None else second.visits.get(policy.agent))}
     return {
         "name": policy.agent,
         "team": policy.team,
@@ -265,19 +265,19 @@ def _cuts(policy: ir.AgentPolicy) -> list[dict[str, Any] | bool | None]:
     """For each node the cut of its test, with its place among those of the same feature; of tests of what is not
     measured, and of leaves, None.
     """
-    tree, found = policy.tree, dict[int, Cut | bool]()
+    tree, by_node = policy.tree, dict[int, Cut | bool]()
     for node in ir.splits(tree):
         meaning = policy.features[int(tree.feature[node])].meaning
         if meaning is not None and measurable(meaning):
-            found[node] = cut_of(meaning, tree.threshold[node])
+            by_node[node] = cut_of(meaning, tree.threshold[node])
     of_feature: dict[int, set[Cut]] = {}
-    for node, cut in found.items():
+    for node, cut in by_node.items():
         if isinstance(cut, Cut):
             of_feature.setdefault(int(tree.feature[node]), set()).add(cut)
     ranks = {feature: {cut: rank for rank, cut in enumerate(sorted(cuts))} for feature, cuts in of_feature.items()}
 
-    def placed(node: int) -> dict[str, Any] | bool | None:
-        cut = found.get(node)
+    def encode_cut(node: int) -> dict[str, Any] | bool | None:
+        cut = by_node.get(node)
         if not isinstance(cut, Cut):
             return cut
         return {
@@ -286,7 +286,7 @@ def _cuts(policy: ir.AgentPolicy) -> list[dict[str, Any] | bool | None]:
             "rank": ranks[int(tree.feature[node])][cut],
         }
 
-    return [placed(node) for node in range(len(tree.feature))]
+    return [encode_cut(node) for node in range(len(tree.feature))]
 
 
 # --- claims
@@ -294,7 +294,7 @@ def _cuts(policy: ir.AgentPolicy) -> list[dict[str, Any] | bool | None]:
 
 def _claim(profile: ir.PolicyProfile, shown: Shown) -> dict[str, Any]:
     claim = shown.claim
-    found: dict[str, Any] = {
+    entry: dict[str, Any] = {
         "name": claim.name,
         "title": f"{claim.shown} of the {claim.team}",
         "team": claim.team,
@@ -308,9 +308,9 @@ def _claim(profile: ir.PolicyProfile, shown: Shown) -> dict[str, Any]:
     }
     if isinstance(shown.proved, Start):
         followed = [at for at, policy in enumerate(profile.agents) if policy.agent in shown.proved.followed]
-        found["follows"] = {"bounds": _region(shown.proved.region), "steps": shown.proved.steps, "followed": followed}
+        entry["follows"] = {"bounds": _region(shown.proved.region), "steps": shown.proved.steps, "followed": followed}
     judged = JUDGED.get(claim.kind)
-    return found if judged is None else found | judged(profile, claim)
+    return entry if judged is None else entry | judged(profile, claim)
 
 
 def _region(spec: RegionSpec) -> dict[str, Any]:
@@ -322,7 +322,7 @@ def _region(spec: RegionSpec) -> dict[str, Any]:
     }
 
 
-def _told(one: Told) -> dict[str, Any]:
+def _encode_unjudged(one: Told) -> dict[str, Any]:
     """A claim that is not judged here. In a stated system a page knows the states of one episode alone."""
     unsaid: dict[str, Any] = {"team": "", "verdict": "", "formula": None, "eps": None, "episode": None, "region": None}
     said = {"name": one.name, "title": f"{one.name} in the stated system", "sentence": one.sentence}

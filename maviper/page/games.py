@@ -13,7 +13,7 @@ import numpy as np
 
 from codegen import ir
 from codegen.ir import CONSTANT, Floats
-from codegen.wording import NO_UNIT, counted
+from codegen.wording import NO_UNIT, format_count
 from maviper.episodes import measures
 from maviper.episodes.play import play, tree_policies
 from maviper.worlds import World
@@ -31,18 +31,20 @@ class Recorded:
     label: str
 
 
-def recorded(profile: ir.PolicyProfile, world: World) -> Recorded:
+def record_episode(profile: ir.PolicyProfile, world: World) -> Recorded:
     """One on-policy episode, of the first seed that such episodes start from."""
     controller = tree_policies(profile.agents)
     seed = measures.ON_POLICY_SEEDS
     episodes = play(world, [controller] * len(profile.agents), world.start_from_seeds([seed]))
     steps = int(episodes.alive[:, 0].any(axis=1).sum())
     seen = tuple(rows[:steps, 0] for rows in episodes.observations)
-    found = [
+    figures = [
         f"{measure.name} {value:.4g}"
         for measure, value in zip(world.measures, episodes.values[:, 0].tolist(), strict=True)
     ]
-    return Recorded(seen, f"The recorded episode, of seed {seed}, took {counted(steps, 'step')}: {', '.join(found)}.")
+    return Recorded(
+        seen, f"The recorded episode, of seed {seed}, took {format_count(steps, 'step')}: {', '.join(figures)}."
+    )
 
 
 def about(profile: ir.PolicyProfile) -> str:
@@ -56,14 +58,14 @@ def about(profile: ir.PolicyProfile) -> str:
     alike = all((each.actions, each.outputs) == (first.actions, first.outputs) for each in profile.agents)
     observed = {len(policy.features) for policy in profile.agents}
     each = "It" if len(agents) == 1 else "Each"
-    sees = f"{each} observes {counted(max(observed), 'number')}" if len(observed) == 1 else "They observe"
-    sees += f" ({_named([feature.name for feature in first.features])})" if len(agents) == 1 else ""
+    sees = f"{each} observes {format_count(max(observed), 'number')}" if len(observed) == 1 else "They observe"
+    sees += f" ({_list_names([feature.name for feature in first.features])})" if len(agents) == 1 else ""
     if len(observed) > 1:
         sees += f" {min(observed)} to {max(observed)} numbers"
     does = f"and {'' if len(observed) == 1 else 'each '}{_does(first, alike)}"
     moment = f"every {world.dt:g} s" if world.dt else "at each step"
-    length = f", for at most {counted(world.episode_steps, 'step')}" if world.episode_steps > 1 else ""
-    places = f" and {counted(len(world.landmarks), 'landmark')}" if world.landmarks else ""
+    length = f", for at most {format_count(world.episode_steps, 'step')}" if world.episode_steps > 1 else ""
+    places = f" and {format_count(len(world.landmarks), 'landmark')}" if world.landmarks else ""
     # another's environment is known by its own name, ours by the name that commands take
     name = world.reference if ":" in world.reference else world.name
     game = f"{name} is a game of {who}{places}"
@@ -77,13 +79,13 @@ def _does(policy: ir.AgentPolicy, alike: bool) -> str:
     if not alike:
         return "chooses an action or gives numbers" if policy.outputs else "chooses an action"
     if not policy.outputs:
-        names = _named([action.name for action in policy.actions])
-        return f"chooses one of {counted(len(policy.actions), 'action')} ({names})"
+        names = _list_names([action.name for action in policy.actions])
+        return f"chooses one of {format_count(len(policy.actions), 'action')} ({names})"
     named = [each.name + (f" in {each.unit}" if each.unit not in NO_UNIT else "") for each in policy.outputs]
-    return f"gives {counted(len(policy.outputs), 'number')} ({_named(named)})"
+    return f"gives {format_count(len(policy.outputs), 'number')} ({_list_names(named)})"
 
 
-def _named(names: Sequence[str]) -> str:
+def _list_names(names: Sequence[str]) -> str:
     shown = list(names[:MAX_NAMED])
     return ", ".join(shown) + (", ..." if len(names) > MAX_NAMED else "")
 
@@ -106,20 +108,20 @@ def _turning(policy: ir.AgentPolicy, place: int) -> Iterator[float]:
                 yield rest / weight
 
 
-def shown_ranges(policy: ir.AgentPolicy, seen: Floats | None = None) -> list[tuple[float, float]]:
+def bound_sliders(policy: ir.AgentPolicy, seen: Floats | None = None) -> list[tuple[float, float]]:
     """For each feature the least and the most that a slider shows: what the profile says was seen, or its stated range
     where that is bounded, else what was `seen` [n, n_features]; with the tree's thresholds, and a margin.
     """
     tree = policy.tree
-    found: list[tuple[float, float]] = []
+    ranges: list[tuple[float, float]] = []
     for place, feature in enumerate(policy.features):
         if not policy.seen and -BOUNDED < feature.low < feature.high < BOUNDED:
-            found.append((feature.low, feature.high))
+            ranges.append((feature.low, feature.high))
             continue
         known = tree.threshold[tree.feature == place].astype(float).tolist() + list(_turning(policy, place))
         known += [policy.seen[place][0], policy.seen[place][-1]] if policy.seen else []
         known += [] if seen is None else seen[:, place].astype(float)[np.isfinite(seen[:, place])].tolist()
         low, high = min(known, default=0.0), max(known, default=0.0)
         margin = MARGIN * (high - low) or max(1.0, abs(high))
-        found.append((max(feature.low, low - margin), min(feature.high, high + margin)))
-    return found
+        ranges.append((max(feature.low, low - margin), min(feature.high, high + margin)))
+    return ranges

@@ -20,8 +20,8 @@ def layers_of(expert: NetworkExpert, agent: str) -> list[dict[str, str]]:
         (expert.tensors[f"{agent}.{net}.{layer}.weight"], expert.tensors[f"{agent}.{net}.{layer}.bias"])
         for layer in LAYERS
     ]
-    return [{"weight": _packed(weight), "bias": _packed(bias)} for weight, bias in layers]
+    return [{"weight": _pack_numbers(weight), "bias": _pack_numbers(bias)} for weight, bias in layers]
 
 
-def _packed(numbers: ir.Float32) -> str:
+def _pack_numbers(numbers: ir.Float32) -> str:
     return base64.b64encode(np.ascontiguousarray(numbers, "<f4").tobytes()).decode()

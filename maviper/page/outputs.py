@@ -49,12 +49,12 @@ def outputs_data(policy: ir.AgentPolicy, ranges: Sequence[tuple[float, float]]) 
 def _span(policy: ir.AgentPolicy, place: int, ranges: Sequence[tuple[float, float]]) -> tuple[float, float]:
     """The least and most that a bar shows: the output's bounds, where it has none what intervals say of its sums."""
     output = policy.outputs[place]
-    reached = [_reached(vector[place], ranges) for vector in policy.tree.vectors]
+    reached = [_bound_sum(vector[place], ranges) for vector in policy.tree.vectors]
     least, most = min(low for low, _ in reached), max(high for _, high in reached)
     return least if output.low is None else output.low, most if output.high is None else output.high
 
 
-def _reached(each: Sum, ranges: Sequence[tuple[float, float]]) -> tuple[float, float]:
+def _bound_sum(each: Sum, ranges: Sequence[tuple[float, float]]) -> tuple[float, float]:
     ends = [
         (weight, weight) if place == CONSTANT else sorted(weight * end for end in ranges[place])
         for weight, place in each.terms

@@ -18,13 +18,13 @@ from codegen.errors import InputError
 from codegen.ir import FORK, PHYSICS
 from codegen.lowering.lower import NESTED, lower
 from codegen.lowering.render import render
-from codegen.wording import counted
+from codegen.wording import format_count
 from maviper.episodes.on_policy import on_policy
-from maviper.evaluation.players import shipped_expert
+from maviper.evaluation.players import find_shipped
 from maviper.evaluation.show import rules
 from maviper.experts.network import NetworkExpert
-from maviper.page.document import Contents, Shown, Stored, document, placed
-from maviper.page.games import recorded
+from maviper.page.document import Contents, Shown, Stored, document, knows_motion
+from maviper.page.games import record_episode
 from maviper.worlds import World
 from maviper.worlds.matching import matching_world
 
@@ -41,15 +41,15 @@ def contents_of(
     """
     world = matching_world(profile)
     if world is None:
-        episode = None if played is None else recorded(profile, played)
-        return Contents(claims, states, kept_visits(profile), recorded=episode)
+        episode = None if played is None else record_episode(profile, played)
+        return Contents(claims, states, read_visits(profile), recorded=episode)
     visits = visits_of(profile, world)
-    player = shipped_expert(profile.provenance.expert, world)
+    player = find_shipped(profile.provenance.expert, world)
     expert = player.controller if player is not None and isinstance(player.controller, NetworkExpert) else None
     return Contents(claims, states, visits, expert)
 
 
-def kept_visits(profile: ir.PolicyProfile) -> dict[str, list[int]]:
+def read_visits(profile: ir.PolicyProfile) -> dict[str, list[int]]:
     """As `visits_of`, from what the profile itself says: in held-out episodes of its extraction, against experts."""
     return {policy.agent: policy.tree.visits.tolist() for policy in profile.agents if len(policy.tree.visits)}
 
@@ -84,9 +84,9 @@ def page(profile: ir.PolicyProfile, contents: Contents) -> str:
     leaves = sum(len(ir.leaves(policy.tree)) for policy in profile.agents)
     return render(
         "play/page.html.j2",
-        title=f"{profile.world.name}: {counted(len(profile.agents), 'agent')}, {counted(leaves, 'leaf')}",
+        title=f"{profile.world.name}: {format_count(len(profile.agents), 'agent')}, {format_count(leaves, 'leaf')}",
         data=data,
-        placed=placed(profile),
+        placed=knows_motion(profile),
         text=Markup(json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")),
         module=_module(profile),
         rules=[_rules(policy) for policy in profile.agents],

@@ -14,7 +14,7 @@ from codegen.errors import InputError
 from codegen.lowering.covering import Cover
 from codegen.lowering.tracking import Start
 from codegen.region import RegionSpec
-from maviper.compilation.monitors import Proved, proved_by, spec_of
+from maviper.compilation.monitors import Proved, load_proof, spec_of
 from maviper.files import runs
 from maviper.page.document import Contents, Shown, Stored
 from maviper.page.page import contents_of, page
@@ -23,7 +23,7 @@ from verify.checker.episodes import forever
 from verify.claims.formula import agents
 from verify.claims.region import Region
 from verify.claims.uncertified.own import OwnFormula
-from verify.claims.uncertified.starts import START, called
+from verify.claims.uncertified.starts import START, name_region
 from verify.result import AnyResult, Verdict
 from verify.semantics import MACHINE
 
@@ -31,8 +31,8 @@ from verify.semantics import MACHINE
 def page_of(profile: ir.PolicyProfile, results: Sequence[AnyResult]) -> str:
     """The page of a profile with these results; without those over observations, which are not about its states."""
     results = [one for one in results if one.viewed is None]
-    states = [_stored(number, result) for number, result in enumerate(results)]
-    shown = tuple(Shown(result.claim, _verdict(profile, result), _proved(result)) for result in results)
+    states = [_store_counterexample(number, result) for number, result in enumerate(results)]
+    shown = tuple(Shown(result.claim, _verdict(profile, result), _find_watchable(result)) for result in results)
     return page(profile, contents_of(profile, shown, tuple(filter(None, states))))
 
 
@@ -40,49 +40,49 @@ def with_proof(contents: Contents, profile: ir.PolicyProfile, certificate: Path)
     """What a page shows, with the claim of a certificate first and what a monitor of its proof says; of a claim about a
     stated system in an episode of it, which is recorded. InputError and RefusedError as for a monitor.
     """
-    proved = proved_by(certificate, profile)
+    proved = load_proof(certificate, profile)
     if isinstance(proved.region, Cover):
-        from maviper.page.stated import told  # here, since most profiles are of games
+        from maviper.page.stated import play_claim  # here, since most profiles are of games
 
-        claim, episode = told(profile, certificate, proved)
+        claim, episode = play_claim(profile, certificate, proved)
         return replace(contents, told=(claim, *contents.told), recorded=episode)
-    return replace(contents, claims=(_proved_claim(profile, certificate, proved), *contents.claims))
+    return replace(contents, claims=(_load_claim(profile, certificate, proved), *contents.claims))
 
 
-def proved_claim(profile: ir.PolicyProfile, certificate: Path) -> Shown:
+def load_claim(profile: ir.PolicyProfile, certificate: Path) -> Shown:
     """The claim of a certificate, with the region of its proof. InputError and RefusedError as for a monitor."""
-    return _proved_claim(profile, certificate, proved_by(certificate, profile))
+    return _load_claim(profile, certificate, load_proof(certificate, profile))
 
 
-def _proved_claim(profile: ir.PolicyProfile, certificate: Path, proved: Proved) -> Shown:
+def _load_claim(profile: ir.PolicyProfile, certificate: Path, proved: Proved) -> Shown:
     if isinstance(proved.region, Start):
         stated = forever.of_either(runs.read(certificate, MAX_BYTES), str(certificate))
-        return Shown(stated.claim, f"{Verdict.PROVED.value} in {_named(profile, stated.region)}", proved.region)
+        return Shown(stated.claim, f"{Verdict.PROVED.value} in {_name_region(profile, stated.region)}", proved.region)
     if isinstance(proved.region, Cover):
         what = "the certificate is about a stated system, and the page is of a game"
         raise InputError(what, str(certificate), "leave --certificate out; `maviper check` says what it proves")
-    found = from_json(runs.read_unpacked(certificate, MAX_BYTES), str(certificate))
-    claim = found.claim or OwnFormula(profile.policy(min(agents(found.formula))).team, statement=found.formula)
-    return Shown(claim, f"{Verdict.PROVED.value} in {_named(profile, found.region)}", proved.region)
+    proof = from_json(runs.read_unpacked(certificate, MAX_BYTES), str(certificate))
+    claim = proof.claim or OwnFormula(profile.policy(min(agents(proof.formula))).team, statement=proof.formula)
+    return Shown(claim, f"{Verdict.PROVED.value} in {_name_region(profile, proof.region)}", proved.region)
 
 
-def _proved(result: AnyResult) -> RegionSpec | None:
+def _find_watchable(result: AnyResult) -> RegionSpec | None:
     """The region of a proof that a monitor can be made from."""
     watched = result.verdict is Verdict.PROVED and result.semantics == MACHINE
     return spec_of(result.region) if watched and isinstance(result.certificate, Certificate) else None
 
 
 def _verdict(profile: ir.PolicyProfile, result: AnyResult) -> str:
-    said = f"{result.verdict.value} in {_named(profile, result.region)}"
+    said = f"{result.verdict.value} in {_name_region(profile, result.region)}"
     return said + ("" if result.semantics == MACHINE else ", in real arithmetic")
 
 
-def _named(profile: ir.PolicyProfile, region: Region) -> str:
-    name = called(profile, region)
+def _name_region(profile: ir.PolicyProfile, region: Region) -> str:
+    name = name_region(profile, region)
     return "the start region" if name == START else f"the region {name}" if name else "a region of its own"
 
 
-def _stored(number: int, result: AnyResult) -> Stored | None:
+def _store_counterexample(number: int, result: AnyResult) -> Stored | None:
     """The counterexample as a button, of the deployed arithmetic: the page decides by no other."""
     state = result.evidence.failing_state
     if result.verdict is not Verdict.VIOLATED or state is None or result.semantics != MACHINE:

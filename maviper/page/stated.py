@@ -13,7 +13,7 @@ from codegen import ir
 from codegen.errors import InputError
 from codegen.lowering.covering import Cover
 from codegen.lowering.watching import WORDS
-from codegen.wording import counted
+from codegen.wording import format_count
 from maviper.compilation.monitors import Proved
 from maviper.episodes import measures
 from maviper.page.document import Told
@@ -25,39 +25,39 @@ from verify.result import Verdict
 OK, LEAVING, OUTSIDE, INVALID = WORDS
 
 
-def told(profile: ir.PolicyProfile, certificate: Path, proved: Proved) -> tuple[Told, Recorded]:
+def play_claim(profile: ir.PolicyProfile, certificate: Path, proved: Proved) -> tuple[Told, Recorded]:
     """The claim of a certificate about a stated system, and an episode of the trees in it; `proved`: what it proves.
 
     InputError for a system that gives no episodes in play.
     """
-    found, statement = read_certificate(certificate)
+    proof, statement = read_certificate(certificate)
     if not isinstance(proved.region, Cover) or statement.gives or not statement.moves:
         what = "the certificate is about no system that moves by actions, and a page plays no other"
         raise InputError(what, str(certificate), "leave --certificate out; `maviper check` says what it proves")
     env = StatedEnv(statement, certificate.name)
-    seen, states = _played(profile, env)
-    label = f"The recorded episode, of seed {measures.ON_POLICY_SEEDS}, took {counted(len(states), 'step')}."
+    seen, states = _play_trees(profile, env)
+    label = f"The recorded episode, of seed {measures.ON_POLICY_SEEDS}, took {format_count(len(states), 'step')}."
     sentence = f"{Verdict.PROVED.value}: {proved.claim}"
-    return Told(found.claim.name, sentence, words(proved.region, states)), Recorded(seen, label)
+    return Told(proof.claim.name, sentence, words(proved.region, states)), Recorded(seen, label)
 
 
 def words(cover: Cover, states: ir.Float64) -> tuple[str, ...]:
     """What a monitor says of the states of an episode, [steps, variables], from its start."""
-    found: list[str] = []
+    verdicts: list[str] = []
     ranges = [(one.low, one.high) for one in cover.variables]
     for step, state in enumerate(states):
-        if found and found[-1] in (OUTSIDE, INVALID):
-            found.append(found[-1])
+        if verdicts and verdicts[-1] in (OUTSIDE, INVALID):
+            verdicts.append(verdicts[-1])
         elif not all(low <= number <= high for number, (low, high) in zip(state.tolist(), ranges, strict=True)):
-            found.append(INVALID)
+            verdicts.append(INVALID)
         elif not cover.holds(state[None], step)[0]:
-            found.append(OUTSIDE)
+            verdicts.append(OUTSIDE)
         else:
-            found.append(OK if cover.ever or step + 1 < len(cover.steps) else LEAVING)
-    return tuple(found)
+            verdicts.append(OK if cover.ever or step + 1 < len(cover.steps) else LEAVING)
+    return tuple(verdicts)
 
 
-def _played(profile: ir.PolicyProfile, env: StatedEnv) -> tuple[tuple[ir.Floats, ...], ir.Float64]:
+def _play_trees(profile: ir.PolicyProfile, env: StatedEnv) -> tuple[tuple[ir.Floats, ...], ir.Float64]:
     """What each agent observed before each step, [steps, n_features], and the states, [steps, variables]."""
     names = [one.name for one in env.statement.system.variables]
     observed, _ = env.reset(measures.ON_POLICY_SEEDS)

@@ -13,7 +13,7 @@ from codegen import ir
 from codegen.lowering.lower import lower
 from codegen.lowering.render import render
 from codegen.targets.svg import Box, Edge, Picture, picture
-from maviper.page.page import kept_visits, visits_of
+from maviper.page.page import read_visits, visits_of
 from maviper.worlds.matching import matching_world
 
 GAP = 34  # above a tree, for its title
@@ -34,35 +34,37 @@ class Drawn:
 def svg(profile: ir.PolicyProfile, agents: Sequence[str]) -> str:
     """The picture of these agents' trees. InputError for a tree that no page shows."""
     world = matching_world(profile)
-    visits = kept_visits(profile) if world is None else visits_of(profile, world)
-    drawn = tuple(_stacked(profile, agents, visits))
+    visits = read_visits(profile) if world is None else visits_of(profile, world)
+    drawn = tuple(_stack_pictures(profile, agents, visits))
     width = max(one.picture.width for one in drawn)
     height = drawn[-1].top + drawn[-1].picture.height
     return render("svg/team.svg.j2", profile=profile.world.name, trees=drawn, width=width, height=height)
 
 
-def _stacked(profile: ir.PolicyProfile, agents: Sequence[str], visits: Mapping[str, Sequence[int]]) -> Iterator[Drawn]:
+def _stack_pictures(
+    profile: ir.PolicyProfile, agents: Sequence[str], visits: Mapping[str, Sequence[int]]
+) -> Iterator[Drawn]:
     top = 0.0
     for agent in lower(profile).agents:
         if agent.name not in agents:
             continue
-        found, shares = picture(agent), _shares(profile.policy(agent.name).tree, visits.get(agent.name))
-        split = [box.node for box in found.boxes if box.split]
+        drawing, shares = picture(agent), _shares(profile.policy(agent.name).tree, visits.get(agent.name))
+        split = [box.node for box in drawing.boxes if box.split]
         children = [child for node in split for child in (node.left, node.right)]
         edges = [
             (edge, THINNEST + (WIDEST - THINNEST) * shares[child] if shares else THINNEST)
-            for edge, child in zip(found.edges, children, strict=True)
+            for edge, child in zip(drawing.edges, children, strict=True)
         ]
-        boxes = [(box, shares[box.node.id] if shares else None) for box in found.boxes]
-        yield Drawn(found, top + GAP, tuple(edges), tuple(boxes), agent.summed is not None)
-        top += GAP + found.height
+        boxes = [(box, shares[box.node.id] if shares else None) for box in drawing.boxes]
+        yield Drawn(drawing, top + GAP, tuple(edges), tuple(boxes), agent.summed is not None)
+        top += GAP + drawing.height
 
 
 def _shares(tree: ir.Tree, visits: Sequence[int] | None) -> list[float] | None:
     """The share of decisions that goes through each node. `visits`: of leaves, by node; None where they are unknown."""
     if visits is None or not sum(visits):
         return None
-    found = [float(count) for count in visits]
+    counts = [float(count) for count in visits]
     for node in reversed(list(ir.splits(tree))):  # children come after their parents
-        found[node] = found[tree.left[node]] + found[tree.right[node]]
-    return [count / found[ir.ROOT] for count in found]
+        counts[node] = counts[tree.left[node]] + counts[tree.right[node]]
+    return [count / counts[ir.ROOT] for count in counts]

@@ -10,7 +10,7 @@ from statistics import mean
 from typing import Any
 
 from maviper.reproduction import figures, register
-from maviper.reproduction.figures import Point, named
+from maviper.reproduction.figures import Point, name_algorithm
 from maviper.reproduction.recipes import Part, Place
 from maviper.reproduction.sections import (
     COMPARED,
@@ -80,9 +80,9 @@ def budgets(context: Context) -> Section:
         place = Place(game, expert, depth=MAIN_DEPTH)
         for team, measure in _primary(game, place.world.teams).items():
             here = Place(game, expert, depth=MAIN_DEPTH, measure=measure)
-            series = {name: _bought(_rounds(context, here, name), team) for name in COMPARED}
+            series = {name: _average_budgets(_rounds(context, here, name), team) for name in COMPARED}
             if any(series.values()):
-                alone = context.found(key(here, "expert alone"), lambda here=here: _alone(context, here))
+                alone = context.find_number(key(here, "expert alone"), lambda here=here: _alone(context, here))
                 reference = None if alone is None else alone.value
                 title = f"{measure}, {expert}"
                 picture = figures.lines(title, "rollout episodes, at most", series, reference)
@@ -103,18 +103,18 @@ def _alone(context: Context, place: Place) -> list[Part]:
     return [Part(1.0, context.finder.alone(place))]
 
 
-def _bought(histories: Sequence[Rounds], team: str) -> list[Point]:
+def _average_budgets(histories: Sequence[Rounds], team: str) -> list[Point]:
     """The mean over seeds at each budget that all seeds reached; an extraction that ended keeps what it had."""
     if any(step.get("part") for rounds in histories for step in rounds):
         return []
-    found: list[Point] = []
+    points: list[Point] = []
     for budget in BUDGETS:
         within = [[step for step in rounds if step["episodes"] <= budget] for rounds in histories]
         best = [steps[-1].get(f"best {team}") for steps in within if steps]
         values = [float(value) for value in best if isinstance(value, int | float)]
         if values and len(values) == len(histories):
-            found.append(Point(mean(values), float("nan"), float("nan"), budget))
-    return found
+            points.append(Point(mean(values), float("nan"), float("nan"), budget))
+    return points
 
 
 def _spending(context: Context, place: Place, algorithm: str) -> list[list[str]]:
@@ -127,5 +127,5 @@ def _spending(context: Context, place: Place, algorithm: str) -> list[list[str]]
     for measure in _primary(place.game, place.world.teams).values() if spent else ():
         here = Place(place.game, place.expert, depth=place.depth, measure=measure)
         ratio, told = ratio_row(context, register.JOINT, here, algorithm)
-        rows += [[named(algorithm), f"{mean(spent):.0f}", measure, *told]] if ratio is not None else []
+        rows += [[name_algorithm(algorithm), f"{mean(spent):.0f}", measure, *told]] if ratio is not None else []
     return rows

@@ -54,7 +54,7 @@ NAMES = {
 }
 
 
-def named(algorithm: str) -> str:
+def name_algorithm(algorithm: str) -> str:
     """An algorithm's name for people."""
     return NAMES.get(algorithm, algorithm)
 
@@ -108,13 +108,24 @@ def lines(title: str, x_label: str, series: dict[str, list[Point]], reference: f
         at = [round(_across(point.x, xs) + apart, 2) for point in points]
         ends = [[down(end) for end in point.ends] or [None, None] for point in points]
         placed = [
-            {"x": x, "y": down(point.value), "low": end[0], "high": end[1], "told": f"{named(name)}: {point.told}"}
+            {
+                "x": x,
+                "y": down(point.value),
+                "low": end[0],
+                "high": end[1],
+                "told": f"{name_algorithm(name)}: {point.told}",
+            }
             for x, point, end in zip(at, points, ends, strict=True)
         ]
         path = "M" + " L".join(f"{each['x']},{each['y']}" for each in placed)
         drawn.append({"mark": mark(name), "points": placed, "path": path})
     legend = [
-        {"mark": mark(name), "text": named(name), "x": 16 + (k % 2) * 190, "y": bottom + 52 + LEGEND_ROW * (k // 2)}
+        {
+            "mark": mark(name),
+            "text": name_algorithm(name),
+            "x": 16 + (k % 2) * 190,
+            "y": bottom + 52 + LEGEND_ROW * (k // 2),
+        }
         for k, name in enumerate(shown)
     ]
     figure = {

@@ -20,7 +20,7 @@ from maviper.reproduction import figures
 from maviper.reproduction.cells.cell import EXPLOITABILITY, EXTRACTION
 from maviper.reproduction.cells.store import CELLS
 from maviper.reproduction.curves import budgets, curves
-from maviper.reproduction.figures import Point, named
+from maviper.reproduction.figures import Point, name_algorithm
 from maviper.reproduction.recipes import IMPURITY, Part, Place, Source
 from maviper.reproduction.results import Row
 from maviper.reproduction.sections import (
@@ -33,10 +33,10 @@ from maviper.reproduction.sections import (
     Figure,
     Section,
     Table,
+    format_number,
     key,
     point_of,
     short,
-    shown,
 )
 from maviper.worlds.world import RETURN
 
@@ -65,7 +65,7 @@ def features(context: Context) -> Section:
         if not columns:
             continue
         values = [[_mean(context, rows, agent, what, name) for name in columns] for agent in agents]
-        title = f"{named(algorithm)}, {what}, {expert}"
+        title = f"{name_algorithm(algorithm)}, {what}, {expert}"
         picture = Figure(short("features", algorithm, what, expert), figures.heat(title, agents, columns, values))
         made.figures.append(picture)
     return made.section("features", "Feature importances", lead, context.command())
@@ -81,7 +81,7 @@ def _mean(context: Context, rows: list[Row], agent: str, what: str, feature: str
     path = ("importances", agent, what, feature)
     source = Source(tuple((row.cell, "") for row in rows), facts=((1.0, path),))
     name = f"features/{rows[0].game}/{rows[0].expert}/{rows[0].algorithm}/{'/'.join(path[1:])}"
-    number = context.found(name, lambda: [Part(1.0, source)])
+    number = context.find_number(name, lambda: [Part(1.0, source)])
     return 0.0 if number is None else number.value
 
 
@@ -115,16 +115,20 @@ def exploitability(context: Context) -> Section:
         "Lower is better."
     )
     made = Collected()
-    for (game, expert), depth in product(context.places(), context.book.results.known("depth", kind=EXPLOITABILITY)):
+    for (game, expert), depth in product(
+        context.places(), context.book.results.list_values("depth", kind=EXPLOITABILITY)
+    ):
         place = Place(game, expert, depth=depth)
         for team in place.world.teams:
             rows: list[list[str]] = []
             dots: list[tuple[str, str, Point]] = []
-            for algorithm in context.book.results.known("algorithm", kind=EXPLOITABILITY, game=game, expert=expert):
-                told = _exploited(context, place, algorithm, team)
+            for algorithm in context.book.results.list_values(
+                "algorithm", kind=EXPLOITABILITY, game=game, expert=expert
+            ):
+                told = _read_exploitability(context, place, algorithm, team)
                 if told is not None:
-                    dots.append((named(algorithm), algorithm, told[0]))
-                    rows.append([named(algorithm), *told[1]])
+                    dots.append((name_algorithm(algorithm), algorithm, told[0]))
+                    rows.append([name_algorithm(algorithm), *told[1]])
             title = f"exploitability of {team}, depth {depth}, {expert}"
             if rows:
                 picture = figures.dots(title, "gain of the opponents, at least", dots)
@@ -134,7 +138,7 @@ def exploitability(context: Context) -> Section:
     return made.section("exploitability", "Exploitability", lead, context.command())
 
 
-def _exploited(context: Context, place: Place, algorithm: str, team: str) -> tuple[Point, list[str]] | None:
+def _read_exploitability(context: Context, place: Place, algorithm: str, team: str) -> tuple[Point, list[str]] | None:
     finder = context.finder
     try:
         seeds = finder.seeds(place, [algorithm], EXPLOITABILITY)
@@ -143,22 +147,22 @@ def _exploited(context: Context, place: Place, algorithm: str, team: str) -> tup
     except KeyError:
         return None
     places = gained[0].ours.places
-    raw = context.found(
+    raw = context.find_number(
         key(place, "raw return", algorithm, team), lambda: [Part(1.0, Source(places, _returns(context, places[0])))]
     )
     names = [lineup.partition(":")[2] for _, lineup in places]
     counts = ", ".join(f"{name} ({names.count(name)})" for name in sorted(set(names), key=lambda each: each != OWN))
-    return point_of(gain), [shown(gain), shown(raw), counts]
+    return point_of(gain), [format_number(gain), format_number(raw), counts]
 
 
 def _returns(context: Context, place: tuple[str, str]) -> str:
     """The return's name among the measures of a line-up. KeyError where it has none."""
     cell, lineup = place
     names = [measure for name, measure in context.book.results.values(cell) if name == lineup]
-    found = sorted(name for name in names if name.endswith(RETURN))
-    if not found:
+    returns = sorted(name for name in names if name.endswith(RETURN))
+    if not returns:
         raise KeyError("no return")
-    return found[0]
+    return returns[0]
 
 
 # --- budgets of leaves, and what was checked
@@ -177,7 +181,7 @@ def leaf_budgets(context: Context) -> Section:
                 place = Place(game, expert, depth=depth, measure=measure, leaves=leaves)
                 ratio, told = _joint(context, place, algorithm)
                 series.setdefault(algorithm, []).append(point_of(ratio, leaves))
-                rows.append([str(leaves), named(algorithm), *told, _expert(context, place)])
+                rows.append([str(leaves), name_algorithm(algorithm), *told, _expert(context, place)])
             if rows:
                 picture = figures.lines(f"{measure}, joint, {expert}", "leaves of a tree, at most", series)
                 made.figures.append(Figure(short("leaves", game, expert), picture))
@@ -192,14 +196,14 @@ def _joint(context: Context, place: Place, algorithm: str) -> tuple[Any, list[st
     """The joint ratio and value of one algorithm."""
     finder, lineups = context.finder, [f"joint:{place.team}"]
     name = f"{algorithm}/{place.splits or 'most'}"
-    ratio = context.found(
+    ratio = context.find_number(
         key(place, "joint", name), lambda: finder.ratio(place, algorithm, lineups, finder.seeds(place, [algorithm]))
     )
-    value = context.found(
+    value = context.find_number(
         key(place, "joint value", name),
         lambda: finder.absolute(place, algorithm, lineups, finder.seeds(place, [algorithm])),
     )
-    return ratio, [shown(ratio), shown(value)]
+    return ratio, [format_number(ratio), format_number(value)]
 
 
 # --- what was checked
@@ -208,7 +212,7 @@ def _joint(context: Context, place: Place, algorithm: str) -> tuple[Any, list[st
 def _expert(context: Context, place: Place) -> str:
     """What the expert reaches against itself in the episodes of ten seeds."""
     name = f"expert/{place.game}/{place.expert}/{place.measure}"
-    return shown(context.found(name, lambda: [Part(1.0, context.finder.alone(place))]))
+    return format_number(context.find_number(name, lambda: [Part(1.0, context.finder.alone(place))]))
 
 
 def violations(context: Context) -> Section:
@@ -230,10 +234,10 @@ def violations(context: Context) -> Section:
             continue
         source = Source(tuple((cell, "") for cell in known), facts=((1.0, (SHARE, "share")),))
         place = Place("physical-deception", expert, preset, depth, splits=splits)
-        number = context.found(key(place, SHARE, algorithm), lambda source=source: [Part(1.0, source)])
+        number = context.find_number(key(place, SHARE, algorithm), lambda source=source: [Part(1.0, source)])
         least, most = (pick(results.facts(cell)[SHARE]["share"] for cell in known) for pick in (min, max))
         extent = f"{least:.4f} to {most:.4f}"  # as the share itself
-        about = [expert, preset, splits, str(depth), named(algorithm), shown(number, 4), extent]
+        about = [expert, preset, splits, str(depth), name_algorithm(algorithm), format_number(number, 4), extent]
         rows.append([*about, f"{len(known)} of {len(cells)}"])
     head = ["expert", "preset", "splits", "depth", "algorithm", "violating share", "least to most", "teams known"]
     made.tables += [Table("States that violate distinct_targets", head, rows)] if rows else []
@@ -242,7 +246,7 @@ def violations(context: Context) -> Section:
     )
 
 
-def released(context: Context) -> Section:
+def released_code(context: Context) -> Section:
     """The authors' code beside the paper's text: which share of the published gap is an artefact."""
     lead = (
         "Joint performance at depth 4. Preset paper follows the text, released the authors' code with its accidents: "
@@ -257,17 +261,23 @@ def released(context: Context) -> Section:
                 for preset in ("paper", RELEASED)
             ]
             if here[1][0] is not None:
-                paper = _published(context, game, measure, algorithm)
+                paper = _read_published(context, game, measure, algorithm)
                 ours = [text for _, told in here for text in told]
                 rows.append(
-                    [measure, named(algorithm), *ours, _expert(context, Place(game, expert, measure=measure)), paper]
+                    [
+                        measure,
+                        name_algorithm(algorithm),
+                        *ours,
+                        _expert(context, Place(game, expert, measure=measure)),
+                        paper,
+                    ]
                 )
         head = ["measure", "algorithm", "paper: ratio", "paper: trees", "released: ratio", "released: trees"]
         made.tables += [Table(f"{game}, expert {expert}", [*head, "expert", "published: trees"], rows)] if rows else []
     return made.section("released", "The released code", lead, context.command(FULL))
 
 
-def _published(context: Context, game: str, measure: str, algorithm: str) -> str:
+def _read_published(context: Context, game: str, measure: str, algorithm: str) -> str:
     """What the paper's Tables 3 and 4 say of a team of trees against experts."""
     told, names = context.known.tables.get(game), context.known.tables["opponents"]["algorithms"]
     if told is None or algorithm not in names:
@@ -302,13 +312,13 @@ def _both(context: Context, place: Place, seeds: list[int]) -> list[str]:
     for kind in (EXACT, HISTOGRAM):
         here = replace(place, splits=kind)
         rows = context.finder.rows(here, "maviper")
-        found = context.found(
+        number = context.find_number(
             key(here, "splits", "maviper"),
             lambda here=here: context.finder.absolute(here, "maviper", [f"joint:{here.team}"], seeds),
         )
-        values.append(shown(found))
+        values.append(format_number(number))
         seconds.append(f"{statistics.mean(rows[seed].cpu_seconds for seed in seeds):.1f}")
     return [*values, *seconds]
 
 
-ALL = (features, trees, exploitability, curves, budgets, leaf_budgets, violations, released, splits)
+ALL = (features, trees, exploitability, curves, budgets, leaf_budgets, violations, released_code, splits)

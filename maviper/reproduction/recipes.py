@@ -56,12 +56,12 @@ class Source:
 
 def fact(facts: Mapping[str, Any], path: Path_) -> float:
     """A number in the facts of a cell. KeyError where there is none."""
-    found: Any = facts
+    node: Any = facts
     for name in path:
-        found = found[name]
-    if not isinstance(found, int | float):
+        node = node[name]
+    if not isinstance(node, int | float):
         raise KeyError(path)
-    return float(found)
+    return float(node)
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ def less(ours: Parts, theirs: Parts) -> list[Part]:
     return [*ours, *times(-1.0, theirs)]
 
 
-def estimated(results: Results, parts: Parts) -> tuple[Estimate, int, int]:
+def estimate_parts(results: Results, parts: Parts) -> tuple[Estimate, int, int]:
     """What parts amount to, with the numbers of seeds and of episodes for each. KeyError where a cell lacks values."""
     rows = [part.ours.rows(results) for part in parts]
     seeds = (set[float].intersection(*(set(of[k][0].tolist()) for of in rows)) for k in range(len(rows[0])))
@@ -112,13 +112,13 @@ def estimated(results: Results, parts: Parts) -> tuple[Estimate, int, int]:
 
 def _at(rows: Sequence[tuple[Float64, Float64]], episodes: Sequence[Float64]) -> Float64:
     """The values in the episodes wanted of each seed, [seeds, episodes]."""
-    found: list[Float64] = []
+    aligned: list[Float64] = []
     for (seeds, values), wanted in zip(rows, episodes, strict=True):
         places = np.searchsorted(seeds, wanted)
         if places.max() >= len(seeds) or not np.array_equal(seeds[places], wanted):
             raise KeyError("an expert's episodes are missing")
-        found.append(values[places])
-    return np.stack(found)
+        aligned.append(values[places])
+    return np.stack(aligned)
 
 
 @dataclass(frozen=True)
@@ -140,8 +140,8 @@ class Number:
     def document(self) -> dict[str, Any]:
         """As plain data; None for what is not finite."""
         low, high = self.estimate.interval()
-        found = {"value": self.value, "low": low, "high": high, "error": self.estimate.error}
-        told = {name: float(value) if np.isfinite(value) else None for name, value in found.items()}
+        numbers = {"value": self.value, "low": low, "high": high, "error": self.estimate.error}
+        told = {name: float(value) if np.isfinite(value) else None for name, value in numbers.items()}
         counts = {"freedom": self.estimate.freedom, "seeds": self.seeds, "episodes": self.episodes}
         return {**told, **counts, "parts": [part.document for part in self.parts]}
 
@@ -157,7 +157,7 @@ class Book:
     def number(self, name: str, parts: Parts) -> Number:
         """The number under its name. KeyError where a cell lacks what it is made of."""
         if name not in self.numbers:
-            self.numbers[name] = Number(name, parts, *estimated(self.results, parts))
+            self.numbers[name] = Number(name, parts, *estimate_parts(self.results, parts))
         return self.numbers[name]
 
 
@@ -202,9 +202,9 @@ class Finder:
         """Seed -> cell."""
         algorithm = "" if kind == CROSSPLAY else algorithm
         key = kind, place.game, place.expert, place.preset, place.depth, place.leaves, algorithm
-        found = self._alike.get(key, [])
-        splits = place.splits or _commonest([row.splits for row in found])
-        return {row.seed: row for row in found if row.splits == splits}
+        rows = self._alike.get(key, [])
+        splits = place.splits or _commonest([row.splits for row in rows])
+        return {row.seed: row for row in rows if row.splits == splits}
 
     def seeds(self, place: Place, algorithms: Iterable[str], kind: str = EXTRACTION) -> list[int]:
         """The seeds that all of some algorithms have; KeyError where there is none."""
@@ -215,8 +215,8 @@ class Finder:
 
     def expert(self, place: Place, seed: int) -> str:
         """The cell in which the expert plays the episodes of a seed. KeyError where there is none."""
-        found = self._alike.get((EXPERT, place.game, place.expert, "", 0, 0, ""), [])
-        cells = [row.cell for row in found if row.seed <= seed < row.seed + BLOCKS]
+        rows = self._alike.get((EXPERT, place.game, place.expert, "", 0, 0, ""), [])
+        cells = [row.cell for row in rows if row.seed <= seed < row.seed + BLOCKS]
         if not cells:
             raise KeyError("no cell of the expert")
         return cells[0]

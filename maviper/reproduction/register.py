@@ -17,7 +17,7 @@ from typing import Any, TypeVar
 
 import msgspec
 
-from codegen.errors import InputError, UnknownNameError, shown
+from codegen.errors import InputError, UnknownNameError, escape_text
 from maviper.extraction.bundles import ALGORITHMS, RGMDT, VARIANTS
 from maviper.files import runs
 from maviper.reproduction.cells.table import COLUMNS
@@ -64,7 +64,7 @@ class Claim(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
     published: Published | None = None
     reason: str = ""  # why a published number is not compared
 
-    def wanted(self, column: str) -> list[Any]:
+    def list_values(self, column: str) -> list[Any]:
         """The values of a column, as a list; [] where it is left open."""
         value = self.cells.get(column, [])
         return list(value) if isinstance(value, list) else [value]
@@ -125,39 +125,41 @@ def read(path: Path = FILE) -> Register:
     """The register in a file, that of the package with the claims that were written later. InputError with all faults
     where it is not one.
     """
-    content, digest = _decoded(path, _File)
+    content, digest = _decode_file(path, _File)
     rest = {name: getattr(content, name) for name in _File.__struct_fields__ if name not in ("format", "claim")}
     rest |= {"experts": MappingProxyType(content.experts), "tables": MappingProxyType(content.tables)}
-    claims, more = tuple(map(_numbered_as_in_the_paper, content.claim)), ""
+    claims, more = tuple(map(_renumber_figures, content.claim)), ""
     if path == FILE:
-        later, more = _decoded(MORE, _More)
+        later, more = _decode_file(MORE, _More)
         claims += tuple(later.claim)
     _check(claims, path)
     return Register(claims, sha256=digest, more=more, **rest)
 
 
-def _decoded(path: Path, form: type[Content]) -> tuple[Content, str]:
+def _decode_file(path: Path, form: type[Content]) -> tuple[Content, str]:
     """A file of claims, and its hash."""
     data = runs.read(path, MAX_BYTES)
     try:
         content = msgspec.toml.decode(data, type=form)
     except (msgspec.ValidationError, msgspec.DecodeError, UnicodeDecodeError) as error:
-        raise InputError("the register of claims is damaged", f"{path}: {shown(error)}", "see claims.toml") from None
+        raise InputError(
+            "the register of claims is damaged", f"{path}: {escape_text(error)}", "see claims.toml"
+        ) from None
     if content.format != FORMAT:
-        raise InputError(f"the register's format is not {FORMAT}", f"{path}: {shown(content.format)}")
+        raise InputError(f"the register's format is not {FORMAT}", f"{path}: {escape_text(content.format)}")
     return content, hashlib.sha256(data).hexdigest()
 
 
-def _numbered_as_in_the_paper(claim: Claim) -> Claim:
+def _renumber_figures(claim: Claim) -> Claim:
     """A claim whose figures have the paper's numbers. In the file all of them are one too high; it stays as it is,
     since its hash stands in every cell and record.
     """
 
-    def corrected(text: str) -> str:
+    def correct_figure(text: str) -> str:
         return FIGURE.sub(lambda found: f"figure {int(found[1]) - 1}", text)
 
-    paper = claim.published and msgspec.structs.replace(claim.published, place=corrected(claim.published.place))
-    return msgspec.structs.replace(claim, place=corrected(claim.place), published=paper)
+    paper = claim.published and msgspec.structs.replace(claim.published, place=correct_figure(claim.published.place))
+    return msgspec.structs.replace(claim, place=correct_figure(claim.place), published=paper)
 
 
 def _check(claims: Iterable[Claim], path: Path) -> None:
@@ -180,10 +182,10 @@ def faults_of(claim: Claim) -> list[str]:
         ("algorithm", [*claim.first, *claim.second], (*ALGORITHMS, *VARIANTS, RGMDT, *_others(claim))),
         ("column", claim.cells, COLUMNS),
     ]
-    found = [_unknown(what, name, names) for what, given, names in known for name in given if name not in list(names)]
+    faults = [_unknown(what, name, names) for what, given, names in known for name in given if name not in list(names)]
     columns = [column for column in claim.cells if column in COLUMNS and column not in CHOICES]
-    found += [f"the column {column} does not choose cells" for column in columns]
-    return found + [text for wrong, text in _RULES if wrong(claim)]
+    faults += [f"the column {column} does not choose cells" for column in columns]
+    return faults + [text for wrong, text in _RULES if wrong(claim)]
 
 
 def _others(claim: Claim) -> list[str]:
@@ -200,9 +202,9 @@ _RULES: tuple[tuple[Callable[[Claim], bool], str], ...] = (
     (lambda claim: (claim.test in COMPARING) != bool(claim.second), "`second` stands for what is compared with"),
     (lambda claim: (claim.test in BOUNDED) != (claim.bound is not None), "`bound` stands with above and below alone"),
     (lambda claim: (claim.test == NUMBER) != bool(claim.reason), "`reason` says why a number is not compared"),
-    (lambda claim: claim.statistic in PLAYED and not claim.wanted("measure"), "`cells` names no measure"),
-    (lambda claim: claim.statistic == EXPLOITABILITY and not claim.wanted("lineup"), "`cells` names no line-up"),
-    (lambda claim: not claim.wanted("game"), "`cells` names no game"),
+    (lambda claim: claim.statistic in PLAYED and not claim.list_values("measure"), "`cells` names no measure"),
+    (lambda claim: claim.statistic == EXPLOITABILITY and not claim.list_values("lineup"), "`cells` names no line-up"),
+    (lambda claim: not claim.list_values("game"), "`cells` names no game"),
     (
         lambda claim: claim.main and (claim.published is None or claim.published.effect is None),
         "a main claim has no effect",

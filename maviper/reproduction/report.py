@@ -14,12 +14,12 @@ from pathlib import Path
 from typing import Any
 
 from codegen.lowering.render import render
-from codegen.wording import counted
+from codegen.wording import format_count
 from maviper.evaluation.bootstrap import DRAWS
 from maviper.files import runs
 from maviper.reproduction import further, register, results, sections, verdicts
 from maviper.reproduction.cells.cell import EXPERT, KINDS
-from maviper.reproduction.figures import named
+from maviper.reproduction.figures import name_algorithm
 from maviper.reproduction.recipes import Book
 from maviper.reproduction.register import Register
 from maviper.reproduction.results import Results
@@ -36,18 +36,18 @@ SIGNS: dict[str, str] = dict(
 WIDTH = 150  # of a line of the summary
 
 
-def written(folder: Path) -> list[str]:
+def write_report(folder: Path) -> list[str]:
     """Writes the report of a folder's table into it; the lines for the terminal. InputError for a damaged table."""
     table, known = results.read(folder), register.read()
     book = Book(table)
     experts = _experts(table)
-    judged = [verdict for expert in experts for verdict in verdicts.judged(book, known, expert)]
+    judged = [verdict for expert in experts for verdict in verdicts.judge_claims(book, known, expert)]
     parts = _sections(Context(book, known, book.finder, GAMES, experts))
     facts = _facts(table, known, experts)
     lines = summary(judged, facts)
     page = {
         "facts": facts,
-        "verdicts": [_shown(verdict) for verdict in judged],
+        "verdicts": [_encode_verdict(verdict) for verdict in judged],
         "counts": counts([verdict.word for verdict in judged]),
     }
     pictures = {f"{FIGURES}/{figure.name}.svg": figure.svg for part in parts for figure in part.figures}
@@ -91,7 +91,7 @@ def _facts(table: Results, known: Register, experts: Sequence[str]) -> dict[str,
     """What was run, in words."""
     spent = sum(row.cpu_seconds for row in table.rows)
     kinds = {kind: len(table.cells(kind=kind)) for kind in KINDS}
-    games = table.known("game")
+    games = table.list_values("game")
     cells = ", ".join(f"{count} {kind}" for kind, count in kinds.items() if count)
     played = Counter[tuple[str, str]]()
     for row in table.cells(kind=EXPERT):
@@ -99,10 +99,10 @@ def _facts(table: Results, known: Register, experts: Sequence[str]) -> dict[str,
     return {
         "experts": ", ".join(experts) or "none",
         "games": ", ".join(games) or "none",
-        "algorithms": ", ".join(named(name) for name in table.known("algorithm") if name) or "none",
-        "presets": ", ".join(name for name in table.known("preset") if name) or "none",
-        "depths": ", ".join(str(depth) for depth in table.known("depth") if depth) or "none",
-        "seeds": len(table.known("seed")),
+        "algorithms": ", ".join(name_algorithm(name) for name in table.list_values("algorithm") if name) or "none",
+        "presets": ", ".join(name for name in table.list_values("preset") if name) or "none",
+        "depths": ", ".join(str(depth) for depth in table.list_values("depth") if depth) or "none",
+        "seeds": len(table.list_values("seed")),
         "cells": cells or "none",
         "expert's episodes": ", ".join(map(str, sorted(set(played.values())))) or "none",
         "CPU hours": f"{spent / 3600:.2f}",
@@ -122,17 +122,17 @@ def counts(words: Sequence[str]) -> str:
     """How many claims have which verdict, such as `5 of 40 claims agree, 7 differ, 25 are not decided`."""
     agree, differ, open_, apart = (words.count(word) for word in verdicts.WORDS)
     be = ("are", "is")
-    told = [f"{agree} of {counted(len(words), 'claim')} {'agrees' if agree == 1 else 'agree'}"]
+    told = [f"{agree} of {format_count(len(words), 'claim')} {'agrees' if agree == 1 else 'agree'}"]
     told += [f"{differ} {'differs' if differ == 1 else 'differ'}", f"{open_} {be[open_ == 1]} not decided"]
     return ", ".join([*told, f"{apart} {be[apart == 1]} not comparable"])
 
 
-def _shown(verdict: Verdict) -> dict[str, Any]:
+def _encode_verdict(verdict: Verdict) -> dict[str, Any]:
     """A verdict as the page shows it."""
     claim, paper = verdict.claim, verdict.claim.published
     rows: list[list[str]] = []
     for each in verdict.comparisons:
-        shown = sections.shown(each.number)
+        shown = sections.format_number(each.number)
         beside = [each.size, verdicts.UNTESTABLE if each.untestable else ""]
         rows.append([each.label, shown, _state(each), "; ".join(filter(None, beside))])
     published = "" if paper is None else f"{paper.number} ({paper.place})" if paper.number else paper.place
@@ -180,12 +180,12 @@ def summary(judged: Sequence[Verdict], facts: dict[str, Any]) -> list[str]:
         claim = verdict.claim
         name = claim.id if len(experts) == 1 else f"{claim.id} ({verdict.expert})"
         notes = "; ".join([text for text in (verdict.reason, *verdict.notes) if text])
-        lines.append(summed_up(verdict.word, claim.main, name, notes or claim.says))
+        lines.append(summarise_claim(verdict.word, claim.main, name, notes or claim.says))
         lines += [_cut(f"{'':<19}{text}") for text in _beside(verdict)]
     return [*lines, f"* main comparison; the whole: {PAGE}, {CLAIMS}"]
 
 
-def summed_up(word: str, main: bool, name: str, text: str) -> str:
+def summarise_claim(word: str, main: bool, name: str, text: str) -> str:
     """A claim's line of the summary."""
     return _cut(f"{SIGNS[word]} {word:<14} {'*' if main else ' '} {name}: {text}")
 

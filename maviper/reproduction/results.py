@@ -58,13 +58,13 @@ class Results:
 
     def cells(self, **wanted: Any) -> list[Row]:
         """The cells whose columns are as wanted; a list, tuple or set stands for any of its values."""
-        found: list[Row] = []
+        matching: list[Row] = []
         for row in self.rows:
             if all(_fits(getattr(row, column), value) for column, value in wanted.items()):
-                found.append(row)
-        return found
+                matching.append(row)
+        return matching
 
-    def known(self, column: str, **wanted: Any) -> list[Any]:
+    def list_values(self, column: str, **wanted: Any) -> list[Any]:
         """The values of a column in the cells that are as wanted, sorted."""
         return sorted({getattr(row, column) for row in self.cells(**wanted)})
 
@@ -79,7 +79,7 @@ class Results:
         if cell not in self._facts:
             path = self.folder / FACTS_FOLDER / f"{cell}.json"
             what = "the facts of a cell are no JSON object"
-            read = runs.decoded(path, MAX_FACTS_BYTES, dict[str, Any], what, AGAIN) if path.exists() else {}
+            read = runs.decode_file(path, MAX_FACTS_BYTES, dict[str, Any], what, AGAIN) if path.exists() else {}
             self._facts[cell] = read
         return self._facts[cell]
 
@@ -125,20 +125,23 @@ def _episodes(path: Path) -> dict[tuple[str, str], Values]:
     lines = csv.reader(io.StringIO(runs.read(path, MAX_EPISODE_BYTES).decode("utf-8", "replace"), newline=""))
     if next(lines, None) != list(EPISODE_COLUMNS):
         raise InputError("the table lacks columns", f"{path}: {', '.join(EPISODE_COLUMNS)}", AGAIN)
-    found: dict[tuple[str, str], tuple[list[float], list[float]]] = {}
+    by_lineup: dict[tuple[str, str], tuple[list[float], list[float]]] = {}
     try:
         for lineup, measure, episode, *columns in lines:  # a record packs episodes that follow one another in one row
-            seeds, values = found.setdefault((lineup, measure), ([], []))
+            seeds, values = by_lineup.setdefault((lineup, measure), ([], []))
             seeds.extend(range(int(episode), int(episode) + len(columns)))
             values.extend(map(float, columns))
     except ValueError as error:
         raise InputError("a row of the episodes is damaged", f"{path}: line {lines.line_num}: {error}", AGAIN) from None
-    if any(len(set(seeds)) < len(seeds) for seeds, _ in found.values()):
+    if any(len(set(seeds)) < len(seeds) for seeds, _ in by_lineup.values()):
         raise InputError("a row of the episodes is damaged", f"{path}: an episode stands there twice", AGAIN)
-    return {key: _sorted(np.array(seeds, dtype=np.float64), np.array(values)) for key, (seeds, values) in found.items()}
+    return {
+        key: _sort_by_seed(np.array(seeds, dtype=np.float64), np.array(values))
+        for key, (seeds, values) in by_lineup.items()
+    }
 
 
-def _sorted(seeds: Float64, values: Float64) -> Values:
+def _sort_by_seed(seeds: Float64, values: Float64) -> Values:
     order = np.argsort(seeds, kind="stable")
     return seeds[order], values[order]
 

@@ -16,16 +16,16 @@ from pathlib import Path
 from typing import Any
 
 from codegen.errors import ExitCode, InputError, UnknownNameError
-from codegen.wording import counted
+from codegen.wording import format_count
 from maviper.console import Console, LiveLine, duration
 from maviper.files import jobs as processes
 from maviper.files.seeds import ensure_counts
-from maviper.options import ReproduceOptions, completed
+from maviper.options import ReproduceOptions, complete_options
 from maviper.reproduction.cells import plan as plans
 from maviper.reproduction.cells import table
 from maviper.reproduction.cells.cell import DONE, KINDS, Made, Task
-from maviper.reproduction.cells.costs import estimate, guessed
-from maviper.reproduction.cells.making import made
+from maviper.reproduction.cells.costs import estimate, is_guessed
+from maviper.reproduction.cells.making import make_cell
 from maviper.reproduction.cells.plan import Asked, Plan
 from maviper.reproduction.cells.store import Store
 
@@ -56,7 +56,7 @@ class Request:
     backend: str
     scheduler: str | None  # Dask's; None: as DASK_SCHEDULER_ADDRESS says
 
-    def checked(self) -> "Request":
+    def validate(self) -> "Request":
         """The same; InputError or UnknownNameError for what cannot be used."""
         if self.quick and self.full:
             raise InputError("--quick and --full exclude each other", "--quick, --full", "give one of them")
@@ -68,7 +68,7 @@ class Request:
         for depth in self.depths or ():
             if not 1 <= depth <= 64:
                 raise InputError(f"a depth must be from 1 to 64, not {depth}", "--depths")
-        _ = self.asked.checked(), self.part
+        _ = self.asked.validate(), self.part
         return self
 
     @property
@@ -82,8 +82,8 @@ class Request:
         """The number of the shard, from 1, and how many there are."""
         if self.shard is None:
             return 1, 1
-        found = _SHARD.fullmatch(self.shard)
-        number, of = (int(found["number"]), int(found["of"])) if found else (0, 0)
+        match = _SHARD.fullmatch(self.shard)
+        number, of = (int(match["number"]), int(match["of"])) if match else (0, 0)
         if not 1 <= number <= of <= MAX_SHARDS:
             raise InputError(f"'{self.shard[:20]}' is no shard", "--shard", "write --shard 2/8, from 1/8 to 8/8")
         return number, of
@@ -93,7 +93,7 @@ def request(options: Mapping[str, Any]) -> Request:
     """The options of the verb as a request. TypeError for an option that there is not, InputError for a value that it
     cannot have.
     """
-    return Request(**completed(ReproduceOptions, options)).checked()
+    return Request(**complete_options(ReproduceOptions, options)).validate()
 
 
 @dataclass
@@ -111,22 +111,22 @@ class Reproduced:
         return ExitCode.VIOLATED if self.failed else ExitCode.DONE
 
 
-def reproduced(folder: str | Path, options: Request, console: Console | None = None) -> Reproduced:
+def reproduce_paper(folder: str | Path, options: Request, console: Console | None = None) -> Reproduced:
     """Makes the cells that are missing, then writes the table and the report. `console`: None says nothing."""
     console = console or Console(quiet=True)
     register = _register()
-    plan = plans.planned(options.asked, register)
+    plan = plans.plan_cells(options.asked, register)
     for what, why in plan.left_out:
         console.line("left out", f"{what}: {why}")
     mine = plans.shard(plan, *options.part)
     store, done = Store(Path(folder)), Reproduced(mine)
     if options.plan:
-        done.lines = said(mine, store)
+        done.lines = say_plan(mine, store)
         return done
     if not options.report_only:
         with store:
             _make(store, options, done, console)
-    _written(store, plan, register, done, console)
+    _write_report(store, plan, register, done, console)
     return done
 
 
@@ -148,10 +148,10 @@ def _piece(name: str) -> Any:
 def _make(store: Store, options: Request, done: Reproduced, console: Console) -> None:
     """All cells, those that need others after these. What another process makes is waited for."""
     tasks = done.plan.tasks
-    missing = {task.id: estimate(task) for task in tasks if not store.done(task.id)}
+    missing = {task.id: estimate(task) for task in tasks if not store.is_done(task.id)}
     finished = len(tasks) - len(missing)
     if finished:
-        console.line("found", f"{finished} of {counted(len(tasks), 'cell')} finished")
+        console.line("found", f"{finished} of {format_count(len(tasks), 'cell')} finished")
     with console.live("cells", len(tasks), finished) as live:
         shown = _Shown(live, console, finished, missing)
         for stage in (
@@ -159,8 +159,8 @@ def _make(store: Store, options: Request, done: Reproduced, console: Console) ->
             [task for task in tasks if task.of],
         ):
             waiting = False
-            while left := [task for task in stage if not store.done(task.id) and task.cell.said not in done.failed]:
-                ready = [task for task in left if all(store.done(id_) for id_ in task.of.values())]
+            while left := [task for task in stage if not store.is_done(task.id) and task.cell.said not in done.failed]:
+                ready = [task for task in left if all(store.is_done(id_) for id_ in task.of.values())]
                 if not ready:
                     needed = "a cell that it needs has failed"
                     done.failed |= {task.cell.said: needed for task in left}
@@ -171,7 +171,9 @@ def _make(store: Store, options: Request, done: Reproduced, console: Console) ->
                     shown.one(result, done)
                 if done.made + len(done.failed) == before:
                     if not waiting:
-                        console.line("waiting", f"for {counted(len(ready), 'cell')} that another process is making")
+                        console.line(
+                            "waiting", f"for {format_count(len(ready), 'cell')} that another process is making"
+                        )
                     waiting = True
                     time.sleep(POLL)
 
@@ -179,14 +181,14 @@ def _make(store: Store, options: Request, done: Reproduced, console: Console) ->
 def _results(store: Store, tasks: Sequence[Task], options: Request) -> Iterator[Made]:
     """The cells that this process could claim, as they come; the most expensive first, so that none is late."""
 
-    def claimed() -> Iterable[tuple[Task, dict[str, bytes]]]:
+    def claim_tasks() -> Iterable[tuple[Task, dict[str, bytes]]]:
         for task in sorted(tasks, key=lambda task: -estimate(task)):
             if store.claim(task.id):
                 yield task, {name: store.profile(id_) for name, id_ in task.of.items()}
 
     if options.backend == DASK:
-        return processes.on_dask(made, claimed(), options.scheduler)
-    return processes.as_they_come(made, claimed(), options.jobs)
+        return processes.on_dask(make_cell, claim_tasks(), options.scheduler)
+    return processes.as_they_come(make_cell, claim_tasks(), options.jobs)
 
 
 @dataclass
@@ -216,25 +218,27 @@ class _Shown:
 # --- what is told
 
 
-def _written(store: Store, plan: Plan, register: str, done: Reproduced, console: Console) -> None:
-    found = table.kept(store, plan.ids, register)
-    if found.other:
-        console.line("ignored", f"{counted(found.other, 'cell')} of another version of maviper or of its claims")
-    if found.doubled:
-        console.line("ignored", f"{found.doubled} cells that stand for the same as others, by another expert, say")
-    if not found.cells:
+def _write_report(store: Store, plan: Plan, register: str, done: Reproduced, console: Console) -> None:
+    finished = table.find_finished(store, plan.ids, register)
+    if finished.other:
+        console.line(
+            "ignored", f"{format_count(finished.other, 'cell')} of another version of maviper or of its claims"
+        )
+    if finished.doubled:
+        console.line("ignored", f"{finished.doubled} cells that stand for the same as others, by another expert, say")
+    if not finished.cells:
         raise InputError("there are no finished cells", str(store.folder), "run it without --report-only")
-    place = table.write(store, found.cells)
-    console.line("wrote", f"{place}  {counted(len(found.cells), 'cell')}, {done.made} of them made now")
+    place = table.write(store, finished.cells)
+    console.line("wrote", f"{place}  {format_count(len(finished.cells), 'cell')}, {done.made} of them made now")
     report = _piece("report")
-    done.lines = [] if report is None else list(report.written(store.folder))
+    done.lines = [] if report is None else list(report.write_report(store.folder))
     shown = list(done.failed.items())[:MAX_SHOWN]
     done.lines += [f"failed  {what}: {why}" for what, why in shown]
     if done.failed:
-        done.lines.append(f"{counted(len(done.failed), 'cell')} failed; run the command again to try again")
+        done.lines.append(f"{format_count(len(done.failed), 'cell')} failed; run the command again to try again")
 
 
-def said(plan: Plan, store: Store) -> list[str]:
+def say_plan(plan: Plan, store: Store) -> list[str]:
     """The plan for people: a line for cells that differ by depth and seed only, then the sum."""
     counts, seconds = Counter[str](), Counter[str]()
     finished, left = 0, 0.0
@@ -244,14 +248,14 @@ def said(plan: Plan, store: Store) -> list[str]:
         row = " ".join(word for word in words if word)
         counts[row] += 1
         seconds[row] += cost  # pyright: ignore[reportArgumentType]
-        here = store.done(task.id)
+        here = store.is_done(task.id)
         finished += here
         left += 0.0 if here else cost
     ordered = sorted(counts, key=lambda row: KINDS.index(row.partition(" ")[0]))
     lines = [f"{'cells':>6}  {'CPU s':>7}  what"]
     lines += [f"{counts[row]:>6}  {seconds[row]:>7.0f}  {row}" for row in ordered]
-    derived = sum(guessed(task.cell) for task in plan.tasks)
+    derived = sum(is_guessed(task.cell) for task in plan.tasks)
     if derived:
         lines.append(f"{derived} cells were not measured; they count as those that are most like them, times a factor")
-    total = f"{counted(len(plan.tasks), 'cell')}, {finished} of them finished; {left:.0f} CPU s are left"
+    total = f"{format_count(len(plan.tasks), 'cell')}, {finished} of them finished; {left:.0f} CPU s are left"
     return [*lines, f"{total} ({duration(left)} on one core, {duration(left / 2)} on two)"]

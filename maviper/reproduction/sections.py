@@ -12,7 +12,7 @@ from itertools import product
 from maviper.reproduction import figures, register
 from maviper.reproduction.cells.cell import CROSSPLAY, EXTRACTION
 from maviper.reproduction.commands import command
-from maviper.reproduction.figures import Point, named
+from maviper.reproduction.figures import Point, name_algorithm
 from maviper.reproduction.recipes import OPPONENTS, Book, Finder, Number, Part, Place
 from maviper.reproduction.register import Register
 from maviper.reproduction.statistics import PAPER
@@ -71,7 +71,7 @@ class Context:
     games: Sequence[str]
     experts: Sequence[str]
 
-    def found(self, name: str, parts: Callable[[], Sequence[Part]]) -> Number | None:
+    def find_number(self, name: str, parts: Callable[[], Sequence[Part]]) -> Number | None:
         """A number, or None where its cells are missing."""
         try:
             return self.book.number(name, parts())
@@ -105,7 +105,7 @@ class Collected:
         return Section(name, title, lead, self.figures, self.tables, list(dict.fromkeys(missing)))
 
 
-def shown(number: Number | None, digits: int = 3) -> str:
+def format_number(number: Number | None, digits: int = 3) -> str:
     """A number with its interval, as text."""
     point = point_of(number)
     if number is None or not point.finite:
@@ -172,13 +172,13 @@ def _ratios(
     rows: list[list[str]] = []
     for measure in measures:
         series: dict[str, list[Point]] = {}
-        depths = context.book.results.known("depth", kind=EXTRACTION, game=place.game, leaves=0, preset="paper")
+        depths = context.book.results.list_values("depth", kind=EXTRACTION, game=place.game, leaves=0, preset="paper")
         for depth, algorithm in product(depths, COMPARED):
             here = Place(place.game, place.expert, depth=depth, measure=measure)
             ratio, row = ratio_row(context, statistic, here, algorithm, reward)
             if ratio is not None:
                 series.setdefault(algorithm, []).append(point_of(ratio, depth))
-                rows.append([measure, str(depth), named(algorithm), *row])
+                rows.append([measure, str(depth), name_algorithm(algorithm), *row])
         if any(point.finite for points in series.values() for point in points):
             name = short(statistic, place.game, place.expert, measure)
             title = f"{measure}, {statistic}, {place.expert}"
@@ -206,7 +206,7 @@ def ratio_row(
         )
         expert = context.book.number(key(place, "expert beside", algorithm), [Part(1.0, finder.alone(place))])
         formula = [
-            shown(
+            format_number(
                 context.book.number(
                     key(place, f"{statistic} formula", algorithm), finder.ratio(place, algorithm, lineups, seeds, PAPER)
                 )
@@ -214,7 +214,7 @@ def ratio_row(
         ]
     except KeyError:
         return None, []
-    return ratio, [shown(ratio), *(formula if reward else []), shown(absolute), shown(expert)]
+    return ratio, [format_number(ratio), *(formula if reward else []), format_number(absolute), format_number(expert)]
 
 
 # --- robustness
@@ -250,9 +250,9 @@ def _average(context: Context, expert: str) -> list[Table]:
         numbers = [_against(context, place, algorithm, []) for algorithm in told["algorithms"]]
         if any(numbers):
             paper = [f"{mean:g} ({spread:g})" for mean, spread in zip(row["mean"], row["deviation"], strict=True)]
-            cells = [f"{shown(number, 2)} | {text}" for number, text in zip(numbers, paper, strict=True)]
+            cells = [f"{format_number(number, 2)} | {text}" for number, text in zip(numbers, paper, strict=True)]
             rows.append([row["game"], measure, *cells])
-    head = ["game", "measure", *map(named, told["algorithms"])]
+    head = ["game", "measure", *map(name_algorithm, told["algorithms"])]
     return [Table(f"{told['title']}, expert {expert}", head, rows, told["note"])] if rows else []
 
 
@@ -263,7 +263,7 @@ def _against(context: Context, place: Place, algorithm: str, opponents: list[str
         seeds = context.finder.seeds(place, [""], CROSSPLAY)
         return context.finder.against(place, algorithm, opponents or OPPONENTS, seeds)
 
-    return context.found(key(place, "against", "-".join(opponents) or "all", algorithm), parts)
+    return context.find_number(key(place, "against", "-".join(opponents) or "all", algorithm), parts)
 
 
 def _opponents(context: Context, game: str, expert: str) -> list[Table]:
@@ -280,9 +280,12 @@ def _opponents(context: Context, game: str, expert: str) -> list[Table]:
             for column, other in enumerate(algorithms):
                 ours, theirs = (one, other) if side == "attackers" else (other, one)
                 number = _against(context, place, ours, [theirs])
-                cells.append(NONE if number is None else f"{shown(number, 2)} | {printed[line][column]:g}")
-            rows.append([f"{told['attackers']['team']}: {named(one)}", *cells])
-        head = [f"{place.measure}, by", *(f"{told['defenders']['team']}: {named(name)}" for name in algorithms)]
+                cells.append(NONE if number is None else f"{format_number(number, 2)} | {printed[line][column]:g}")
+            rows.append([f"{told['attackers']['team']}: {name_algorithm(one)}", *cells])
+        head = [
+            f"{place.measure}, by",
+            *(f"{told['defenders']['team']}: {name_algorithm(name)}" for name in algorithms),
+        ]
         if any(cell != NONE for row in rows for cell in row[1:]):
             tables.append(Table(f"{told['title']}; {place.measure}; expert {expert}", head, rows))
     return tables
@@ -302,17 +305,19 @@ def ablation(context: Context) -> Section:
             rows = {name: ratio_row(context, statistic, place, name) for name in names}
             there = {name: both for name, both in rows.items() if both[0] is not None}
             if own & there.keys():
-                _compared(made, f"{title}, {statistic}, {measure}, {expert}", place, there)
+                _add_comparison(made, f"{title}, {statistic}, {measure}, {expert}", place, there)
     if not any("ladder" in each.title for each in made.tables):
         made.missing.append(f"ladder, not run: {context.command('--full')}")
     return made.section("ablation", "Ablations and ladder", lead, context.command("--depths 4"))
 
 
-def _compared(made: Collected, title: str, place: Place, rows: Mapping[str, tuple[Number | None, list[str]]]) -> None:
+def _add_comparison(
+    made: Collected, title: str, place: Place, rows: Mapping[str, tuple[Number | None, list[str]]]
+) -> None:
     """Dots and a table of algorithms side by side."""
-    dots = [(named(name), name, point_of(ratio)) for name, (ratio, _) in rows.items()]
+    dots = [(name_algorithm(name), name, point_of(ratio)) for name, (ratio, _) in rows.items()]
     made.figures.append(Figure(short(title, place.game), figures.dots(title, "ratio to the expert", dots)))
-    texts = [[named(name), *row] for name, (_, row) in rows.items()]
+    texts = [[name_algorithm(name), *row] for name, (_, row) in rows.items()]
     made.tables.append(Table(f"{title}, depth {place.depth}", ["algorithm", "ratio", "trees", "expert"], texts))
 
 

@@ -106,35 +106,35 @@ class Verdict:
         return max((each.visible for each in self.run if each.word == OPEN), default=math.inf)
 
 
-def judged(book: Book, known: Register, expert: str) -> list[Verdict]:
+def judge_claims(book: Book, known: Register, expert: str) -> list[Verdict]:
     """The verdicts on all claims, with an expert of that label. Beside those on prey by touches stands what they would
     be by return, since prey that leave the arena are touched less and pay for it.
     """
-    found = {verdict.claim.id: verdict for verdict in _judged(book, known, expert)}
+    verdicts = {verdict.claim.id: verdict for verdict in _judge_plain(book, known, expert)}
     by_return = replace(known, claims=tuple(filter(None, map(_by_return, known.claims))))
-    for each in _judged(book, by_return, expert):
+    for each in _judge_plain(book, by_return, expert):
         if each.run:
             told = f"{each.word}{f', {each.reason}' if each.reason else ''}"
-            found[each.claim.id] = replace(found[each.claim.id], by_return=told)
-    return list(found.values())
+            verdicts[each.claim.id] = replace(verdicts[each.claim.id], by_return=told)
+    return list(verdicts.values())
 
 
 def _by_return(claim: Claim) -> Claim | None:
     """A claim about prey by touches as one about their return; None for any other."""
-    if claim.wanted("measure") != [TOUCHED] or claim.test not in register.COMPARING:
+    if claim.list_values("measure") != [TOUCHED] or claim.test not in register.COMPARING:
         return None
     cells = {**claim.cells, "measure": REWARDED}
     family = f"{register.FURTHER}{REWARDED}" if claim.family.startswith(register.FURTHER) else REWARDED
     return structs.replace(claim, cells=cells, family=family, main=False, published=None)
 
 
-def _judged(book: Book, known: Register, expert: str) -> list[Verdict]:
-    found = {claim.id: list(_comparisons(book, claim, expert)) for claim in known.claims}
+def _judge_plain(book: Book, known: Register, expert: str) -> list[Verdict]:
+    comparisons = {claim.id: list(_comparisons(book, claim, expert)) for claim in known.claims}
     for family in known.families:
         claims = [claim.id for claim in known.claims if claim.family == family]
-        members = iter(decided([each for claim in claims for each in found[claim]], known))
-        found |= {claim: [next(members) for _ in found[claim]] for claim in claims}
-    return [_verdict(book, known, claim, expert, found[claim.id]) for claim in known.claims]
+        members = iter(decide_family([each for claim in claims for each in comparisons[claim]], known))
+        comparisons |= {claim: [next(members) for _ in comparisons[claim]] for claim in claims}
+    return [_verdict(book, known, claim, expert, comparisons[claim.id]) for claim in known.claims]
 
 
 # --- comparisons
@@ -145,7 +145,9 @@ def _comparisons(book: Book, claim: Claim, expert: str) -> Iterator[Comparison]:
     finder = book.finder
     for place, first, second in product(_places(claim, expert), claim.first, claim.second or [""]):
         versus = f"{first} less {second}" if second else first
-        label = f"{versus}, {' '.join([place.measure or place.game, *claim.wanted('lineup')])}, depth {place.depth}"
+        label = (
+            f"{versus}, {' '.join([place.measure or place.game, *claim.list_values('lineup')])}, depth {place.depth}"
+        )
         try:
             numbers = _numbers(finder, claim, place, first, second)
         except KeyError:
@@ -171,24 +173,24 @@ def comparison(claim: Claim, label: str, number: Number | None) -> Comparison:
     """A number with the p-values that the claim's test asks for, not yet corrected."""
     if number is None or claim.test == register.NUMBER:
         return Comparison(claim, label, number, {}, {})
-    found = number.estimate
+    estimate = number.estimate
     if claim.test in register.COMPARING:
-        return Comparison(claim, label, number, {"differs": found.p_differs()}, {})
+        return Comparison(claim, label, number, {"differs": estimate.p_differs()}, {})
     bound = claim.bound or 0.0
-    return Comparison(claim, label, number, {"above": found.p_above(bound), "below": found.p_below(bound)}, {})
+    return Comparison(claim, label, number, {"above": estimate.p_above(bound), "below": estimate.p_below(bound)}, {})
 
 
 def _places(claim: Claim, expert: str) -> Iterator[Place]:
     """The cells that a claim is about, up to algorithm and seed."""
-    measures = claim.wanted("measure") or [""]
-    presets, leaves = claim.wanted("preset") or ["paper"], claim.wanted("leaves") or [0]
-    for game, measure in product(claim.wanted("game"), measures):
+    measures = claim.list_values("measure") or [""]
+    presets, leaves = claim.list_values("preset") or ["paper"], claim.list_values("leaves") or [0]
+    for game, measure in product(claim.list_values("game"), measures):
         world = game_of(game)
         labels = {each.label for each in world.measures} | {f"{team} {RETURN}" for team in world.teams}
         if measure and measure not in labels:
             continue
-        for depth, preset, budget in product(claim.wanted("depth") or [4], presets, leaves):
-            yield Place(game, expert, preset, depth, measure, budget, *claim.wanted("splits")[:1])
+        for depth, preset, budget in product(claim.list_values("depth") or [4], presets, leaves):
+            yield Place(game, expert, preset, depth, measure, budget, *claim.list_values("splits")[:1])
 
 
 def _numbers(finder: Finder, claim: Claim, place: Place, first: str, second: str) -> dict[str, list[Part]]:
@@ -227,7 +229,7 @@ def _statistic(
     if claim.statistic in (register.APART, register.TO_THE_GOAL):
         return finder.attention(place, algorithm, claim.statistic, seeds)
     if claim.statistic == register.EXPLOITABILITY:
-        gained = finder.exploitability(place, algorithm, claim.wanted("lineup")[0], seeds)
+        gained = finder.exploitability(place, algorithm, claim.list_values("lineup")[0], seeds)
         return times(-1.0, gained) if claim.test in register.COMPARING else gained
     return finder.performance(place, algorithm, claim.statistic, seeds)
 
@@ -235,7 +237,7 @@ def _statistic(
 # --- decisions
 
 
-def decided(family: Sequence[Comparison], known: Register) -> list[Comparison]:
+def decide_family(family: Sequence[Comparison], known: Register) -> list[Comparison]:
     """The comparisons of a family, each with its adjusted p-values, its word and the effect that could be seen.
 
     All tests of all comparisons are corrected together. Each comparison has two, and only one of their hypotheses can
@@ -249,15 +251,15 @@ def decided(family: Sequence[Comparison], known: Register) -> list[Comparison]:
     adjusted: list[dict[str, float]] = [{} for _ in tested]
     for (place, test), value in zip(asked, holm([tested[place].p[test] for place, test in asked], count), strict=True):
         adjusted[place][test] = value
-    found: list[Comparison] = []
+    corrected: list[Comparison] = []
     for each, values in zip(tested, adjusted, strict=True):
         if each.number is None or not values:
-            found.append(each)
+            corrected.append(each)
             continue
         enough = each.number.seeds >= known.least_seeds  # fewer show nothing, whatever its size
         visible = each.number.estimate.detectable(known.alpha / count, known.power) if enough else math.inf
-        found.append(replace(each, adjusted=values, word=_word(each, values, known), visible=visible))
-    return found
+        corrected.append(replace(each, adjusted=values, word=_word(each, values, known), visible=visible))
+    return corrected
 
 
 def _tests(comparison: Comparison, margin: float) -> dict[str, float]:
@@ -383,11 +385,11 @@ def _plain(verdict: Verdict) -> dict[str, Any]:
 
 
 def _plain_comparison(comparison: Comparison) -> dict[str, Any]:
-    found: dict[str, Any] = {"label": comparison.label, "word": comparison.word, "number": None}
+    entry: dict[str, Any] = {"label": comparison.label, "word": comparison.word, "number": None}
     if comparison.number is None:
-        return found | {"word": "not run"}
+        return entry | {"word": "not run"}
     number = {name: value for name, value in comparison.number.document.items() if name != "parts"}
     visible = comparison.visible if math.isfinite(comparison.visible) else None
     tests = {"p": dict(comparison.p), "adjusted": dict(comparison.adjusted), "visible": visible}
     tests |= {"size": comparison.size, "untestable": comparison.untestable}
-    return found | {"number": comparison.number.id, **number, **tests}
+    return entry | {"number": comparison.number.id, **number, **tests}

@@ -44,18 +44,18 @@ class Toured:
         return self.repair.after or self.before.profile
 
 
-def violated(profile: ir.PolicyProfile) -> run.Verified:
+def verify_trees(profile: ir.PolicyProfile) -> run.Verified:
     """As `maviper verify`: the usual claim, in the start region."""
-    options = VerifyOptions().checked()
-    return run.verified(profile, questions(profile, runs.PROFILE_FILE, options), options)
+    options = VerifyOptions().validate()
+    return run.verify_questions(profile, questions(profile, runs.PROFILE_FILE, options), options)
 
 
-def mended(profile: ir.PolicyProfile) -> Repaired:
+def repair_trees(profile: ir.PolicyProfile) -> Repaired:
     """As `maviper repair --max-depth 6`."""
     return repair_profile(profile, "distinct_targets", "start", request(max_depth=MAX_DEPTH, episodes=EPISODES))
 
 
-def toured(before: run.Verified, repair: Repaired) -> Toured:
+def compile_trees(before: run.Verified, repair: Repaired) -> Toured:
     """The stages with their code."""
     return Toured(before, repair, compile_profile(repair.after or before.profile))
 

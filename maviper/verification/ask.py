@@ -19,14 +19,14 @@ from codegen.errors import InputError, PartlyReadError, UnknownNameError
 from maviper.claims import Claim as BuiltIn
 from maviper.files import kinds, runs
 from maviper.files.regions import find_region
-from maviper.options import SystemOptions, completed, table_of
+from maviper.options import SystemOptions, complete_options, table_of
 from maviper.options import VerifyOptions as Options
-from maviper.verification.observing import as_compared, named_region
+from maviper.verification.observing import as_compared, resolve_region
 from verify.claims.catalogue import (
     NAMES,
     ZONES,
     Claim,
-    checked_zones,
+    check_zones,
     find_claim,
     in_general,
     names_reading,
@@ -40,7 +40,7 @@ from verify.claims.language.parameters import Form
 from verify.claims.observed import View
 from verify.claims.region import Region
 from verify.claims.uncertified.starts import START
-from verify.claims.uncertified.views import RANGES, SEEN, Viewed, carried, shared_features, unread
+from verify.claims.uncertified.views import RANGES, SEEN, Viewed, carry_region, select_features, unread
 from verify.exact import exact, plain
 from verify.kinds import AnyClaim
 from verify.question import UNITS_A_NODE, Budgets, Question
@@ -101,11 +101,11 @@ class VerifyOptions:
                 raise InputError(what, twice[0], f"write it among the parameters of {type(claim).__name__}")
             given |= claim.options
         name = claim.name if isinstance(claim, BuiltIn) else claim
-        asked = completed(Options, given)
+        asked = complete_options(Options, given)
         asked |= {key: number(asked[key], key) for key in parameters.of_form(Form.NUMBER)}
         return cls.of({"names": (name,), "region": region, **asked})
 
-    def checked(self) -> "VerifyOptions":
+    def validate(self) -> "VerifyOptions":
         """The options themselves; InputError for a limit that is out of its range, or that nothing reads."""
         self._check_world()
         if not 0 < self.units < 2**32:
@@ -206,9 +206,9 @@ def questions(
     """
     if options.semantics not in SEMANTICS:
         raise InputError("the semantics must be machine or real", "--semantics")
-    viewed = _viewed(profile, options)
+    viewed = _find_view(profile, options)
     about = profile if viewed is None else viewed.profile
-    where = partial(named_region, about, viewed)
+    where = partial(resolve_region, about, viewed)
     region = where(options.region)
     asked_for: list[Asked] = []
     if options.file is not None:
@@ -226,24 +226,24 @@ def questions(
             question = _question(about, viewed, claim, place, options, zones)
             asked_for.append(Asked(question, _line(words, question)))
     names = options.names or (() if asked_for else (DEFAULT if viewed is None else DEFAULT_OBSERVED,))
-    for name, given in zip(names, _given(names, options), strict=True):
+    for name, given in zip(names, _match_parameters(names, options), strict=True):
         with with_option_names():
             zones = given.pop(ZONES, None)
             claim = find_claim(name, about, options.team, **given)
-            zones = None if zones is None else checked_zones(zones)
+            zones = None if zones is None else check_zones(zones)
         question = _question(about, viewed, claim, region, options, zones)
         asked_for.append(Asked(question, command(profile_name, question)))
     _check_limits([one.claim for one in asked_for], options)
     return asked_for
 
 
-def _viewed(profile: ir.PolicyProfile, options: VerifyOptions) -> Viewed | None:
+def _find_view(profile: ir.PolicyProfile, options: VerifyOptions) -> Viewed | None:
     """The view that the options ask about; None where they ask about world states."""
     if not options.observations and not unread(profile):
         if options.shared:
             raise InputError("--shared is about observations", "--shared", "add --observations")
         return None
-    return Viewed(profile, View(shared_features(profile, options.shared or ())))
+    return Viewed(profile, View(select_features(profile, options.shared or ())))
 
 
 def _question(
@@ -259,7 +259,7 @@ def _question(
     if viewed is None:
         return Question(Game(profile), claim, region, options.semantics, budgets)
     seen = Viewed(viewed.origin, claim.of_view(viewed.view))
-    return Question(Game(seen.profile, viewed=seen), claim, carried(region, seen), options.semantics, budgets)
+    return Question(Game(seen.profile, viewed=seen), claim, carry_region(region, seen), options.semantics, budgets)
 
 
 def number(value: Fraction | float | str | None, parameter: str) -> Fraction | None:
@@ -299,7 +299,7 @@ def _check_limits(claims: Sequence[AnyClaim], options: VerifyOptions) -> None:
         raise InputError(what, "--max-cells", "to limit claims about episodes, use --max-zones")
 
 
-def _given(names: Sequence[str], options: VerifyOptions) -> list[dict[str, Any]]:
+def _match_parameters(names: Sequence[str], options: VerifyOptions) -> list[dict[str, Any]]:
     """For each property the parameters that a user gave and that it reads. InputError for one that none reads."""
     given = options.given
     if options.team is not None and not names:
@@ -352,7 +352,7 @@ def command(profile: str, question: Question[Claim]) -> str:
     words = ["maviper", "verify", profile, "--property", claim.name, "--team", claim.team]
     words += ["--region", question.region.name]
     for key, value in claim.stated.items():
-        words += [option_of(key), _written(value)]
+        words += [option_of(key), _format_parameter(value)]
     if "max_zones" in claim.limits and zones != Budgets().max_zones:
         words += [option_of(ZONES), str(zones)]
     return _line(words, question)
@@ -369,20 +369,20 @@ def _line(words: Sequence[str], question: Question[Claim]) -> str:
     return shlex.join(word.encode(errors="replace").decode() for word in words)
 
 
-def listed() -> list[dict[str, Any]]:
+def list_properties() -> list[dict[str, Any]]:
     """The built-in properties as plain data: name, sentence, parameters with their defaults as texts.
 
     A text is empty where the default depends on the world.
     """
-    found: list[dict[str, Any]] = []
+    properties: list[dict[str, Any]] = []
     for name in NAMES:
         values = usual(name) | ({ZONES: Budgets().max_zones} if ZONES in readable(name) else {})
-        defaults = {key: "" if value is None else _written(value) for key, value in values.items()}
-        found.append({"name": name, "sentence": in_general(name), "parameters": defaults})
-    return found
+        defaults = {key: "" if value is None else _format_parameter(value) for key, value in values.items()}
+        properties.append({"name": name, "sentence": in_general(name), "parameters": defaults})
+    return properties
 
 
-def _written(value: Parameter) -> str:
+def _format_parameter(value: Parameter) -> str:
     """A parameter as an option is written."""
     if isinstance(value, Fraction):
         return plain(value)

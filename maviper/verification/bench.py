@@ -16,7 +16,7 @@ import numpy as np
 
 from codegen import ir
 from codegen.agreement.build import Build, ReplayBuild
-from codegen.errors import shown
+from codegen.errors import escape_text
 from maviper.episodes.on_policy import on_policy
 from maviper.episodes.play import Episodes
 from maviper.verification.replays import rollouts, state_of
@@ -28,7 +28,7 @@ from verify.claims.observed import MIRRORED, RAISED, View, over
 from verify.claims.region import Region
 from verify.states.acting import Acted, Replay, confirm_actions
 from verify.states.episodes import Episode, agree_on_course
-from verify.states.state import State, contains, observed
+from verify.states.state import State, contains, observe_state
 from verify.verdicts.decisions import Visited
 
 NOT_SET = "claims over observations are replayed by observation; no state of the environment need show them"
@@ -50,7 +50,7 @@ class Bench:
         skipped = [] if made.compilable else ["compiled C: no compiler found"]
         if world is None:
             why = NOT_SET if observing else NO_WORLD
-            skipped.append(f"{shown(profile.world.reference) or 'environment'}: {why}")
+            skipped.append(f"{escape_text(profile.world.reference) or 'environment'}: {why}")
         return Bench(profile, made, world, tuple(skipped))
 
     def __enter__(self) -> Bench:
@@ -66,9 +66,11 @@ class Bench:
     def _episodes(self) -> Episodes | None:
         return None if self.world is None else on_policy(self.profile, self.world, keep=False)
 
-    def visited(self, region: Region) -> Visited | None:
+    def count_visited(self, region: Region) -> Visited | None:
         """How many states of its own episodes lie inside a region; None where the world cannot be played here."""
-        return None if self.world is None or self._episodes is None else _visited(self.world, self._episodes, region)
+        return (
+            None if self.world is None or self._episodes is None else _count_visited(self.world, self._episodes, region)
+        )
 
 
 def state_replays(
@@ -79,18 +81,18 @@ def state_replays(
     if made.compilable:
         replays["compiled C"] = partial(_in_compiled, made, profile, team)
     if world is not None:
-        replays[shown(profile.world.reference)] = partial(_in_reference, profile, profile.team(team), world)
+        replays[escape_text(profile.world.reference)] = partial(_in_reference, profile, profile.team(team), world)
     return replays
 
 
 def _in_compiled(made: Build, profile: ir.PolicyProfile, team: str, state: State) -> list[int]:
     """The team's actions by the compiled header; a copy of an agent acts by that agent's function."""
     known = [policy.agent for policy in made.profile.agents]
-    found: list[int] = []
+    actions: list[int] = []
     for policy in profile.team(team):
         agent = policy.agent if policy.agent in known else policy.agent.removesuffix(RAISED).removesuffix(MIRRORED)
-        found.append(int(made.library.act(agent, observed(profile, policy, state))[0]))
-    return found
+        actions.append(int(made.library.act(agent, observe_state(profile, policy, state))[0]))
+    return actions
 
 
 def _in_reference(
@@ -103,21 +105,21 @@ def _in_reference(
     env.reset(seed=0)
     world_state = state_of(profile, state)
     place_entities(env, world_state)
-    found: list[int] = []
+    actions: list[int] = []
     for policy in team:
         agent = world.agents.index(policy.agent)
         obs = world.observe(world_state)[agent].copy()
         shown = env.aec_env.unwrapped.observe(policy.agent)
         obs[0, : world.shown[agent]] = shown[: world.shown[agent]]
-        exact, wrong = observed(profile, policy, replace(state, errors={})), observed(profile, policy, state)
+        exact, wrong = observe_state(profile, policy, replace(state, errors={})), observe_state(profile, policy, state)
         obs = np.where(exact == wrong, obs, wrong)
-        found.append(int(ir.act(policy, obs)[0]))
-    return found
+        actions.append(int(ir.act(policy, obs)[0]))
+    return actions
 
 
-def _visited(world: ParticleWorld, episodes: Episodes, region: Region) -> Visited:
+def _count_visited(world: ParticleWorld, episodes: Episodes, region: Region) -> Visited:
     """How many on-policy states lie inside a region, its goals included."""
-    world_state = WorldState.joined(episodes.states[1:])
+    world_state = WorldState.concatenate(episodes.states[1:])
     within = contains(region, world.coordinates(world_state), world.spec)
     if region.goals:
         names = np.array([landmark.name for landmark in world.spec.landmarks])
@@ -125,7 +127,7 @@ def _visited(world: ParticleWorld, episodes: Episodes, region: Region) -> Visite
     return Visited(int(within.sum()), len(within), len(episodes.states[0]))
 
 
-def replayed(
+def replay_state(
     origin: ir.PolicyProfile, view: View | None, claim: Formula, team: str, state: State, semantics: str
 ) -> Acted:
     """A team's actions in a state, by everything that can replay it here: of a view by the compiled C alone."""
@@ -134,7 +136,7 @@ def replayed(
         return confirm_actions(profile, claim, team, state, state_replays(made, profile, team, world), semantics)
 
 
-def replayed_course(profile: ir.PolicyProfile, state: State, steps: int) -> tuple[Episode, tuple[str, ...]]:
+def replay_course(profile: ir.PolicyProfile, state: State, steps: int) -> tuple[Episode, tuple[str, ...]]:
     """The episode from a start, and the names of everything that can play it here and took the same course.
 
     DisagreementError when one of them takes another course.

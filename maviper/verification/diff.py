@@ -21,10 +21,10 @@ from maviper.episodes.on_policy import ON_POLICY_EPISODES, on_policy
 from maviper.evaluation.comparison import differing
 from maviper.files import runs
 from maviper.files.regions import find_region
-from maviper.options import DiffOptions, requested
+from maviper.options import DiffOptions, make_request
 from maviper.verification.ask import MAX_CELLS
 from maviper.verification.files.certificates import AGAINST_FILE
-from maviper.verification.observing import named_region
+from maviper.verification.observing import resolve_region
 from maviper.verification.outputs.compared import OutputsCompared, compare_outputs
 from maviper.worlds import ParticleWorld, WorldState
 from maviper.worlds.matching import ensure_places, matching_places
@@ -35,7 +35,7 @@ from verify.question import UNITS_A_NODE, Budgets
 from verify.reports import differences as report
 from verify.result import Verdict
 from verify.semantics import SEMANTICS
-from verify.states.shares import SAMPLE_SEED, SAMPLES, unbounded
+from verify.states.shares import SAMPLE_SEED, SAMPLES, find_unbounded
 from verify.states.state import sample
 from verify.verdicts.differences import Difference, difference
 
@@ -49,7 +49,7 @@ ONE_TEAM = (  # the way out for trees that know no places
 
 def request(**options: Unpack[DiffOptions]) -> Any:
     """The options of a comparison. InputError for one that cannot be used."""
-    asked = requested(DiffOptions, options)
+    asked = make_request(DiffOptions, options)
     budgets = _budgets(asked)
     if asked.semantics not in SEMANTICS:
         raise InputError("the semantics must be machine or real", "--semantics")
@@ -99,11 +99,11 @@ class Compared:
     @property
     def files(self) -> dict[str, str]:
         """Both profiles, the report, and a certificate where agents act alike, name -> text."""
-        found = {runs.PROFILE_FILE: dumps(self.found.first), AGAINST_FILE: dumps(self.found.second)}
-        found[REPORT_FILE] = report.as_json(self.facts)
+        files = {runs.PROFILE_FILE: dumps(self.found.first), AGAINST_FILE: dumps(self.found.second)}
+        files[REPORT_FILE] = report.as_json(self.facts)
         if self.found.certificate is not None:
-            found[CERTIFICATE_FILE] = to_json(self.found.certificate)
-        return found
+            files[CERTIFICATE_FILE] = to_json(self.found.certificate)
+        return files
 
 
 def compare_profiles(
@@ -116,35 +116,35 @@ def compare_profiles(
     if any(policy.tree.arithmetic for profile in (first, second) for policy in profile.agents):
         return compare_outputs(first, second, agents, region, _budgets(asked).max_cells)
     if unread(ensure(first)) and unread(ensure(second)) and first.world == second.world and first.world.reference:
-        return _observed(first, second, agents, region, asked)
+        return _compare_observed(first, second, agents, region, asked)
     for profile in (ensure(first), ensure(second)):
         ensure_places(profile.world, [one for policy in profile.agents for one in policy.features], ONE_TEAM)
     where = find_region(region, first)
-    found = difference(first, second, agents, where, asked.semantics, _budgets(asked))
+    differences = difference(first, second, agents, where, asked.semantics, _budgets(asked))
     coordinates, _ = sample(where, first.world, SAMPLES, SAMPLE_SEED)
-    uniform = _counted(first, second, agents, coordinates)
+    uniform = _count_differing(first, second, agents, coordinates)
     world = matching_places(first)
     if world is None:
-        return Compared(found, report.Estimates(uniform, None))
-    met = _counted(first, second, agents, met_states(first, world))
-    return Compared(found, report.Estimates(uniform, met, ON_POLICY_EPISODES))
+        return Compared(differences, report.Estimates(uniform, None))
+    met = _count_differing(first, second, agents, collect_states(first, world))
+    return Compared(differences, report.Estimates(uniform, met, ON_POLICY_EPISODES))
 
 
-def _observed(
+def _compare_observed(
     first: ir.PolicyProfile, second: ir.PolicyProfile, agents: Sequence[str], region: str, asked: Any
 ) -> Compared:
     """Two profiles of a game without places, over what their agents observe. There is no certificate: it would be about
     two views, which no file holds.
     """
     seen, other = Viewed(first, View()), Viewed(second, View())
-    where = named_region(seen.profile, seen, region)
-    if unbounded(where):
+    where = resolve_region(seen.profile, seen, region)
+    if find_unbounded(where):
         what = "some feature has no range, and nobody saw it"
-        raise InputError(what, ", ".join(unbounded(where)), "bound them in a region file (--region)")
-    found = difference(seen.profile, other.profile, agents, where, asked.semantics, _budgets(asked))
+        raise InputError(what, ", ".join(find_unbounded(where)), "bound them in a region file (--region)")
+    differences = difference(seen.profile, other.profile, agents, where, asked.semantics, _budgets(asked))
     coordinates, _ = sample(where, seen.profile.world, SAMPLES, SAMPLE_SEED)
-    uniform = _counted(seen.profile, other.profile, agents, coordinates)
-    return Compared(replace(found, certificate=None), report.Estimates(uniform, None))
+    uniform = _count_differing(seen.profile, other.profile, agents, coordinates)
+    return Compared(replace(differences, certificate=None), report.Estimates(uniform, None))
 
 
 def _common(first: ir.PolicyProfile, second: ir.PolicyProfile) -> tuple[str, ...]:
@@ -155,7 +155,7 @@ def _common(first: ir.PolicyProfile, second: ir.PolicyProfile) -> tuple[str, ...
     return tuple(names)
 
 
-def _counted(
+def _count_differing(
     first: ir.PolicyProfile, second: ir.PolicyProfile, agents: Sequence[str], coordinates: ir.Float64
 ) -> Mapping[str, Share]:
     """Of how many of the states each agent, and some agent, acts differently."""
@@ -167,6 +167,6 @@ def _counted(
     return {name: Share(int(row.sum()), len(row)) for name, row in rows.items()}
 
 
-def met_states(profile: ir.PolicyProfile, world: ParticleWorld) -> ir.Float64:
+def collect_states(profile: ir.PolicyProfile, world: ParticleWorld) -> ir.Float64:
     """Coordinates [n, n_coordinates] of the states in which the profile's agents decide, playing one another."""
-    return world.coordinates(WorldState.joined(on_policy(profile, world).states[:-1]))
+    return world.coordinates(WorldState.concatenate(on_policy(profile, world).states[:-1]))

@@ -48,7 +48,7 @@ def one_by_one(
 
 
 def _bench(questions: Sequence[Question[AnyClaim]]) -> Bench:
-    return Bench.of(_asked_of(questions), any(question.viewed is not None for question in questions))
+    return Bench.of(_profile_of(questions), any(question.viewed is not None for question in questions))
 
 
 def verdicts(
@@ -56,12 +56,12 @@ def verdicts(
 ) -> Iterator[tuple[Verdict, str]]:
     """The verdict on each question and its reason: those of `verify_claims`, without what a report says beside them."""
     if stated is None:
-        _asked_of(questions)
+        _profile_of(questions)
     for question in questions:
         yield procedure(question.claim).verdict(question, stated)
 
 
-def _asked_of(questions: Sequence[Question[AnyClaim]]) -> ir.PolicyProfile:
+def _profile_of(questions: Sequence[Question[AnyClaim]]) -> ir.PolicyProfile:
     """The one profile that questions are about."""
     profile = ensure(questions[0].origin)
     assert all(question.origin is profile for question in questions)
@@ -97,9 +97,9 @@ def report_files(facts: Mapping[str, Any], form: ModuleType = report) -> dict[st
 def certificate_files(results: Sequence[AnyResult]) -> dict[str, str]:
     """Certificates of proved results, and of regions found in others, file name -> text; numbered as in the report."""
     return {
-        f"certificate-{place}-{result.claim.name}{ending}.json": procedure(result.claim).certificate(found)
+        f"certificate-{place}-{result.claim.name}{ending}.json": procedure(result.claim).certificate(certificate)
         for place, result in enumerate(results, 1)
-        for ending, found in result.evidence.certificates
+        for ending, certificate in result.evidence.certificates
     }
 
 
@@ -107,10 +107,10 @@ def counterexample_files(profile: ir.PolicyProfile, results: Sequence[AnyResult]
     """For each violated claim a file, and a test that fails until a policy holds there."""
     files: dict[str, str] = {}
     for place, result in enumerate(results, 1):
-        found = procedure(result.claim).counterexample(profile, result)
-        if found is None:
+        failure = procedure(result.claim).counterexample(profile, result)
+        if failure is None:
             continue
-        written, where = found
+        written, where = failure
         stem = f"counterexample-{place}-{result.claim.name}"
         files[f"{stem}.json"] = layout(written) + "\n"
         named = {"name": f"{stem}.json", "place": place, "where": where}

@@ -51,7 +51,7 @@ def errors_in(source: str, profile: PolicyProfile, where: str) -> dict[str, dict
     """The largest errors that the claims `robust` of a property file allow, of each agent that they are about."""
     document, file = parse(source, where, "not a readable property file", ADVICE)
     agents = {policy.agent: policy for policy in profile.agents if policy.outputs}
-    found: dict[str, dict[str, Fraction]] = {}
+    stated: dict[str, dict[str, Fraction]] = {}
     for number, table in enumerate(as_list(document.get("property", []), file / "property")):
         place = file / "property" / number
         described = as_table(table, place)
@@ -59,12 +59,12 @@ def errors_in(source: str, profile: PolicyProfile, where: str) -> dict[str, dict
             continue
         agent = text(described.get("agent", ""), place / "agent")
         only({agent: None}, agents, place / "agent", "agent that gives numbers")
-        largest = found.setdefault(agent, {})
+        largest = stated.setdefault(agent, {})
         for name, most in robust.errors_of(
             described, {each.name: each for each in agents[agent].features}, place
         ).items():
             largest[name] = max(most, largest.get(name, most))
-    return found
+    return stated
 
 
 def _tables(profile: PolicyProfile, view: View, policy: AgentPolicy, errors: Errors) -> Iterator[str]:

@@ -21,22 +21,22 @@ from verify.checker.thresholds import sides
 from verify.claims.formula import And, Formula, Linear, Not, Or, conjunction, disjunction
 from verify.claims.region import Region
 from verify.claims.uncertified.starts import START
-from verify.claims.uncertified.views import RANGES, SEEN, Viewed, seen_region
+from verify.claims.uncertified.views import RANGES, SEEN, Viewed, build_seen_region
 
 Observed = Mapping[str, tuple[FeatureSpec, str]]  # variable -> a feature that is it, and what its agents compare
 
 
 def as_compared(view: PolicyProfile, semantics: str) -> Callable[[Formula], Formula]:
     """What reads formulas about a view so."""
-    found: dict[str, tuple[FeatureSpec, str]] = {}
+    by_variable: dict[str, tuple[FeatureSpec, str]] = {}
     unlike = set[str]()
     for policy in view.agents:
         for feature in policy.features:
             assert feature.meaning is not None, feature
             ((_, variable),) = feature.meaning.terms
-            if found.setdefault(variable, (feature, policy.numbers))[1] != policy.numbers:
+            if by_variable.setdefault(variable, (feature, policy.numbers))[1] != policy.numbers:
                 unlike.add(variable)
-    known = {name: each for name, each in found.items() if name not in unlike}
+    known = {name: each for name, each in by_variable.items() if name not in unlike}
     return lambda formula: _read(formula, known, semantics)
 
 
@@ -65,13 +65,13 @@ def last_of(end: Fraction, numbers: str, below: bool) -> float:
     return float(near)
 
 
-def named_region(about: PolicyProfile, viewed: Viewed | None, name: str) -> Region:
+def resolve_region(about: PolicyProfile, viewed: Viewed | None, name: str) -> Region:
     """The region of that name, or in that file. Over observations `start` is what was seen, where somebody looked, and
     `ranges` what the features' ranges are.
     """
     if viewed is None or name not in (START, SEEN, RANGES):
         return find_region(name, about)
-    known = seen_region(viewed)
+    known = build_seen_region(viewed)
     if known is None and name == SEEN:
         raise InputError("the profile does not say what was seen", "--region seen", "leave it out")
     if known is None:

@@ -18,12 +18,12 @@ from maviper.worlds.stated.reference import Reference, is_known
 from verify.claims.formula import holds
 from verify.reports import flows
 from verify.systems.claims import SystemClaim
-from verify.systems.observing import observed
+from verify.systems.observing import observe_state
 from verify.systems.statement import Statement
 from verify.verdicts.systems import SystemResult
 
 
-def measured(statement: Statement, run: bool) -> dict[str, Any]:
+def measure_reference(statement: Statement, run: bool) -> dict[str, Any]:
     """How far the statement is from its reference, over 100,000 steps. InputError where it is farther than it says."""
     name = statement.system.reference
     if not name or not statement.rules:
@@ -31,14 +31,15 @@ def measured(statement: Statement, run: bool) -> dict[str, Any]:
     if not (run or is_known(name)):
         said = f"{name} is code that the file names; it was not run, so nothing was measured (--run-reference runs it)"
         return {"name": name, "said": [said]}
-    found = deviation(statement)
-    if found.beyond:
-        what = f"the statement is not that of {name}: {found.beyond} of {found.steps} steps are beyond its error"
-        raise InputError(what, found.worst, "widen the error of the variable, narrow its range, or mend the rule")
-    off = {variable: list(bounds) for variable, bounds in found.off.items()}
+    measurement = deviation(statement)
+    if measurement.beyond:
+        beyond = f"{measurement.beyond} of {measurement.steps} steps are beyond its error"
+        what = f"the statement is not that of {name}: {beyond}"
+        raise InputError(what, measurement.worst, "widen the error of the variable, narrow its range, or mend the rule")
+    off = {variable: list(bounds) for variable, bounds in measurement.off.items()}
     reach = ", ".join(f"{variable} {flows.upwards(max(map(abs, bounds)), 2)}" for variable, bounds in off.items())
-    said = f"{name}: {found.steps} steps were measured, off by at most {reach}"
-    return {"name": name, "steps": found.steps, "anywhere": found.placed, "off": off, "said": [said]}
+    said = f"{name}: {measurement.steps} steps were measured, off by at most {reach}"
+    return {"name": name, "steps": measurement.steps, "anywhere": measurement.placed, "off": off, "said": [said]}
 
 
 def replay_words(statement: Statement, profile: PolicyProfile, result: SystemResult) -> str:
@@ -46,7 +47,7 @@ def replay_words(statement: Statement, profile: PolicyProfile, result: SystemRes
     if result.counterexample is None or result.claim.about_decisions:
         return ""
     name = statement.system.reference
-    broken = broken_in_reference(statement, profile, result.claim, result.counterexample.start_as_doubles)
+    broken = breaks_in_reference(statement, profile, result.claim, result.counterexample.start_as_doubles)
     if broken is None:
         return f"{name} cannot be put into this start, so this is a counterexample of the statement only"
     if broken:
@@ -54,7 +55,7 @@ def replay_words(statement: Statement, profile: PolicyProfile, result: SystemRes
     return f"{name} does not break the claim from there: this is a counterexample of the statement only"
 
 
-def broken_in_reference(
+def breaks_in_reference(
     statement: Statement, profile: PolicyProfile, claim: SystemClaim, start: Mapping[str, float]
 ) -> bool | None:
     """Whether an episode of the reference from a start breaks a claim; None where it cannot be put there."""
@@ -64,11 +65,11 @@ def broken_in_reference(
         return None
     for step in range(claim.steps + 1):
         state = {name: Fraction(number) for name, number in reference.state().items()}
-        if holds(claim.broken(step), state, {}):
+        if holds(claim.violation_at(step), state, {}):
             return True
-        if step == claim.steps or holds(claim.fulfilled(step), state, {}) or not reference.playing:
+        if step == claim.steps or holds(claim.fulfilment_at(step), state, {}) or not reference.playing:
             return False
-        seen = {policy.agent: observed(statement.system, policy, state) for policy in profile.agents}
+        seen = {policy.agent: observe_state(statement.system, policy, state) for policy in profile.agents}
         reference.step(
             {policy.agent: policy.actions[int(act(policy, seen[policy.agent])[0])].name for policy in profile.agents}
         )

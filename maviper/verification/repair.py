@@ -22,13 +22,13 @@ from codegen.sum_rules import VERIFIER, ensure_plain
 from maviper.compilation import compile
 from maviper.evaluation.comparison import Cost, measure_cost, sizes_document
 from maviper.evaluation.held_out import evaluation
-from maviper.evaluation.players import Player, shipped_expert
+from maviper.evaluation.players import Player, find_shipped
 from maviper.evaluation.run import MAX_EPISODES
 from maviper.files import runs
 from maviper.files.regions import find_region
-from maviper.options import RepairOptions, requested
+from maviper.options import RepairOptions, make_request
 from maviper.verification.ask import command, number, with_option_names
-from maviper.verification.diff import met_states
+from maviper.verification.diff import collect_states
 from maviper.verification.join import certificate_files, digests, report_files, verify_claims
 from maviper.worlds import ParticleWorld
 from maviper.worlds.matching import UNREPAIRED, ensure_places, matching_places
@@ -48,7 +48,7 @@ PARAMETERS = ("margin", "radius", "landmarks")
 def request(**options: Unpack[RepairOptions]) -> Any:
     """The options of a repair, with exact numbers. InputError for one that cannot be used."""
     exact = {name: number(options.get(name), name) for name in ("margin", "radius")}
-    asked = requested(RepairOptions, {**options, **exact})
+    asked = make_request(RepairOptions, {**options, **exact})
     episodes, most = asked.episodes, asked.max_depth
     if not 1 <= episodes <= MAX_EPISODES:
         raise InputError(f"the number of episodes must be from 1 to {MAX_EPISODES}, not {episodes}", "--episodes")
@@ -91,11 +91,11 @@ def repair_profile(
     if Path(region_name).name in (runs.PROFILE_FILE, COST_FILE):
         raise InputError("the region file would be overwritten by a result", "--region", "give it another name")
     world, question = matching_places(before), Question(Game(before), claim, region, budgets=Budgets(option=""))
-    found = repair(question, None if world is None else met_states(before, world), asked.max_depth)
-    unmeasured = Repaired(before, claim, region, found)
-    if not found.ended:
+    outcome = repair(question, None if world is None else collect_states(before, world), asked.max_depth)
+    unmeasured = Repaired(before, claim, region, outcome)
+    if not outcome.ended:
         return unmeasured
-    expert = None if world is None else shipped_expert(before.provenance.expert, world)
+    expert = None if world is None else find_shipped(before.provenance.expert, world)
     after = _with_provenance(unmeasured, world, expert)
     cost = measure_cost(before, after, claim.team, region, world, expert, asked.episodes)
     done = replace(unmeasured, after=after, cost=cost, results=tuple(verify_claims([question.of(after)])))

@@ -14,7 +14,7 @@ import numpy as np
 
 from codegen import ir
 from codegen.agreement.build import Build
-from codegen.errors import shown
+from codegen.errors import escape_text
 from codegen.ir import Float32, Int32, PolicyProfile
 from maviper.worlds import ParticleWorld, WorldState
 from maviper.worlds.games.particle import place_entities
@@ -29,11 +29,13 @@ def rollouts(made: Build, world: ParticleWorld | None) -> Mapping[str, EpisodeRe
     if world is None:
         return {}
     profile = made.profile
-    found: dict[str, EpisodeReplay] = {"simulator": partial(_simulated, profile, world, partial(_by_tree, profile))}
+    players: dict[str, EpisodeReplay] = {
+        "simulator": partial(_simulate_episode, profile, world, partial(_by_tree, profile))
+    }
     if made.compilable:
-        found["compiled C"] = partial(_simulated, profile, world, partial(_by_library, made))
-    found[shown(profile.world.reference)] = partial(_in_reference, profile, world)
-    return found
+        players["compiled C"] = partial(_simulate_episode, profile, world, partial(_by_library, made))
+    players[escape_text(profile.world.reference)] = partial(_in_reference, profile, world)
+    return players
 
 
 def _by_tree(profile: PolicyProfile, agent: str, obs: Float32) -> Int32:
@@ -62,7 +64,9 @@ def states_of(world: ir.WorldSpec, states: Sequence[State]) -> WorldState:
     return WorldState(np.array(position), np.array(speed), np.array(goal))
 
 
-def _simulated(profile: PolicyProfile, world: ParticleWorld, decide: Decide, state: State, steps: int) -> Episode:
+def _simulate_episode(
+    profile: PolicyProfile, world: ParticleWorld, decide: Decide, state: State, steps: int
+) -> Episode:
     """In our simulator."""
     world_state = state_of(profile, state)
     episode = [world.coordinates(world_state)[0]]

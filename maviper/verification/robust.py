@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from codegen.check import ensure
-from codegen.errors import InputError, UnknownNameError, shown
+from codegen.errors import InputError, UnknownNameError, escape_text
 from codegen.ir import AgentPolicy, PolicyProfile
 from maviper.files import runs
 from verify.certificates.decisions import to_json
@@ -76,12 +76,12 @@ class Radii:
     def rows(self) -> list[dict[str, Any]]:
         """The table as plain data; the radius is null where nothing leads to another action."""
         names, action = [one.name for one in self.policy.actions], self.policy.tree.action
-        found: list[dict[str, Any]] = []
+        rows: list[dict[str, Any]] = []
         for number, one in enumerate(self.radii, 1):
             other = ("", None) if one.distance is None else (names[int(action[one.other])], one.other)
             size = one.largest if math.isfinite(one.largest) else None
-            found.append(dict(zip(HEADER, (number, names[one.action], one.leaf, size, *other), strict=True)))
-        return found
+            rows.append(dict(zip(HEADER, (number, names[one.action], one.leaf, size, *other), strict=True)))
+        return rows
 
     def document(self) -> dict[str, Any]:
         """The table and what sums it up, as plain data."""
@@ -107,12 +107,12 @@ def robust(profile: PolicyProfile, path: Path, agent: str | None = None, certify
     """
     policy = _policy(ensure(profile), agent)
     observations = read_observations(path, policy)
-    found = tuple(radius(policy.tree, each) for each in observations)
+    radii = tuple(radius(policy.tree, each) for each in observations)
     made: list[Certificate] = []
-    for row, (each, one) in enumerate(zip(observations, found, strict=True), 1):
+    for row, (each, one) in enumerate(zip(observations, radii, strict=True), 1):
         if certify:
             made.append(_certificate(_question(profile, policy, each, one), row))
-    return Radii(policy, observations, found, tuple(made))
+    return Radii(policy, observations, radii, tuple(made))
 
 
 def _policy(profile: PolicyProfile, agent: str | None) -> AgentPolicy:
@@ -178,7 +178,7 @@ def _from_json(text: str, path: Path) -> list[Any]:
     try:
         return cast("list[Any]", json.loads(text))
     except (ValueError, RecursionError) as error:
-        raise InputError("not a list of observations", f"{path}: {shown(error)}", ADVICE) from None
+        raise InputError("not a list of observations", f"{path}: {escape_text(error)}", ADVICE) from None
 
 
 def _row(given: Any, names: Sequence[str], where: str) -> tuple[float, ...]:
@@ -186,7 +186,7 @@ def _row(given: Any, names: Sequence[str], where: str) -> tuple[float, ...]:
         stated = cast("Mapping[Any, Any]", given)
         for name in stated:
             if name not in names:
-                raise UnknownNameError("feature", shown(name or "a number without a name"), names, where)
+                raise UnknownNameError("feature", escape_text(name or "a number without a name"), names, where)
         missing = [name for name in names if stated.get(name) is None]
         if missing:
             raise InputError(f"no number for {missing[0]}", where, f"features: {', '.join(names)}")
@@ -200,9 +200,9 @@ def _row(given: Any, names: Sequence[str], where: str) -> tuple[float, ...]:
 
 def _number(value: Any, where: str) -> float:
     try:
-        found = math.nan if isinstance(value, bool) or not isinstance(value, (int, float, str)) else float(value)
+        number = math.nan if isinstance(value, bool) or not isinstance(value, (int, float, str)) else float(value)
     except (ValueError, OverflowError):
-        found = math.nan
-    if not abs(found) <= MAX_NUMBER:
-        raise InputError(f"not a finite number up to {MAX_NUMBER}: {shown(str(value)[:40])!r}", where, ADVICE)
-    return found
+        number = math.nan
+    if not abs(number) <= MAX_NUMBER:
+        raise InputError(f"not a finite number up to {MAX_NUMBER}: {escape_text(str(value)[:40])!r}", where, ADVICE)
+    return number

@@ -19,7 +19,7 @@ from codegen.errors import InputError
 from codegen.policy_json import dumps
 from maviper.files import runs
 from maviper.verification.ask import Asked, VerifyOptions, questions
-from maviper.verification.files.places import repeated
+from maviper.verification.files.places import repeat_command
 from maviper.verification.files.states import states_files
 from maviper.verification.join import (
     certificate_files,
@@ -49,8 +49,8 @@ class Verified:
     @cached_property
     def reports(self) -> dict[str, str]:
         """report.html, report.json and report.txt; of a stated system also tables of trajectories."""
-        found = report_files(self.document, self._form)
-        return found if self.stated is None else found | tables(self.document)
+        reports = report_files(self.document, self._form)
+        return reports if self.stated is None else reports | tables(self.document)
 
     def printed(self, as_json: bool) -> str:
         """The report for standard output alone: as JSON or as text."""
@@ -70,7 +70,7 @@ class Verified:
 
     @property
     def _commands(self) -> list[str]:
-        return [repeated(one, self.cells) for one in self.asked]
+        return [repeat_command(one, self.cells) for one in self.asked]
 
     @cached_property
     def certificates(self) -> dict[str, str]:
@@ -101,7 +101,7 @@ class Verified:
         return {**self.reports, **self.certificates, **self.counterexamples, **self.places, **self.states, **beside}
 
 
-def posed(
+def pose_questions(
     profile: ir.PolicyProfile,
     profile_name: str,
     options: VerifyOptions,
@@ -121,7 +121,7 @@ def posed(
     return stated.asked, stated
 
 
-def verified(
+def verify_questions(
     profile: ir.PolicyProfile,
     asked: Sequence[Asked],
     options: VerifyOptions,
@@ -132,24 +132,24 @@ def verified(
 
     Interrupted after the first result, it gives those that are known, and so fewer than were asked for.
     """
-    found: list[AnyResult] = []
+    outcomes: list[AnyResult] = []
     try:
         for result in one_by_one([one.question for one in asked], options.where, stated):
-            found.append(result)
+            outcomes.append(result)
             if told is not None:
                 told(result)
     except KeyboardInterrupt:
-        if not found:
+        if not outcomes:
             raise
-    return Verified(profile, tuple(asked[: len(found)]), tuple(found), options.cells, stated)
+    return Verified(profile, tuple(asked[: len(outcomes)]), tuple(outcomes), options.cells, stated)
 
 
 def results(profile: ir.PolicyProfile, options: VerifyOptions) -> list[AnyResult]:
     """The results alone. InputError for options that cannot be used."""
-    return list(verified_system(ensure(profile), options).results)
+    return list(verify_world(ensure(profile), options).results)
 
 
-def verified_system(profile: ir.PolicyProfile, options: VerifyOptions) -> Verified:
-    """The verdicts on the claims of options, of a world file among them, as `verified`."""
-    asked, stated = posed(profile, runs.PROFILE_FILE, options.checked())
-    return verified(profile, asked, options, stated=stated)
+def verify_world(profile: ir.PolicyProfile, options: VerifyOptions) -> Verified:
+    """The verdicts on the claims of options, of a world file among them, as `verify_questions`."""
+    asked, stated = pose_questions(profile, runs.PROFILE_FILE, options.validate())
+    return verify_questions(profile, asked, options, stated=stated)

@@ -32,7 +32,7 @@ def starter(subject: str) -> str:
     played = matching_world(profile)
     if played is not None and not unread(profile):
         return _of_world(played, played.name)
-    return _observed(profile, Path(subject).name)
+    return _render_observed(profile, Path(subject).name)
 
 
 def _of_world(found: World, name: str) -> str:
@@ -42,7 +42,7 @@ def _of_world(found: World, name: str) -> str:
     except InputError:
         if found.spec.name in WORLDS:
             raise
-        return _observed(found, name)
+        return _render_observed(found, name)
     teams = {team: list(members) for team, members in found.teams.items()}
     marks = [mark.name for mark in found.spec.landmarks]
     fitting = [team for team, members in teams.items() if len(members) == len(marks)]
@@ -78,7 +78,7 @@ class _Actor(NamedTuple):
     actions: tuple[str, ...]  # as formulas write them
 
 
-def _observed(of: World | PolicyProfile, name: str) -> str:
+def _render_observed(of: World | PolicyProfile, name: str) -> str:
     """About observations: the agents of a world or of a profile, with a bound at which a tree tests."""
     trees = {policy.agent: policy.tree for policy in of.agents} if isinstance(of, PolicyProfile) else {}
     if isinstance(of, PolicyProfile):
@@ -92,33 +92,33 @@ def _observed(of: World | PolicyProfile, name: str) -> str:
             agent,
             team,
             features,
-            tuple(_written("" if alone else agent, feature.name) for feature in features),
-            tuple(_written("", action.name) for action in actions),
+            tuple(_write_name("" if alone else agent, feature.name) for feature in features),
+            tuple(_write_name("", action.name) for action in actions),
         )
         for agent, team, features, actions in listed
     ]
     actor = max(actors, key=lambda each: len(trees[each.agent].feature) if trees else 0)
-    place, bound = _tested(actor, trees.get(actor.agent))
+    place, bound = _pick_test(actor, trees.get(actor.agent))
     return render(
         "properties/observed.toml.j2",
         about=name,
         profile=name if trees else "PROFILE",
         actors=actors,
         actor=actor,
-        acting=_written("", actor.agent),
+        acting=_write_name("", actor.agent),
         place=place,
         bound=plain(bound),
         beyond=plain(bound + 1),
     )
 
 
-def _written(agent: str, name: str) -> str:
+def _write_name(agent: str, name: str) -> str:
     """A name as formulas write it."""
     parts = [each if PLAIN.fullmatch(each) else f"'{each}'" for each in (agent, name) if each]
     return ".".join(parts)
 
 
-def _tested(actor: _Actor, tree: Tree | None) -> tuple[int, Fraction]:
+def _pick_test(actor: _Actor, tree: Tree | None) -> tuple[int, Fraction]:
     """A feature of an agent, and a number at which its tree, or else its range, is parted."""
     if tree is not None and len(tree.feature) > 1:
         return int(tree.feature[ROOT]), exact(f"{float(tree.threshold[ROOT]):.{DIGITS}f}", "")

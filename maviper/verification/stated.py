@@ -23,8 +23,8 @@ from maviper.files import runs
 from maviper.verification.ask import Asked, VerifyOptions
 from maviper.verification.files.systems import PROPERTY_FILE
 from maviper.verification.observation_world import errors_in, world_of
-from maviper.verification.observing import named_region
-from maviper.verification.reference import measured, replay_words
+from maviper.verification.observing import resolve_region
+from maviper.verification.reference import measure_reference, replay_words
 from maviper.worlds.stated.certified import WORLD_FILE, ensure_plays
 from maviper.worlds.stated.systems import file_of, read
 from maviper.worlds.stated.written import episodes
@@ -33,11 +33,11 @@ from verify.checker.systems.enclosures import ensure_curves, ensure_enclosed
 from verify.claims.formula import holds
 from verify.claims.observed import View
 from verify.claims.region import UNBOUNDED
-from verify.claims.uncertified.views import Viewed, shared_features
+from verify.claims.uncertified.views import Viewed, select_features
 from verify.progress import tell
 from verify.question import Question
 from verify.reach.play.observable import fails, observable
-from verify.reach.replay import Course, piece_of, replayed
+from verify.reach.replay import Course, piece_of, replay_course
 from verify.reach.results import SystemCounterexample
 from verify.reach.rounded import truly
 from verify.reports import systems as report
@@ -49,9 +49,9 @@ from verify.systems.curves.claims import CurvedClaim
 from verify.systems.files import MAX_BYTES as MAX_WORLD_BYTES
 from verify.systems.files import statement_of
 from verify.systems.given.played import as_played
-from verify.systems.observing import chosen
-from verify.systems.pieces import curved
-from verify.systems.properties import claims_in, claims_of, said_of_outputs
+from verify.systems.observing import choose_actions
+from verify.systems.pieces import list_curved
+from verify.systems.properties import claims_in, claims_of, write_formula
 from verify.systems.statement import Statement
 from verify.verdicts.systems import ENCLOSED, JointQuestions, SystemResult, verify_system
 
@@ -89,7 +89,7 @@ class StatedWorld:
         file = file_of(options.world)
         options = replace(options, world=file)
         given = {WORLD_FILE: file} | ({} if options.file is None else {PROPERTY_FILE: options.file})
-        return StatedWorld._joined(profile, read(file), given, _texts(given), options)
+        return StatedWorld._join_parts(profile, read(file), given, _texts(given), options)
 
     @staticmethod
     def of_observations(profile: PolicyProfile, options: VerifyOptions) -> StatedWorld:
@@ -105,15 +105,17 @@ class StatedWorld:
             raise InputError(what, "--properties", f'write a property with formula = "{_example(profile)}"')
         given = {PROPERTY_FILE: options.file}
         beside = _texts(given)
-        viewed = Viewed(profile, View(shared_features(profile, options.shared or ())))
-        region = named_region(viewed.profile, viewed, options.region)
+        viewed = Viewed(profile, View(select_features(profile, options.shared or ())))
+        region = resolve_region(viewed.profile, viewed, options.region)
         errors = errors_in(beside[PROPERTY_FILE], profile, options.file.name)
         source = world_of(profile, viewed.view, region, errors)
         statement = statement_of(source, WORLD_FILE)
-        return StatedWorld._joined(profile, statement, given, {WORLD_FILE: source, **beside}, options, observed=True)
+        return StatedWorld._join_parts(
+            profile, statement, given, {WORLD_FILE: source, **beside}, options, observed=True
+        )
 
     @staticmethod
-    def _joined(
+    def _join_parts(
         origin: PolicyProfile,
         statement: Statement,
         given: Mapping[str, Path],
@@ -134,7 +136,7 @@ class StatedWorld:
         """What was measured of the environment: seconds, so only once nothing else is left to refuse. InputError for a
         statement that is further from it than it says.
         """
-        return {} if self.options.verdict_only else measured(self.statement, self.options.run_reference)
+        return {} if self.options.verdict_only else measure_reference(self.statement, self.options.run_reference)
 
     @property
     def asked(self) -> list[Asked]:
@@ -170,11 +172,11 @@ class StatedWorld:
         if question.claim.curved is not None:
             return self._by_curves(question, question.claim.curved, beside)
         measured_steps = self.reference.get("steps")  # first, since a wrong statement is not worth a proof
-        bent = not question.claim.about_decisions and any(map(curved, self.statement.rules))
+        bent = not question.claim.about_decisions and any(map(list_curved, self.statement.rules))
         confirm = partial(_by_rules, self.statement, self.profile, question.claim) if bent else None
         if self.statement.acting:
             confirm = _unknown if bent else partial(self._truly, question.claim)
-        result = self._together.verified(self.claims.index(question.claim), confirm, beside)
+        result = self._together.verify_question(self.claims.index(question.claim), confirm, beside)
         if self.statement.acting and result.reason == ENCLOSED:
             result = replace(result, reason=NOT_OBSERVED if self.observed else ROUNDED)
             if self.observed:
@@ -191,7 +193,7 @@ class StatedWorld:
         confirm = observable if self.observed else truly
         again = confirm(self.statement, self.profile, claim, found)
         if again is not None and claim.about_decisions:
-            said = said_of_outputs(claim, self.statement, self.profile)
+            said = write_formula(claim, self.statement, self.profile)
             if said is not None and not fails(self.statement, self.profile, said, again.start):
                 raise AssertionError(f"the reference breaks no formula at {dict(again.start)}: {claim.written}")
         return again
@@ -207,17 +209,17 @@ class StatedWorld:
             where = f"claim {question.claim.shown}: {error}"
             raise InputError("an enclosure was not shown again", where, "cut its ranges into more parts") from None
         confirm = partial(self._truly, question.claim) if self.statement.acting else None
-        found = self._together.verified(self.claims.index(question.claim), confirm, beside)
-        if found.verdict in (Verdict.PROVED, Verdict.VACUOUS):
-            return found
+        stronger = self._together.verify_question(self.claims.index(question.claim), confirm, beside)
+        if stronger.verdict in (Verdict.PROVED, Verdict.VACUOUS):
+            return stronger
         if self.statement.acting:
             confirm = partial(self._truly, curved.weaker)
         other = verify_system(replace(question, claim=curved.weaker), confirm, beside)
         if other.verdict is Verdict.VIOLATED:
             return other
-        open_ = replace(found.evidence, helps=FINER if curved.enclosures else SMALLER, counterexample=None)
+        open_ = replace(stronger.evidence, helps=FINER if curved.enclosures else SMALLER, counterexample=None)
         reason = BENT if curved.enclosures else ERRING
-        return replace(found, verdict=Verdict.UNKNOWN, reason=reason, evidence=open_)
+        return replace(stronger, verdict=Verdict.UNKNOWN, reason=reason, evidence=open_)
 
     @cached_property
     def _questions(self) -> list[Question[SystemClaim]]:
@@ -263,7 +265,7 @@ def _by_rules(
     """An episode by the rules as they are written, with errors that the file states, that breaks the claim too."""
     for states in episodes(statement, profile, claim.steps, found.states):
         if _breaks(claim, states):
-            again = replayed(profile, statement.system, claim, _course(statement, profile, states))
+            again = replay_course(profile, statement.system, claim, _course(statement, profile, states))
             if again is not None:
                 return again
     return None
@@ -271,9 +273,9 @@ def _by_rules(
 
 def _breaks(claim: SystemClaim, states: Sequence[Mapping[str, Fraction]]) -> bool:
     for step, state in enumerate(states):
-        if holds(claim.broken(step), state, {}):
+        if holds(claim.violation_at(step), state, {}):
             return True
-        if holds(claim.fulfilled(step), state, {}):
+        if holds(claim.fulfilment_at(step), state, {}):
             return False
     return False
 
@@ -285,7 +287,7 @@ def _course(statement: Statement, profile: PolicyProfile, states: Sequence[Mappi
         number = piece_of(statement.system, state)
         if number is None:
             break
-        piece, actions = statement.system.pieces[number], chosen(statement.system, profile, state)
+        piece, actions = statement.system.pieces[number], choose_actions(statement.system, profile, state)
         joint = {policy.agent: policy.actions[actions[policy.agent]].name for policy in profile.agents}
         exact = piece.step(state, joint, {})
         errors.append({name: after[name] - exact[name] for name in piece.error})

@@ -21,7 +21,7 @@ from maviper.worlds.games.physical_deception import PhysicalDeception
 from maviper.worlds.games.predator_prey import PredatorPrey
 from maviper.worlds.outside.acting import refuse_numbers
 from maviper.worlds.outside.making import add_maker
-from maviper.worlds.outside.sources import SYSTEM, VMAS, named_by_user, parse_source
+from maviper.worlds.outside.sources import SYSTEM, VMAS, is_named_by_user, parse_source
 from maviper.worlds.world import Measure, World
 
 if TYPE_CHECKING:
@@ -38,14 +38,14 @@ OF_GYMNASIUM = re.compile(r"[A-Za-z0-9_/]+-v[0-9]+")
 SWITCHES = ("velocity", "shuffled")
 
 
-def _stated(file: str) -> Callable[..., Any]:
+def _maker_of(file: str) -> Callable[..., Any]:
     """What makes the environment of a world file. What it needs is imported where a name asks for it."""
-    from maviper.worlds.stated.environment import stated
+    from maviper.worlds.stated.environment import maker_of
 
-    return stated(file)
+    return maker_of(file)
 
 
-add_maker(SYSTEM, _stated)
+add_maker(SYSTEM, _maker_of)
 
 
 def find(name: str, giving: bool = False) -> World:
@@ -53,20 +53,20 @@ def find(name: str, giving: bool = False) -> World:
 
     `giving`: whether its agents may give numbers in place of choosing among actions. Whoever asks says so: elsewhere
     such a world is refused. `module:function` imports and runs a user's code, so a name that a data file states goes to
-    `built_in` instead.
+    `find_built_in` instead.
     """
-    found = _found(name)
-    if found.outputs and not giving:
+    world = _resolve_world(name)
+    if world.outputs and not giving:
         raise refuse_numbers(name)
-    return found
+    return world
 
 
-def _found(name: str) -> World:
-    if not named_by_user(name):
+def _resolve_world(name: str) -> World:
+    if not is_named_by_user(name):
         if OF_GYMNASIUM.fullmatch(name.partition(",")[0]):
             what = f"unknown world '{name}'"
             raise InputError(what, "", f"a game of Gymnasium is named by its module: gymnasium:{name}")
-        return built_in(name)
+        return find_built_in(name)
     if parse_source(name).module == VMAS:
         from maviper.worlds.outside.vmas import VmasWorld
 
@@ -76,7 +76,7 @@ def _found(name: str) -> World:
     return user_world(name)
 
 
-def built_in(name: str) -> World:
+def find_built_in(name: str) -> World:
     """As `find`, among our own games only: nothing is imported or run, whatever the name says."""
     game, *choices = name.split(",")
     if game not in WORLDS:
@@ -99,11 +99,11 @@ def built_in(name: str) -> World:
 def parallel_env(name: str, render_mode: str | None = None) -> WorldEnv:
     """One of our games as a PettingZoo parallel environment; observations and rewards are those of `find(name)`.
 
-    `render_mode`: None or `rgb_array`. Names and errors are those of `built_in`; UnknownNameError for another mode.
+    `render_mode`: None or `rgb_array`. Names, errors: of `find_built_in`; UnknownNameError for another mode.
     """
     from maviper.worlds.games.exported import WorldEnv
 
-    return WorldEnv(built_in(name), render_mode)
+    return WorldEnv(find_built_in(name), render_mode)
 
 
 def options_of(game: str) -> dict[str, int | str]:
@@ -134,8 +134,8 @@ __all__ = [
     "PredatorPrey",
     "World",
     "WorldState",
-    "built_in",
     "find",
+    "find_built_in",
     "options_of",
     "parallel_env",
     "range_of",

@@ -16,9 +16,9 @@ import numpy as np
 from codegen.errors import InputError
 from codegen.ir import PHYSICS
 from codegen.lowering.render import render
-from codegen.wording import counted
+from codegen.wording import format_count
 from maviper.files import runs
-from maviper.worlds import World, built_in
+from maviper.worlds import World, find_built_in
 from maviper.worlds.findings import Finding, Mark, usable
 from maviper.worlds.outside.acting import random_actions, width
 from maviper.worlds.outside.making import import_maker, make_environment
@@ -32,13 +32,13 @@ from maviper.worlds.outside.sources import (
     Source,
     attribute,
     fault,
-    named_by_user,
+    is_named_by_user,
     parse_source,
     space,
 )
 from maviper.worlds.outside.vmas import VmasWorld
 from maviper.worlds.seeds import fold_seed
-from maviper.worlds.stated.statements import measured, stated
+from maviper.worlds.stated.statements import check_statement, measure_reference
 from maviper.worlds.stated.systems import read
 from maviper.worlds.world import Int, Outcome
 
@@ -54,15 +54,15 @@ def check(name: str, run_reference: bool = False) -> list[Finding]:
 
     They end where a fault leaves nothing more to look at. UnknownNameError or InputError for a name that is neither.
     """
-    name = f"{SYSTEM}:{name}" if name.endswith(WORLD_FILE) and not named_by_user(name) else name
-    steps = _named(parse_source(name), run_reference) if named_by_user(name) else _built_in(name)
+    name = f"{SYSTEM}:{name}" if name.endswith(WORLD_FILE) and not is_named_by_user(name) else name
+    steps = _check_named(parse_source(name), run_reference) if is_named_by_user(name) else _check_built_in(name)
     findings: list[Finding] = []
     try:
         with output_aside():  # whatever an environment prints
             for finding in steps:
                 findings.append(finding)
     except InputError as error:
-        if not findings and not named_by_user(name):
+        if not findings and not is_named_by_user(name):
             raise
         lines = error.where.removeprefix(name).removeprefix(": ").split("\n")
         place = "; ".join(line.strip() for line in lines if line.strip() != "^")  # of a finding, which is one line
@@ -79,9 +79,9 @@ def new(path: Path, flow: bool = False) -> None:
         raise InputError("the file exists", str(path), "choose another name")
 
 
-def _named(source: Source, run_reference: bool) -> Iterator[Finding]:
+def _check_named(source: Source, run_reference: bool) -> Iterator[Finding]:
     if source.module == SYSTEM:
-        return _stated(source, run_reference)
+        return _check_stated(source, run_reference)
     return _vmas(source) if source.module == VMAS else _user(source)
 
 
@@ -95,8 +95,8 @@ def _user(source: Source) -> Iterator[Finding]:
         yield from wrong
         return
     yield from _spaces(env)
-    yield from (found := list(_start(env, source)))
-    if not usable(found):
+    yield from (findings := list(_start(env, source)))
+    if not usable(findings):
         return
     world = PettingZooWorld(function, source.text)
     try:
@@ -108,10 +108,10 @@ def _user(source: Source) -> Iterator[Finding]:
     yield from _meanings(world)
 
 
-def _stated(source: Source, run_reference: bool) -> Iterator[Finding]:
+def _check_stated(source: Source, run_reference: bool) -> Iterator[Finding]:
     """Of a world file: what it states, whether that can be played, and how far it is from its reference."""
     statement = read(source.function)
-    yield from stated(statement)
+    yield from check_statement(statement)
     if not statement.moves or statement.gives:
         return
     function = import_maker(source)
@@ -122,14 +122,14 @@ def _stated(source: Source, run_reference: bool) -> Iterator[Finding]:
     finally:
         world.close()
     if statement.system.reference:
-        yield from measured(statement, run_reference)
+        yield from measure_reference(statement, run_reference)
 
 
 def _vmas(source: Source) -> Iterator[Finding]:
     """A random episode in the first place of a batch, and the same in the last place of another one."""
     name = source.text
     world = VmasWorld(name)
-    yield Finding(Mark.OK, f"scenario: {name}, {counted(world.games, 'game')} at once")
+    yield Finding(Mark.OK, f"scenario: {name}, {format_count(world.games, 'game')} at once")
     yield Finding(Mark.OK, f"agents: {', '.join(world.agents)}")
     yield Finding(Mark.OK, f"actions: Discrete, {', '.join(str(len(choices)) for choices in world.actions)}")
     seen = ", ".join(str(len(features)) for features in world.features)
@@ -157,15 +157,15 @@ def _in_place(world: VmasWorld, place: int, actions: Int) -> list[bytes]:
     seeds = np.arange(place + 1)
     seeds[place] = SEED
     state = world.start_from_seeds(seeds)
-    found: list[bytes] = []
+    trace: list[bytes] = []
     for acted in actions:
         state = world.step(state, np.tile(acted, (place + 1, 1)))
-        found += [seen[place].tobytes() for seen in state.observations] + [state.rewards[place].tobytes()]
-    return found
+        trace += [seen[place].tobytes() for seen in state.observations] + [state.rewards[place].tobytes()]
+    return trace
 
 
-def _built_in(name: str) -> Iterator[Finding]:
-    world = built_in(name)
+def _check_built_in(name: str) -> Iterator[Finding]:
+    world = find_built_in(name)
     module, _, function = world.spec.reference.rpartition(".")
     source = Source(module, function, {})  # for messages only
     yield Finding(Mark.OK, f"world: {world.name}, after {world.spec.reference}")
@@ -177,7 +177,7 @@ def _built_in(name: str) -> Iterator[Finding]:
     yield from _spaces(env)
     yield from _start(env, source)
     if attribute(env, "max_cycles", source) == world.spec.episode_steps:
-        yield Finding(Mark.OK, f"episode length: {counted(world.spec.episode_steps, 'step')}, as in the reference")
+        yield Finding(Mark.OK, f"episode length: {format_count(world.spec.episode_steps, 'step')}, as in the reference")
     else:
         yield Finding(Mark.WRONG, "episode length: not the reference's", "please report it")
     yield from _names(world)
@@ -225,7 +225,7 @@ def _start(env: Any, source: Source) -> Iterator[Finding]:
 def _length(world: PettingZooWorld | VmasWorld) -> Iterator[Finding]:
     steps = world.spec.episode_steps
     if world.length_known:
-        yield Finding(Mark.OK, f"episode length: {counted(steps, 'step')}")
+        yield Finding(Mark.OK, f"episode length: {format_count(steps, 'step')}")
     else:
         said = f"episode length: no max_cycles, and a random episode was not cut within {PROBE_STEPS} steps"
         advice = f"{steps} steps are taken; give the environment max_cycles, or write {world.source.reference}"
@@ -288,34 +288,34 @@ def _play(env: Any, world: World, play: Player, fresh: Copy) -> Iterator[Finding
 
 
 def _by_copy(copy: Copy, seed: int, actions: Sequence[list[Any]]) -> list[Outcome]:
-    found = [copy.ask("reset", seed)]
+    outcomes = [copy.ask("reset", seed)]
     for acted in actions:
-        found.append(copy.ask("step", copy.lawful(acted, found[-1])))
-    return found
+        outcomes.append(copy.ask("step", copy.lawful(acted, outcomes[-1])))
+    return outcomes
 
 
 def _by_world(world: PettingZooWorld, seed: int, actions: Sequence[list[Any]]) -> list[Outcome]:
     """By the world's own copy, in whatever process that lives."""
     sizes = [len(choices) for choices in world.actions]
     state = world.start_from_seeds([seed])
-    found: list[Outcome] = []
+    outcomes: list[Outcome] = []
     for acted in [*actions, None]:
         others = (part[0].tolist() for part in (state.rewards, state.done, state.terminated, state.acting))
-        found.append(Outcome([seen[0] for seen in state.observations], *others))
+        outcomes.append(Outcome([seen[0] for seen in state.observations], *others))
         if acted is not None and world.outputs:
-            state = world.step(state, _padded(acted, world))
+            state = world.step(state, _pad_numbers(acted, world))
         elif acted is not None:
-            drawn = world.drawn(range(len(acted)), state.observations, (np.array([acted]) + 0.5) / sizes)
+            drawn = world.draw_actions(range(len(acted)), state.observations, (np.array([acted]) + 0.5) / sizes)
             state = world.step(state, drawn)
-    return found
+    return outcomes
 
 
-def _padded(acted: Sequence[Sequence[float]], world: World) -> Any:
+def _pad_numbers(acted: Sequence[Sequence[float]], world: World) -> Any:
     """One game's numbers as all agents give them, [1, n_agents, n_outputs]."""
-    found = np.zeros((1, *world.acting_shape), np.float32)
+    padded = np.zeros((1, *world.acting_shape), np.float32)
     for agent, given in enumerate(acted):
-        found[0, agent, : len(given)] = given
-    return found
+        padded[0, agent, : len(given)] = given
+    return padded
 
 
 def _sound(env: Any, played: Sequence[Outcome]) -> Iterator[Finding]:

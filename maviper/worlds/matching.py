@@ -12,7 +12,7 @@ from codegen import ir
 from codegen.errors import InputError
 from codegen.floats import FLOAT32
 from codegen.ir import FeatureSpec
-from maviper.worlds import WORLDS, ParticleWorld, World, built_in
+from maviper.worlds import WORLDS, ParticleWorld, World, find_built_in
 from maviper.worlds.world import world_name
 
 NO_WORLD = "no built-in game has the profile's world, agents, features and actions, with float32 observations"
@@ -29,7 +29,7 @@ OBSERVED = "claim what agents do over observations: see `maviper guide claims`"
 def matching_world(profile: ir.PolicyProfile) -> World | None:
     """Our world with exactly the profile's spec, agents, teams, features and actions, or None."""
     try:
-        world = built_in(world_name(profile.world))
+        world = find_built_in(world_name(profile.world))
     except InputError:  # another's world, or options of another version
         return None
     return world if plays(profile, world) else None

@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from codegen.check import identifier
-from codegen.errors import InputError, UnknownNameError, shown
+from codegen.errors import InputError, UnknownNameError, escape_text
 from codegen.ir import MAX_LENGTH, NAME, FeatureSpec
 from maviper.files import runs
 from maviper.worlds.games.particle import ParticleWorld
@@ -46,14 +46,14 @@ def with_names(world: World, path: Path) -> World:
     known = tuple(dict.fromkeys((*world.agents, *world.teams, EVERYBODY)))
     for name in tables:
         if name not in known:
-            raise UnknownNameError("agent or team", shown(name), known, str(path))
-    found = copy(world)
-    found.features = tuple(_named(world, agent, tables, path) for agent in range(len(world.agents)))
-    found.features_from = hashlib.sha256(data).hexdigest()
-    return found
+            raise UnknownNameError("agent or team", escape_text(name), known, str(path))
+    renamed = copy(world)
+    renamed.features = tuple(_name_features(world, agent, tables, path) for agent in range(len(world.agents)))
+    renamed.features_from = hashlib.sha256(data).hexdigest()
+    return renamed
 
 
-def _named(world: World, agent: int, tables: Mapping[str, Any], path: Path) -> tuple[FeatureSpec, ...]:
+def _name_features(world: World, agent: int, tables: Mapping[str, Any], path: Path) -> tuple[FeatureSpec, ...]:
     """An agent's features; those that no table names stay as they are, those of a mask always do."""
     features, name = world.features[agent], world.agents[agent]
     table = next((each for each in (name, world.team_of(name), EVERYBODY) if each in tables), None)
@@ -69,20 +69,20 @@ def _named(world: World, agent: int, tables: Mapping[str, Any], path: Path) -> t
         raise InputError(
             what if mask else what.removesuffix(" beside its mask"), where, "name them all, in their order"
         )
-    found = list(features)
+    specs = list(features)
     for place, (key, value) in zip(places, rows.items(), strict=True):
-        found[place] = _feature(features[place], key, value, where)
+        specs[place] = _feature(features[place], key, value, where)
     taken: set[str] = set()
-    for feature in found:
+    for feature in specs:
         if identifier(feature.name) in taken:
             what = f"the name {feature.name} is taken: names differ by more than case, and from those of a mask"
             raise InputError(what, where, "choose another name")
         taken.add(identifier(feature.name))
-    return tuple(found)
+    return tuple(specs)
 
 
 def _feature(feature: FeatureSpec, name: str, value: Any, where: str) -> FeatureSpec:
-    place = f"{where}: {shown(name)[:60]}"
+    place = f"{where}: {escape_text(name)[:60]}"
     if not NAME.fullmatch(name):
         raise InputError("not a legal name of a feature", place, "a letter, then letters, digits, _ or -")
     stated: dict[str, Any] = {"unit": value} if isinstance(value, str) else value

@@ -23,15 +23,15 @@ class Stream:
     """SplitMix64: the numbers in [0, 1) that follow from a seed."""
 
     def __init__(self, seed: int) -> None:
-        self._state = self._mixed(seed + 0x9E3779B97F4A7C15)
+        self._state = self._mix_bits(seed + 0x9E3779B97F4A7C15)
 
     def draw(self) -> float:
         """The next number."""
         self._state += 0x9E3779B97F4A7C15
-        return (self._mixed(self._state) >> 11) / 2**53
+        return (self._mix_bits(self._state) >> 11) / 2**53
 
     @staticmethod
-    def _mixed(z: int) -> int:
+    def _mix_bits(z: int) -> int:
         z %= WORD
         z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9 % WORD
         z = (z ^ (z >> 27)) * 0x94D049BB133111EB % WORD

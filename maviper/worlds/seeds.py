@@ -36,12 +36,12 @@ def uniforms(seeds: npt.NDArray[np.integer[Any]], count: int) -> Float64:
 
     The generator starts from its own first number after the seed, since neighbouring seeds would share theirs.
     """
-    start = _mixed(seeds.astype(np.uint64)[:, None] + GAMMA)
-    drawn = _mixed(start + GAMMA * np.arange(1, count + 1, dtype=np.uint64))
+    start = _mix_bits(seeds.astype(np.uint64)[:, None] + GAMMA)
+    drawn = _mix_bits(start + GAMMA * np.arange(1, count + 1, dtype=np.uint64))
     return (drawn >> np.uint64(11)).astype(np.float64) * 2.0**-53
 
 
-def _mixed(z: npt.NDArray[np.uint64]) -> npt.NDArray[np.uint64]:
+def _mix_bits(z: npt.NDArray[np.uint64]) -> npt.NDArray[np.uint64]:
     z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
     return z ^ (z >> np.uint64(31))

@@ -64,7 +64,7 @@ def legal_in(mask: Mask, obs: Float32) -> Bool:
     return np.stack(columns, axis=1)
 
 
-def drawn_legally(mask: Mask, obs: Float32, uniform: Float64) -> Int:
+def draw_legal(mask: Mask, obs: Float32, uniform: Float64) -> Int:
     """A legal action in each observation, [batch], all of them as likely as one another; any where none is legal.
     `obs`: [batch, n_features]; `uniform`: [batch] in [0, 1), the draws.
     """
@@ -76,11 +76,11 @@ def drawn_legally(mask: Mask, obs: Float32, uniform: Float64) -> Int:
 
 def _within_bounds(outputs: Sequence[Sequence[OutputSpec]], uniform: Float64) -> Float32:
     """Numbers within bounds, as the draws [batch, agents, n_outputs]; 0 for outputs that an agent has not."""
-    found = np.zeros(uniform.shape, np.float32)
+    numbers = np.zeros(uniform.shape, np.float32)
     for place, each in enumerate(outputs):
         low, high = bounds(each)
-        found[:, place, : len(each)] = low + uniform[:, place, : len(each)] * (high - low)
-    return found
+        numbers[:, place, : len(each)] = low + uniform[:, place, : len(each)] * (high - low)
+    return numbers
 
 
 def bounds(outputs: Sequence[OutputSpec]) -> tuple[Float64, Float64]:
@@ -114,7 +114,7 @@ class World(ABC):
     features: tuple[tuple[FeatureSpec, ...], ...]  # per agent
     actions: tuple[tuple[ActionSpec, ...], ...]  # per agent; each () where agents give numbers
     outputs: tuple[tuple[OutputSpec, ...], ...] = ()  # per agent, the numbers that it gives; (): agents have actions
-    measures: tuple[Measure, ...]  # the first of each team is its primary one, if `judged_by` names no other
+    measures: tuple[Measure, ...]  # the first of each team is its primary one, if `judge_by` names no other
     beside: tuple[Measure, ...] = ()  # told beside these where teams are evaluated; nothing is chosen by them
     return_first: tuple[str, ...] = ()  # teams that are to be read by their return first
     main = ""  # the name of the primary measures; "": the first of each team
@@ -153,7 +153,7 @@ class World(ABC):
         """The shape of everybody's actions in one state: (n_agents,), or (n_agents, most outputs of an agent)."""
         return (len(self.agents), *((max(map(len, self.outputs)),) if self.outputs else ()))
 
-    def drawn(self, agents: Sequence[int], observations: Sequence[Float32], uniform: Float64) -> Any:
+    def draw_actions(self, agents: Sequence[int], observations: Sequence[Float32], uniform: Float64) -> Any:
         """Random actions of some agents, [batch, len(agents)], legal ones where they have masks; or numbers within
         bounds, [batch, len(agents), n_outputs]. `uniform`: the draws, of the same shape, in [0, 1).
         """
@@ -163,7 +163,7 @@ class World(ABC):
         for agent, draws in zip(agents, uniform.T, strict=True):
             mask = self.mask(agent)
             free = (draws * len(self.actions[agent])).astype(np.int64)
-            columns.append(free if mask is None else drawn_legally(mask, observations[agent], draws))
+            columns.append(free if mask is None else draw_legal(mask, observations[agent], draws))
         return np.stack(columns, axis=1)
 
     @property
@@ -176,7 +176,7 @@ class World(ABC):
         mine = [measure for measure in self.measures if measure.team == team]
         return next((measure for measure in mine if measure.name == self.main), mine[0])
 
-    def judged_by(self, name: str) -> "World":
+    def judge_by(self, name: str) -> "World":
         """The world with the measure of that name as the primary one of every team that has it; "": as it is.
         UnknownNameError where no team has it.
         """
@@ -185,9 +185,9 @@ class World(ABC):
         names = list(dict.fromkeys(measure.name for measure in self.measures))
         if name not in names:
             raise UnknownNameError("measure", name, names, "--measure")
-        found = copy(self)
-        found.main = name
-        return found
+        world = copy(self)
+        world.main = name
+        return world
 
     @abstractmethod
     def start(self, n: int, rng: np.random.Generator) -> Any:
@@ -230,7 +230,7 @@ class World(ABC):
             advice = "play cannot be branched from its states: use --critic none"
             raise InputError("Q cannot be measured in this world", self.name, advice)
 
-    def branched(self, state: Any) -> Any:
+    def branch_states(self, state: Any) -> Any:
         """States that can be stepped like the newest ones, once."""
         return state
 

@@ -15,7 +15,7 @@ import time
 
 import numpy as np
 
-from maviper.evaluation.held_out import measured_of
+from maviper.evaluation.held_out import read_measure
 from maviper.experts import store
 from maviper.extraction.algorithms import extract
 from maviper.extraction.settings import Settings
@@ -32,7 +32,7 @@ def one(name, given):
     profile = extract(world, expert, Settings.of(given))
     seconds = time.perf_counter() - started
     measured = profile.provenance.evaluation
-    return seconds, [measured_of(measured, world.primary(team))[0] for team in world.teams]
+    return seconds, [read_measure(measured, world.primary(team))[0] for team in world.teams]
 
 
 def main() -> None:

@@ -21,21 +21,21 @@ import z3
 from sklearn.tree import DecisionTreeClassifier
 
 from codegen import ir
-from codegen.lowering.deploy import deployed
+from codegen.lowering.deploy import deploy_tree
 from maviper import load
 from maviper.worlds import PhysicalDeception
 from tests.support.episode_cases import arriving
 from tests.support.teams import team
-from verify.checker.episodes.certificates import accepted
+from verify.checker.episodes.certificates import check_certificate
 from verify.claims.catalogue import find_claim
 from verify.claims.region import Region
 from verify.claims.uncertified.starts import everywhere
-from verify.episodes.certificates import made
+from verify.episodes.certificates import build_certificate
 from verify.episodes.composition import decide
 from verify.question import Budgets, Question
 from verify.result import Verdict
 from verify.solver.halflines import half_line
-from verify.states.episodes import owned
+from verify.states.episodes import find_matchings
 from verify.subjects import Game
 
 MINUTE = 60_000  # milliseconds
@@ -84,7 +84,7 @@ def unrolled(profile, claim, region, goal, limit=0):
                 for policy, own in zip(team, matching, strict=True)
             )
         )
-        for matching in owned(profile, claim)
+        for matching in find_matchings(profile, claim)
     ]
     solver.add(z3.Not(z3.Or(*ways)))
     answer = solver.check()
@@ -139,7 +139,7 @@ def fitted(depth, seed=0, samples=40_000):
             np.where(leaf, ir.NO_CHILD, shape.children_right),
             np.where(leaf, action, ir.NO_ACTION),
         )
-        policies.append(ir.AgentPolicy(agent, world.team_of(agent), features, actions, deployed(learnt)))
+        policies.append(ir.AgentPolicy(agent, world.team_of(agent), features, actions, deploy_tree(learnt)))
     return ir.PolicyProfile(world.spec, tuple(policies), ir.Provenance("fitted", "none", seed, "", "benchmark"))
 
 
@@ -225,10 +225,10 @@ def certificate_table(depths, seeds, side):
                 print(f"{where:34} {name:8} {found.verdict.value}: no certificate ({decided:.2f} s)", flush=True)
                 continue
             start = time.perf_counter()
-            certificate = made(Question(Game(profile), claim, region), found.parts)
+            certificate = build_certificate(Question(Game(profile), claim, region), found.parts)
             proving = time.perf_counter() - start
             start = time.perf_counter()
-            branches = accepted(certificate, profile)
+            branches = check_certificate(certificate, profile)
             checking = time.perf_counter() - start
             closed, spent, searched = closed + branches, spent + checking, searched + proving
             size = f"{certificate.size:9,} bytes {branches:8,} branches"

@@ -111,7 +111,7 @@ def returns(world: World, player: Any) -> Float64:
     at_once = world.games or EPISODES
     parts = [seeds[low : low + at_once] for low in range(0, EPISODES, at_once)]
     return np.concatenate(
-        [play(world, [Uniform(world).started(part)], world.start_from_seeds(part)).returns[0] for part in parts]
+        [play(world, [Uniform(world).start_episodes(part)], world.start_from_seeds(part)).returns[0] for part in parts]
     )
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.stats import spearmanr
 
 from maviper.episodes.play import play, points
-from maviper.evaluation.held_out import measured_of
+from maviper.evaluation.held_out import read_measure
 from maviper.experts import store
 from maviper.experts.expert import labels
 from maviper.experts.measured import Measured
@@ -41,7 +41,7 @@ def compare(name, seeds):
         rows = []
         for seed in range(seeds):
             measured = extract(world, found, Settings.of({"iterations": 10, "refinement": 0, "seed": seed}))
-            rows.append([measured_of(measured.provenance.evaluation, world.primary(team))[0] for team in world.teams])
+            rows.append([read_measure(measured.provenance.evaluation, world.primary(team))[0] for team in world.teams])
         for team, value in zip(world.teams, np.mean(rows, axis=0), strict=True):
             yield f"{name}: {world.primary(team).label} of trees with {kind} weights", float(value)
 

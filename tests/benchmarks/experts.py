@@ -22,7 +22,7 @@ import numpy as np
 
 from maviper.episodes import measures
 from maviper.experts import store
-from maviper.experts.scripted import scripted
+from maviper.experts.scripted import build_script
 from maviper.worlds import find
 from maviper.worlds.games.predator_prey import PREDATORS
 
@@ -68,7 +68,7 @@ def of_expert(name):
         worse = found.interval[1 if measure.lower_is_better else 0]
         reach, stretch = TARGETS.get((world.name, measure.label), (None, None))
         better = "lower" if measure.lower_is_better else "higher"
-        yield figure(f"{name}: {measure.label} {measures.shown(found)}", worse, reach, stretch, better)
+        yield figure(f"{name}: {measure.label} {measures.format_estimate(found)}", worse, reach, stretch, better)
     if PREDATORS in world.teams:
         yield from touches(name, world, expert)
     yield figure(f"{name}: training seconds", card_of(name)["seconds"], *TIME_TARGETS, "lower")
@@ -76,7 +76,7 @@ def of_expert(name):
 
 def touches(name, world, expert):
     """Against fixed scripts, in the scripts' touches; the worse end of a bootstrap over common episodes."""
-    script, rng = scripted(world), np.random.default_rng(0)
+    script, rng = build_script(world), np.random.default_rng(0)
     episodes = world.start_from_seeds(SEEDS)
     draws = rng.integers(len(SEEDS), size=(2_000, len(SEEDS)))
     from maviper.episodes.play import play
@@ -106,7 +106,7 @@ def curve(name, seed):
             begun = time.process_time()
             trainer.advance()
             spent += time.process_time() - begun
-        subject = {"learner": store.built(world, trainer.tensors(), {"world": name})}
+        subject = {"learner": store.build_expert(world, trainer.tensors(), {"world": name})}
         reached = panel.judged(world, subject, members, CURVE_EPISODES)
         values = {team: float(np.mean(list(reached[team, "learner"].values()))) for team in world.teams}
         found.append((spent, trainer.steps, values))

@@ -76,7 +76,7 @@ def by_size(n):
     script's rollouts and labels, measured Q, weights and growth.
     """
     from maviper.experts.measured import Measured
-    from maviper.experts.scripted import scripted
+    from maviper.experts.scripted import build_script
     from maviper.extraction.dagger import grow_teams, weights
     from maviper.extraction.dataset import collect
     from maviper.extraction.extraction import Extraction
@@ -85,7 +85,7 @@ def by_size(n):
     from maviper.worlds import find
 
     world = find(f"cooperative-navigation,agents={n}")
-    expert = Measured(world, scripted(world))
+    expert = Measured(world, build_script(world))
     settings = Settings.of({"rollouts": 4})
     weigh = partial(weights, Extraction(world, expert, settings), range(n))
     started = time.process_time()

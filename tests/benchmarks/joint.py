@@ -24,7 +24,7 @@ import numpy as np
 
 from codegen.errors import MaviperError
 from maviper.episodes import measures
-from maviper.evaluation.held_out import measured_of
+from maviper.evaluation.held_out import read_measure
 from maviper.evaluation.optimum import optimum, rules_of, worth
 from maviper.experts.finding import find_expert
 from maviper.extraction.algorithms import extract
@@ -128,7 +128,7 @@ def play(cell, where, digest, plan_hash, folder):
         "expert": digest,
         "world": world.name,
         "tool": told.tool,
-        "settings": asdict(settings.resolved(world)),
+        "settings": asdict(settings.deal_budget(world)),
         "training": dict(told.training),
         "evaluation": dict(told.evaluation),
         "seconds": round(seconds, 3),
@@ -149,7 +149,7 @@ def value_of(plan, label, document):
     asked = plan["worlds"][label]
     world = find(document["world"])
     measure = next(each for each in world.measures if (each.team, each.name) == (asked["team"], asked["measure"]))
-    found = measures.ratio(measure, *measured_of(document["evaluation"], measure))
+    found = measures.ratio(measure, *read_measure(document["evaluation"], measure))
     return float("nan") if found is None else found
 
 

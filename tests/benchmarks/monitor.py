@@ -34,7 +34,7 @@ import numpy as np
 
 from codegen.ir import act
 from maviper import load, verify_system
-from maviper.compilation.monitors import proved_by
+from maviper.compilation.monitors import load_proof
 from maviper.worlds.stated.certified import read_certificate
 from tests.support.followed import arriving
 from tests.support.monitored import acting, compiled, formula_of, meets
@@ -128,7 +128,7 @@ def game(name: str, states: int) -> dict[str, Any]:
     """The figures of a claim about decisions of a game."""
     certificate = GENERATED / "verdicts" / f"{name}.json"
     profile = load(certificate.parent / "profile.json")
-    proved, formula = proved_by(certificate, profile), formula_of(certificate)
+    proved, formula = load_proof(certificate, profile), formula_of(certificate)
     names = profile.world.coordinates()
     played = episodes(profile, -(-states // STEPS), 0)
     w = np.ascontiguousarray(played.reshape(-1, len(names))[:states])
@@ -248,7 +248,7 @@ def shuffled(profile: Any) -> Any:
 def system(certificate: Path, states: int) -> dict[str, Any]:
     """The figures of a claim about a stated system."""
     profile = load(certificate.parent / "profile.json")
-    proved = proved_by(certificate, profile)
+    proved = load_proof(certificate, profile)
     _, statement = read_certificate(certificate)
     with compiled(profile, proved, statement.system) as made:
         watching = Watching(certificate, made, proved, profile)

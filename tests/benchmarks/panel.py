@@ -18,7 +18,7 @@ import numpy as np
 from maviper.episodes import measures
 from maviper.experts import store
 from maviper.experts.demand import demand
-from maviper.experts.scripted import scripted
+from maviper.experts.scripted import build_script
 from maviper.files import runs
 from maviper.worlds import find
 from maviper.worlds.games.particle import planes
@@ -49,7 +49,7 @@ class RandomLandmark:
     """
 
     def __init__(self, world):
-        self.script, self.n_agents = scripted(world), len(world.agents)
+        self.script, self.n_agents = build_script(world), len(world.agents)
 
     def act(self, agents, observations, state):
         position, velocity = planes(state.position), planes(state.velocity)
@@ -66,10 +66,10 @@ class RandomLandmark:
 def panel(name):
     """Member -> controller of all agents: the scripts, and every shipped seed."""
     world = find(name)
-    members = {"scripted": scripted(world)}
+    members = {"scripted": build_script(world)}
     for each, seeds in ((store.CLONES, "clone"), (store.LEARNED, "reward")):
         stem, numbers, _ = each.get(name, ("", (), 0))
-        members |= {f"{seeds} {seed}": store.shipped(store.file_of(stem, seed)) for seed in numbers}
+        members |= {f"{seeds} {seed}": store.load_shipped(store.file_of(stem, seed)) for seed in numbers}
     return world, members
 
 
@@ -119,7 +119,7 @@ def demands(name, episodes, write):
     world = find(name)
     for table in (store.CLONES, store.LEARNED):
         stem, seeds, _ = table.get(name, ("", (), 0))
-        experts = {seed: store.shipped(store.file_of(stem, seed)) for seed in seeds}
+        experts = {seed: store.load_shipped(store.file_of(stem, seed)) for seed in seeds}
         for seed in seeds:
             found = demand(world, experts, seed, range(FIRST, FIRST + episodes))
             if write:

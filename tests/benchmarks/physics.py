@@ -21,7 +21,7 @@ from codegen.dynamics import Motion
 from codegen.ir import FORK, PHYSICS
 from maviper.episodes import measures
 from maviper.experts.finding import find_expert
-from maviper.experts.scripted import scripted
+from maviper.experts.scripted import build_script
 from maviper.worlds import find
 
 REGISTER = tomllib.loads(Path(__file__).with_suffix(".toml").read_text())
@@ -47,7 +47,7 @@ def moved(name, twice, velocity_first):
 def player(text):
     """An expert; a script as it plays by mpe2's physics, for which it was written."""
     name, _, kind = text.partition("@")
-    return scripted(find(name)) if kind == "scripted" else find_expert(text)[0]
+    return build_script(find(name)) if kind == "scripted" else find_expert(text)[0]
 
 
 def row_of(row, episodes):

@@ -29,7 +29,7 @@ from maviper.extraction.algorithms import extract
 from maviper.extraction.settings import Settings
 from maviper.files.jobs import side_by_side
 from maviper.verification.files.states import document_of
-from maviper.verification.repair import met_states
+from maviper.verification.repair import collect_states
 from maviper.worlds.matching import matching_world
 from verify.claims.catalogue import find_property
 from verify.claims.uncertified.starts import everywhere
@@ -94,7 +94,7 @@ def one(name, prop, rounds, given):
             seconds = time.perf_counter() - started
             found.append(row(f"round {number}", first, profile, claim, player, seconds, len(points)))
     started = time.perf_counter()
-    mended = repair(Question(Game(first), claim, region), met_states(first, world))
+    mended = repair(Question(Game(first), claim, region), collect_states(first, world))
     kind = "repaired" if mended.ended else "repair did not end"
     return [*found, row(kind, first, mended.profile, claim, player, time.perf_counter() - started, mended.rounds)]
 

@@ -23,11 +23,11 @@ from maviper.console import Console
 from maviper.extraction.bundles import RGMDT
 from maviper.reproduction.cells import costs
 from maviper.reproduction.cells.cell import DONE, EXPLOITABILITY, EXTRACTION, Source, Task
-from maviper.reproduction.cells.making import made
-from maviper.reproduction.cells.plan import Asked, planned
+from maviper.reproduction.cells.making import make_cell
+from maviper.reproduction.cells.plan import Asked, plan_cells
 from maviper.reproduction.cells.responding import UNTRAINED, USUAL
 from maviper.reproduction.cells.store import Store
-from maviper.reproduction.run import reproduced, request
+from maviper.reproduction.run import reproduce_paper, request
 
 TABLE = Path(costs.__file__).with_name(costs.FILE)
 HEAD = "# CPU seconds of one cell by depth. Made by `python -m tests.benchmarks.reproduce --write`.\n"
@@ -50,14 +50,14 @@ def measured(folder):
 
 def responders(folder):
     """("effort NAME", BEGUN or UNIT) -> the CPU seconds to begin, and of so many steps or episodes more."""
-    plan = planned(Asked("quick"), "")
+    plan = plan_cells(Asked("quick"), "")
     task = next(task for task in plan.tasks if (task.cell.kind, task.cell.algorithm) == (EXPLOITABILITY, "maviper"))
     store = Store(folder)
     stored = {doc.cell.algorithm: id_ for id_, doc in store.documents() if doc.cell.kind == EXTRACTION}
     profiles = {name: store.profile(stored[name]) for name in task.of}
 
     def seconds(**effort):
-        return made(replace(task, effort={**UNTRAINED, **effort}), profiles).document.cpu_seconds
+        return make_cell(replace(task, effort={**UNTRAINED, **effort}), profiles).document.cpu_seconds
 
     found = {}
     for name, whole in USUAL.items():
@@ -96,7 +96,7 @@ def main():
         folder = given.folder or Path(scratch)
         if not given.finished:
             quick = given.quick or given.effort
-            reproduced(folder, request({"quick": quick, "full": given.full, "seeds": 1}), Console())
+            reproduce_paper(folder, request({"quick": quick, "full": given.full, "seeds": 1}), Console())
         found, tasks = (responders(folder), {}) if given.effort else measured(folder)
     if given.effort:
         for (name, unit), (seconds,) in found.items():

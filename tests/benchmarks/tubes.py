@@ -24,7 +24,7 @@ from maviper.worlds.stated.flowing import FlowRule
 from maviper.worlds.stated.systems import start
 from verify.checker.envelope import numbers
 from verify.checker.flows.sweep import FlowSweep, Plan
-from verify.systems.observing import chosen
+from verify.systems.observing import choose_actions
 
 PLACE = Path(__file__).parents[2] / "generated" / "arch"
 PANELS = {  # the number of a claim, and what is drawn: a variable, or a sum of some
@@ -87,9 +87,9 @@ def episode(statement, profile, weights, rng, fine):
     times, values = [0.0], [sum(weight * state[name] for name, weight in weights.items())]
     for period in range(steps):
         exact = {name: Fraction(value) for name, value in state.items()}
-        taken = chosen(statement.system, profile, exact)
+        taken = choose_actions(statement.system, profile, exact)
         actions = {policy.agent: policy.actions[taken[policy.agent]].name for policy in profile.agents}
-        found = rule.integrated(state, actions, shares * rule.period)
+        found = rule.integrate_states(state, actions, shares * rule.period)
         times += ((period + shares) * rule.period).tolist()
         values += sum(weight * found[:, names.index(name)] for name, weight in weights.items()).tolist()
         state = dict(zip(names, found[-1].tolist(), strict=True))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from codegen import ir
-from codegen.paths import EVERYTHING, Box, box_of, in_preorder, parted
+from codegen.paths import EVERYTHING, Box, box_of, in_preorder, split_corners
 from tests.support.games import NAMES, random_profile
 from tests.support.teams import tree
 
@@ -46,6 +46,6 @@ def test_a_leaf_that_nothing_reaches_has_an_empty_box():
 
 def test_a_test_parts_what_reaches_it():
     low, high = np.float32([-np.inf, -1]), np.float32([np.inf, 1])
-    (least, left), (right, most) = parted(low, high, 1, np.float32(0.5))
+    (least, left), (right, most) = split_corners(low, high, 1, np.float32(0.5))
     assert left.tolist() == [np.inf, 0.5] and right.tolist() == [-np.inf, 0.5]
     assert least is low and most is high and high[1] == 1, "what is given stays as it is"

@@ -8,7 +8,7 @@ from codegen.importers.origin import Names, profile_of
 from codegen.importers.python.source import from_python
 from codegen.lowering.lower import lower
 from codegen.targets import TARGETS
-from codegen.wording import TINY, counted, fails, holds, within
+from codegen.wording import TINY, fails, format_count, holds, within
 from maviper.evaluation.show import rules
 from verify.states.path import Step
 
@@ -81,4 +81,4 @@ def test_no_text_for_people_names_the_last_number_below_zero():
     [(1, "leaf", "1 leaf"), (2, "leaf", "2 leaves"), (0, "byte", "0 bytes"), (12_000, "branch", "12,000 branches")],
 )
 def test_a_count_agrees_with_its_noun(count, noun, words):
-    assert counted(count, noun) == words
+    assert format_count(count, noun) == words

@@ -20,7 +20,7 @@ from tests.hunting.places import Case
 from tests.hunting.questions import Asked, of_twin
 from tests.hunting.reading import MACHINE, REAL
 from verify.certificates.decisions import to_json
-from verify.checker.decisions.certificates import Certificate, accepted, from_json
+from verify.checker.decisions.certificates import Certificate, check_certificate, from_json
 from verify.checker.reading import RejectedError
 from verify.counterexamples import search
 from verify.counterexamples.explanation import Explanation
@@ -155,7 +155,7 @@ def _of_the_twin(asked: Asked, told: Told, rng: np.random.Generator) -> None:
 
 def _accepts(certificate: Certificate, profile: Any) -> bool:
     try:
-        return accepted(certificate, profile) >= 0
+        return check_certificate(certificate, profile) >= 0
     except (InputError, RejectedError):
         return False
 

@@ -26,7 +26,7 @@ from tests.hunting.places import Case
 from tests.hunting.reading import MACHINE, read
 from tests.hunting.regions import value
 from verify.certificates.episodes import to_json
-from verify.checker.episodes.certificates import accepted, from_json
+from verify.checker.episodes.certificates import check_certificate, from_json
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import find_claim
 from verify.claims.region import Region
@@ -239,7 +239,7 @@ def _forged(asked: Asked, text: str, told: Told, rng: np.random.Generator) -> No
         change(document, rng)
         told.forged += 1
         try:
-            accepted(from_json(forging.sealed(document)), asked.question.profile)
+            check_certificate(from_json(forging.sealed(document)), asked.question.profile)
         except (InputError, RejectedError):
             told.refused += 1
             continue

@@ -24,7 +24,7 @@ from verify.reach.decide import decide
 from verify.subjects import ClosedLoop
 from verify.systems import documents
 from verify.systems.claims import Pattern, SystemClaim
-from verify.systems.curves.following import followed, without_next
+from verify.systems.curves.following import name_next_values, without_next
 
 STATES, STEP = 120, Fraction(1, 2)  # that the judge asks; many borders of the random systems are multiples of it
 WEIGHTS = [Fraction(1), Fraction(-1), Fraction(1, 2), Fraction(-1, 3)]
@@ -107,7 +107,7 @@ def answered(system, profile, comparisons):
     """
     stated_as = disjunction(*(Linear(terms, bound, strict) for terms, bound, strict in comparisons))
     acting = {policy.agent: policy for policy in profile.agents}
-    following = followed(system.variables)
+    following = name_next_values(system.variables)
     stronger, weaker = without_next(stated_as, system.pieces, following, acting, True, "hunt")
     first = asked(system, profile, stronger)
     if first.verdict.value != "VIOLATED":

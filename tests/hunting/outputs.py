@@ -180,7 +180,7 @@ def ask(seed, thorough):
         if again != certificate:
             told.wrong.append("PROVED by a certificate that is another one once it is read")
         if thorough or seed % CHECKED == 0:
-            told.front = again.accepted(world.profile, world.statement.system) >= 0
+            told.front = again.check(world.profile, world.statement.system) >= 0
         refused = forged_is_refused(case, world, claim, certificate) if thorough or seed % FORGING == 0 else None
         told.forged, told.refused = int(refused is not None), int(refused is True)
         if refused is False:

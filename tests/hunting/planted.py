@@ -46,10 +46,12 @@ def _signs(patch: Any) -> None:
 
 def _nobody(patch: Any) -> None:
     """A claim about a team that there is not is true of all of nobody, also in a certificate."""
-    known_names = checking.known_names
+    known_names = checking.ensure_known_names
     patch.setattr(decisions, "ensure_team", lambda profile, team: None)
     patch.setattr(verifiable, "ensure_team", lambda profile, team: None)
-    patch.setattr(checking, "known_names", lambda certificate, profile, team: known_names(certificate, profile, None))
+    patch.setattr(
+        checking, "ensure_known_names", lambda certificate, profile, team: known_names(certificate, profile, None)
+    )
 
 
 def _real(patch: Any) -> None:
@@ -68,11 +70,11 @@ def _real(patch: Any) -> None:
             return None, 0
 
     patch.setattr(search, "violates", lambda question, state: violates(question.by(MACHINE), state))
-    patch.setattr(search, "drawn", shares.drawn.__wrapped__)  # nothing that was drawn without the fault
+    patch.setattr(search, "draw_states", shares.draw_states.__wrapped__)  # nothing that was drawn without the fault
     patch.setattr(shares, "violating", lambda question, states: violating(question.by(MACHINE), states))
     patch.setattr(search, "shortfall", lambda question, state: shortfall(question.by(MACHINE), state))
     patch.setattr(search, "_failing_in_both", lambda *given: [])
-    patch.setattr(search, "_settled", lambda question, goal, model: (None, 0))
+    patch.setattr(search, "_simplify_model", lambda question, goal, model: (None, 0))
     patch.setattr(search, "confirm_point", float_states_only)
     patch.setattr(judging, "confirm_point", float_states_only)
 

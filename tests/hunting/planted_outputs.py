@@ -73,7 +73,7 @@ def _beyond(patch):
 
 def _inputs(patch):
     """A comparison of two outputs reads the first of them alone."""
-    compared = formulas._compared
+    compared = formulas._rewrite_comparison
 
     def alone(formula, statement, acting, where):
         inputs = [name for _, name in formula.terms if any(name in each.inputs for each in statement.agents)]
@@ -91,7 +91,7 @@ def _errors(patch):
 
 def _ranges(patch):
     """The world of observations leaves out the upper half of every range."""
-    region = stated.named_region
+    region = stated.resolve_region
 
     def half(*given):
         found = region(*given)
@@ -119,7 +119,7 @@ def _sums_of_rows(patch):
 def _bounds(patch):
     """The bounds of unknowns settle more rows than they should."""
     _unplayed(patch)
-    settled = rows.Branch.settled
+    settled = rows.Branch.decide_row
 
     patch.setattr(rows.Branch, "settled", lambda self, row: settled(self, _tighter(row)))
 

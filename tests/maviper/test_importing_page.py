@@ -39,6 +39,20 @@ def onnx(*steps, wanted=Y):
     return "tree.onnx", convert_sklearn(fitted, initial_types=[("x", FloatTensorType([None, 3]))]).SerializeToString()
 
 
+def cut_behind():
+    """A regressor whose numbers are cut at -0.5 and 0.5."""
+    import onnx as library
+
+    name, content = onnx(DecisionTreeRegressor(max_depth=3), wanted=X[:, 0])
+    model = library.load_from_string(content)
+    given, ends = model.graph.output[0].name, {"least": -0.5, "most": 0.5}
+    for end, value in ends.items():
+        model.graph.initializer.append(library.helper.make_tensor(end, library.TensorProto.FLOAT, [], [value]))
+    model.graph.node.append(library.helper.make_node("Clip", [given, *ends], ["cut"]))
+    model.graph.output[0].name = "cut"
+    return name, model.SerializeToString()
+
+
 def xgboost(n_trees):
     library = pytest.importorskip("xgboost", reason="xgboost is not installed")
     model = library.XGBClassifier(n_estimators=n_trees, max_depth=2, n_jobs=1).fit(X, Y > 0)
@@ -118,6 +132,7 @@ CASES = [  # from, what, what happens, what it is: a file's name and content, or
         EXACT,
         lambda: onnx(DecisionTreeRegressor(max_depth=3), wanted=X[:, :2]),
     ),
+    ("ONNX", "sums, products with constants, `Clip`, selections behind a regressor", EXACT, lambda: cut_behind()),
     ("ONNX", "scalers, sums and products with constants, clipping before it", EXACT,
      lambda: onnx(StandardScaler(), MinMaxScaler(clip=True), DecisionTreeClassifier(max_depth=3))),
     ("ONNX", "selections, casts, `Concat`, comparisons with constants before it", EXACT,

@@ -21,7 +21,7 @@ from maviper.evaluation import held_out
 from maviper.experts import cards, store
 from maviper.extraction.bundles import BUNDLES, KNOWN, OUR_RUNGS, PARTS, RUNGS
 from maviper.options.refusals import option_of
-from maviper.verification.ask import listed
+from maviper.verification.ask import list_properties
 from maviper.worlds import WORLDS, ParticleWorld, find, options_of, range_of
 from maviper.worlds.games.features import GROUPS
 from maviper.worlds.games.particle import PHYSICS_NAMES
@@ -218,7 +218,7 @@ def test_the_shipped_experts_and_what_their_cards_say(kind, heading, trained):
     named, measured, learned = [], [], []
     for world, (_, seeds, best) in trained.items():
         named.append([f"`{world}{kind}`", ", ".join(map(str, seeds)), str(best)])
-        taught = cards.learned(store.load(f"{world}{kind}")[0].card)
+        taught = cards.count_steps(store.load(f"{world}{kind}")[0].card)
         learned.append([f"`{world}{kind}`", *(f"{steps:,}" for steps in taught.values())])
         card = store.load(f"{world}{kind}")[0].card["measured"]
         for measure in find(world).measures:
@@ -276,7 +276,7 @@ def test_every_claim_has_its_parameters_and_defaults():
         said |= {row[0].strip("`"): row[1] for row in rows_of(lines[: lines.index("")])}
     usual = {"landmarks": "in the world's order", "others": "one another", "radius": "the distance of touching"}
     usual |= dict.fromkeys(("agents", "agent", "feature"), "named") | {"order": "the profile's", "features": "all"}
-    for claim in listed():
+    for claim in list_properties():
         text = said.pop(claim["name"])
         shared = ("zones",) if claim["name"] == "stays_in" else ("steps", "zones")  # whose usual value is its own
         parameters = {key: value for key, value in claim["parameters"].items() if key not in shared}

@@ -30,7 +30,7 @@ from maviper.options import (
     SystemOptions,
     TrainOptions,
     VerifyOptions,
-    completed,
+    complete_options,
     table_of,
 )
 from maviper.options.refusals import (
@@ -100,7 +100,7 @@ def test_a_command_has_the_defaults_of_the_table(name):
     subjects = ["x" for each in command.params if each.param_type_name == "argument"]
     output = ["-o", "y"] if any(each.name == "output" for each in command.params) else []
     given = command.make_context(name, [*subjects, *output], obj={"quiet": True}).params
-    assert completed(table, {key: given[key] for key in table_of(table)}) == completed(table, {})
+    assert complete_options(table, {key: given[key] for key in table_of(table)}) == complete_options(table, {})
 
 
 @pytest.mark.parametrize("name", TABLES)
@@ -124,11 +124,11 @@ def test_verify_and_verify_system_have_the_options_about_systems():
 
 def test_an_option_of_extraction_is_a_setting_or_a_field_of_the_request():
     """And there is no setting that a user cannot give."""
-    asked, settings = part_settings(completed(ExtractOptions, {}))
+    asked, settings = part_settings(complete_options(ExtractOptions, {}))
     assert {*asked, "settings", "command"} == {field.name for field in fields(extraction.Request)}
     assert {field.name for field in fields(Settings)} == set(settings)
     for table, kind in REQUESTS.items():
-        assert {field.name for field in fields(kind)} == set(completed(table, {}))
+        assert {field.name for field in fields(kind)} == set(complete_options(table, {}))
 
 
 VALUES = {
@@ -155,7 +155,7 @@ def test_a_refusal_is_made_beside_the_values_that_it_names_and_no_others(refusal
             other: next(each for each in VALUES[other] if each not in refusal.beside[other]) for other in refusal.beside
         }
         for value in VALUES[name]:
-            found = refusal.asked({**asked, **said, name: value}, refusal.settings)
+            found = refusal.find_refused({**asked, **said, name: value}, refusal.settings)
             assert found == (list(refusal.settings) if value in values else []), (name, value)
 
 
@@ -166,7 +166,7 @@ def test_the_names_in_the_table_of_refusals_are_those_of_the_algorithms():
 
 
 def test_what_is_not_given_or_none_is_as_usual():
-    assert completed(ExtractOptions, {"max_depth": None, "jobs": 2})["max_depth"] == 4
+    assert complete_options(ExtractOptions, {"max_depth": None, "jobs": 2})["max_depth"] == 4
     asked = extraction.request({"features_file": "a.toml", "counterexamples": ["b"], "max_episodes": np.int64(9)})
     assert asked.features_file == Path("a.toml") and asked.counterexamples == (Path("b"),)
     assert asked.settings["budget"] == 9 and type(asked.settings["budget"]) is int

@@ -167,5 +167,5 @@ class Rigid(ContactReading):
 class Tame(ContactReading):
     """Takes those who are not followed to stand still."""
 
-    def _bounded(self):
+    def _bound_places(self):
         return [self.start._replace(step=step) for step in range(self.steps + 1)]

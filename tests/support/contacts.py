@@ -10,7 +10,7 @@ from tests.support.teams import tree
 from verify.claims.region import Region
 from verify.claims.uncertified.starts import start_region
 from verify.episodes.contacts import travels
-from verify.episodes.unroll import EpisodeSearch, grouped, strides
+from verify.episodes.unroll import EpisodeSearch, build_group, strides
 from verify.episodes.zones import SCALE, Zones, starts
 from verify.states.episodes import at_rest, play
 from verify.states.state import sample
@@ -61,7 +61,7 @@ def escaped(profile, region, steps, agents, count=100, budget=20_000):
     Also the number of zones that were touched. Zones must not be given up (MAX_DRIFT).
     """
     parts = starts(region, profile.world)
-    group = grouped(profile, agents, None, [], travels(profile.world, strides(profile), parts, steps))
+    group = build_group(profile, agents, None, [], travels(profile.world, strides(profile), parts, steps))
     seen = [[] for _ in range(steps + 1)]
 
     def cut(zones, step):
@@ -69,7 +69,7 @@ def escaped(profile, region, steps, agents, count=100, budget=20_000):
         return zones
 
     search = EpisodeSearch(group, steps, cut, budget)
-    first = np.array([part.projected(group.entities) for part in parts])
+    first = np.array([part.project(group.entities) for part in parts])
     begun = Zones.at_start(first, np.arange(len(first)), len(agents), group.tests, group.contacts is not None)
     if not search.run(begun, lambda zones: None):
         return None, search.touched
@@ -81,7 +81,7 @@ def escaped(profile, region, steps, agents, count=100, budget=20_000):
     gaps = (place[:, :, None] - place[:, None]).transpose(0, 3, 1, 2) * SCALE
     missing = 0
     for step, batches in enumerate(seen):
-        zones = Zones.joined(batches)
+        zones = Zones.join(batches)
         moved = (course[step] - course[0])[:, columns[: len(agents)]] * SCALE
         for gap, far in zip(gaps, moved, strict=True):
             mine = zones.take((gap <= zones.bounds + ROOM).all(axis=(1, 2, 3)))

@@ -9,7 +9,7 @@ from tests.support.teams import DOWN, LEFT, RIGHT, STAY, UP, team, tree
 from verify.claims.catalogue import find_claim
 from verify.claims.uncertified.starts import everywhere
 from verify.episodes.composition import decide
-from verify.episodes.unroll import EpisodeSearch, grouped
+from verify.episodes.unroll import EpisodeSearch, build_group
 from verify.episodes.zones import SCALE, Zones, starts
 from verify.question import Budgets, Question
 from verify.result import Verdict
@@ -99,13 +99,13 @@ def lost(profile, steps, seed, count=200, lattice=None, agents=("agent_0", "agen
     episode, _ = play(profile, coordinates, steps)
     names = profile.world.coordinates()
     for number, goal in enumerate(region.goals):
-        group = grouped(profile, agents, goal, landmarks)
-        first = np.array([part.projected(group.entities) for part in parts])
+        group = build_group(profile, agents, goal, landmarks)
+        first = np.array([part.project(group.entities) for part in parts])
         kept = []
         search = EpisodeSearch(group, steps, lambda zones, step: zones, budget)
         if not search.run(Zones.at_start(first, np.arange(len(first)), len(agents), group.tests), kept.append):
             return None
-        zones = Zones.joined(kept)
+        zones = Zones.join(kept)
         columns = np.array([[names.index(f"{name}.{axis}") for axis in "xy"] for name in group.entities])
         for row in np.flatnonzero(goals == number):
             place = np.vstack([np.zeros((1, 2)), coordinates[row][columns]])  # [nodes, 2]

@@ -18,7 +18,7 @@ from codegen.agreement.compiled import STRICT, find_compiler
 from codegen.lowering.lower import lower
 from codegen.targets import emit, monitor
 from maviper import load
-from maviper.compilation.monitors import proved_by, watched_by
+from maviper.compilation.monitors import load_proof, lower_monitor
 from tests.support.monitored import WITH_CLOCK, acting
 
 NOISE = 1e-3  # of the side of the region
@@ -62,12 +62,12 @@ class Followed:
 
     def __init__(self, certificate, folder, profile=None):
         self.profile = load(profile or certificate.parent / "profile.json")
-        proved: Any = self._proved(proved_by(certificate, self.profile))
+        proved: Any = self._proved(load_proof(certificate, self.profile))
         stated = json.loads(certificate.read_text())
         self.team, self.radius = stated["team"], Fraction(stated["radius"])
         self.start, self.steps = proved.region, proved.region.steps + 1
         model = lower(self.profile)
-        watched = watched_by(self.profile, model, proved)
+        watched = lower_monitor(self.profile, model, proved)
         p, agents = model.prefix, model.agents
         calls = " ".join(
             f"(void){p}_monitor_{agent.lower}(&m, acts[at * {len(agents)} + {k}]);" for k, agent in enumerate(agents)

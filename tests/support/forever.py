@@ -4,7 +4,7 @@ from fractions import Fraction as F
 
 from codegen.policy_json import content_hash
 from tests.support.system_cases import box, decided, form, policy, team
-from verify.checker.covers.forever import InvariantCertificate, accepted
+from verify.checker.covers.forever import InvariantCertificate, check_certificate
 from verify.checker.reading import RejectedError
 from verify.question import Budgets
 from verify.systems import documents
@@ -39,7 +39,7 @@ def any_taken(asked, claim, state, lists):
     taken = []
     for parts in lists:
         try:
-            taken.append(accepted(InvariantCertificate(*hashes, claim, state, parts), profile, system) > 0)
+            taken.append(check_certificate(InvariantCertificate(*hashes, claim, state, parts), profile, system) > 0)
         except RejectedError:
             taken.append(False)
     return any(taken)

@@ -6,7 +6,7 @@ import numpy as np
 
 from codegen import ir
 from codegen.floats import FLOAT64
-from codegen.lowering.deploy import deployed
+from codegen.lowering.deploy import deploy_tree
 from maviper.worlds import WorldState, find
 
 NAMES = [
@@ -45,7 +45,7 @@ def random_profile(name, seed=0, depth=4):
     agents = []
     for agent, features, actions in zip(world.agents, world.features, world.actions, strict=True):
         grown = random_tree(features, len(actions), rng, depth)
-        agents.append(ir.AgentPolicy(agent, world.team_of(agent), features, actions, deployed(grown), grown))
+        agents.append(ir.AgentPolicy(agent, world.team_of(agent), features, actions, deploy_tree(grown), grown))
     return ir.PolicyProfile(world.spec, tuple(agents), ir.Provenance("random", "none", seed, "", "tests"))
 
 
@@ -53,7 +53,7 @@ def doubled(profile, *agents):
     """The profile, in which the named agents, or all, compare float64 with the thresholds that were grown."""
     wanted = agents or [policy.agent for policy in profile.agents]
     policies = [
-        replace(policy, tree=deployed(policy.grown, FLOAT64), grown=None) if policy.agent in wanted else policy
+        replace(policy, tree=deploy_tree(policy.grown, FLOAT64), grown=None) if policy.agent in wanted else policy
         for policy in profile.agents
     ]
     return replace(profile, agents=tuple(policies))

@@ -18,7 +18,7 @@ from codegen.agreement.compiled import STRICT, find_compiler
 from codegen.lowering.lower import lower
 from codegen.observe import observe
 from codegen.targets import emit, monitor
-from maviper.compilation.monitors import watched_by
+from maviper.compilation.monitors import lower_monitor
 from verify.claims.formula import Acts, And, Goal, Linear, Not, Or
 from verify.claims.formula_json import read_formula
 from verify.systems.system import Measure
@@ -161,7 +161,7 @@ def _pointer(array):
 def compiled(profile, proved, system=None):
     """The monitor of what is proved, and the decisions from the same states, compiled with -O3."""
     model = lower(profile)
-    watched = watched_by(profile, model, proved)
+    watched = lower_monitor(profile, model, proved)
     p, upper = model.prefix, model.prefix.upper()
     names = {
         "p": p,

@@ -2,7 +2,7 @@
 
 from codegen import ir
 from codegen.check import ensure
-from codegen.lowering.deploy import deployed
+from codegen.lowering.deploy import deploy_tree
 from tests.support.strategies import WORLD
 from tests.support.teams import LEFT, RIGHT, STAY, UP, towards, tree
 
@@ -16,7 +16,11 @@ def small_profile() -> ir.PolicyProfile:
         right=[2, 4, 6, -1, -1, -1, 8, -1, -1],
         action=[-1, -1, -1, LEFT, RIGHT, UP, -1, STAY, STAY],
     )
-    trees = {"adversary_0": (tree(STAY), None), "agent_0": (deployed(grown), grown), "agent_1": (towards(1, 1), None)}
+    trees = {
+        "adversary_0": (tree(STAY), None),
+        "agent_0": (deploy_tree(grown), grown),
+        "agent_1": (towards(1, 1), None),
+    }
     agents = tuple(
         ir.AgentPolicy(name, WORLD.team_of(name), features, actions, *trees[name])
         for name, features, actions in zip(WORLD.agents, WORLD.features, WORLD.actions, strict=True)

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import strategies as st
 
 from codegen import ir
-from codegen.lowering.deploy import deployed
+from codegen.lowering.deploy import deploy_tree
 from maviper.worlds import PhysicalDeception
 
 WORLD = PhysicalDeception()
@@ -51,7 +51,7 @@ def profiles(draw, max_depth=4):
     agents = []
     for name, features, actions in zip(WORLD.agents, WORLD.features, WORLD.actions, strict=True):
         grown = draw(grown_trees(len(features), len(actions), max_depth))
-        agents.append(ir.AgentPolicy(name, WORLD.team_of(name), features, actions, deployed(grown), grown))
+        agents.append(ir.AgentPolicy(name, WORLD.team_of(name), features, actions, deploy_tree(grown), grown))
     provenance = ir.Provenance("random", "none", draw(st.integers(0, 9)), "", "tests")
     return ir.PolicyProfile(WORLD.spec, tuple(agents), provenance)
 

@@ -8,7 +8,7 @@ from fractions import Fraction
 import numpy as np
 
 from codegen import ir
-from codegen.sums import DOUBLE_SUMS, FLOAT32_STEPS, FLOAT64_SUMS, OBSERVED, Sum, computed
+from codegen.sums import DOUBLE_SUMS, FLOAT32_STEPS, FLOAT64_SUMS, OBSERVED, Sum, choose_numbers
 
 ARITHMETICS = (DOUBLE_SUMS, FLOAT32_STEPS, FLOAT64_SUMS)
 EXTREME = (1.0, -1.0, 0.5, -2.0, 0.1, -3.3, 1e-30, 1e30, 2.0**-126, -3e38, 7.0)
@@ -30,7 +30,7 @@ def a_sum(rng, n_features, arithmetic, *, test):
     terms = [(number(weight, numbers), place) for weight, place in zip(weights, places, strict=True)]
     if not terms or rng.random() < 0.4:
         value = float(rng.choice([0.0, -0.0, 0.25, -1.0, float(rng.normal())]))
-        terms.insert(int(rng.integers(len(terms) + 1)), (number(value, computed(arithmetic)), ir.CONSTANT))
+        terms.insert(int(rng.integers(len(terms) + 1)), (number(value, choose_numbers(arithmetic)), ir.CONSTANT))
     return Sum(tuple(terms))
 
 
@@ -56,7 +56,7 @@ class _Growing:
         else:
             made = a_sum(rng, self.n, self.arithmetic, test=True)
             feature = self.n + self._place(self.sums, made)
-            threshold = number(drawn, computed(self.arithmetic))
+            threshold = number(drawn, choose_numbers(self.arithmetic))
         left = self.node(level + 1)
         right = self.node(level + 1)
         self.rows[place] = (feature, threshold, left, right, ir.NO_ACTION)
@@ -76,7 +76,7 @@ def policy(seed, arithmetic, *, outputs=0, gives=None, levels=4, n_features=5, b
     rng = np.random.default_rng(seed)
     growing = _Growing(rng, n_features, arithmetic, outputs, levels)
     growing.node()
-    gives = gives or computed(arithmetic)
+    gives = gives or choose_numbers(arithmetic)
     tree = ir.Tree(
         *(np.array(column) for column in zip(*growing.rows, strict=True)),
         numbers=OBSERVED[arithmetic],
@@ -87,7 +87,7 @@ def policy(seed, arithmetic, *, outputs=0, gives=None, levels=4, n_features=5, b
     )
     features = tuple(ir.FeatureSpec(f"x{place}", "m", -3.0, 3.0, None) for place in range(n_features))
     actions = () if outputs else tuple(ir.ActionSpec(name, None) for name in ("left", "stay", "right"))
-    bounds = (-1.0, 1.5) if bounded or gives != computed(arithmetic) else (None, None)
+    bounds = (-1.0, 1.5) if bounded or gives != choose_numbers(arithmetic) else (None, None)
     given = tuple(ir.OutputSpec(f"u{place}", "N", *bounds) for place in range(outputs))
     return ir.AgentPolicy(agent, "team", features, actions, tree, outputs=given)
 
@@ -148,7 +148,7 @@ def _times(a, b, numbers):
 
 def exact_value(each, x, arithmetic):
     """The value of a sum for the observation x, as Python's floats."""
-    numbers = computed(arithmetic)
+    numbers = choose_numbers(arithmetic)
     total = None
     for weight, place in each.terms:
         term = weight if place == ir.CONSTANT else _times(weight, x[place], numbers)

@@ -20,14 +20,14 @@ from codegen.policy_json import content_hash
 from tests.support.system_cases import box, decided, double_integrator, form, policy, stays, switching, team
 from tests.verify.reach import random_systems
 from verify.checker.reading import RejectedError
-from verify.checker.systems.certificates import SystemCertificate, accepted
+from verify.checker.systems.certificates import SystemCertificate, check_certificate
 from verify.checker.systems.rows import Branch, Direction, Motion, Row
 from verify.checker.systems.walk import FollowedPart, Hull
-from verify.claims.formula import Acts, Linear, Or, negated
+from verify.claims.formula import Acts, Linear, Or, negate
 from verify.claims.region import UNBOUNDED
 from verify.question import Budgets, Question
 from verify.reach import together as deciding
-from verify.reach.replay import Course, replayed
+from verify.reach.replay import Course, replay_course
 from verify.result import Verdict
 from verify.solver import unrolled
 from verify.subjects import ClosedLoop
@@ -132,7 +132,7 @@ def drawn(seed):
     acts = [Acts(one.agent, int(random.integers(len(one.actions)))) for one in profile.agents]
     atoms = SystemClaim(Pattern.AVOIDS, (random_systems.polytope(random, names),)).inside
     regions = tuple(random_systems.polytope(random, names) for _ in range(int(random.integers(0, 3))))
-    return system, profile, SystemClaim(Pattern.DECIDES, regions, formula=Or((negated(atoms), *acts)))
+    return system, profile, SystemClaim(Pattern.DECIDES, regions, formula=Or((negate(atoms), *acts)))
 
 
 @cache
@@ -199,7 +199,7 @@ def points_lost():
         return Row(random_systems.some(random, directions), upper, F(int(random.integers(-4, 9)), 4), strict)
 
     narrow = Branch(0, Motion({}, ()), {}).with_row(Row(directions[0], True, F(1, 4), False))
-    if not narrow.contradicted([(Row(directions[2], False, F(3, 2), False), 1)]):
+    if not narrow.is_contradicted([(Row(directions[2], False, F(3, 2), False), 1)]):
         return True
     everywhere = set(product([F(number, 4) for number in range(5)], repeat=2))
     for _ in range(400):
@@ -208,20 +208,20 @@ def points_lost():
             row = drawn_row()
             branch, kept = branch.with_row(row), {point for point in kept if holds(row, point)}
         row = drawn_row()
-        said = branch.settled(row)
+        said = branch.decide_row(row)
         used = [(each, int(random.integers(1, 3))) for each in (*branch.rows, row)]
         if (
             points(branch) != kept
             or any(holds(row, point) == holds(row.opposite(), point) for point in everywhere)
             or (said is not None and any(holds(row, point) is not said for point in kept))
-            or (branch.contradicted(used) and any(holds(row, point) for point in kept))
+            or (branch.is_contradicted(used) and any(holds(row, point) for point in kept))
         ):
             return True
     return False
 
 
 def judged(system, profile, claim, course):
-    return replayed(profile, system, claim, course) is None
+    return replay_course(profile, system, claim, course) is None
 
 
 def episodes():
@@ -296,7 +296,7 @@ def forgeries():
 
 def passes(certificate, profile, system):
     with suppress(RejectedError, MaviperError):
-        return accepted(certificate, profile, system) >= 0
+        return check_certificate(certificate, profile, system) >= 0
     return False
 
 

@@ -12,7 +12,7 @@ from tests.support.zone_cases import deception
 from verify.claims.decisions import DistinctTargets, formula
 from verify.claims.formula import for_goal
 from verify.claims.uncertified.starts import everywhere
-from verify.question import Budgets, Question, from_start, shuffled
+from verify.question import Budgets, Question, from_start, shuffle_leaves
 from verify.semantics import REAL
 from verify.subjects import Game
 
@@ -44,7 +44,7 @@ def test_neighbours_differ_in_one_part(question):
     assert question.by(REAL).semantics == REAL
     spent = question.spending(max_nodes=7).budgets
     assert spent == replace(Budgets(), max_nodes=7)
-    wanted = shuffled(question.profile, CLAIM.team).policy("agent_0").tree.action
+    wanted = shuffle_leaves(question.profile, CLAIM.team).policy("agent_0").tree.action
     control = question.control
     assert (control.profile.policy("agent_0").tree.action == wanted).all()
     assert (control.claim, control.region, control.budgets) == (question.claim, question.region, question.budgets)

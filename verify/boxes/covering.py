@@ -128,7 +128,7 @@ class Search:
         self._sweep, self._by_forms = Sweep(self._model, system, claims), by_forms
         self.left: set[int] = set(range(len(claims)))
         self._spending = spending
-        self._start = self._started(system)
+        self._start = self._bound_starts(system)
         self._whole = self._start.low[None], self._start.high[None]
         self._open = dict.fromkeys(self.left, self._whole)
         counting = {name for claim in claims for name in _relevant(self._model, system, claim)}
@@ -137,21 +137,21 @@ class Search:
         counting -= set_anew(system)
         self._columns = [column for name, column in self._model.columns.items() if name in counting]
 
-    def found(self) -> Iterator[CoveredClaims | OpenClaims]:
+    def iterate_covers(self) -> Iterator[CoveredClaims | OpenClaims]:
         """Covers that show claims by this arithmetic, the cheap ones first; the checker may still refuse one. Between
         them what is left open. BudgetSpentError.
         """
         yield from self._by_cuts(FIRST, self._boxes)
-        yield from self._left_open(PLAYED[0])
+        yield from self._report_open(PLAYED[0])
         yield from self._by_cells(QUICK)
         yield from self._by_cuts(FORMS, self._forms)
         yield from self._by_cells(IN_CELLS)
-        yield from self._left_open(PLAYED[1])
+        yield from self._report_open(PLAYED[1])
         yield from self._by_cuts(SECOND, self._forms)
         yield from self._by_cuts(SECOND, self._boxes)
-        yield from self._left_open(PLAYED[2])
+        yield from self._report_open(PLAYED[2])
 
-    def _left_open(self, played: int) -> Iterator[OpenClaims]:
+    def _report_open(self, played: int) -> Iterator[OpenClaims]:
         """Claims that are left; of one whose cover the checker refused, no part is open, so all may be."""
         if self.left:
             open_ = {number: self._open[number] for number in sorted(self.left)}
@@ -161,9 +161,9 @@ class Search:
         """Cells, the wide ones first, each with at most so many boxes."""
         for number, widths in enumerate(self._cells()):
             asked = [each for each in sorted(self.left) if (number, each) not in self._failed]
-            if not asked or not self._allowed(boxes):
+            if not asked or not self._limit_boxes(boxes):
                 continue
-            swept = self._boxes(*self._whole, asked, self._allowed(boxes), widths)
+            swept = self._boxes(*self._whole, asked, self._limit_boxes(boxes), widths)
             done = tuple(each for each in asked if not swept.open[each].any())
             if not swept.stopped:  # what they leave open, they leave open again
                 self._failed |= {(number, each) for each in asked}
@@ -215,7 +215,7 @@ class Search:
                     widths = {at: 2.0 ** (floor(log2(scale[at])) - power) for at in columns}
                     yield {**dict.fromkeys(self._modes, 1.0), **widths}
 
-    def _allowed(self, boxes: int) -> int:
+    def _limit_boxes(self, boxes: int) -> int:
         return max(min(boxes, MOST - self._spending.boxes), 0)
 
     def _by_cuts(self, boxes: int, sweep: Callable[..., Swept]) -> Iterator[CoveredClaims]:
@@ -225,7 +225,7 @@ class Search:
         asked: list[int] = [number for number in sorted(self.left) if not forms or number in known]
         root = StartPart(self._start.low, self._start.high)
         pending: list[StartPart] = [root]
-        allowed, before = self._allowed(boxes), self._spending.boxes
+        allowed, before = self._limit_boxes(boxes), self._spending.boxes
         while asked and allowed > self._spending.boxes - before:
             low, high = np.array([part.low for part in pending]), np.array([part.high for part in pending])
             open_ = sweep(low, high, asked, allowed - (self._spending.boxes - before)).open
@@ -253,10 +253,10 @@ class Search:
         low, high = self._start.low, self._start.high
         points = low + np.random.default_rng(SEED).random((POINTS, len(low))) * (high - low)
         with np.errstate(all="ignore"):
-            found = self._sweep.reached(points, points.copy())
-        return np.where(np.isfinite(found), found, 0.0)
+            ranges = self._sweep.estimate_ranges(points, points.copy())
+        return np.where(np.isfinite(ranges), ranges, 0.0)
 
-    def _started(self, system: System) -> StartPart:
+    def _bound_starts(self, system: System) -> StartPart:
         """A box around all starts."""
         ends = np.array([[nearest_double(end) for end in one.range] for one in system.variables])
         rows = Rows.of(ends[:, 0][None], ends[:, 1][None])
@@ -267,23 +267,23 @@ class Search:
 
 def set_anew(system: System) -> set[str]:
     """The variables that each step sets anew, whatever they were: parts of their start tell nothing after a step."""
-    found = {one.name for one in system.variables if not one.modes}
+    names = {one.name for one in system.variables if not one.modes}
     for piece in system.pieces:
-        found -= {name for name, form in piece.move.items() if form.terms}
-        found -= {name for effects in piece.effect.values() for name in effects}
-    return found if system.pieces else set()
+        names -= {name for name, form in piece.move.items() if form.terms}
+        names -= {name for effects in piece.effect.values() for name in effects}
+    return names if system.pieces else set()
 
 
 def _relevant(model: Model, system: System, claim: SystemClaim) -> set[str]:
     """The variables that the claim, tests or boxes of pieces speak of, and those that move them."""
-    found = {name for region in claim.regions for half in region for name, _ in half.form.terms}
-    found |= {name for piece in system.pieces for name in piece.where}
-    found |= {name for piece in system.pieces for half in piece.when for name, _ in half.form.terms}
-    found = found.union(*(tree.variables for tree in model.trees))
+    names = {name for region in claim.regions for half in region for name, _ in half.form.terms}
+    names |= {name for piece in system.pieces for name in piece.where}
+    names |= {name for piece in system.pieces for half in piece.when for name, _ in half.form.terms}
+    names = names.union(*(tree.variables for tree in model.trees))
     before = -1
-    while len(found) > before:
-        before = len(found)
+    while len(names) > before:
+        before = len(names)
         for piece in system.pieces:
             for forms in (piece.move, *piece.effect.values()):
-                found |= {read for name, form in forms.items() if name in found for read, _ in form.terms}
-    return found
+                names |= {read for name, form in forms.items() if name in names for read, _ in form.terms}
+    return names

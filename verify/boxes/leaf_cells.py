@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codegen.ir import Bool, Float64, Int64
-from verify.boxes.rows import Rows, joined
+from verify.boxes.rows import Rows, join_rows
 
 MAX_LEAVES = 4_096
 AT_ONCE = 1 << 24  # pairs of a box and a leaf
@@ -67,10 +67,10 @@ class LeafCells:
             pending += [(int(tests.low[node]), low, below), (int(tests.high[node]), above, high)]
         self._low, self._high = np.array(lows), np.array(highs)
         self._action = np.array(actions, dtype=np.int64)
-        self._ends = [self._placed(column) for column in range(variables)]
+        self._ends = [self._index_ends(column) for column in range(variables)]
         self._ends = [each for each in self._ends if len(each.ends)]
 
-    def _placed(self, column: int) -> _Ends:
+    def _index_ends(self, column: int) -> _Ends:
         low, high = self._low[:, column], self._high[:, column]
         ends = np.unique(np.concatenate([low, high]))
         ends = ends[np.isfinite(ends)]
@@ -78,12 +78,12 @@ class LeafCells:
         first = np.where(low == -inf, -1, np.searchsorted(ends, low))
         return _Ends(column, ends, _bits(np.searchsorted(ends, high) >= places), _bits(first < places))
 
-    def met(self, rows: Rows, actions: int) -> Rows:
+    def split_at_leaves(self, rows: Rows, actions: int) -> Rows:
         """The boxes cut at the leaves that they meet, with the action as one more digit of the joint one."""
         most = max(AT_ONCE // len(self._action), 1)
         if rows.size > most:
             parts = (rows.at(slice(begin, begin + most)) for begin in range(0, rows.size, most))
-            return joined([self.met(part, actions) for part in parts])
+            return join_rows([self.split_at_leaves(part, actions) for part in parts])
         if not self._ends:
             return rows._replace(joint=rows.joint * actions + self._action[0])
         common: Bits | None = None

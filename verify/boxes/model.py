@@ -16,7 +16,7 @@ import numpy as np
 from codegen.floats import FLOAT32, nearest_double, neighbour
 from codegen.ir import NO_FEATURE, AgentPolicy, Float64, Int64, PolicyProfile
 from verify.boxes.leaf_cells import MAX_LEAVES, LeafCells, SingleTests
-from verify.boxes.rows import Half, Rows, joined
+from verify.boxes.rows import Half, Rows, join_rows
 from verify.systems.system import Affine, HalfSpace, Measure, Piece, Polytope, System
 
 SEVERAL = -1  # the column of a test of several variables
@@ -96,17 +96,17 @@ class ModelTree:
         if weight < 0:
             self._low[node], self._high[node] = self._high[node], self._low[node]
 
-    def acted(self, rows: Rows) -> Rows:
+    def split_at_tests(self, rows: Rows) -> Rows:
         """The boxes cut at the tests, with the action as one more digit of the joint one."""
         if self._cells is not None:
-            return self._cells.met(rows, self.actions)
-        found, here = [rows.at(np.zeros(0, dtype=np.int64))], _NodeRows(rows, np.zeros(rows.size, dtype=np.int64))
+            return self._cells.split_at_leaves(rows, self.actions)
+        parts, here = [rows.at(np.zeros(0, dtype=np.int64))], _NodeRows(rows, np.zeros(rows.size, dtype=np.int64))
         while len(here.node):
             leaf = self._leaf[here.node]
             done = here.rows.at(leaf)
-            found.append(done._replace(joint=done.joint * self.actions + self._action[here.node[leaf]]))
+            parts.append(done._replace(joint=done.joint * self.actions + self._action[here.node[leaf]]))
             here = self._below(_NodeRows(here.rows.at(~leaf), here.node[~leaf]))
-        return joined(found)
+        return join_rows(parts)
 
     def _below(self, here: _NodeRows) -> _NodeRows:
         column = self._column[here.node]
@@ -128,7 +128,7 @@ class ModelTree:
             ):
                 sides.append(half.of(boxes))
                 nodes.append(np.full(sides[-1].size, to))
-        return _NodeRows(joined(sides), np.concatenate(nodes))
+        return _NodeRows(join_rows(sides), np.concatenate(nodes))
 
 
 def _end(threshold: float, numbers: str) -> float:
@@ -178,32 +178,32 @@ class Model:
         end = -nearest_double(half.form.constant)
         return Half(weights, nextafter(end, -inf) if half.strict else end)
 
-    def stepped(self, rows: Rows) -> Rows:
+    def step_boxes(self, rows: Rows) -> Rows:
         """The boxes after a step."""
         rows = rows._replace(joint=np.zeros(rows.size, dtype=np.int64))
         for tree in self.trees:
-            rows = tree.acted(rows)
+            rows = tree.split_at_tests(rows)
         if not rows.size:
             return rows
         least, most = rows.low.min(axis=0), rows.high.max(axis=0)
-        found: list[Rows] = [rows.at(np.zeros(0, dtype=np.int64))]
+        parts: list[Rows] = [rows.at(np.zeros(0, dtype=np.int64))]
         for number, where in enumerate(self._where):
             if all(most[column] >= low and least[column] <= high for column, low, high in where):
                 inside = _inside(rows, where)
                 for half in self._when[number]:
                     inside = half.of(inside)
-                found.append(self._moved(inside, number))
-        return joined(found)
+                parts.append(self._move_boxes(inside, number))
+        return join_rows(parts)
 
-    def _moved(self, rows: Rows, number: int) -> Rows:
+    def _move_boxes(self, rows: Rows, number: int) -> Rows:
         if not rows.size:
             return rows
         joints, of = np.unique(rows.joint, return_inverse=True)
         moves = [self._by(number, int(joint)) for joint in joints]
         if all(np.array_equal(each.matrix, moves[0].matrix) for each in moves):  # actions add numbers alone
             low, high = np.array([each.low for each in moves]), np.array([each.high for each in moves])
-            return self._shifted(rows, _Moves(moves[0].matrix, low[of], high[of]))
-        return joined([self._shifted(rows.at(of == place), each) for place, each in enumerate(moves)])
+            return self._shift_boxes(rows, _Moves(moves[0].matrix, low[of], high[of]))
+        return join_rows([self._shift_boxes(rows.at(of == place), each) for place, each in enumerate(moves)])
 
     def _by(self, number: int, joint: int) -> _Moves:
         if (number, joint) not in self._known:
@@ -211,7 +211,7 @@ class Model:
         return self._known[number, joint]
 
     @staticmethod
-    def _shifted(rows: Rows, moves: _Moves) -> Rows:
+    def _shift_boxes(rows: Rows, moves: _Moves) -> Rows:
         up, down = np.maximum(moves.matrix, 0.0).T, np.minimum(moves.matrix, 0.0).T
         low = rows.low @ up + rows.high @ down + moves.low
         high = rows.high @ up + rows.low @ down + moves.high
@@ -240,8 +240,8 @@ def _inside(rows: Rows, where: list[tuple[int, float, float]]) -> Rows:
     met = np.ones(rows.size, dtype=np.bool_)
     for column, low, high in where:
         met &= (rows.high[:, column] >= low) & (rows.low[:, column] <= high)
-    found = rows.at(met)
+    overlap = rows.at(met)
     for column, low, high in where:
-        found.low[:, column] = np.maximum(found.low[:, column], low)
-        found.high[:, column] = np.minimum(found.high[:, column], high)
-    return found
+        overlap.low[:, column] = np.maximum(overlap.low[:, column], low)
+        overlap.high[:, column] = np.minimum(overlap.high[:, column], high)
+    return overlap

@@ -46,7 +46,7 @@ class Rows(NamedTuple):
         return Rows(low.take(at, axis=0), high.take(at, axis=0), part.take(at), joint.take(at), met.take(at, axis=0))
 
 
-def joined(lists: Sequence[Rows]) -> Rows:
+def join_rows(lists: Sequence[Rows]) -> Rows:
     """Several lists as one."""
     lists = [each for each in lists if each.size] or lists[:1]
     return lists[0] if len(lists) == 1 else Rows(*map(np.concatenate, zip(*lists, strict=True)))
@@ -86,14 +86,14 @@ class Half:
         }
         total = np.sum(list(least.values()), axis=0)
         met = total <= self._end
-        found = rows.at(met)
+        overlap = rows.at(met)
         for column, weight in self._weights.items():
             most = (self._end - (total - least[column])[met]) / weight
             if weight > 0:
-                found.high[:, column] = np.minimum(found.high[:, column], np.maximum(most, found.low[:, column]))
+                overlap.high[:, column] = np.minimum(overlap.high[:, column], np.maximum(most, overlap.low[:, column]))
             else:
-                found.low[:, column] = np.maximum(found.low[:, column], np.minimum(most, found.high[:, column]))
-        return found
+                overlap.low[:, column] = np.maximum(overlap.low[:, column], np.minimum(most, overlap.high[:, column]))
+        return overlap
 
 
 def in_cells(rows: Rows, widths: Mapping[int, float]) -> Rows:

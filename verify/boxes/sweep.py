@@ -15,7 +15,7 @@ import numpy as np
 from codegen.floats import nearest_double
 from codegen.ir import Bool, Float64
 from verify.boxes.model import Model
-from verify.boxes.rows import Half, Rows, cells_of, in_cells, joined
+from verify.boxes.rows import Half, Rows, cells_of, in_cells, join_rows
 from verify.systems.claims import SystemClaim
 from verify.systems.system import System
 
@@ -49,7 +49,7 @@ class Sweep:
         once = [claim.says.once for claim in claims]
         self._claims = [_ClaimRegions(model, claim, sum(once[:number])) for number, claim in enumerate(claims)]
         self._fulfillable = sum(once)
-        self._stated = _stated(model, system)
+        self._stated = _bound_pieces(model, system)
 
     def run(
         self, parts: tuple[Float64, Float64], widths: Mapping[int, float], most: int, asked: Sequence[int] | None = None
@@ -86,7 +86,7 @@ class Sweep:
             at.keep()
             if not at.rows.size:
                 return
-            at.rows = self._model.stepped(at.rows)
+            at.rows = self._model.step_boxes(at.rows)
             if at.boxes + at.rows.size > most or at.rows.size > MAX_AT_ONCE:
                 at.stopped = at.boxes + at.rows.size > most
                 at.leave(at.asked, None)
@@ -100,7 +100,7 @@ class Sweep:
             for region in one.regions:
                 at.leave_parts(number, _within(at.rows, region))
         elif says.once:
-            at.rows = self._fulfilled(at.rows, one, len(at.asked) > 1)
+            at.rows = self._split_at_regions(at.rows, one, len(at.asked) > 1)
             if step == claim.steps:
                 at.leave_parts(number, at.rows.at(~at.rows.met[:, one.place]))
         elif step >= claim.by:
@@ -110,26 +110,26 @@ class Sweep:
             at.leave_parts(number, outside)
 
     @staticmethod
-    def _fulfilled(rows: Rows, one: _ClaimRegions, kept: bool) -> Rows:
+    def _split_at_regions(rows: Rows, one: _ClaimRegions, kept: bool) -> Rows:
         """The boxes cut at the regions of a claim that one state fulfils. `kept`: with what lies inside, as met."""
         met = rows.met[:, one.place]
         before, outside = rows.at(met), rows.at(~met)
-        found = [before]
+        parts = [before]
         for region in one.regions:
             inside = _within(outside, region)
             if kept and inside.size:
                 inside = inside.at(slice(None))
                 inside.met[:, one.place] = True
-                found.append(inside)
+                parts.append(inside)
             outside = _outside(outside, region)
-        return joined([*found, outside])
+        return join_rows([*parts, outside])
 
-    def reached(self, low: Float64, high: Float64) -> Float64:
+    def estimate_ranges(self, low: Float64, high: Float64) -> Float64:
         """How far each variable ranges in the episodes from some boxes, about, [variables]."""
         rows = Rows.of(low, high)
         least, most = low.min(axis=0), high.max(axis=0)
         for _ in range(max((one.claim.steps for one in self._claims), default=0)):
-            rows = self._model.stepped(rows)
+            rows = self._model.step_boxes(rows)
             rows = rows.at(np.linspace(0, rows.size - 1, min(rows.size, 2 * len(low))).astype(np.int64))
             if not rows.size:
                 break
@@ -178,15 +178,15 @@ def _within(rows: Rows, region: list[Half]) -> Rows:
 
 
 def _outside(rows: Rows, region: list[Half]) -> Rows:
-    found = [rows.at(slice(0, 0))]
+    parts = [rows.at(slice(0, 0))]
     if not rows.size:
         return rows
     low, high = rows.low.min(axis=0).tolist(), rows.high.max(axis=0).tolist()
     for half in region:
         if not half.holds_all(low, high):
-            found.append(_strictly(half.opposite().of(rows), half))
+            parts.append(_strictly(half.opposite().of(rows), half))
             rows = half.of(rows)
-    return joined(found)
+    return join_rows(parts)
 
 
 def _strictly(rows: Rows, half: Half) -> Rows:
@@ -194,7 +194,7 @@ def _strictly(rows: Rows, half: Half) -> Rows:
     return rows.at(~half.holds(rows))
 
 
-def _stated(model: Model, system: System) -> tuple[Float64, Float64] | None:
+def _bound_pieces(model: Model, system: System) -> tuple[Float64, Float64] | None:
     """About the bounds of what is stated; None where some piece has no box."""
     if not all(piece.where for piece in system.pieces):
         return None

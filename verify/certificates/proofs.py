@@ -15,12 +15,12 @@ def varint(number: int) -> bytes:
     """A natural number in groups of seven bits, low ones first; all bytes but the last have the high bit."""
     if number < 128:
         return bytes((number,))
-    found = bytearray()
+    encoded = bytearray()
     while number > 127:
-        found.append(number & 127 | 128)
+        encoded.append(number & 127 | 128)
         number >>= 7
-    found.append(number)
-    return bytes(found)
+    encoded.append(number)
+    return bytes(encoded)
 
 
 def encode_numbers(numbers: Iterable[int]) -> bytes:

@@ -40,7 +40,7 @@ def to_json(certificate: AnyCertificate | FlowCertificate) -> str:
     return layout(body | {"content_hash": body_hash(body)}) + "\n"
 
 
-def _walked(certificate: SystemCertificate) -> tuple[str, dict[str, Any]]:
+def _walk_document(certificate: SystemCertificate) -> tuple[str, dict[str, Any]]:
     parts = [
         {
             "followed": list(part.followed),
@@ -53,7 +53,7 @@ def _walked(certificate: SystemCertificate) -> tuple[str, dict[str, Any]]:
     return FORM, {"parts": parts}
 
 
-def _covered(certificate: CoverCertificate) -> tuple[str, dict[str, Any]]:
+def _cover_document(certificate: CoverCertificate) -> tuple[str, dict[str, Any]]:
     widths = _numbers_document(certificate.widths)
     sets = {"sets": FORMS} if certificate.forms else {}
     return COVER_FORM, {"cells": widths, "cuts": proof_lines(certificate.cuts), **sets}
@@ -91,7 +91,8 @@ def _flowing(certificate: FlowCertificate) -> tuple[str, dict[str, Any]]:
 
 
 _PROOFS: dict[type, Callable[[Any], tuple[str, dict[str, Any]]]] = {
-    SystemCertificate: _walked, CoverCertificate: _covered, InvariantCertificate: _lasting, FlowCertificate: _flowing,
+    SystemCertificate: _walk_document, CoverCertificate: _cover_document,
+    InvariantCertificate: _lasting, FlowCertificate: _flowing,
 }  # fmt: skip
 
 

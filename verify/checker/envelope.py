@@ -16,7 +16,7 @@ from typing import Any
 
 import msgspec
 
-from codegen.errors import InputError, shown
+from codegen.errors import InputError, escape_text
 from verify.checker.reading import RejectedError
 
 BITS = 64  # of the largest number in a proof about decisions or episodes
@@ -48,31 +48,33 @@ def ensure_about(stated: str, found: str, what: str, option: str = "") -> None:
     if found != stated:
         raise InputError(
             f"the certificate is about another {what}",
-            f"it names {shown(stated[:16])}..., the {what} is {found[:16]}...",
+            f"it names {escape_text(stated[:16])}..., the {what} is {found[:16]}...",
             f"name the {what} that it was made for" + (f" with {option}" if option else ""),
         )
 
 
 @contextmanager
-def undamaged(where: str) -> Generator[None]:
+def ensure_readable(where: str) -> Generator[None]:
     """InputError for what goes wrong when a damaged certificate is read."""
     try:
         yield
     except msgspec.ValidationError as error:
-        raise InputError("not a certificate", f"{where}: {shown(error)}", REMAKE) from None
+        raise InputError("not a certificate", f"{where}: {escape_text(error)}", REMAKE) from None
     except (msgspec.DecodeError, UnicodeDecodeError) as error:
         raise InputError("the certificate is truncated or not JSON", f"{where}: {error}", REMAKE) from None
     except (ValueError, LookupError, TypeError, AttributeError, ZeroDivisionError, RecursionError) as error:
         what = "the certificate does not hold what it should"
-        raise InputError(what, f"{where}: {shown(error)}"[:200], REMAKE) from None
+        raise InputError(what, f"{where}: {escape_text(error)}"[:200], REMAKE) from None
 
 
 def ensure_whole(raw: msgspec.Struct, form: str, where: str) -> None:
     """InputError when a certificate is of another version, or was edited."""
     body = msgspec.to_builtins(raw)
-    stated, found = body.pop("content_hash"), body["certificate"]
-    if found != form:
-        raise InputError("a certificate of another version", f"{where}: '{shown(found[:40])}', not {form}", REMAKE)
+    stated, actual_form = body.pop("content_hash"), body["certificate"]
+    if actual_form != form:
+        raise InputError(
+            "a certificate of another version", f"{where}: '{escape_text(actual_form[:40])}', not {form}", REMAKE
+        )
     if body_hash(body) != stated:
         raise InputError("the certificate was edited after it was written", f"{where}: $.content_hash", REMAKE)
 

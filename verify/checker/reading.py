@@ -39,15 +39,15 @@ class RejectedError(Exception):
 def region_formula(region: Region) -> And:
     """A region's inequalities, in the order of its fields: lower bound, then upper bound; apart as a choice of four."""
     one = Fraction(1)
-    found: list[Formula] = []
+    inequalities: list[Formula] = []
     for name, (low, high) in region.box.items():
-        found += [Linear(((-one, name),), -low), Linear(((one, name),), high)]
+        inequalities += [Linear(((-one, name),), -low), Linear(((one, name),), high)]
     for a, b, (low, high) in region.differences:
-        found += [Linear(((-one, a), (one, b)), -low), Linear(((one, a), (-one, b)), high)]
+        inequalities += [Linear(((-one, a), (one, b)), -low), Linear(((one, a), (-one, b)), high)]
     for a, b, far in region.apart:
         pairs = [(f"{first}.{axis}", f"{second}.{axis}") for axis in "xy" for first, second in ((b, a), (a, b))]
-        found.append(Or(tuple(Linear(((one, first), (-one, second)), -far) for first, second in pairs)))
-    return And(tuple(found))
+        inequalities.append(Or(tuple(Linear(((one, first), (-one, second)), -far) for first, second in pairs)))
+    return And(tuple(inequalities))
 
 
 class Reading:
@@ -68,7 +68,7 @@ class Reading:
         """The formula, or its denial unless `wanted`, given what is known; `inner`: inside a part."""
         if isinstance(f, Linear):
             if (id(f), wanted) not in self._atoms:
-                self._atoms[id(f), wanted] = f, self._bound(f, wanted)
+                self._atoms[id(f), wanted] = f, self._read_bound(f, wanted)
             return self._atoms[id(f), wanted][1]
         if isinstance(f, Not):
             return self.flat(f.part, not wanted, known, inner)
@@ -104,7 +104,7 @@ class Reading:
             self._speaking[id(f), wanted] = f, part
         return self._speaking[id(f), wanted][1]
 
-    def denied(self, place: int, action: int, mask: int) -> list[Flat]:
+    def deny_parts(self, place: int, action: int, mask: int) -> list[Flat]:
         """The denials of an agent's parts in the set `mask`, given its action."""
         known = [(action, 0)] * len(self.order)
         return [self.flat(f, wanted, known) for (f, wanted), bit in self.parts[place].items() if mask >> bit & 1]
@@ -114,7 +114,7 @@ class Reading:
 
         Under errors a side that no measured value reaches, given the tests of its feature above it, is false.
         """
-        tree, found = policy.tree, policy.tree.action.tolist()
+        tree, nodes = policy.tree, policy.tree.action.tolist()
         seen: dict[tuple[int, float], tuple[Flat, Flat, tuple[Any, bool] | None]] = {}
         lines: dict[int, dict[int, Any]] = {ROOT: {}}  # node -> feature -> the cuts between which it is measured there
         for node, split in enumerate(zip(tree.feature.tolist(), tree.threshold.tolist(), strict=True)):
@@ -137,15 +137,15 @@ class Reading:
                 lines[below] = {**between, split[0]: (low, min(high, cut))}
             elif semantics.eps:
                 lines[above] = lines[below] = between
-            found[node] = (under, below), (over, above)
-        return found
+            nodes[node] = (under, below), (over, above)
+        return nodes
 
     def edges(self) -> list[Edge]:
         """The bounds by number, as (upper, lower, LONGEST times the bound in a common unit, less 1 if strict)."""
         scale = lcm(*{under for _, _, (_, under), _ in self.bounds}) * LONGEST
         return [(upper, lower, over * (scale // under) - strict) for upper, lower, (over, under), strict in self.bounds]
 
-    def _bound(self, atom: Linear, wanted: bool) -> Flat:
+    def _read_bound(self, atom: Linear, wanted: bool) -> Flat:
         most, strict = (atom.bound, atom.strict) if wanted else (-atom.bound, not atom.strict)
         weights: dict[str, Fraction] = {}
         for weight, name in atom.terms:

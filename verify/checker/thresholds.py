@@ -42,7 +42,7 @@ class End(NamedTuple):
         return Fraction(shifted, 1 << max(-self.exponent, 0))
 
 
-def _normalised(value: float, form: tuple[int, int]) -> tuple[int, int]:
+def _normalise_float(value: float, form: tuple[int, int]) -> tuple[int, int]:
     """(n, e) with value = n * 2**e and the significand n as long as the format allows."""
     bits, least = form
     n, denominator = value.as_integer_ratio()
@@ -70,26 +70,26 @@ def _below(n: int, e: int, form: tuple[int, int]) -> tuple[int, int]:
 
 
 @lru_cache(maxsize=1 << 16)
-def rounded(threshold: float, numbers: str) -> End:
+def find_real_end(threshold: float, numbers: str) -> End:
     """The real numbers that are at most `threshold` once one rounding makes them the agent's numbers."""
     form = FORMATS[numbers]
-    return _up_to(*_normalised(threshold, form), form)
+    return _up_to(*_normalise_float(threshold, form), form)
 
 
-def rounded_once(threshold: float, numbers: str) -> End:
+def find_double_end(threshold: float, numbers: str) -> End:
     """The float64 numbers z that are at most `threshold` once they are the agent's numbers, as the threshold is."""
     if FORMATS[numbers] is DOUBLE:  # nothing rounds
-        return End(*_normalised(threshold, DOUBLE), strict=False)
-    return rounded(threshold, numbers)
+        return End(*_normalise_float(threshold, DOUBLE), strict=False)
+    return find_real_end(threshold, numbers)
 
 
 @lru_cache(maxsize=1 << 16)
-def rounded_twice(threshold: float, numbers: str) -> End:
+def find_twice_rounded_end(threshold: float, numbers: str) -> End:
     """The real numbers d that are at most `threshold` once they are float64 and then the agent's numbers."""
     if FORMATS[numbers] is DOUBLE:
-        return rounded(threshold, numbers)
-    tie = rounded_once(threshold, numbers)
-    n, e = _normalised(ldexp(tie.numerator, tie.exponent), DOUBLE)
+        return find_real_end(threshold, numbers)
+    tie = find_double_end(threshold, numbers)
+    n, e = _normalise_float(ldexp(tie.numerator, tie.exponent), DOUBLE)
     return _up_to(*(_below(n, e, DOUBLE) if tie.strict else (n, e)), DOUBLE)
 
 
@@ -119,7 +119,7 @@ def sides(
         return _cut(terms, Fraction(threshold), False, eps)
     if FORMATS[numbers] is DOUBLE and threshold == below_zero(numbers) and not eps:
         return _cut(terms, Fraction(0), True)  # a sum of two float64 numbers rounds to 0 only from 0
-    ends = rounded_once if len(meaning.terms) == 1 and not eps else rounded_twice
+    ends = find_double_end if len(meaning.terms) == 1 and not eps else find_twice_rounded_end
     end = ends(threshold, numbers)
     return _cut(terms, end.value(), end.strict, eps)
 

@@ -111,12 +111,12 @@ def find_episode_claim(name: str, profile: PolicyProfile, team: str | None = Non
     check_read(name, tuple(given), readable(name))
     team = team_for(name, profile, team, any_size=not kind.landmark_each)
     check_landmarks(profile, team, given.get("landmarks", ()))
-    claim = kind(team, **kind.timed(kind.usual(profile, team, given) | given))
+    claim = kind(team, **kind.resolve_steps(kind.usual(profile, team, given) | given))
     claim.check_ranges()
     return claim
 
 
-def checked_zones(zones: int) -> int:
+def check_zones(zones: int) -> int:
     """How many zones may be visited, itself. InputError for a number out of its range."""
     check_range(ZONES, zones, MAX_ZONES, 1)
     return zones
@@ -148,8 +148,8 @@ def _usual_of_episodes(name: str) -> dict[str, Parameter | None]:
 
 
 def _defaults(kind: type[Claim], read: Sequence[str]) -> dict[str, Any]:
-    found = {item.name: item.default for item in fields(kind)}
-    return {key: found[key] for key in read}
+    defaults = {item.name: item.default for item in fields(kind)}
+    return {key: defaults[key] for key in read}
 
 
 class Family(NamedTuple):
@@ -209,7 +209,7 @@ def usual(name: str) -> dict[str, Parameter | None]:
 
 def sentence(claim: EpisodeClaim, world: WorldSpec) -> str:
     """A claim about episodes in words, and which starts of a world it is not about, if any."""
-    return "; ".join(filter(None, [claim.sentence, left_out(world)]))
+    return "; ".join(filter(None, [claim.sentence, describe_left_out(world)]))
 
 
 def opponents_words(opponents: bool) -> str:
@@ -217,7 +217,7 @@ def opponents_words(opponents: bool) -> str:
     return "for opponents as in this profile" if opponents else "whatever all others do"
 
 
-def left_out(world: WorldSpec) -> str:
+def describe_left_out(world: WorldSpec) -> str:
     """Which starts claims about episodes of a world are not about, in words; "" for none."""
     return COINCIDING if partners(world) else ""
 

@@ -15,7 +15,7 @@ from typing import ClassVar
 from codegen.errors import InputError
 from codegen.ir import AgentPolicy, PolicyProfile
 from verify.claims.claim import Parameter, TeamClaim, check_range, ensure_team
-from verify.claims.formula import TRUE, Acts, Formula, conjunction, disjunction, negated
+from verify.claims.formula import TRUE, Acts, Formula, conjunction, disjunction, negate
 from verify.claims.matching import matchings
 from verify.claims.observed import View
 from verify.claims.predicates import ahead, at, closes, closing, no_longer
@@ -99,7 +99,7 @@ class DecisionClaim(TeamClaim):
             check_range(parameter, getattr(self, parameter))
 
 
-def engaged(policy: AgentPolicy, landmark: str, claim: DecisionClaim) -> Formula:
+def engages(policy: AgentPolicy, landmark: str, claim: DecisionClaim) -> Formula:
     """The agent closes on the landmark or is at it."""
     return disjunction(closing(policy, landmark, claim.margin), at(policy.agent, landmark, claim.radius))
 
@@ -123,7 +123,7 @@ class _Engaging(DecisionClaim):
         """What is claimed where the assumption holds."""
         return disjunction(
             *(
-                conjunction(*(engaged(policy, landmark, self) for policy, landmark in matching))
+                conjunction(*(engages(policy, landmark, self) for policy, landmark in matching))
                 for matching in self.engagements(profile)
             )
         )
@@ -182,8 +182,8 @@ class NoDouble(DecisionClaim):
         @cache  # each is part of a claim about every other agent
         def not_only(agent: int, landmark: str) -> Formula:
             policy = team[agent]
-            others = (negated(closing(policy, other, self.margin)) for other in landmarks if other != landmark)
-            return negated(conjunction(closing(policy, landmark, self.margin), *others))
+            others = (negate(closing(policy, other, self.margin)) for other in landmarks if other != landmark)
+            return negate(conjunction(closing(policy, landmark, self.margin), *others))
 
         if len(team) < 2:
             raise InputError(
@@ -248,11 +248,11 @@ class Assignment(DecisionClaim):
         """What is claimed where the assumption holds. InputError for a team that is not of two."""
         if len(profile.team(self.team)) != 2:
             raise InputError("assignment is defined for teams of two only", f"team {self.team}", "use distinct_targets")
-        found = _matchings(profile, self.team)
+        pairings = _matchings(profile, self.team)
         ways: list[Formula] = []
-        for matching in found:
-            least = [no_longer(matching, other) for other in found if other != matching]
-            ways.append(conjunction(*least, *(engaged(policy, landmark, self) for policy, landmark in matching)))
+        for matching in pairings:
+            least = [no_longer(matching, other) for other in pairings if other != matching]
+            ways.append(conjunction(*least, *(engages(policy, landmark, self) for policy, landmark in matching)))
         return disjunction(*ways)
 
 
@@ -269,7 +269,7 @@ def formula(profile: PolicyProfile, claim: DecisionClaim) -> Formula:
     """
     ensure_team(profile, claim.team)
     stated = claim.states(profile)
-    return stated if claim.assume == TRUE else disjunction(negated(claim.assume), stated)
+    return stated if claim.assume == TRUE else disjunction(negate(claim.assume), stated)
 
 
 def ensure_askable(profile: PolicyProfile, claim: DecisionClaim) -> DecisionClaim:

@@ -120,11 +120,11 @@ class EpisodeClaim(TeamClaim):
         """The pairs that must have their distances; None: those of any matching of the team and the marks."""
         raise NotImplementedError
 
-    def met(self, gaps: Gaps, radius: Fraction | float) -> Bool:
+    def is_met(self, gaps: Gaps, radius: Fraction | float) -> Bool:
         """Where a pair has its distances, [...], of those after each step that counts; `radius`: of their type."""
         return np.asarray((gaps <= radius).any(axis=0))
 
-    def counted(self, episode: Gaps) -> Gaps:
+    def select_counted(self, episode: Gaps) -> Gaps:
         """Of [steps + 1, ...] the steps that count."""
         return episode if self.always else episode[-1:]
 
@@ -141,12 +141,12 @@ class EpisodeClaim(TeamClaim):
         """How far from the origin the team may go; None where the claim does not say."""
         return None
 
-    def broken_within(self, profile: PolicyProfile, between: Between) -> str:
+    def describe_broken(self, profile: PolicyProfile, between: Between) -> str:
         """What is not shown by bounds of where everybody ever is, in words; "" where they show the claim."""
         return f"edges do not show {self.name}"
 
     @classmethod
-    def timed(cls, given: Mapping[str, Any]) -> dict[str, Any]:
+    def resolve_steps(cls, given: Mapping[str, Any]) -> dict[str, Any]:
         """Parameters with their `steps` as claims have them: ALWAYS is any number. InputError where no claim of this
         name speaks of all steps.
         """
@@ -291,7 +291,7 @@ class KeepsApart(EpisodeClaim):
         team, marks = [policy.agent for policy in profile.team(self.team)], self.marks(profile)
         return tuple((team.index(agent), marks.index(other)) for agent, other in self.pairs(profile))
 
-    def broken_within(self, profile: PolicyProfile, between: Between) -> str:
+    def describe_broken(self, profile: PolicyProfile, between: Between) -> str:
         """A pair that may be too near on both axes."""
         for one, other in self.pairs(profile):
             both = [(between(one, axis), between(other, axis)) for axis in "xy"]
@@ -299,7 +299,7 @@ class KeepsApart(EpisodeClaim):
                 return f"the edges of {one} and {other} do not keep them {self.radius} apart"
         return ""
 
-    def met(self, gaps: Gaps, radius: Fraction | float) -> Bool:
+    def is_met(self, gaps: Gaps, radius: Fraction | float) -> Bool:
         """Where a pair stays apart."""
         return np.asarray((gaps >= radius).all(axis=0))
 
@@ -370,7 +370,7 @@ class StaysIn(EpisodeClaim):
         """The radius."""
         return self.radius
 
-    def broken_within(self, profile: PolicyProfile, between: Between) -> str:
+    def describe_broken(self, profile: PolicyProfile, between: Between) -> str:
         """An agent that may be too far away on some axis."""
         for policy in profile.team(self.team):
             for axis in "xy":
@@ -379,7 +379,7 @@ class StaysIn(EpisodeClaim):
                     return f"the edges of {policy.agent}.{axis} do not lie within {self.radius} of the origin"
         return ""
 
-    def met(self, gaps: Gaps, radius: Fraction | float) -> Bool:
+    def is_met(self, gaps: Gaps, radius: Fraction | float) -> Bool:
         """Where an agent stays."""
         return np.asarray((gaps <= radius).all(axis=0))
 

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, cast
 
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import GOAL, PolicyProfile
-from verify.claims.catalogue import NAMES, ZONES, Claim, check_read, checked_zones, find_claim, readable
+from verify.claims.catalogue import NAMES, ZONES, Claim, check_read, check_zones, find_claim, readable
 from verify.claims.decisions import RADIUS, ZERO, DecisionClaim, ensure_askable
 from verify.claims.formula import TRUE, Formula, agents
 from verify.claims.language.formulas import Vocabulary, formula_of
@@ -22,7 +22,7 @@ from verify.claims.language.tables import properties, read_each
 from verify.claims.region import Region
 from verify.claims.region_files import is_list, is_table, region_of
 from verify.claims.uncertified.own import OwnFormula
-from verify.claims.uncertified.starts import everywhere, observed_velocities, positions
+from verify.claims.uncertified.starts import everywhere, find_observed_velocities, positions
 from verify.exact import number
 from verify.kinds import ALWAYS
 from verify.toml_places import Place, parse
@@ -78,7 +78,7 @@ class _Table:
         """The claim, its region, and what may be spent on it."""
         given: dict[str, Any] = {key: self._number(key) for key in NUMBERS if key in self._table}
         given |= {key: self._count(key) for key in COUNTS if key in self._table}
-        claim: Claim = self._own(given) if "formula" in self._table else self._built_in(given)
+        claim: Claim = self._own(given) if "formula" in self._table else self._read_built_in(given)
         whole = "region" not in self._table
         region = default or everywhere(self._profile) if whole else self._region(find_region)
         return Stated(claim, region, given.get(ZONES))
@@ -104,7 +104,7 @@ class _Table:
             raise InputError(f"{key} must be a whole number", self._where(key), advice)
         return value
 
-    def _built_in(self, given: dict[str, Any]) -> Claim:
+    def _read_built_in(self, given: dict[str, Any]) -> Claim:
         if "name" not in self._table:
             raise InputError("a property needs a name or a formula", self._where(), f"names: {', '.join(NAMES)}")
         for key in LISTS:
@@ -118,7 +118,7 @@ class _Table:
             claim = find_claim(self._text("name"), self._profile, self._text("team") or None, **parameters)
             if ZONES in given:
                 check_read(claim.name, (ZONES,), readable(claim.name))
-                checked_zones(given[ZONES])
+                check_zones(given[ZONES])
         except InputError as error:
             key = error.where if error.where in self._table else "name"
             error.where = str(self._where("team" if "team" in self._table and "team" in error.what else key))
@@ -137,7 +137,7 @@ class _Table:
                     f"a property with a formula has no {key}", self._where(key), "remove it, or remove the formula"
                 )
         written = self._text("formula")
-        statement = self._parsed("formula", given.get("margin", ZERO), given.get("radius", RADIUS))
+        statement = self._parse_formula("formula", given.get("margin", ZERO), given.get("radius", RADIUS))
         acting = agents(statement)
         teams = list(dict.fromkeys(policy.team for policy in self._profile.agents if policy.agent in acting))
         known = list(dict.fromkeys(policy.team for policy in self._profile.agents))
@@ -159,7 +159,7 @@ class _Table:
 
     def _with_words(self, claim: DecisionClaim) -> DecisionClaim:
         """The claim with its label and assumption."""
-        assume = self._parsed("assume", claim.margin, claim.radius) if "assume" in self._table else TRUE
+        assume = self._parse_formula("assume", claim.margin, claim.radius) if "assume" in self._table else TRUE
         if agents(assume):
             raise InputError(
                 "an assumption is about states, so it must not mention actions",
@@ -174,11 +174,11 @@ class _Table:
             raise InputError("a label must be one line", self._where("label"), "shorten it")
         return label
 
-    def _parsed(self, key: str, margin: Fraction, radius: Fraction) -> Formula:
+    def _parse_formula(self, key: str, margin: Fraction, radius: Fraction) -> Formula:
         text, profile = self._text(key), self._profile
         world = profile.world
         goal = [GOAL] if world.goals else []
-        bounded = (*positions(world), *observed_velocities(profile))
+        bounded = (*positions(world), *find_observed_velocities(profile))
         vocabulary = Vocabulary(
             coordinates=(*bounded, *(f"{GOAL}.{axis}" for axis in "xy" if goal)),
             agents={policy.agent: policy for policy in profile.agents},
@@ -187,8 +187,8 @@ class _Table:
             margin=margin,
             radius=radius,
         )
-        found = formula_of(text, vocabulary, lambda place: self._where(key).of_offset(text, place))
-        return found if self._reading is None or "eps" in self._table else self._reading(found)
+        formula = formula_of(text, vocabulary, lambda place: self._where(key).of_offset(text, place))
+        return formula if self._reading is None or "eps" in self._table else self._reading(formula)
 
     def _region(self, find_region: FindRegion) -> Region:
         region = self._table["region"]
@@ -200,5 +200,7 @@ class _Table:
                 raise
         if not is_table(region):
             raise InputError('region must be "start", a file, or a table', self._where("region"), ADVICE)
-        found = region_of(region, self._profile.world, self._where("region"), observed_velocities(self._profile))
-        return replace(found, name=f"of {self._place.words}")
+        own_region = region_of(
+            region, self._profile.world, self._where("region"), find_observed_velocities(self._profile)
+        )
+        return replace(own_region, name=f"of {self._place.words}")

@@ -118,15 +118,15 @@ def disjunction(*parts: Formula) -> Formula:
     return unique[0] if len(unique) == 1 else Or(unique)
 
 
-def negated(formula: Formula) -> Formula:
+def negate(formula: Formula) -> Formula:
     """Not the formula, with negations only before `Acts` and `Goal`."""
     if isinstance(formula, Linear):
         terms = tuple((-weight, name) for weight, name in formula.terms)
         return Linear(terms, -formula.bound, not formula.strict)
     if isinstance(formula, And):
-        return disjunction(*map(negated, formula.parts))
+        return disjunction(*map(negate, formula.parts))
     if isinstance(formula, Or):
-        return conjunction(*map(negated, formula.parts))
+        return conjunction(*map(negate, formula.parts))
     return normal(formula.part) if isinstance(formula, Not) else Not(formula)
 
 
@@ -136,19 +136,19 @@ def normal(formula: Formula) -> Formula:
         return conjunction(*map(normal, formula.parts))
     if isinstance(formula, Or):
         return disjunction(*map(normal, formula.parts))
-    return negated(formula.part) if isinstance(formula, Not) else formula
+    return negate(formula.part) if isinstance(formula, Not) else formula
 
 
-def given(formula: Formula, actions: Mapping[str, int]) -> Formula:
+def substitute_actions(formula: Formula, actions: Mapping[str, int]) -> Formula:
     """The formula once the named agents have chosen: their `Acts` become true or false."""
     if isinstance(formula, Acts) and formula.agent in actions:
         return TRUE if actions[formula.agent] == formula.action else FALSE
     if isinstance(formula, And):
-        return conjunction(*(given(part, actions) for part in formula.parts))
+        return conjunction(*(substitute_actions(part, actions) for part in formula.parts))
     if isinstance(formula, Or):
-        return disjunction(*(given(part, actions) for part in formula.parts))
+        return disjunction(*(substitute_actions(part, actions) for part in formula.parts))
     if isinstance(formula, Not):
-        part = given(formula.part, actions)
+        part = substitute_actions(formula.part, actions)
         return FALSE if part == TRUE else TRUE if part == FALSE else Not(part)
     return formula
 

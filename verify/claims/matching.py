@@ -42,10 +42,10 @@ def has_matching(related: Bool) -> Bool:
     """
     n_agents, n_landmarks = map(int, related.shape[-2:])
     if math.perm(n_landmarks, n_agents) <= MAX_TRIED:
-        found = np.zeros(related.shape[:-2], dtype=bool)
+        matched = np.zeros(related.shape[:-2], dtype=bool)
         for way in permutations(range(n_landmarks), n_agents):
-            found |= reduce(np.logical_and, (related[..., agent, own] for agent, own in enumerate(way)), np.True_)
-        return found
+            matched |= reduce(np.logical_and, (related[..., agent, own] for agent, own in enumerate(way)), np.True_)
+        return matched
     holdable = np.zeros((*related.shape[:-2], 1 << n_landmarks), dtype=bool)
     holdable[..., 0] = True
     for agent in range(n_agents):
@@ -67,10 +67,10 @@ def preventable(choices: Sequence[Sequence[tuple[Bool, Bool]]], n_landmarks: int
     outside = 1 << np.arange(n_landmarks)
     masks = [[(allowed, related @ outside) for allowed, related in agent] for agent in choices]
     choosing = np.logical_and.reduce([np.logical_or.reduce([allowed for allowed, _ in agent]) for agent in choices])
-    found = np.zeros_like(choosing)
+    prevented = np.zeros_like(choosing)
     for kept in range(1 << n_landmarks):
-        confined = np.zeros(len(found), dtype=np.int64)
+        confined = np.zeros(len(prevented), dtype=np.int64)
         for agent in masks:
             confined += np.logical_or.reduce([allowed & (mask & ~kept == 0) for allowed, mask in agent])
-        found |= confined > kept.bit_count()
-    return np.asarray(found & choosing)
+        prevented |= confined > kept.bit_count()
+    return np.asarray(prevented & choosing)

@@ -62,7 +62,7 @@ def no_longer(matching: Sequence[tuple[AgentPolicy, str]], other: Sequence[tuple
     """
 
     def sums(pairs: Sequence[tuple[AgentPolicy, str]]) -> list[dict[str, int]]:
-        found: list[dict[str, int]] = []
+        all_terms: list[dict[str, int]] = []
         for signs in product((1, -1), repeat=2 * len(pairs)):
             terms: dict[str, int] = {}
             for sign, (policy, landmark, axis) in zip(
@@ -70,8 +70,8 @@ def no_longer(matching: Sequence[tuple[AgentPolicy, str]], other: Sequence[tuple
             ):
                 terms[f"{landmark}.{axis}"] = terms.get(f"{landmark}.{axis}", 0) + sign
                 terms[f"{policy.agent}.{axis}"] = terms.get(f"{policy.agent}.{axis}", 0) - sign
-            found.append(terms)
-        return found
+            all_terms.append(terms)
+        return all_terms
 
     def difference(a: Mapping[str, int], b: Mapping[str, int]) -> dict[str, int]:
         return {name: a.get(name, 0) - b.get(name, 0) for name in {**a, **b}}

@@ -55,26 +55,26 @@ def region_of(document: Mapping[str, object], world: WorldSpec, where: Place, ve
 
 def _differences(document: Mapping[str, object], names: Sequence[str], where: Place) -> tuple[Difference, ...]:
     """The stated differences; what is said of a pair more than once, in either order, holds at once."""
-    found: dict[tuple[str, str], Interval] = {}
+    differences: dict[tuple[str, str], Interval] = {}
     for pair, bounds in _table(document, "difference", where).items():
         a, b = _pair(pair, names, "coordinate", where / "difference")
         low, high = _interval(bounds, where / "difference" / pair)
-        if (b, a) in found and a != b:
+        if (b, a) in differences and a != b:
             a, b, low, high = b, a, -high, -low
-        before = found.get((a, b), (low, high))
-        found[a, b] = _ordered(max(low, before[0]), min(high, before[1]), where / "difference" / pair)
-    return tuple((a, b, bounds) for (a, b), bounds in found.items())
+        before = differences.get((a, b), (low, high))
+        differences[a, b] = _check_order(max(low, before[0]), min(high, before[1]), where / "difference" / pair)
+    return tuple((a, b, bounds) for (a, b), bounds in differences.items())
 
 
 def _apart(document: Mapping[str, object], entities: Sequence[str], where: Place) -> tuple[Pair, ...]:
     """The pairs kept apart; of the distances that are stated for a pair, in either order, the largest."""
-    found: dict[tuple[str, str], Fraction] = {}
+    distances: dict[tuple[str, str], Fraction] = {}
     for pair, least in _table(document, "apart", where).items():
         a, b = _pair(pair, entities, "entity", where / "apart")
-        a, b = (b, a) if (b, a) in found else (a, b)
+        a, b = (b, a) if (b, a) in distances else (a, b)
         distance = number(least, where / "apart" / pair)
-        found[a, b] = max(distance, found.get((a, b), distance))
-    return tuple((a, b, least) for (a, b), least in found.items())
+        distances[a, b] = max(distance, distances.get((a, b), distance))
+    return tuple((a, b, least) for (a, b), least in distances.items())
 
 
 def is_list(value: object) -> TypeGuard[list[object]]:
@@ -108,10 +108,10 @@ def _interval(bounds: object, where: Place) -> Interval:
     if not is_list(bounds) or len(bounds) != 2:
         raise InputError("bounds are two numbers, [low, high]", where, ADVICE)
     low, high = (number(bound, where) for bound in bounds)
-    return _ordered(low, high, where)
+    return _check_order(low, high, where)
 
 
-def _ordered(low: Fraction, high: Fraction, where: Place) -> Interval:
+def _check_order(low: Fraction, high: Fraction, where: Place) -> Interval:
     if low > high:
         raise InputError(f"the lower bound {text(low)} is above the upper one {text(high)}", where, "swap them")
     return low, high

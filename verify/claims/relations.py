@@ -12,7 +12,7 @@ from typing import Final
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import AgentPolicy, PolicyProfile
 from verify.claims.decisions import DecisionClaim
-from verify.claims.formula import Acts, Formula, below, conjunction, disjunction, negated
+from verify.claims.formula import Acts, Formula, below, conjunction, disjunction, negate
 from verify.claims.observed import MIRRORED, Mirrored, Raised, View, copy_of
 
 INCREASING, DECREASING = "increasing", "decreasing"
@@ -57,7 +57,7 @@ class Differ(Agree):
 
     def states(self, profile: PolicyProfile) -> Formula:
         """What is claimed where the assumption holds."""
-        return negated(super().states(profile))
+        return negate(super().states(profile))
 
 
 @dataclass(frozen=True)
@@ -89,8 +89,8 @@ class Monotone(DecisionClaim):
         ranks = [names.index(name) for name in self.order or names]
         ranks = ranks[::-1] if self.direction == DECREASING else ranks
         above = [(_takes(lower.agent, ranks[k:]), _takes(higher.agent, ranks[k:])) for k in range(1, len(ranks))]
-        keeps = [disjunction(negated(of_lower), of_higher) for of_lower, of_higher in above]
-        return disjunction(negated(below({low: 1, high: -1}, 0)), conjunction(*keeps))
+        keeps = [disjunction(negate(of_lower), of_higher) for of_lower, of_higher in above]
+        return disjunction(negate(below({low: 1, high: -1}, 0)), conjunction(*keeps))
 
     def _variable(self, policy: AgentPolicy) -> str:
         meaning = next(one.meaning for one in policy.features if one.name == self.feature)
@@ -139,7 +139,7 @@ class Symmetric(DecisionClaim):
         names = [action.name for action in one.actions]
         ranks = [names.index(name) for name in self.order or names]
         pairs = zip(ranks, reversed(ranks), strict=True)
-        ways = (disjunction(negated(Acts(one.agent, k)), Acts(other.agent, back)) for k, back in pairs)
+        ways = (disjunction(negate(Acts(one.agent, k)), Acts(other.agent, back)) for k, back in pairs)
         return conjunction(*ways)
 
     def ensure(self, profile: PolicyProfile) -> None:

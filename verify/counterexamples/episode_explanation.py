@@ -17,10 +17,10 @@ import numpy as np
 from codegen.ir import PolicyProfile
 from verify.claims.episodes import EpisodeClaim
 from verify.claims.region import goal_text
-from verify.counterexamples.explanation import shown_ends
+from verify.counterexamples.explanation import format_ends
 from verify.exact import MAX_NUMBER
 from verify.question import EpisodeQuestion
-from verify.states.episodes import Episode, at_rest, courses, fails, first_failing, fulfilled, play
+from verify.states.episodes import Episode, at_rest, courses, fails, first_failing, meets_claim, play
 from verify.states.shares import SAMPLE_SEED
 from verify.states.state import State, inside, sample, state_at
 
@@ -53,7 +53,7 @@ class StartSpan:
     def __str__(self) -> str:
         if self.whole and not self.free:
             return "fixed by the region"
-        return " to ".join(shown_ends(self.low, self.high)) if self.low < self.high else "only this"
+        return " to ".join(format_ends(self.low, self.high)) if self.low < self.high else "only this"
 
     def document(self) -> dict[str, Any]:
         """The interval as plain data."""
@@ -71,11 +71,11 @@ class EpisodeExplanation:
 
     def says(self) -> dict[str, str]:
         """The finding in a few short lines, by their headings."""
-        found = f"other counterexamples exist: of {self.starts:,} sampled starts, another fails with other actions"
+        others = f"other counterexamples exist: of {self.starts:,} sampled starts, another fails with other actions"
         none = f"not decided: none of {self.starts:,} sampled starts fails with other actions"
         whole = ", ".join(span.name for span in self.spans if span.free) or "none"
         return {
-            "unique": none if self.other is None else found,
+            "unique": none if self.other is None else others,
             "fails by": _change(self.change),
             "free": f"coordinates that made no difference, changed one at a time to {BETWEEN + 2} values each: {whole}",
         }
@@ -101,7 +101,7 @@ def _change(amount: float) -> str:
     return f"{abs(amount):.3g} (with a radius {'larger' if amount > 0 else 'smaller'} by that, the claim holds here)"
 
 
-def explained(question: EpisodeQuestion, state: State, episode: Episode) -> EpisodeExplanation:
+def explain_episode(question: EpisodeQuestion, state: State, episode: Episode) -> EpisodeExplanation:
     """What there is to say about a start from which the claim fails, and its course."""
     return EpisodeExplanation(
         spans=_spans(question, state, episode),
@@ -141,7 +141,7 @@ def _spans(question: EpisodeQuestion, state: State, episode: Episode) -> tuple[S
 
     names = [name for name in region.box if not name.endswith((".vx", ".vy"))]
     sides = [(name, side) for name in names for side in (0, 1)]
-    ends = [_bound(region.box[name][side], side) for name, side in sides]
+    ends = [_round_inwards(region.box[name][side], side) for name, side in sides]
     good = [float(state.position[name]) for name, _ in sides]
     reached = stand([(name, end) for (name, _), end in zip(sides, ends, strict=True)])
     good = [end if there else start for start, end, there in zip(good, ends, reached, strict=True)]
@@ -153,7 +153,7 @@ def _spans(question: EpisodeQuestion, state: State, episode: Episode) -> tuple[S
         for k, there in zip(open_sides, stand([(sides[k][0], middle[k]) for k in open_sides]), strict=True):
             good[k], ends[k] = (middle[k], ends[k]) if there else (good[k], middle[k])
     lows, highs = good[::2], good[1::2]
-    between = [(name, float(value)) for name, *pair in zip(names, lows, highs, strict=True) for value in _spaced(*pair)]
+    between = [(name, float(value)) for name, *pair in zip(names, lows, highs, strict=True) for value in _spread(*pair)]
     gaps = [moved for moved, there in zip(between, stand(between), strict=True) if not there]
     spans: list[StartSpan] = []
     for name, low, high in zip(names, lows, highs, strict=True):
@@ -162,17 +162,17 @@ def _spans(question: EpisodeQuestion, state: State, episode: Episode) -> tuple[S
         floor = max((value for value in holes if value < here), default=-math.inf)
         roof = min((value for value in holes if value > here), default=math.inf)
         left = [value for value in (low, *played, here, high) if floor < value < roof]
-        box = tuple(_bound(region.box[name][side], side) for side in (0, 1))
+        box = tuple(_round_inwards(region.box[name][side], side) for side in (0, 1))
         spans.append(StartSpan(name, min(left), max(left), whole=(min(left), max(left)) == box))
     return tuple(spans)
 
 
-def _spaced(low: float, high: float) -> list[float]:
+def _spread(low: float, high: float) -> list[float]:
     """Values evenly between two ends."""
     return [] if low == high else [float(value) for value in np.linspace(low, high, BETWEEN + 2)[1:-1]]
 
 
-def _bound(bound: Fraction, side: int) -> float:
+def _round_inwards(bound: Fraction, side: int) -> float:
     """The float64 number at a bound of a box, or next to it on the inside."""
     value = float(bound)
     if side == 0:
@@ -186,7 +186,7 @@ def _other(question: EpisodeQuestion, episode: Episode) -> State | None:
     team = _team(profile, claim)
     coordinates, goals = sample(at_rest(region), profile.world, STARTS, SAMPLE_SEED)
     played, actions = play(profile, coordinates, claim.steps)
-    others = ~fulfilled(profile, claim, played) & (actions[..., team] != episode.actions[:, None, team]).any(
+    others = ~meets_claim(profile, claim, played) & (actions[..., team] != episode.actions[:, None, team]).any(
         axis=(0, 2)
     )
     rows = np.flatnonzero(others)[:MAX_TRIED]

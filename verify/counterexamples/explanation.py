@@ -18,17 +18,17 @@ from fractions import Fraction
 from typing import Any
 
 from codegen.ir import GOAL, AgentPolicy, FeatureSpec
-from verify.checker.thresholds import AT_ONCE, rounded_twice, sides
-from verify.claims.formula import Formula, Linear, Or, conjunction, for_goal, given, negated, normal
+from verify.checker.thresholds import AT_ONCE, find_twice_rounded_end, sides
+from verify.claims.formula import Formula, Linear, Or, conjunction, for_goal, negate, normal, substitute_actions
 from verify.claims.region import Region
 from verify.claims.uncertified.values import worth
-from verify.counterexamples.lines import Line, along, around, beyond, closed, interval
+from verify.counterexamples.lines import Line, along, around, beyond, interval, line_between
 from verify.counterexamples.search import AgentView, Counterexample
 from verify.counterexamples.uniqueness import Uniqueness, unique
 from verify.question import DecisionQuestion
 from verify.semantics import MACHINE, REAL
 from verify.states.path import Step
-from verify.states.real import Value, value_of, written
+from verify.states.real import Value, value_of, write_value
 from verify.states.state import State, error_name, inside, leaves_at, shortfall, violates
 
 STAYS = "the values for which the claim still fails in the same leaves, with everything else unchanged"
@@ -54,7 +54,7 @@ class CoordinateSpan:
     def document(self) -> dict[str, Any]:
         """The interval as plain data; whether a fixed coordinate matters is not known (null)."""
         matters = None if self.fixed or self.open else not self.free
-        ends = {LOW: written(self.low), HIGH: written(self.high)}
+        ends = {LOW: write_value(self.low), HIGH: write_value(self.high)}
         excluded = {"excluded": [*self.excluded]} if self.excluded else {}
         return {**ends, **excluded, "matters": matters, "says": str(self)}
 
@@ -66,7 +66,7 @@ class CoordinateSpan:
         if self.open:
             return "not determined: a test adds it to several others"
         if isinstance(self.low, float) and isinstance(self.high, float) and not self.excluded:
-            low, high = shown_ends(self.low, self.high)
+            low, high = format_ends(self.low, self.high)
         else:
             low, high = _exact_ends(Fraction(self.low), Fraction(self.high), self.excluded)
         return f"only {low}" if self.low == self.high else f"{low} to {high}"
@@ -145,7 +145,7 @@ class Explanation:
         }
 
 
-def shown_ends(low: float, high: float) -> tuple[str, str]:
+def format_ends(low: float, high: float) -> tuple[str, str]:
     """The ends of an interval with few digits, rounded to its inside; all digits where that leaves nothing."""
     inner = math.ceil(low * DIGITS) / DIGITS + 0.0, math.floor(high * DIGITS) / DIGITS + 0.0
     if low <= inner[0] <= inner[1] <= high:
@@ -154,7 +154,7 @@ def shown_ends(low: float, high: float) -> tuple[str, str]:
 
 
 def _exact_ends(low: Fraction, high: Fraction, excluded: Sequence[str]) -> tuple[str, str]:
-    """As `shown_ends`, of an interval of real numbers; `excluded`: those of "low" and "high" that are not in it."""
+    """As `format_ends`, of an interval of real numbers; `excluded`: those of "low" and "high" that are not in it."""
     scale = int(DIGITS)
     inner = math.ceil(low * scale), math.floor(high * scale)
     inner = (
@@ -190,7 +190,7 @@ def _room_document(room: AgentRoom) -> dict[str, Any]:
     }
 
 
-def explained(question: DecisionQuestion, found: Counterexample) -> Explanation:
+def explain_counterexample(question: DecisionQuestion, found: Counterexample) -> Explanation:
     """What there is to say about a confirmed counterexample.
 
     AssertionError when the referee does not confirm the end of an interval: that is our bug.
@@ -203,11 +203,11 @@ def explained(question: DecisionQuestion, found: Counterexample) -> Explanation:
         view.agent: next(k for k, one in enumerate(team[view.agent].actions) if one.name == view.action)
         for view in found.agents
     }
-    stated = given(for_goal(normal(question.formula), state.goal), actions)
-    keeps = conjunction(*(test for several in tests.values() for test in several), negated(stated))
+    stated = substitute_actions(for_goal(normal(question.formula), state.goal), actions)
+    keeps = conjunction(*(test for several in tests.values() for test in several), negate(stated))
     return Explanation(
         uniqueness=unique(question, state),
-        spans=_spans(question, state, keeps, _undetermined(question, found)),
+        spans=_spans(question, state, keeps, _find_undetermined(question, found)),
         agents=tuple(_room(team[view.agent], view, tests[view.agent], exact) for view in found.agents),
         shortfall=float(shortfall(question, state)),
     )
@@ -220,13 +220,13 @@ def _tests(policy: AgentPolicy, view: AgentView, state: State, semantics: str) -
         feature = next(one for one in policy.features if one.name == step.feature)
         error = Fraction(state.errors.get(error_name(policy.agent, feature.name), 0.0))
         numbers = policy.numbers
-        left, right = sides(feature, step.threshold, numbers, REAL if _summed(feature, semantics) else semantics)
+        left, right = sides(feature, step.threshold, numbers, REAL if _rounds_sum(feature, semantics) else semantics)
         meaning = feature.meaning
         if error and meaning is not None and not meaning.function and semantics == MACHINE:
-            end = rounded_twice(step.threshold, numbers)  # no float64 number any more, so rounded as a sum is
+            end = find_twice_rounded_end(step.threshold, numbers)  # no float64 number any more, so rounded as a sum is
             terms = tuple((Fraction(weight), name) for weight, name in meaning.terms)
             left = Linear(terms, end.value(), end.strict)
-            right = negated(left)
+            right = negate(left)
         side, sign = (left, -1) if step.left else (right, 1)
         if error and isinstance(side, Linear):
             side = Linear(side.terms, side.bound + sign * error, side.strict)
@@ -234,18 +234,18 @@ def _tests(policy: AgentPolicy, view: AgentView, state: State, semantics: str) -
     return formulas
 
 
-def _summed(feature: FeatureSpec, semantics: str) -> bool:
+def _rounds_sum(feature: FeatureSpec, semantics: str) -> bool:
     """Whether a test of the feature has no exact end, since the deployed arithmetic rounds after each addition."""
     return semantics == MACHINE and feature.meaning is not None and len(feature.meaning.terms) > AT_ONCE
 
 
-def _undetermined(question: DecisionQuestion, found: Counterexample) -> set[str]:
+def _find_undetermined(question: DecisionQuestion, found: Counterexample) -> set[str]:
     """The coordinates of tests without exact ends on the agents' paths, the goal's as its landmark's."""
     names = set[str]()
     for view in found.agents:
         features = {one.name: one for one in question.profile.policy(view.agent).features}
         tested = [features[step.feature] for step in view.path]
-        meanings = [one.meaning for one in tested if one.meaning and _summed(one, question.semantics)]
+        meanings = [one.meaning for one in tested if one.meaning and _rounds_sum(one, question.semantics)]
         names |= {name for meaning in meanings for _, name in meaning.terms}
     goal = found.state.goal
     return {f"{goal}{name.removeprefix(GOAL)}" if name.startswith(f"{GOAL}.") else name for name in names}
@@ -256,14 +256,14 @@ def _spans(
 ) -> tuple[CoordinateSpan, ...]:
     region, limits = question.region, _limits(question.region)
 
-    def reached(at: State) -> dict[str, int]:
+    def find_leaves(at: State) -> dict[str, int]:
         return leaves_at(question.profile, question.claim.team, at, question.semantics)
 
-    leaves = reached(state)
+    leaves = find_leaves(state)
 
     def stands(name: str, value: Value) -> bool:
         moved = State({**state.position, name: value}, state.goal, state.errors)
-        return inside(region, moved) and violates(question, moved) and reached(moved) == leaves
+        return inside(region, moved) and violates(question, moved) and find_leaves(moved) == leaves
 
     spans, exact = list[CoordinateSpan](), state.exactly(question.profile)
     for name, bounds in region.box.items():
@@ -272,7 +272,7 @@ def _spans(
                 CoordinateSpan(name, state.position[name], state.position[name], free=False, fixed=False, open=True)
             )
             continue
-        allowed = along(limits, name, exact, closed(*bounds))
+        allowed = along(limits, name, exact, line_between(*bounds))
         kept = along(keeps, name, exact, allowed)
         value = state.position[name]
         real = question.semantics == REAL

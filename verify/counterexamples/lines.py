@@ -2,7 +2,8 @@
 
 Does: the values of a coordinate for which a formula is true; the interval of a value inside such a set, and the float64
   numbers of it.
-Assumes: formulas without actions and goals (`formula.given`, `formula.for_goal`); sums are linear in the coordinate.
+Assumes: formulas without actions and goals (`formula.substitute_actions`, `formula.for_goal`); sums are linear in
+  the coordinate.
 Does not: know trees, regions or claims.
 
 A set is a union of intervals between cuts. The cut (v, 0) lies just below v and (v, 1) just above it, so that one form
@@ -20,7 +21,7 @@ Cut: TypeAlias = tuple[Fraction, int]
 Line: TypeAlias = tuple[tuple[Cut, Cut], ...]  # disjoint intervals in order, each from its lower to its upper cut
 
 
-def closed(low: Fraction, high: Fraction) -> Line:
+def line_between(low: Fraction, high: Fraction) -> Line:
     """All values from `low` to `high`, both included."""
     return (((low, 0), (high, 1)),)
 
@@ -34,7 +35,7 @@ def along(formula: Formula, name: str, at: Mapping[str, Fraction], within: Line)
             within = along(part, name, at, within)
         return within
     if isinstance(formula, Or):
-        return _joined([interval for part in formula.parts for interval in along(part, name, at, within)])
+        return _join_intervals([interval for part in formula.parts for interval in along(part, name, at, within)])
     assert isinstance(formula, Not), formula
     return _without(within, along(formula.part, name, at, within))
 
@@ -44,14 +45,14 @@ def around(line: Line, value: float) -> tuple[float, float]:
     the set. `value` lies in the set.
     """
     low = high = value
-    while (found := _interval_of(line, low)) is not None:
-        low = _first(found[0])
+    while (piece := _interval_of(line, low)) is not None:
+        low = _first(piece[0])
         below = math.nextafter(low, -math.inf)
         if _interval_of(line, below) is None:
             break
         low = below  # a gap between two intervals that no float64 number lies in
-    while (found := _interval_of(line, high)) is not None:
-        high = _last(found[1])
+    while (piece := _interval_of(line, high)) is not None:
+        high = _last(piece[1])
         above = math.nextafter(high, math.inf)
         if _interval_of(line, above) is None:
             break
@@ -90,27 +91,27 @@ def _half_line(atom: Linear, name: str, at: Mapping[str, Fraction], within: Line
     return tuple((max(low, cut), high) for low, high in within if cut < high)
 
 
-def _joined(intervals: list[tuple[Cut, Cut]]) -> Line:
+def _join_intervals(intervals: list[tuple[Cut, Cut]]) -> Line:
     """The union."""
-    found: list[tuple[Cut, Cut]] = []
+    union: list[tuple[Cut, Cut]] = []
     for low, high in sorted(intervals):
-        if found and low <= found[-1][1]:
-            found[-1] = found[-1][0], max(found[-1][1], high)
+        if union and low <= union[-1][1]:
+            union[-1] = union[-1][0], max(union[-1][1], high)
         else:
-            found.append((low, high))
-    return tuple(found)
+            union.append((low, high))
+    return tuple(union)
 
 
 def _without(line: Line, other: Line) -> Line:
     """What is in `line` and not in `other`, which lies in it."""
-    found: list[tuple[Cut, Cut]] = []
+    remaining: list[tuple[Cut, Cut]] = []
     for low, high in line:
         for start, end in other:
             if low <= start and end <= high:
-                found += [(low, start)] if low < start else []
+                remaining += [(low, start)] if low < start else []
                 low = end
-        found += [(low, high)] if low < high else []
-    return tuple(found)
+        remaining += [(low, high)] if low < high else []
+    return tuple(remaining)
 
 
 def _interval_of(line: Line, value: float) -> tuple[Cut, Cut] | None:

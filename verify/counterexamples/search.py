@@ -26,18 +26,18 @@ from verify.states.acting import Deployed, Replay, confirm_actions
 from verify.states.noise import mistaken
 from verify.states.path import Step, path
 from verify.states.real import Value, value_of
-from verify.states.shares import SAMPLE_SEED, SAMPLES, drawn
+from verify.states.shares import SAMPLE_SEED, SAMPLES, draw_states
 from verify.states.state import (
     State,
-    engaged_with,
     error_name,
     exact_point,
+    find_engaged,
     inside,
     leaf_at,
     leaves_at,
     measurements,
     nearest,
-    observed,
+    observe_state,
     shortfall,
     state_at,
     violates,
@@ -111,7 +111,7 @@ def _candidates(question: DecisionQuestion, goal: str | None, answer: Answer) ->
     yield _nearest(question, answer, goal), 0
     if question.semantics == REAL and answer.model is not None:
         yield from _failing_in_both(question, goal)
-        yield _settled(question, goal, answer.model)
+        yield _simplify_model(question, goal, answer.model)
     for state in violating_samples(question.for_one_goal(goal)):
         yield state, 0
 
@@ -125,11 +125,11 @@ def _failing_in_both(question: DecisionQuestion, goal: str | None) -> Iterator[t
         return
     for answer in chain([exact], (ask(in_both(question, goal, slack), units) for slack in SLACKS)):
         yield _nearest(question, answer, goal), answer.resources
-    found, spent = pin_model(in_both(question, goal), region, exact.model, units)
-    yield exact_point(found, region, goal), spent
+    pinned, spent = pin_model(in_both(question, goal), region, exact.model, units)
+    yield exact_point(pinned, region, goal), spent
 
 
-def _settled(question: DecisionQuestion, goal: str | None, model: Mapping[str, Fraction]) -> tuple[State, int]:
+def _simplify_model(question: DecisionQuestion, goal: str | None, model: Mapping[str, Fraction]) -> tuple[State, int]:
     """An exact model of real arithmetic as a point with as few digits as solver queries find, and what they took.
 
     AssertionError when the referee does not confirm it: then an engine is wrong.
@@ -142,17 +142,17 @@ def _settled(question: DecisionQuestion, goal: str | None, model: Mapping[str, F
     acting = agents(question.formula)
     leaves = {agent: leaf for agent, leaf in leaves_at(profile, claim.team, state, REAL).items() if agent in acting}
     units = question.budgets.solver_units
-    found, spent = pin_model(there(question, goal, leaves), region, exact, units)
-    for each in (state, exact_point(found, region, goal)):
+    pinned, spent = pin_model(there(question, goal, leaves), region, exact, units)
+    for each in (state, exact_point(pinned, region, goal)):
         if not _stands([question], each):
             raise AssertionError(f"{claim.name}: the referee does not confirm {each}")
-    return exact_point(found, region, goal), spent
+    return exact_point(pinned, region, goal), spent
 
 
 def violating_samples(question: DecisionQuestion) -> Iterator[State]:
     """The sampled world states of the violating fraction, of the same draw, that the referee confirms."""
     region, world = question.region, question.profile.world
-    coordinates, goals, fails = drawn(question, SAMPLE_SEED, SAMPLES)
+    coordinates, goals, fails = draw_states(question, SAMPLE_SEED, SAMPLES)
     for row in np.flatnonzero(fails)[:MAX_REFEREED]:
         state = state_at(region, world, coordinates[row], int(goals[row]))
         if question.claim.eps:
@@ -230,12 +230,12 @@ def simplest(world: WorldSpec, state: State, stands: Callable[[State], bool]) ->
         if holds(rounded, errors):
             position = rounded
             break
-    _simplified(position, lambda: holds(position, errors))
-    _simplified(errors, lambda: holds(position, errors))
+    _round_values(position, lambda: holds(position, errors))
+    _round_values(errors, lambda: holds(position, errors))
     return State(position, state.goal, {name: error for name, error in errors.items() if error})
 
 
-def _simplified(values: dict[str, Value], holds: Callable[[], bool]) -> None:
+def _round_values(values: dict[str, Value], holds: Callable[[], bool]) -> None:
     """Rounds each value in place to the fewest decimals with which what `holds` asks stays true."""
     for name, value in values.items():
         for places in range(MAX_PLACES):
@@ -259,14 +259,14 @@ def explain(question: DecisionQuestion, state: State, replays: Mapping[str, Repl
     """
     profile, claim, semantics = question.profile, question.claim, question.semantics
     did = confirm_actions(profile, question.formula, claim.team, state, replays, semantics)
-    engaged = engaged_with(profile, claim, state, did.actions)
+    engaged = find_engaged(profile, claim, state, did.actions)
     views: list[AgentView] = []
     for policy in profile.team(claim.team):
         leaf = leaf_at(profile, policy, state, semantics)
         seen: Sequence[Value] = (
             list(map(value_of, measurements(profile, policy, state)))
             if semantics == REAL
-            else observed(profile, policy, state)[0].tolist()
+            else observe_state(profile, policy, state)[0].tolist()
         )
         errors = [(one.name, state.errors.get(error_name(policy.agent, one.name), 0.0)) for one in policy.features]
         named = policy.actions[did.actions[policy.agent]].name

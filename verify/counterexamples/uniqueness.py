@@ -23,7 +23,7 @@ from verify.semantics import REAL
 from verify.solver.encode import Query, elsewhere, there
 from verify.solver.pinning import pin_model
 from verify.solver.solve import Answer, ask
-from verify.states.real import written_all
+from verify.states.real import write_values
 from verify.states.state import State, exact_point, inside, leaves_at, nearest, violates
 
 ONLY_REAL = "a real-valued world state fails in other leaves; no float64 state near it was found that does"
@@ -66,7 +66,7 @@ class Uniqueness:
         """The finding as plain data."""
         other = None
         if self.other is not None:
-            position, errors = written_all(self.other.position), written_all(self.other.errors)
+            position, errors = write_values(self.other.position), write_values(self.other.errors)
             other = {
                 "goal": goal_text(self.other.goal),
                 "position": position,
@@ -91,7 +91,7 @@ def unique(question: DecisionQuestion, state: State) -> Uniqueness:
     """
     search = _Search(question, leaves_at(question.profile, question.claim.team, state, question.semantics))
     for candidate in violating_samples(question):
-        if search.reached(candidate) != search.leaves:
+        if search.find_leaves(candidate) != search.leaves:
             return search.others(candidate)
     reasons, region, eps = list[str](), question.region, question.claim.eps
     for goal in question.goals:
@@ -101,7 +101,7 @@ def unique(question: DecisionQuestion, state: State) -> Uniqueness:
             if candidate is not None and search.fails_elsewhere(candidate):
                 return search.others(candidate)
         if exact.model is not None and question.semantics == REAL:
-            return search.others(search.settled(goal, exact.model))
+            return search.others(search.simplify_model(goal, exact.model))
         if exact.holds is None:
             reasons.append(f"goal {goal or 'none'}: {exact.reason} after {exact.resources} resource units")
         if exact.holds:
@@ -135,17 +135,17 @@ class _Search:
         for slack in SLACKS:
             yield self._ask(elsewhere(self.question, goal, self.leaves, slack))
 
-    def settled(self, goal: str | None, model: Mapping[str, Fraction]) -> State:
+    def simplify_model(self, goal: str | None, model: Mapping[str, Fraction]) -> State:
         """An exact model of real arithmetic as a point with few digits. AssertionError when the referee refuses it."""
         asked, units = self.question, self.question.budgets.solver_units
-        found, spent = pin_model(elsewhere(asked, goal, self.leaves), asked.region, model, units)
+        pinned, spent = pin_model(elsewhere(asked, goal, self.leaves), asked.region, model, units)
         self.spent += spent
-        state = exact_point(found, asked.region, goal)
+        state = exact_point(pinned, asked.region, goal)
         if not self.fails_elsewhere(state):
             raise AssertionError(f"{asked.claim.name}: the referee does not confirm that {state} fails elsewhere")
         return state
 
-    def reached(self, state: State) -> dict[str, int]:
+    def find_leaves(self, state: State) -> dict[str, int]:
         """Agent -> the leaf that it reaches."""
         return leaves_at(self.question.profile, self.question.claim.team, state, self.question.semantics)
 
@@ -153,21 +153,21 @@ class _Search:
         """The referee's word."""
         fails = inside(self.question.region, state) and violates(self.question, state)
         within = all(abs(Fraction(error)) <= self.question.claim.eps for error in state.errors.values())
-        return fails and within and self.reached(state) != self.leaves
+        return fails and within and self.find_leaves(state) != self.leaves
 
     def others(self, state: State) -> Uniqueness:
         """The finding that a state fails elsewhere."""
-        leaves = self.reached(state)
-        simpler = shrink([self.question], state, lambda one: self.reached(one) == leaves)
+        leaves = self.find_leaves(state)
+        simpler = shrink([self.question], state, lambda one: self.find_leaves(one) == leaves)
         return Uniqueness(Unique.OTHERS, other=simpler, leaves=tuple(leaves.items()), resources=self.spent)
 
     def only(self, goal: str | None) -> Uniqueness:
         """The finding that none does. `goal`: of the counterexample."""
-        found, missing = [goal], list[str | None]()
+        goals, missing = [goal], list[str | None]()
         for other in self.question.goals:
             if other != goal:
                 answer = self._ask(there(self.question, other, self.leaves))
                 certain = answer.holds is False or (answer.holds and self.exact)
-                found += [other] if answer.holds and certain else []
+                goals += [other] if answer.holds and certain else []
                 missing += [] if certain else [other]
-        return Uniqueness(Unique.ONLY, goals=tuple(found), open_goals=tuple(missing), resources=self.spent)
+        return Uniqueness(Unique.ONLY, goals=tuple(goals), open_goals=tuple(missing), resources=self.spent)

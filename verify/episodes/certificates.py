@@ -34,7 +34,9 @@ class LeftOpenError(NoCertificateError):
     """The second reading leaves a start open, so the claim is not proved."""
 
 
-def made(question: EpisodeQuestion, proved: Sequence[ProofPart], most: int | None = None) -> EpisodeCertificate:
+def build_certificate(
+    question: EpisodeQuestion, proved: Sequence[ProofPart], most: int | None = None
+) -> EpisodeCertificate:
     """The certificate of a claim whose parts were proved (with or without a proof in them).
 
     LeftOpenError when the second search leaves a start open in some part, NoCertificateError when it looks at more than
@@ -46,7 +48,7 @@ def made(question: EpisodeQuestion, proved: Sequence[ProofPart], most: int | Non
     start, opened = inhabitant(profile, region), ""
     for form in forms(profile, claim):
         try:
-            parts = _closed(READINGS[form], question, proved, most)
+            parts = _prove_parts(READINGS[form], question, proved, most)
             return EpisodeCertificate(content_hash(profile), claim, region, start, parts, form=form)
         except OpenBranchError as error:
             opened = str(error)
@@ -55,7 +57,7 @@ def made(question: EpisodeQuestion, proved: Sequence[ProofPart], most: int | Non
     raise LeftOpenError(opened)
 
 
-def _closed(
+def _prove_parts(
     reading: type[EpisodeReading],
     question: EpisodeQuestion,
     proved: Sequence[ProofPart],
@@ -64,20 +66,20 @@ def _closed(
     """The parts that are needed, with their proofs. OpenBranchError, or NoCertificateError where they are too large."""
     parts: list[ProofPart] = []
     profile, claim, region = question.profile, question.claim, question.region
-    needed, left = _needed(question, proved), most
+    needed, left = _select_parts(question, proved), most
     for part in needed:
         own = _own(part, matchings(profile, claim))
         # a part that is too large keeps no other one from being searched: that may hold an open branch
         limit = max(left, most // len(needed))
-        found, looked = _searched(reading(profile, claim, region, part.goal, part.followed, own), limit)
-        parts += [replace(part, proof=found)] if found is not None else []
+        proof, looked = _search_proof(reading(profile, claim, region, part.goal, part.followed, own), limit)
+        parts += [replace(part, proof=proof)] if proof is not None else []
         left -= looked
     if len(parts) < len(needed):
         raise NoCertificateError(f"its proof takes more than {most:,} answers; a larger --max-zones allows more")
     return tuple(parts)
 
 
-def _searched(episode: EpisodeReading, limit: int) -> tuple[bytes | None, int]:
+def _search_proof(episode: EpisodeReading, limit: int) -> tuple[bytes | None, int]:
     """A proof, None where it is too large, and how many answers were looked at. OpenBranchError.
 
     Where agents push each other, starts are told apart by how they touch only if it does not close otherwise.
@@ -96,7 +98,7 @@ def _own(part: ProofPart, allowed: list[Matching]) -> list[Matching]:
     return [((part.agent, part.landmark),)] if part.agent else allowed
 
 
-def _needed(question: EpisodeQuestion, proved: Sequence[ProofPart]) -> list[ProofPart]:
+def _select_parts(question: EpisodeQuestion, proved: Sequence[ProofPart]) -> list[ProofPart]:
     """The parts that show the claim for all goals, each once."""
     needed: dict[ProofPart, None] = {}
     allowed = matchings(question.profile, question.claim)
@@ -115,8 +117,8 @@ def _needed(question: EpisodeQuestion, proved: Sequence[ProofPart]) -> list[Proo
 def inhabitant(profile: PolicyProfile, region: Region) -> Mapping[str, Fraction]:
     """A float64 start of the region, at rest, that claims are about."""
     still = {name: Fraction(0) for name in region.box}
-    for found in points_of(starts(region, profile.world), SAMPLE_SEED):
-        state = still | {name: Fraction(value) for name, value in found.items()}
+    for point in points_of(starts(region, profile.world), SAMPLE_SEED):
+        state = still | {name: Fraction(value) for name, value in point.items()}
         if holds(region_formula(region), state, {}) and not coincident(profile.world, state):
             return {name: state[name] for name in region.box}
     raise NoCertificateError("no float64 start of the region was found")

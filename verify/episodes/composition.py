@@ -23,13 +23,13 @@ from verify.checker.episodes.reading import ProofPart
 from verify.claims.episodes import EpisodeClaim
 from verify.claims.verifiable import read_by
 from verify.episodes.contacts import colliders, travels
-from verify.episodes.cuts import away, too_near, unmatched
+from verify.episodes.cuts import away, find_unmatched, too_near
 from verify.episodes.rounding import ensure_exact
-from verify.episodes.unroll import Cut, EpisodeSearch, Group, grouped, strides
-from verify.episodes.zones import Int64, Start, Zones, closed, hulls, narrowed, point_in, starts
+from verify.episodes.unroll import Cut, EpisodeSearch, Group, build_group, strides
+from verify.episodes.zones import Int64, Start, Zones, hulls, intersect, narrow_start, point_in, starts
 from verify.question import EpisodeQuestion
 from verify.result import Verdict
-from verify.states.episodes import at_rest, first_failing, matched, owned, paired, play, playable
+from verify.states.episodes import at_rest, find_matchings, find_met_ways, first_failing, name_pairs, play, playable
 from verify.states.shares import SAMPLE_SEED
 from verify.states.state import State, sample
 from verify.zones.tables import BeyondZonesError
@@ -107,7 +107,7 @@ class _Task:
 
     def open(self, zones: Zones, group: Group, claim: EpisodeClaim, landmarks: Sequence[str]) -> Zones:
         """The part of zones in which it is not yet done: agents and landmarks are not matched one-to-one."""
-        return unmatched(zones, group, self.agents, landmarks, claim.radius)
+        return find_unmatched(zones, group, self.agents, landmarks, claim.radius)
 
 
 @dataclass(frozen=True)
@@ -190,45 +190,45 @@ class _Decider:
     def _for_goal(self, goal: str | None) -> list[_Left]:
         """What is open for one goal; nothing when the claim is proved."""
         if self.claim.apart:
-            return self._kept_apart(goal)
-        matchings = owned(self.profile, self.claim)
+            return self._decide_apart(goal)
+        matchings = find_matchings(self.profile, self.claim)
         own = matchings[0] if len(matchings) == 1 else self._plausible(goal)
-        found: list[_Left] | None = None
+        open_tasks: list[_Left] | None = None
         if own is not None:
             tasks = [_Arrive((agent,), self.landmarks[number]) for agent, number in zip(self.team, own, strict=True)]
-            found = [left for task in tasks if (left := self._task(task, goal))]
-            if not found:
+            open_tasks = [left for task in tasks if (left := self._task(task, goal))]
+            if not open_tasks:
                 return []
             if len(matchings) == 1:
-                last = [self._last(left, goal) for left in found]
+                last = [self._last(left, goal) for left in open_tasks]
                 return [left for left in last if left]
-        left = self._last(self._attempt(_Task(self.team), self.team, goal, self._left(), found), goal)
+        left = self._last(self._attempt(_Task(self.team), self.team, goal, self._count_left(), open_tasks), goal)
         return [left] if left else []
 
-    def _kept_apart(self, goal: str | None) -> list[_Left]:
+    def _decide_apart(self, goal: str | None) -> list[_Left]:
         """What is open of pairs that keep apart: each alone, then all those left together."""
-        (pairs,) = paired(self.profile, self.claim)
+        (pairs,) = name_pairs(self.profile, self.claim)
         tasks = [_Apart(tuple(name for name in pair if name in self.team), pairs=(pair,)) for pair in pairs]
-        found = [left for task in tasks if (left := self._task(task, goal))]
-        if not found:
+        open_tasks = [left for task in tasks if (left := self._task(task, goal))]
+        if not open_tasks:
             return []
-        open_pairs = tuple(pair for left in found for pair in left.task.pairs)
-        alone = len(found) == 1 and found[0].group.agents == self.team
+        open_pairs = tuple(pair for left in open_tasks for pair in left.task.pairs)
+        alone = len(open_tasks) == 1 and open_tasks[0].group.agents == self.team
         task = _Apart(self.team, pairs=open_pairs)
-        left = found[0] if alone else self._attempt(task, self.team, goal, self._left(), found)
+        left = open_tasks[0] if alone else self._attempt(task, self.team, goal, self._count_left(), open_tasks)
         left = self._last(left, goal)
         return [left] if left else []
 
     def _last(self, left: _Left | None, goal: str | None) -> _Left | None:
         """What is open after the whole profile is followed too, where that may settle what a smaller group left."""
-        if left is None or left.zones is None or not self._left():
+        if left is None or left.zones is None or not self._count_left():
             return left
         agents, everybody = left.group.agents, tuple(policy.agent for policy in self.profile.agents)
         read = frozenset[str]().union(*(read_by(self.profile.policy(agent)) for agent in agents))
         named = frozenset(name for pair in left.task.pairs for name in pair)
         if not (read | named | colliders(self.profile.world, agents)) & set(everybody) - set(agents):
             return left
-        return self._attempt(left.task, everybody, goal, self._left(), [left])
+        return self._attempt(left.task, everybody, goal, self._count_left(), [left])
 
     def _plausible(self, goal: str | None) -> tuple[int, ...] | None:
         """The matching that most sampled episodes with this goal end in, if nearly all do."""
@@ -237,12 +237,14 @@ class _Decider:
         episode, _ = play(self.profile, coordinates, self.claim.steps)
         if not len(coordinates):
             return None
-        met = matched(self.profile, self.claim, episode)
-        shares = {own: float(each.mean()) for own, each in zip(owned(self.profile, self.claim), met, strict=True)}
+        met = find_met_ways(self.profile, self.claim, episode)
+        shares = {
+            own: float(each.mean()) for own, each in zip(find_matchings(self.profile, self.claim), met, strict=True)
+        }
         best = max(shares, key=lambda own: shares[own])
         return best if shares[best] >= PLAUSIBLE else None
 
-    def _left(self) -> int:
+    def _count_left(self) -> int:
         return max(0, self.budget - self.visited)
 
     def _task(self, task: _Task, goal: str | None) -> _Left | None:
@@ -255,7 +257,7 @@ class _Decider:
             if task.pairs and together == self.team and len(groups) > 1:
                 del groups[together]  # followed once for all pairs
             for agents in groups:
-                budget = self._left() if agents == together else self._left() // 4
+                budget = self._count_left() if agents == together else self._count_left() // 4
                 left = self._attempt(task, agents, goal, budget, [left] if left else None, agents != together)
                 if left is None:
                     break
@@ -264,13 +266,13 @@ class _Decider:
 
     def _closure(self, agents: Sequence[str]) -> tuple[str, ...]:
         """The agents with the team-mates whom they read or may touch, and so on."""
-        found = set(agents)
+        members = set(agents)
         while True:
-            read = frozenset[str]().union(*(read_by(self.profile.policy(agent)) for agent in found))
-            more = found | ((read | colliders(self.profile.world, tuple(found))) & set(self.team))
-            if more == found:
-                return tuple(agent for agent in self.team if agent in found)
-            found = more
+            read = frozenset[str]().union(*(read_by(self.profile.policy(agent)) for agent in members))
+            more = members | ((read | colliders(self.profile.world, tuple(members))) & set(self.team))
+            if more == members:
+                return tuple(agent for agent in self.team if agent in members)
+            members = more
 
     def _attempt(
         self, task: _Task, agents: tuple[str, ...], goal: str | None, budget: int, before: Sequence[_Left] | None,
@@ -280,7 +282,7 @@ class _Decider:
 
         `brief`: the first zones left end it, as a larger group is followed next.
         """
-        group = grouped(self.profile, agents, goal, task.entities(self.landmarks), self.travel)
+        group = build_group(self.profile, agents, goal, task.entities(self.landmarks), self.travel)
         kept: list[Zones] = []
         failing = partial(self._failing, group, goal, kept, brief)
         search = EpisodeSearch(group, self.claim.steps, self._cut(task, group, failing), budget)
@@ -296,9 +298,9 @@ class _Decider:
             self.followed.append(agents)
             self.shown[ProofPart(*task.part, self._goal_read(agents, goal), agents, b"")] = None
             return None
-        return self._undecided(task, group, Zones.joined(kept) if ended else None, search.touched > 0)
+        return self._leave_open(task, group, Zones.join(kept) if ended else None, search.touched > 0)
 
-    def _undecided(self, task: _Task, group: Group, zones: Zones | None, touched: bool) -> _Left:
+    def _leave_open(self, task: _Task, group: Group, zones: Zones | None, touched: bool) -> _Left:
         """What following a group left open, in words; `zones`: None where the budget ended before all were known."""
         who = " with ".join(group.agents)
         if zones is None:
@@ -325,14 +327,14 @@ class _Decider:
         return cut
 
     def _first(self, group: Group, before: Sequence[_Left] | None) -> Zones:
-        whole = np.array([part.projected(group.entities) for part in self.parts])
+        whole = np.array([part.project(group.entities) for part in self.parts])
         bounds, origin = whole, np.arange(len(whole))
         if before and all(left.zones is not None for left in before):
-            found = [left.zones for left in before if left.zones is not None]
-            origin = np.concatenate([zones.origin for zones in found])
+            parts = [left.zones for left in before if left.zones is not None]
+            origin = np.concatenate([zones.origin for zones in parts])
             nodes = [[0, *(group.node(name) for name in left.group.entities)] for left in before]
             bounds = np.concatenate(
-                [closed(whole[zones.origin], zones.bounds, place) for zones, place in zip(found, nodes, strict=True)]
+                [intersect(whole[zones.origin], zones.bounds, place) for zones, place in zip(parts, nodes, strict=True)]
             )
             bounds, origin = hulls(bounds, origin)
         return Zones.at_start(bounds, origin, len(group.agents), group.tests, group.contacts is not None)
@@ -354,7 +356,7 @@ class _Decider:
         still = {name: 0.0 for name in self.region.box if name.endswith((".vx", ".vy"))}
         for row in np.unique(np.linspace(0, zones.count - 1, TRIED_ZONES).astype(int)):
             origin = self.parts[int(zones.origin[row])]
-            start = narrowed(origin, group.entities, zones.bounds[row])
+            start = narrow_start(origin, group.entities, zones.bounds[row])
             for trial in range(TRIED_POINTS):
                 shape = (2, len(origin.names))
                 share: Float64 = rng.uniform(0, 1, shape) if trial else np.full(shape, 0.5)

@@ -61,11 +61,11 @@ def farthest(world: WorldSpec, steps: int) -> float:
 def colliders(world: WorldSpec, agents: Sequence[str]) -> frozenset[str]:
     """All that collide with some force, if one of the agents does; else nothing."""
     everything = world.agents + world.landmarks
-    found = frozenset(entity.name for entity in everything if entity.collides and world.contact_force)
-    return found if found & set(agents) else frozenset()
+    colliding = frozenset(entity.name for entity in everything if entity.collides and world.contact_force)
+    return colliding if colliding & set(agents) else frozenset()
 
 
-def neglected(world: WorldSpec, steps: int) -> float:
+def bound_neglected(world: WorldSpec, steps: int) -> float:
     """How far the pushes that zones leave out may move a position within so many steps, length units."""
     most = sum(entity.collides for entity in world.agents + world.landmarks)
     return (steps * world.dt) ** 2 * most * world.contact_force * world.contact_margin * float(np.exp(-SURE_MARGINS))
@@ -108,7 +108,7 @@ class Pair:
         high = np.stack([added[axis][1] + zones.bounds[:, axis, p, q] for axis in range(2)], axis=1)
         return low - GRID_SLACK, high + GRID_SLACK
 
-    def parted(self, zones: Zones, step: int) -> tuple[list[Zones], Zones]:
+    def split_apart(self, zones: Zones, step: int) -> tuple[list[Zones], Zones]:
         """Parts in which the two are for sure at least `within` apart on some axis, and the part that is left. Zones
         that need no cut for it stay whole.
         """
@@ -162,18 +162,18 @@ class Contacts:
     touching: tuple[float, ...]  # a pair
     max_speed: tuple[float | None, ...]  # an agent of the group
 
-    def parted(self, zones: Zones, step: int) -> Zones:
+    def split_by_contact(self, zones: Zones, step: int) -> Zones:
         """The zones split by who may touch whom now; those in which nobody may stay whole."""
         for pair in self.pairs:
             low, high = pair.box(zones, step)
             near = nearest(low, high) / SCALE
             close = np.hypot(near[:, 0], near[:, 1]) * SCALE < pair.within
             if close.any() and zones.count <= MAX_PARTS:
-                apart, rest = pair.parted(zones.take(close), step)
-                zones = Zones.joined([zones.take(~close), *apart, *pair.cells(rest)])
+                apart, rest = pair.split_apart(zones.take(close), step)
+                zones = Zones.join([zones.take(~close), *apart, *pair.cells(rest)])
         return zones
 
-    def pushed(self, before: Zones, after: Zones, push: Float64, step: int) -> Zones:
+    def apply_pushes(self, before: Zones, after: Zones, push: Float64, step: int) -> Zones:
         """`after`, the zones one step later without contacts, with what contacts may do. `push`: [agents, actions, 2]
         what an action adds to the velocity.
         """
@@ -190,7 +190,7 @@ class Contacts:
         fastest = (before.velocity[rows] + gust[rows]) * kept + choice[rows] + dt * high[rows]
         for place, limit in enumerate(self.max_speed):
             if limit is not None:
-                slowest[:, place], fastest[:, place] = _limited(slowest[:, place], fastest[:, place], limit)
+                slowest[:, place], fastest[:, place] = _limit_speed(slowest[:, place], fastest[:, place], limit)
         which = loose[rows][:, :, None]
         farther = np.ceil(gust[rows] * dt * SCALE).astype(np.int64)
         offset, velocity = after.offset.copy(), after.velocity.copy()
@@ -219,7 +219,7 @@ def contacts_of(world: WorldSpec, bodies: Mapping[str, Body], max_speed: tuple[f
     entities = [entity.name for entity in world.agents + world.landmarks]
     pairs, distances = list[Pair](), list[float]()
     for i, j, touching in partners(world):
-        known_as = sorted((bodies[name] for name in (entities[i], entities[j]) if name in bodies), key=_followed_first)
+        known_as = sorted((bodies[name] for name in (entities[i], entities[j]) if name in bodies), key=_is_unfollowed)
         if len(known_as) == 2 and known_as[0].agent >= 0:
             reach = touching + SURE_MARGINS * world.contact_margin
             pairs.append(Pair(*known_as, within=int(np.ceil(reach * SCALE))))
@@ -227,7 +227,7 @@ def contacts_of(world: WorldSpec, bodies: Mapping[str, Body], max_speed: tuple[f
     return Contacts(world, tuple(pairs), tuple(distances), max_speed) if pairs else None
 
 
-def _followed_first(body: Body) -> bool:
+def _is_unfollowed(body: Body) -> bool:
     return body.agent < 0
 
 
@@ -248,15 +248,15 @@ def _force(world: WorldSpec, touching: float, low: Int64, high: Int64) -> tuple[
         beside = np.where(end > 0, near[:, 1 - axis], far[:, 1 - axis])
         share = end / np.maximum(np.hypot(end, beside), np.finfo(np.float64).tiny)
         share = np.where(closest == 0, 1.0, share)  # any direction
-        found = np.where(share > 0, share * most * OUTWARDS, share * least / OUTWARDS)
-        return np.where(reach, found, 0.0)
+        strength = np.where(share > 0, share * most * OUTWARDS, share * least / OUTWARDS)
+        return np.where(reach, strength, 0.0)
 
     upper = [largest(high[:, axis] / SCALE, axis) for axis in range(2)]
     lower = [-largest(-low[:, axis] / SCALE, axis) for axis in range(2)]
     return np.stack(lower, axis=1), np.stack(upper, axis=1)
 
 
-def _limited(low: Float64, high: Float64, limit: float) -> tuple[Float64, Float64]:
+def _limit_speed(low: Float64, high: Float64, limit: float) -> tuple[Float64, Float64]:
     """Bounds [n, 2] of velocities between bounds, once their speed is cut to a limit."""
     least, most = np.maximum(np.maximum(low, -high), 0.0), np.maximum(-low, high)
 
@@ -269,7 +269,7 @@ def _limited(low: Float64, high: Float64, limit: float) -> tuple[Float64, Float6
     return np.stack(lower, axis=1), np.stack(upper, axis=1)
 
 
-def known(zones: Zones) -> tuple[Zones, Zones]:
+def split_known(zones: Zones) -> tuple[Zones, Zones]:
     """The zones in which all places are known well enough to go on, and those that are given up."""
     if zones.loose is None:
         return zones, zones.take(slice(0))
@@ -284,7 +284,7 @@ def travels(world: WorldSpec, pushes: Mapping[str, float], parts: Sequence[Start
     """
     entities = [entity.name for entity in world.agents + world.landmarks]
     count, movable = len(entities), len(world.agents)
-    bounds = np.array([part.projected(entities) for part in parts])[:, :, 1:, 1:] / SCALE  # of start differences
+    bounds = np.array([part.project(entities) for part in parts])[:, :, 1:, 1:] / SCALE  # of start differences
     speed, place = np.zeros(count), np.zeros(count)
     added = np.array([pushes.get(name, 0.0) for name in entities])
     travelled = [place]

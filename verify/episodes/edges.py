@@ -85,14 +85,14 @@ class _EdgeSearch:
     def certificate(self, team: list[str], everybody: list[str]) -> LastingCertificate:
         """The certificate, of edges of the team alone or of all agents. _Far, _Spent, RejectedError."""
         try:
-            return self._certified(team)
+            return self._build_certificate(team)
         except (_Far, RejectedError):
             if everybody == team or not self._reads_others(team):
                 raise
         followed = everybody
         while True:
             try:
-                return self._certified(followed)
+                return self._build_certificate(followed)
             except _Far as far:
                 if far.agent in team:
                     raise
@@ -103,7 +103,7 @@ class _EdgeSearch:
         others = {policy.agent for policy in profile.agents} - {*team}
         return any(read_by(profile.policy(agent)) & others for agent in team)
 
-    def _certified(self, followed: list[str]) -> LastingCertificate:
+    def _build_certificate(self, followed: list[str]) -> LastingCertificate:
         profile, claim, region = self._question.profile, self._question.claim, self._question.region
         edges = {name: region.box[name] for name in self._reading.axes if name.rpartition(".")[0] in followed}
         proofs = self._proofs(edges)
@@ -123,16 +123,18 @@ class _EdgeSearch:
             proofs.clear()
             for name in edges:
                 for upper in (False, True):
-                    found, moved = self._closed(edges, name, upper)
-                    proofs |= {(name, upper, goal): proof for goal, proof in found.items()}
+                    by_goal, moved = self._close_edge(edges, name, upper)
+                    proofs |= {(name, upper, goal): proof for goal, proof in by_goal.items()}
                     moving |= moved
         return proofs
 
-    def _closed(self, edges: dict[str, Interval], name: str, upper: bool) -> tuple[Mapping[str | None, bytes], bool]:
+    def _close_edge(
+        self, edges: dict[str, Interval], name: str, upper: bool
+    ) -> tuple[Mapping[str | None, bytes], bool]:
         """The proofs of one edge by goal, and whether it was moved for them."""
         moved = False
         while True:
-            outcome = self._asked(edges, name, upper)
+            outcome = self._ask_edge(edges, name, upper)
             if outcome is None:  # no action pushes that way
                 return {}, moved
             if outcome.verdict is Verdict.PROVED:
@@ -141,7 +143,7 @@ class _EdgeSearch:
             self._move(edges, name, upper, outcome)
             moved = True
 
-    def _asked(self, edges: dict[str, Interval], name: str, upper: bool) -> Outcome | None:
+    def _ask_edge(self, edges: dict[str, Interval], name: str, upper: bool) -> Outcome | None:
         """Whether a tree pushes beyond an edge. _Spent."""
         question, harmless = self._question, self._reading.harmless(name, upper)
         if harmless is None:
@@ -173,7 +175,7 @@ class _EdgeSearch:
         most = self._farthest(name)
         if place + reach > most:
             rest = place + axis.coasting * (fastest + strongest)
-            raise _Far(name.rpartition(".")[0], self._said(name, out, outcome, most, rest))
+            raise _Far(name.rpartition(".")[0], self._describe_crossing(name, out, outcome, most, rest))
         edge = min(edge, most)
         edges[name] = (low, edge) if upper else (-edge, high)
 
@@ -184,7 +186,7 @@ class _EdgeSearch:
             return claim.farthest - SLACK
         return FARTHEST_EDGE
 
-    def _said(self, name: str, out: int, outcome: Outcome, most: Fraction, rest: Fraction) -> str:
+    def _describe_crossing(self, name: str, out: int, outcome: Outcome, most: Fraction, rest: Fraction) -> str:
         """Who may cross an edge, from where, and where that leads."""
         agent, _, axis = name.rpartition(".")
         policy, state = self._question.profile.policy(agent), outcome.state or {}

@@ -68,7 +68,7 @@ class EpisodeProver:
 
     def __init__(self, episode: EpisodeReading, limit: int = MAX_ANSWERS, finely: bool = True) -> None:
         self._episode, self._limit, self._finely, self.looked = episode, limit, finely, 0
-        asked = sorted(used(episode.region, episode.questions, episode.nodes))
+        asked = sorted(find_used_nodes(episode.region, episode.questions, episode.nodes))
         self._nodes = [[0, *(node for node in asked if episode.names[node].endswith(axis))] for axis in (".x", ".y")]
         self._at = {node: (axis, place) for axis, nodes in enumerate(self._nodes) for place, node in enumerate(nodes)}
 
@@ -84,11 +84,11 @@ class EpisodeProver:
                 continue
             zone, place = item
             if isinstance(place[1], Gap):
-                work += reversed(list(self._parted(zone, place, place[1])))
+                work += reversed(list(self._write_gap(zone, place, place[1])))
                 continue
-            found = self._look(zone, place)
+            finding = self._look(zone, place)
             code = b"" if isinstance(place[1], int) else None
-            work += reversed(list(self._told(found, place, code)))
+            work += reversed(list(self._write_answer(finding, place, code)))
         return bytes(out)
 
     def _everything(self) -> Zone:
@@ -106,17 +106,17 @@ class EpisodeProver:
         if isinstance(node, int):
             return Only(node, b"", zone)
         assert isinstance(node, tuple), node  # gaps are asked after the last tree
-        found: list[tuple[Side, bytes | Only | Several]] = []
+        sides: list[tuple[Side, bytes | Only | Several]] = []
         for side in node:
             cut = self._cut(zone, side, now)
-            found.append((side, cut if isinstance(cut, bytes) else self._look(cut, (stage, side.child, chosen, now))))
-        left = [one for _, one in found if isinstance(one, Only) or (isinstance(one, Several) and one.left)]
+            sides.append((side, cut if isinstance(cut, bytes) else self._look(cut, (stage, side.child, chosen, now))))
+        left = [one for _, one in sides if isinstance(one, Only) or (isinstance(one, Several) and one.left)]
         answers = {one.answer if isinstance(one, Only) else None for one in left}
-        several = Several(tuple(found), bool(left))
+        several = Several(tuple(sides), bool(left))
         answer = answers.pop() if len(answers) == 1 and stage != REGION else None
         return several if answer is None else Only(answer, _walk(several, answer), zone)
 
-    def _told(
+    def _write_answer(
         self, found: Only | Several, place: Place, code: bytes | None = None
     ) -> Iterator[bytes | tuple[Zone, Place]]:
         """The numbers for what was found, with the questions that follow in between. `code`: of an end."""
@@ -127,7 +127,7 @@ class EpisodeProver:
                 if isinstance(one, bytes):
                     yield one
                 else:
-                    yield from self._told(one, (stage, side.child, chosen, now), GO_ON)
+                    yield from self._write_answer(one, (stage, side.child, chosen, now), GO_ON)
             return
         if isinstance(node, int):
             yield GO_ON if code is None else code
@@ -139,12 +139,12 @@ class EpisodeProver:
         if following is not None:
             yield found.zone, following
 
-    def _parted(self, zone: Zone, place: Place, gap: Gap) -> Iterator[bytes | tuple[Zone, Place]]:
+    def _write_gap(self, zone: Zone, place: Place, gap: Gap) -> Iterator[bytes | tuple[Zone, Place]]:
         """The number for a gap, and what follows: its parts, or the next question where it is left as it is."""
         stage, _, chosen, now = place
         episode = self._episode
         assert isinstance(episode, ContactReading)
-        number = where(episode, gap, self._allowed(episode, zone, gap), now, self._finely)
+        number = where(episode, gap, self._bound_gap(episode, zone, gap), now, self._finely)
         yield varint(number)
         if not number:
             following = episode.onward(stage, gap, chosen, now)
@@ -159,7 +159,7 @@ class EpisodeProver:
                 yield GO_ON
                 yield cut, (stage, side.child, chosen, now)
 
-    def _allowed(self, episode: ContactReading, zone: Zone, gap: Gap) -> Box:
+    def _bound_gap(self, episode: ContactReading, zone: Zone, gap: Gap) -> Box:
         """Multiples of CUT just below and just above all that a zone allows a gap of starts to be."""
         pair, unit = episode.contacts[gap.pair], CUT * episode.unit
 
@@ -187,10 +187,10 @@ class EpisodeProver:
             return self._cycle(through[q][p])
         if limit >= most[p][q]:
             return zone
-        cut = self._tightened(zone[axis], axis, p, q, limit)
+        cut = self._tighten_bounds(zone[axis], axis, p, q, limit)
         return (cut, zone[1]) if axis == 0 else (zone[0], cut)
 
-    def _tightened(self, bounds: AxisBounds, axis: int, p: int, q: int, limit: int) -> AxisBounds:
+    def _tighten_bounds(self, bounds: AxisBounds, axis: int, p: int, q: int, limit: int) -> AxisBounds:
         nodes, unbounded = self._nodes[axis], self._episode.far // 2
         onward = [
             (j, limit + far, ((nodes[q],) if q != j else ()) + bounds.through[q][j])
@@ -223,9 +223,9 @@ def _walk(found: Several, answer: int) -> bytes:
     return b"".join(told)
 
 
-def used(region: Node, questions: Iterable[Node], nodes: int) -> set[int]:
+def find_used_nodes(region: Node, questions: Iterable[Node], nodes: int) -> set[int]:
     """Nodes, of so many, of which a question after the region's box speaks. `questions`: after the region."""
-    found: set[int] = set()
+    mentioned: set[int] = set()
     seen: set[int] = set()
     waiting: list[tuple[Node, bool]] = [(region, True), *((asked, False) for asked in questions)]
     while waiting:
@@ -235,6 +235,6 @@ def used(region: Node, questions: Iterable[Node], nodes: int) -> set[int]:
         seen.add(id(node))
         for side in node:
             ends = {end for end in side[:2] if 0 < end < nodes}
-            found |= ends if len(ends) == 2 or not of_region else set()
+            mentioned |= ends if len(ends) == 2 or not of_region else set()
             waiting.append((side.child, of_region))
-    return found
+    return mentioned

@@ -9,7 +9,7 @@ from fractions import Fraction
 
 from codegen.errors import InputError
 from codegen.ir import WorldSpec
-from verify.episodes.contacts import farthest, fastest, neglected
+from verify.episodes.contacts import bound_neglected, farthest, fastest
 from verify.episodes.zones import LIMIT, SLACK
 
 
@@ -24,7 +24,9 @@ def ensure_exact(world: WorldSpec, steps: int, largest: Fraction, push: float) -
         speed = speed * (1 - world.damping) + push
         reach = max(reach, speed)
     size = float(largest) + place
-    apart = steps * (2.0**-45 + 2.0**-53 * size + 3 * steps * world.dt * 2.0**-53 * reach) + neglected(world, steps)
+    apart = steps * (2.0**-45 + 2.0**-53 * size + 3 * steps * world.dt * 2.0**-53 * reach) + bound_neglected(
+        world, steps
+    )
     most = max(size + farthest(world, steps), reach + fastest(world, steps))
     if not (2 * apart + 2.0**-50 * size <= SLACK and most <= LIMIT / 8):
         raise InputError(

@@ -27,8 +27,8 @@ from codegen import ir
 from codegen.floats import deciding_double
 from codegen.ir import AgentPolicy, Bool, Float64, PolicyProfile, WorldSpec
 from verify.claims.verifiable import read_by
-from verify.episodes.contacts import Body, Contacts, colliders, contacts_of, known
-from verify.episodes.zones import AXES, GRID_SLACK, LIMIT, SCALE, ZERO, Int8, Int64, Zones, constrained
+from verify.episodes.contacts import Body, Contacts, colliders, contacts_of, split_known
+from verify.episodes.zones import AXES, GRID_SLACK, LIMIT, SCALE, ZERO, Int8, Int64, Zones, constrain_zones
 from verify.progress import tell
 from verify.zones.tables import BeyondZonesError
 
@@ -86,7 +86,7 @@ class Group:
         return self.bodies[entity].node
 
 
-def grouped(
+def build_group(
     profile: PolicyProfile,
     agents: Sequence[str],
     goal: str | None,
@@ -237,7 +237,7 @@ class EpisodeSearch:
             if not unfinished:
                 return True
             step = next((step for step in reversed(unfinished) if sizes[step] >= CHUNK), unfinished[0])
-            zones = Zones.joined(waiting[step])
+            zones = Zones.join(waiting[step])
             waiting[step] = [zones.take(slice(CHUNK, None))] if zones.count > CHUNK else []
             zones = zones.take(slice(CHUNK))
             if self.visited + zones.count > self._budget:
@@ -250,7 +250,7 @@ class EpisodeSearch:
             if zones.count and step == self._steps:
                 failed(zones)
             elif zones.count:
-                stepped, given_up = known(self._stepped(zones, step))
+                stepped, given_up = split_known(self._step_zones(zones, step))
                 if stepped.loose is not None:
                     self.touched += int(stepped.loose.gust.any(axis=(1, 2)).sum())
                 if given_up.count:
@@ -259,16 +259,16 @@ class EpisodeSearch:
                     failed(given_up)
                 waiting[step + 1].append(stepped)
 
-    def _stepped(self, zones: Zones, step: int) -> Zones:
+    def _step_zones(self, zones: Zones, step: int) -> Zones:
         """The zones after one more step, split by what the trees choose."""
         group = self._group
         # after the first step nobody has moved, so all choose again what they chose; the last choice moves nobody
         # before the end
         if step < self._steps - 1 and (step != 1 or group.sees_speed):
             for place in range(len(group.agents)):
-                zones = decided(zones, group, place)
+                zones = split_by_tree(zones, group, place)
         if step < self._steps - 1 and group.contacts is not None:
-            zones = group.contacts.parted(zones, step)
+            zones = group.contacts.split_by_contact(zones, step)
         moved = zones.offset + np.rint(zones.velocity * group.dt * SCALE).astype(np.int64)
         velocity = zones.velocity * (1.0 - group.damping)
         for place, limit in enumerate(group.max_speed):
@@ -278,7 +278,7 @@ class EpisodeSearch:
                 fast = np.flatnonzero(speed > limit)
                 velocity[fast, place] = velocity[fast, place] / speed[fast, None] * limit
         after = zones._replace(offset=moved, velocity=velocity, moved=zones.moved | (velocity != 0))
-        return after if group.contacts is None else group.contacts.pushed(zones, after, group.push, step)
+        return after if group.contacts is None else group.contacts.apply_pushes(zones, after, group.push, step)
 
 
 class _Pieces(NamedTuple):
@@ -300,25 +300,25 @@ class _Asked(NamedTuple):
     sides: "list[tuple[Int64, _Asked]]"  # which of the pieces may go there, and what they choose there
 
 
-def decided(zones: Zones, group: Group, place: int) -> Zones:
+def split_by_tree(zones: Zones, group: Group, place: int) -> Zones:
     """The zones split by one agent's tree. Below each node, a piece all of whose parts choose the same stays whole."""
-    asked = _asked(zones, group.trees[place], _Pieces(np.arange(zones.count), zones.bounds, zones.went))
-    found: list[tuple[_Pieces, Int64]] = []
-    _gather(asked, np.ones(zones.count, dtype=bool), found)
-    rows, bounds, went = (np.concatenate(column) for column in zip(*(pieces for pieces, _ in found), strict=True))
+    asked = _ask_node(zones, group.trees[place], _Pieces(np.arange(zones.count), zones.bounds, zones.went))
+    gathered: list[tuple[_Pieces, Int64]] = []
+    _gather(asked, np.ones(zones.count, dtype=bool), gathered)
+    rows, bounds, went = (np.concatenate(column) for column in zip(*(pieces for pieces, _ in gathered), strict=True))
     chosen = zones.part(rows, bounds)._replace(went=went)
-    chosen.action[:, place] = np.concatenate([action for _, action in found])
+    chosen.action[:, place] = np.concatenate([action for _, action in gathered])
     return chosen
 
 
-def _asked(zones: Zones, node: Node, pieces: _Pieces) -> _Asked:
+def _ask_node(zones: Zones, node: Node, pieces: _Pieces) -> _Asked:
     """What pieces choose below a node."""
     if isinstance(node, int):
         return _Asked(pieces, np.full(len(pieces.rows), node), [])
     action, sides = np.full(len(pieces.rows), NOWHERE), list[tuple[Int64, _Asked]]()
     for child, (kept, part) in zip(node.children, _sides(zones, node, pieces), strict=True):
         if len(kept):
-            below = _asked(zones, child, part)
+            below = _ask_node(zones, child, part)
             before = action[kept]
             alike = (before == NOWHERE) | (before == below.action)
             action[kept] = np.where(alike, below.action, MIXED)
@@ -356,7 +356,7 @@ def _sides(zones: Zones, node: StartSplit, pieces: _Pieces) -> list[tuple[Int64,
         bounds = pieces.bounds[kept]
         for bound in side:
             shift = shifts[0 if bound.sign > 0 else 1][kept]
-            left, bounds = constrained(bounds, node.axis, bound.p, bound.q, bound.limit - bound.sign * shift)
+            left, bounds = constrain_zones(bounds, node.axis, bound.p, bound.q, bound.limit - bound.sign * shift)
             kept = kept[left]
         went = pieces.went[kept]
         went[unmoved[kept], node.number] = number

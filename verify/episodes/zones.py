@@ -41,8 +41,8 @@ class Loose(NamedTuple):
     gust: Float64  # [n, agents, 2] of the velocity
 
     @staticmethod
-    def joined(parts: Sequence["Loose"]) -> "Loose":
-        """As `Zones.joined`."""
+    def join(parts: Sequence["Loose"]) -> "Loose":
+        """As `Zones.join`."""
         return Loose(np.concatenate([one.drift for one in parts]), np.concatenate([one.gust for one in parts]))
 
 
@@ -95,13 +95,13 @@ class Zones(NamedTuple):
         return Zones(bounds, nothing, speed, action, moved, went, origin, loose)
 
     @staticmethod
-    def joined(parts: Sequence["Zones"]) -> "Zones":
+    def join(parts: Sequence["Zones"]) -> "Zones":
         """Several batches as one, in their order."""
         if len(parts) == 1:
             return parts[0]
         joined: list[Any] = [np.concatenate(columns) for columns in zip(*(part[:-1] for part in parts), strict=True)]
         loose = [part.loose for part in parts if part.loose is not None]
-        joined.append(Loose.joined(loose) if loose else None)
+        joined.append(Loose.join(loose) if loose else None)
         return Zones(*joined)
 
     @property
@@ -110,7 +110,7 @@ class Zones(NamedTuple):
         return self.bounds.shape[0]
 
 
-def constrained(bounds: Int64, axis: int, p: int, q: int, limit: Int64, room: int = 0) -> tuple[Int64, Int64]:
+def constrain_zones(bounds: Int64, axis: int, p: int, q: int, limit: Int64, room: int = 0) -> tuple[Int64, Int64]:
     """The zones cut by start(p) - start(q) <= limit [n]: (rows of those that are left, their bounds).
 
     `room`: by how much some start of a zone must stay below its limit, or the zone is dropped.
@@ -128,13 +128,13 @@ def constrained(bounds: Int64, axis: int, p: int, q: int, limit: Int64, room: in
 
 def halves(zones: Zones, axis: int, p: int, q: int, limit: Int64) -> tuple[Zones, Zones]:
     """The parts with start(p) - start(q) <= limit [n], and those with more; edges belong to the first."""
-    rows, bounds = constrained(zones.bounds, axis, p, q, limit)
+    rows, bounds = constrain_zones(zones.bounds, axis, p, q, limit)
     # one unit of room: edges of edges would never end
-    beyond, others = constrained(zones.bounds, axis, q, p, -limit, room=1)
+    beyond, others = constrain_zones(zones.bounds, axis, q, p, -limit, room=1)
     return zones.part(rows, bounds), zones.part(beyond, others)
 
 
-def closed(whole: Int64, part: Int64, place: Sequence[int]) -> Int64:
+def intersect(whole: Int64, part: Int64, place: Sequence[int]) -> Int64:
     """Zones [n, 2, nodes, nodes] cut by others over some of their nodes, which are the first's nodes `place`."""
     bounds = whole.copy()
     nodes = np.array(place)
@@ -147,11 +147,11 @@ def closed(whole: Int64, part: Int64, place: Sequence[int]) -> Int64:
 
 def hulls(bounds: Int64, origin: Int64) -> tuple[Int64, Int64]:
     """The smallest zone around all zones [n, ...] of the same origin, for each origin; and these origins."""
-    found, which = np.unique(origin, return_inverse=True)
+    origins, which = np.unique(origin, return_inverse=True)
     # the larger of two closed matrices, entry by entry, is closed
-    around = np.full((len(found), *bounds.shape[1:]), -4 * LIMIT * SCALE)
+    around = np.full((len(origins), *bounds.shape[1:]), -4 * LIMIT * SCALE)
     np.maximum.at(around, which, bounds)
-    return around, found
+    return around, origins
 
 
 # --- the region as exact start zones
@@ -164,7 +164,7 @@ class Start:
     names: tuple[str, ...]  # entities; node 1 is the first
     matrices: tuple[Matrix, Matrix]
 
-    def projected(self, entities: Sequence[str]) -> Int64:
+    def project(self, entities: Sequence[str]) -> Int64:
         """Bounds over some entities only, rounded outwards, [2, nodes, nodes]."""
         place = [ZERO, *(1 + self.names.index(name) for name in entities)]
         return np.array([[[_up(matrix[p][q]) for q in place] for p in place] for matrix in self.matrices])
@@ -220,13 +220,13 @@ def _below(
         )
     axis = AXES.index(axes.pop()) if axes else 0
     p, q = (ZERO if _at_rest(name) else 1 + names.index(name[:-2]) for name in (a, b))
-    cut = tightened(part[axis], p, q, limit)
+    cut = tighten_matrix(part[axis], p, q, limit)
     if cut is None:
         return None
     return (cut, part[1]) if axis == 0 else (part[0], cut)
 
 
-def tightened(matrix: Matrix, p: int, q: int, limit: Fraction) -> Matrix | None:
+def tighten_matrix(matrix: Matrix, p: int, q: int, limit: Fraction) -> Matrix | None:
     """An exact closed matrix with start(p) - start(q) <= limit added; None when nothing is left."""
     if limit + matrix[q][p] < 0:
         return None
@@ -240,19 +240,19 @@ def tightened(matrix: Matrix, p: int, q: int, limit: Fraction) -> Matrix | None:
 # --- points of a zone
 
 
-def narrowed(start: Start, entities: Sequence[str], bounds: Int64) -> Start | None:
+def narrow_start(start: Start, entities: Sequence[str], bounds: Int64) -> Start | None:
     """A start zone within the bounds of a zone that came from it; None where nothing is left."""
     place = [ZERO, *(1 + start.names.index(name) for name in entities)]
-    found: list[Matrix] = []
+    matrices: list[Matrix] = []
     for axis, exact in enumerate(start.matrices):
         matrix: Matrix | None = exact
         for p, q in product(range(len(place)), repeat=2):
             if matrix is not None:
-                matrix = tightened(matrix, place[p], place[q], Fraction(int(bounds[axis, p, q]), SCALE))
+                matrix = tighten_matrix(matrix, place[p], place[q], Fraction(int(bounds[axis, p, q]), SCALE))
         if matrix is None:
             return None
-        found.append(matrix)
-    return replace(start, matrices=(found[0], found[1]))
+        matrices.append(matrix)
+    return replace(start, matrices=(matrices[0], matrices[1]))
 
 
 def point_in(start: Start, share: Float64) -> dict[str, float]:
@@ -260,15 +260,15 @@ def point_in(start: Start, share: Float64) -> dict[str, float]:
 
     Rounding may move the point by 2^-44.
     """
-    found: dict[str, float] = {}
+    point: dict[str, float] = {}
     for axis, matrix in enumerate(start.matrices):
         highest, lowest = [row[ZERO] for row in matrix], list(matrix[ZERO])  # the latter with the opposite sign
         for node, name in enumerate(start.names, 1):
             value = _between(-lowest[node], highest[node], float(share[axis, node - 1]))
-            found[f"{name}.{AXES[axis]}"] = float(value)
+            point[f"{name}.{AXES[axis]}"] = float(value)
             highest = [min(most, row[node] + value) for most, row in zip(highest, matrix, strict=True)]
             lowest = [min(most, gap - value) for most, gap in zip(lowest, matrix[node], strict=True)]
-    return found
+    return point
 
 
 def points_of(parts: Sequence[Start], seed: int) -> Iterator[dict[str, float]]:

@@ -45,15 +45,15 @@ class Obstacles:
         group, a, b = self.directions[direction]
         return self.groups[group][a], self.groups[group][b]
 
-    def left(self, zones: Matrices, direction: int, most: int) -> Matrices:
+    def cut_zones(self, zones: Matrices, direction: int, most: int) -> Matrices:
         """The zones that a cut does not remove, cut."""
         group, a, b = self.directions[direction]
         kept = zones[group][:, b, a] + most / GRID >= 0
-        found = [matrices[kept] for matrices in zones]
-        bounds = found[group]
+        surviving = [matrices[kept] for matrices in zones]
+        bounds = surviving[group]
         through = bounds[:, :, a, None] + (most / GRID + bounds[:, b, :])[:, None, :]
-        found[group] = np.minimum(bounds, through)
-        return found
+        surviving[group] = np.minimum(bounds, through)
+        return surviving
 
     def thresholds(self, zones: Matrices, direction: int) -> Int64:
         """For each zone the largest cut in a direction that removes it, [zones]."""
@@ -93,13 +93,13 @@ def _matrices(one: Failing, names: Sequence[str]) -> Float64:
         row, column = (one.problem.places[name][1] if name else 0 for name in (a, b))
         return cells[:, starts[component] + row * sizes[component] + column]
 
-    found = np.zeros((len(one.zones), len(names), len(names)))
+    bounds = np.zeros((len(one.zones), len(names), len(names)))
     for i, a in enumerate(names):
         for j, b in enumerate(names):
             if i != j:
                 together = not a or not b or one.problem.places[a][0] == one.problem.places[b][0]
-                found[:, i, j] = cell(a, b) if together else cell(a, "") + cell("", b)
-    return found
+                bounds[:, i, j] = cell(a, b) if together else cell(a, "") + cell("", b)
+    return bounds
 
 
 class Carver:
@@ -129,15 +129,15 @@ class Carver:
 
     def carve(self, seed: int, cuts: Cuts, zones: Matrices) -> dict[int, int] | None:
         """More cuts, until no zone is left; None when the state `seed` cannot be kept."""
-        found = dict(cuts)
+        carved = dict(cuts)
         while len(zones[0]):
-            cut = self._cheapest(seed, found, zones)
+            cut = self._cheapest(seed, carved, zones)
             if cut is None:
                 return None
             direction, most = cut
-            found[direction] = min(most, found.get(direction, most))
-            zones = self.obstacles.left(zones, direction, most)
-        return found
+            carved[direction] = min(most, carved.get(direction, most))
+            zones = self.obstacles.cut_zones(zones, direction, most)
+        return carved
 
     def _cheapest(self, seed: int, cuts: Cuts, zones: Matrices) -> tuple[int, int] | None:
         """The cut that loses least for each zone that it removes."""
@@ -161,20 +161,20 @@ class Carver:
         """The zones that cuts leave."""
         zones = self.obstacles.zones
         for direction, most in cuts.items():
-            zones = self.obstacles.left(zones, direction, most)
+            zones = self.obstacles.cut_zones(zones, direction, most)
         return zones
 
-    def improved(self, seed: int, cuts: Cuts, rounds: int, rng: np.random.Generator) -> dict[int, int]:
+    def improve_cuts(self, seed: int, cuts: Cuts, rounds: int, rng: np.random.Generator) -> dict[int, int]:
         """Cuts that keep more, or as much with fewer cuts: `rounds` times some are taken back and found anew."""
         best, worth = dict(cuts), self.worth(cuts)
         for _ in range(rounds if best else 0):
             count = int(rng.integers(1, min(MAX_BACK, len(best)) + 1))
             back = rng.choice(sorted(best), count, replace=False).tolist()
             kept = {direction: most for direction, most in best.items() if direction not in back}
-            found = self.carve(seed, kept, self.remaining(kept))
-            if found is None:
+            candidate = self.carve(seed, kept, self.remaining(kept))
+            if candidate is None:
                 continue
-            gained = self.worth(found)
-            if (gained, -len(found)) > (worth, -len(best)):
-                best, worth = found, gained
+            gained = self.worth(candidate)
+            if (gained, -len(candidate)) > (worth, -len(best)):
+                best, worth = candidate, gained
         return best

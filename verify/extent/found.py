@@ -17,7 +17,7 @@ from verify.extent.largest import candidates, largest
 from verify.extent.violations import ExactShare, Failing, exact_part, exact_share, violations
 from verify.question import DecisionQuestion
 from verify.result import Verdict
-from verify.states.shares import SAMPLE_SEED, SAMPLES, unbounded, unstated
+from verify.states.shares import SAMPLE_SEED, SAMPLES, explain_unstated, find_unbounded
 from verify.states.state import batch, contains, sample
 from verify.zones.engine import BeyondZonesError
 
@@ -75,7 +75,7 @@ def where(question: DecisionQuestion, verdict: Verdict, name: str = "") -> Where
     except BeyondZonesError:
         return Where(BEYOND)
     extent = Where(failing=failing)
-    if reason := unstated(question):
+    if reason := explain_unstated(question):
         return replace(extent, share_reason=reason, part_reason=reason)
     if not extent.complete:
         reason = f"not all violating zones are known: {_ending(question, failing)}"
@@ -120,7 +120,7 @@ def _part(question: DecisionQuestion, part: Region) -> ProvedPart:
     start = everywhere(question.profile)
     share = _within(question, part, question.region)
     return ProvedPart(
-        part, exact_part(question, part), share, None if unbounded(start) else _within(question, part, start)
+        part, exact_part(question, part), share, None if find_unbounded(start) else _within(question, part, start)
     )
 
 

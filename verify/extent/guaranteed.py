@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from math import sqrt
 
 from codegen.ir import PolicyProfile, splits
-from verify.checker.episodes.reading import CLAIM, GRID, Matching, Now, PartedReading, Place, Side, pushed_by
+from verify.checker.episodes.reading import CLAIM, GRID, Matching, Now, PartedReading, Place, Side, compute_push
 from verify.claims.episodes import Arrival
 from verify.claims.region import Region
 
@@ -37,7 +37,7 @@ class GuaranteedEpisode:
         entities = {entity.name: entity for entity in world.agents}
         self._movers = [entities[agent] for agent in acting]
         self._pushes = [
-            [pushed_by(action.effect, entities[agent], world) for action in profile.policy(agent).actions]
+            [compute_push(action.effect, entities[agent], world) for action in profile.policy(agent).actions]
             for agent in acting
         ]
         numbers = {name: number for number, name in enumerate(reading.names)}
@@ -57,7 +57,7 @@ class GuaranteedEpisode:
 
     def first(self) -> Place:
         """What is asked first of the starts of the region."""
-        return self._asked((), self.start)
+        return self._ask_claim((), self.start)
 
     def onward(self, stage: int, answer: int, chosen: tuple[int, ...], now: Now) -> Place:
         """The question after an answer that ends nothing. Nobody has moved when agents choose for the second time, so
@@ -68,9 +68,9 @@ class GuaranteedEpisode:
         chosen = (*chosen, answer)
         if len(chosen) < len(self.trees):
             return len(chosen), self.trees[len(chosen)], chosen, now
-        return self._asked(chosen, self._later(now, chosen))
+        return self._ask_claim(chosen, self._later(now, chosen))
 
-    def _asked(self, chosen: tuple[int, ...], now: Now) -> Place:
+    def _ask_claim(self, chosen: tuple[int, ...], now: Now) -> Place:
         """The claim, where it is asked now."""
         if self._always or now.step == self.steps:
             return CLAIM, self.claim, chosen, now
@@ -79,7 +79,7 @@ class GuaranteedEpisode:
     def _going_on(self, chosen: tuple[int, ...], now: Now) -> Place:
         if now.step < self.steps - 1 and (now.step != 1 or self._sees_speed):
             return 0, self.trees[0], (), now
-        return self._asked(chosen, self._later(now, chosen))
+        return self._ask_claim(chosen, self._later(now, chosen))
 
     def _later(self, now: Now, chosen: Sequence[int]) -> Now:
         """One step: positions move with the old velocity, then actions push; who has not chosen yet is not pushed."""

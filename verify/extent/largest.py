@@ -67,10 +67,10 @@ def largest(question: DecisionQuestion, failing: Sequence[Failing], seed: int) -
     rng = np.random.default_rng(seed)
     for place, one in enumerate(sorted(tries, key=lambda found: -found.worth)[:SEEDS]):
         tell(place, min(len(tries), SEEDS), "regions carved out and tried to prove")
-        cuts = one.carver.improved(one.seed, one.cuts, ROUNDS, rng)
-        found = within(question.region, one.goals, one.carver.obstacles, cuts)
-        if engine.decide(question.within(found)).verdict is Verdict.PROVED:
-            return found
+        cuts = one.carver.improve_cuts(one.seed, one.cuts, ROUNDS, rng)
+        region = within(question.region, one.goals, one.carver.obstacles, cuts)
+        if engine.decide(question.within(region)).verdict is Verdict.PROVED:
+            return region
     return "no region that was tried could be proved"
 
 
@@ -126,12 +126,12 @@ def _tries(failing: Sequence[Failing], states: _States, goals: int) -> list[_Try
     conflict = np.logical_or.reduce([states.conflicting[one.goal] for one in failing])
     weights = np.where(bad, 0.0, np.where(conflict, CONFLICTING, 1.0))
     carver = Carver(obstacles(failing), states.columns, weights)
-    found: list[_Try] = []
+    tries: list[_Try] = []
     for seed in map(int, np.flatnonzero(conflict & ~bad)[:SEEDS]):
         cuts = carver.carve(seed, {}, carver.obstacles.zones)
         if cuts is not None:
-            found.append(_Try(names, carver, seed, cuts, carver.worth(cuts) * len(failing) / goals))
-    return found
+            tries.append(_Try(names, carver, seed, cuts, carver.worth(cuts) * len(failing) / goals))
+    return tries
 
 
 def within(region: Region, goals: tuple[str, ...], space: Obstacles, cuts: Cuts) -> Region:

@@ -17,7 +17,7 @@ from fractions import Fraction
 from itertools import count
 
 from codegen.ir import NO_FEATURE, ROOT, Tree
-from verify.checker.thresholds import rounded_once
+from verify.checker.thresholds import find_double_end
 
 Cut = tuple[Fraction | float, bool]  # a line is cut below a number, or above it when True
 WHOLE: tuple[Cut, Cut] = (-math.inf, True), (math.inf, False)
@@ -68,7 +68,7 @@ def radius(tree: Tree, observation: Sequence[float]) -> Radius:
 
 def _sides(tree: Tree, node: int, value: Fraction, line: tuple[Cut, Cut]) -> list[tuple[int, tuple[Cut, Cut], Gap]]:
     """(child, what its feature may be, gap from the value) of the sides that some number reaches."""
-    end = rounded_once(float(tree.threshold[node]), tree.numbers)
+    end = find_double_end(float(tree.threshold[node]), tree.numbers)
     number = end.value()
     cut = (number, not end.strict)
     low, high = line

@@ -23,7 +23,7 @@ from verify.extent.guaranteed import GuaranteedEpisode
 from verify.extent.sure import Following, Measured, NoShareError
 from verify.question import EpisodeQuestion, Question
 from verify.result import Verdict
-from verify.states.episodes import at_rest, matched, play
+from verify.states.episodes import at_rest, find_met_ways, play
 from verify.states.shares import SAMPLE_SEED
 from verify.states.state import sample
 from verify.zones.volume import DEFAULT_FACES
@@ -72,7 +72,7 @@ class _Share:
 
     def __init__(self, question: Question[Arrival], faces: int) -> None:
         self._question, self._faces, self._left = question, faces, 0
-        self._ways = self._ordered(matchings(question.profile, question.claim))
+        self._ways = self._order_matchings(matchings(question.profile, question.claim))
         self._answers = 0
 
     def share(self) -> StartShare:
@@ -126,20 +126,20 @@ class _Share:
         for allowed in passes:
             acting = self._acting(agent for way in allowed for agent, _ in way)
             readings.append(GuaranteedEpisode(question.profile, question.claim, question.region, goal, acting, allowed))
-        measured = Following(readings, self._left // 2, self._faces).measured()
+        measured = Following(readings, self._left // 2, self._faces).measure_shares()
         self._left -= measured.looked
         self._answers += measured.looked
         return measured
 
     def _acting(self, agents: Iterable[str]) -> list[str]:
         """The agents with those whom they read, and so on, in the profile's order."""
-        profile, found, waiting = self._question.profile, set[str](), list(agents)
+        profile, acting, waiting = self._question.profile, set[str](), list(agents)
         everybody = [policy.agent for policy in profile.agents]
         while waiting:
             agent = waiting.pop()
-            found.add(agent)
-            waiting += (read_by(profile.policy(agent)) & set(everybody)) - found
-        return [agent for agent in everybody if agent in found]
+            acting.add(agent)
+            waiting += (read_by(profile.policy(agent)) & set(everybody)) - acting
+        return [agent for agent in everybody if agent in acting]
 
     def _independent(self, goal: str | None, way: Matching) -> list[Matching]:
         """The pairs in groups of which the starts that matter have no coordinate in common, and no bound joins them."""
@@ -151,7 +151,7 @@ class _Share:
             acting = self._acting(pair[:1])
             read = frozenset[str]().union(*(read_by(self._question.profile.policy(agent)) for agent in acting))
             mine = {*acting, pair[1], *(read - {ir.GOAL}), *([goal] if goal and ir.GOAL in read else [])}
-            own = {entity for entity in mine if not self._fixed(entity)}
+            own = {entity for entity in mine if not self._is_fixed(entity)}
             while any(link & own and not link <= own for link in links):
                 own = own.union(*(link for link in links if link & own))
             meeting = [group for group in groups if group[0] & own]
@@ -160,10 +160,10 @@ class _Share:
             groups.append((own.union(*(entities for entities, _ in meeting)), (*pairs, pair)))
         return [pairs for _, pairs in groups]
 
-    def _fixed(self, entity: str) -> bool:
+    def _is_fixed(self, entity: str) -> bool:
         return all(low == high for low, high in (self._question.region.box[f"{entity}.{axis}"] for axis in "xy"))
 
-    def _ordered(self, ways: list[Matching]) -> list[Matching]:
+    def _order_matchings(self, ways: list[Matching]) -> list[Matching]:
         """The matchings, those first that most sampled episodes end in."""
         if len(ways) == 1:
             return ways
@@ -173,7 +173,7 @@ class _Share:
 
         def often(way: Matching) -> int:
             named = replace(question.claim, landmarks=tuple(mark for _, mark in way))
-            return int(matched(question.profile, named, episode).sum())
+            return int(find_met_ways(question.profile, named, episode).sum())
 
         return sorted(ways, key=often, reverse=True)
 

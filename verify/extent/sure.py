@@ -26,7 +26,7 @@ from verify.checker.episodes.reading import (
     Side,
 )
 from verify.checker.reading import LONGEST
-from verify.episodes.proof import used
+from verify.episodes.proof import find_used_nodes
 from verify.episodes.zones import MAX_STARTS
 from verify.extent.guaranteed import GuaranteedEpisode
 from verify.progress import tell
@@ -88,17 +88,17 @@ class Following:
         assert len({one.unit for one in passes}) == 1
         names, nodes = (
             passes[0].names,
-            sorted(set[int]().union(*(used(one.region, one.questions, one.nodes) for one in passes))),
+            sorted(set[int]().union(*(find_used_nodes(one.region, one.questions, one.nodes) for one in passes))),
         )
         own = [[0, *(node for node in nodes if names[node].endswith(axis))] for axis in (".x", ".y")]
         self._at = {node: (axis, place) for axis, nodes in enumerate(own) for place, node in enumerate(nodes)}
         self._known: dict[tuple[int, ...], int] = {}
         self._fixed = [[[True] * len(nodes) for _ in nodes] for nodes in own]  # pairs at a constant distance
-        self._starts = self._started([len(nodes) for nodes in own])
+        self._starts = self._split_starts([len(nodes) for nodes in own])
         # the nodes that are at no constant distance from one before them
         self._free = [[p for p, row in enumerate(fixed) if not any(row[:p])] for fixed in self._fixed]
 
-    def measured(self) -> Measured:
+    def measure_shares(self) -> Measured:
         """The shares of the region's starts. NoShareError for a region without volume."""
         sums, whole, spent = [0, 0], 0, ""
         try:
@@ -115,7 +115,7 @@ class Following:
         assert fails + holds <= 1, "cells have points in common"
         return Measured(fails, holds, self.looked, spent)
 
-    def _started(self, sizes: Sequence[int]) -> list[Cell]:
+    def _split_starts(self, sizes: Sequence[int]) -> list[Cell]:
         """The starts of the region as cells that have no point in common."""
         episode = self._passes[0]
         first, second = ([[0 if p == q else episode.far for q in range(n)] for p in range(n)] for n in sizes)
@@ -154,7 +154,7 @@ class Following:
                 raise _SpentError
             cell, number, (stage, node, chosen, now) = work.pop()
             episode = self._passes[number]
-            for part, answer in self._answered(cell, self._look(cell, node, now, episode), now, episode):
+            for part, answer in self._iterate_answers(cell, self._look(cell, node, now, episode), now, episode):
                 ended = stage == CLAIM and (answer == ARRIVED or now.step == episode.steps)
                 if not ended:
                     work.append(_Pending(part, number, episode.onward(stage, answer, chosen, now)))
@@ -169,18 +169,20 @@ class Following:
         """
         if isinstance(node, int):
             return node
-        found: list[tuple[Side, Answers]] = []
+        branches: list[tuple[Side, Answers]] = []
         sides = _sides(node)
         for side in sides:
             upper, lower, most, room = episode.limits(side, now)
             cut = self._cut(cell, upper, lower, most + room)
             below = None if cut is None else self._look(cut, side.child, now, episode)
             if below is not None:
-                found.append((side, below))
-        answers = _answers(found)
-        return answers.pop() if len(answers) == 1 < len(sides) else found or None
+                branches.append((side, below))
+        answers = _answers(branches)
+        return answers.pop() if len(answers) == 1 < len(sides) else branches or None
 
-    def _answered(self, cell: Cell, found: Answers, now: Now, episode: GuaranteedEpisode) -> Iterator[tuple[Cell, int]]:
+    def _iterate_answers(
+        self, cell: Cell, found: Answers, now: Now, episode: GuaranteedEpisode
+    ) -> Iterator[tuple[Cell, int]]:
         """The parts of a cell that give one answer for sure."""
         if isinstance(found, int):
             yield cell, found
@@ -189,7 +191,7 @@ class Following:
             upper, lower, most, room = episode.limits(side, now)
             cut = self._cut(cell, upper, lower, most - room)
             if cut is not None:
-                yield from self._answered(cut, below, now, episode)
+                yield from self._iterate_answers(cut, below, now, episode)
 
     def _cut(self, cell: Cell, upper: int, lower: int, most: int) -> Cell | None:
         """The part of a cell with upper - lower <= most; None where that has no volume. Coordinates that no question

@@ -93,11 +93,11 @@ class _Cutter:
         """A zone's cells as matrices."""
         # of a sum of strict bounds one unit less says enough, and its opposite can be stated
         even = [-(-cell // EPSILON) * EPSILON - (cell % EPSILON != 0) for cell in cells]
-        found, start = list[list[list[int]]](), 0
+        matrices, start = list[list[list[int]]](), 0
         for size in self._sizes:
-            found.append([even[start + i * size : start + (i + 1) * size] for i in range(size)])
+            matrices.append([even[start + i * size : start + (i + 1) * size] for i in range(size)])
             start += size * size
-        return found
+        return matrices
 
     def flat(self, zone: Cells) -> list[int]:
         """The cells of a zone, given as matrices, in one list: the inverse of `matrices`."""

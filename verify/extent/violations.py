@@ -12,7 +12,7 @@ from fractions import Fraction
 from functools import lru_cache, partial
 from math import factorial, lcm, prod
 
-from verify.claims.formula import negated
+from verify.claims.formula import negate
 from verify.claims.region import Region
 from verify.claims.uncertified.own import OwnFormula
 from verify.extent.union import DEFAULT_PARTS, union
@@ -45,15 +45,15 @@ class Failing:
         names = [[""] * size for size in self.problem.sizes]
         for name, (component, node) in self.problem.places.items():
             names[component][node] = name
-        found, start = dict[tuple[str, str], tuple[Fraction, bool]](), 0
+        bounds, start = dict[tuple[str, str], tuple[Fraction, bool]](), 0
         for own in names:
             for i, a in enumerate(own):
                 for j, b in enumerate(own):
                     if i != j:
                         units = zone[1][start + i * len(own) + j]
-                        found[a, b] = _length(units, self.problem.scale)
+                        bounds[a, b] = _length(units, self.problem.scale)
             start += len(own) ** 2
-        return found
+        return bounds
 
 
 @lru_cache(maxsize=10_000)
@@ -97,14 +97,14 @@ def violations(question: DecisionQuestion) -> list[Failing]:
     Where features may be off, a zone holds the states in which some errors lead the agents to its leaves, so zones of
     other leaves may hold them too. BeyondZonesError when the question is not about difference bounds.
     """
-    found: list[Failing] = []
+    failing: list[Failing] = []
     tests = Tests.of(question)
     for goal in question.goals:
-        known = sum(len(one.zones) for one in found)
+        known = sum(len(one.zones) for one in failing)
         left = question.budgets.max_cells - known
         tell(known, question.budgets.max_cells, "failing cells found")
-        found.append(_failing(question, goal, tests, left))
-    return found
+        failing.append(_failing(question, goal, tests, left))
+    return failing
 
 
 def _failing(question: DecisionQuestion, goal: str | None, tests: Tests, most: int) -> Failing:
@@ -118,7 +118,7 @@ def exact_share(question: DecisionQuestion, found: Sequence[Failing], faces: int
 
     Or why there is none: more than `faces` faces, or a region without volume.
     """
-    volumes, fixed = Volumes(_affordable(faces, found)), fixed_coordinates(question.region)
+    volumes, fixed = Volumes(_affordable(faces, found)), find_fixed_coordinates(question.region)
     try:
         whole = _whole(question, volumes, fixed)
         each = [_volumes(one, volumes, fixed) for one in found]
@@ -134,20 +134,20 @@ def exact_share(question: DecisionQuestion, found: Sequence[Failing], faces: int
     return ExactShare(whole.numerator * (unit // whole.denominator), zones, least, most)
 
 
-def united(question: DecisionQuestion, found: Sequence[Sequence[Failing]]) -> Fraction | None:
+def measure_union(question: DecisionQuestion, found: Sequence[Sequence[Failing]]) -> Fraction | None:
     """The share of the region that the zones of several questions make up together, each state counted once. None
     where that takes more than MAX_MEETING common parts or too many faces, or the region has no volume.
 
     `question`: about all that those questions ask, so that its bounds are theirs; `found`: of each all zones, which
     have no point in common. By inclusion and exclusion: zones of one question less what they share with those before.
     """
-    volumes, fixed, tests = Volumes(), fixed_coordinates(question.region), Tests.of(question)
+    volumes, fixed, tests = Volumes(), find_fixed_coordinates(question.region), Tests.of(question)
     total, left = Fraction(0), MAX_MEETING
     try:
         whole = _whole(question, volumes, fixed)
         for place, goal in enumerate(question.goals):
             problem = ZoneQuery(question, goal, tests, apart=True).problem
-            groups = [[_moved(zone, one[place].problem, problem) for zone in one[place].zones] for one in found]
+            groups = [[_convert_zone(zone, one[place].problem, problem) for zone in one[place].zones] for one in found]
             counted = _meeting(problem, groups, left)
             if counted is None:
                 return None
@@ -194,7 +194,7 @@ def _common(problem: Problem, zone: Branch, other: Branch) -> Branch | None:
     return (), cells
 
 
-def _moved(zone: Branch, problem: Problem, other: Problem) -> Branch:
+def _convert_zone(zone: Branch, problem: Problem, other: Problem) -> Branch:
     """A zone of one problem as a zone of another, which has all its bounds."""
     starts = [0]
     for size in problem.sizes:
@@ -247,7 +247,7 @@ def _affordable(faces: int, found: Sequence[Failing]) -> int:
 
 def exact_part(question: DecisionQuestion, part: Region, faces: int = DEFAULT_FACES) -> Fraction | None:
     """The exact share of a region that a part of it is, goals counted too; None beyond `faces` faces."""
-    volumes, fixed = Volumes(faces), fixed_coordinates(question.region)
+    volumes, fixed = Volumes(faces), find_fixed_coordinates(question.region)
     try:
         inside = _whole(question.within(part), volumes, fixed)
         whole = _whole(question, volumes, fixed)
@@ -260,13 +260,13 @@ def _whole(question: DecisionQuestion, volumes: Volumes, fixed: Mapping[str, str
     """The volume of a region's states that meet the assumption, summed over goals. FacesError for too many zones."""
     total = Fraction(0)
     # where the assumption holds: the zones in which its denial fails
-    denial = OwnFormula(question.claim.team, statement=negated(question.claim.assume))
+    denial = OwnFormula(question.claim.team, statement=negate(question.claim.assume))
     meeting = replace(question.about(denial), semantics=MACHINE, budgets=Budgets())
     for goal in meeting.goals:
-        found = _failing(meeting, goal, Tests.of(meeting), meeting.budgets.max_cells)
-        if not found.complete:
+        failing = _failing(meeting, goal, Tests.of(meeting), meeting.budgets.max_cells)
+        if not failing.complete:
             raise FacesError
-        parts, unit = _volumes(found, volumes, fixed)
+        parts, unit = _volumes(failing, volumes, fixed)
         total += Fraction(sum(parts), unit)
     return total
 
@@ -302,7 +302,7 @@ def _numerator(zone: Branch, sizes: Sequence[int], free: Sequence[Sequence[int]]
     return total
 
 
-def fixed_coordinates(region: Region) -> dict[str, str]:
+def find_fixed_coordinates(region: Region) -> dict[str, str]:
     """Coordinates that the region's box and differences set at a constant distance from another one ("" for zero)."""
     names = ["", *region.box]
     most = {(a, b): _box(region, a, "")[1] - _box(region, b, "")[0] for a in names for b in names}
@@ -313,12 +313,12 @@ def fixed_coordinates(region: Region) -> dict[str, str]:
         for a in names:
             for b in names:
                 most[a, b] = min(most[a, b], most[a, k] + most[k, b])
-    found: dict[str, str] = {}
+    fixed: dict[str, str] = {}
     for place, name in enumerate(names):
         other = next((other for other in names[:place] if most[name, other] + most[other, name] <= 0), None)
         if other is not None and name:
-            found[name] = other
-    return found
+            fixed[name] = other
+    return fixed
 
 
 def _box(region: Region, name: str, zero: str) -> tuple[Fraction, Fraction]:

@@ -16,13 +16,13 @@ from codegen.errors import InputError
 from codegen.policy_json import content_hash
 from verify.certificates.proofs import encode_numbers
 from verify.checker.flows.certificates import FlowCertificate
-from verify.checker.flows.certificates import accepted as accepted_flow
+from verify.checker.flows.certificates import check_certificate as accepted_flow
 from verify.checker.flows.sweep import NOT_SHOWN, Plan
 from verify.checker.reading import RejectedError
 from verify.flows.playing import FlowPlay
-from verify.flows.replay import StepsLeft, replayed
+from verify.flows.replay import StepsLeft, replay_course
 from verify.flows.search import PlanSearch
-from verify.flows.undefined import undefined
+from verify.flows.undefined import find_undefined
 from verify.question import Question
 from verify.reach.decide import ensure_stated
 from verify.reach.results import NO_STATE, ROOM, OpenState, ReachOutcome
@@ -52,20 +52,20 @@ def decide(question: Question[SystemClaim]) -> ReachOutcome:
         raise InputError(what, f"claim {claim.shown}", "set at_samples")
     play, left = FlowPlay(profile, system, claim), StepsLeft(max(LEAST_STEPS, question.budgets.max_boxes // STEP))
     for course in play.breaking(min(question.budgets.samples, FIRST_SAMPLES)):
-        found = replayed(profile, system, claim, course, left)
-        if found is not None:
-            return ReachOutcome(Verdict.VIOLATED, counterexample=found)
+        counterexample = replay_course(profile, system, claim, course, left)
+        if counterexample is not None:
+            return ReachOutcome(Verdict.VIOLATED, counterexample=counterexample)
     search = PlanSearch(profile, system, claim, question.budgets.max_boxes // SETS_A_BOX)
-    outcome = _shown(question, search) or _played(question, play, search, left) or _unknown(question, search)
+    outcome = _try_plans(question, search) or _try_courses(question, play, search, left) or _unknown(question, search)
     return replace(outcome, boxes=search.spent)
 
 
-def _shown(question: Question[SystemClaim], search: PlanSearch) -> ReachOutcome | None:
+def _try_plans(question: Question[SystemClaim], search: PlanSearch) -> ReachOutcome | None:
     """PROVED by the first plan whose certificate the checker accepts."""
     assert isinstance(question.subject, ClosedLoop)
     profile, system, claim = question.profile, question.subject.system, question.claim
     state: Mapping[str, Fraction] | Verdict | None = None
-    for found in search.plans():
+    for candidate in search.plans():
         state = state or inhabitant(system, claim)
         if isinstance(state, Verdict):
             return ReachOutcome(state, NO_STATE[state], helps=(ROOM,))
@@ -74,17 +74,17 @@ def _shown(question: Question[SystemClaim], search: PlanSearch) -> ReachOutcome 
             documents.content_hash(system),
             claim,
             state,
-            found.plan.order,
-            found.plan.steps,
-            found.widths,
-            encode_numbers(list(found.plan.cuts)),
+            candidate.plan.order,
+            candidate.plan.steps,
+            candidate.widths,
+            encode_numbers(list(candidate.plan.cuts)),
         )
         with suppress(RejectedError):
             return ReachOutcome(Verdict.PROVED, certificate=made, branches=accepted_flow(made, profile, system))
     return None
 
 
-def _played(
+def _try_courses(
     question: Question[SystemClaim], play: FlowPlay, search: PlanSearch, left: StepsLeft
 ) -> ReachOutcome | None:
     """VIOLATED by one of more random episodes, or by the middle of a part that was left open."""
@@ -94,9 +94,9 @@ def _played(
     middles = [0.5 * one.low + 0.5 * one.high for one in search.open[:MIDDLES]]
     starts = [dict(zip(names, middle.tolist(), strict=True)) for middle in middles]
     for course in (*play.breaking(question.budgets.samples), *play.from_starts(starts)):
-        found = replayed(profile, system, claim, course, left)
-        if found is not None:
-            return ReachOutcome(Verdict.VIOLATED, counterexample=found)
+        counterexample = replay_course(profile, system, claim, course, left)
+        if counterexample is not None:
+            return ReachOutcome(Verdict.VIOLATED, counterexample=counterexample)
     return None
 
 
@@ -111,6 +111,6 @@ def _unknown(question: Question[SystemClaim], search: PlanSearch) -> ReachOutcom
     reason = f"{LEFT_OPEN} ({search.why})" if search.why else LEFT_OPEN
     if search.why == NOT_SHOWN and search.open:
         system, plan = question.subject.system, Plan((), *search.how)
-        places = [f"dynamics.flow.{name}" for name in undefined(system, search.sweep, search.open[:1], plan)]
+        places = [f"dynamics.flow.{name}" for name in find_undefined(system, search.sweep, search.open[:1], plan)]
         reason += f"; {' and '.join(places)} may not be defined near there" if places else ""
     return ReachOutcome(Verdict.UNKNOWN, reason, left, tuple(helps))

@@ -54,8 +54,8 @@ class FlowPlay:
     def __init__(self, profile: PolicyProfile, system: System, claim: SystemClaim) -> None:
         assert system.flow is not None
         self._profile, self._system, self._claim, self._flow = profile, system, claim, system.flow
-        self._rates = [{name: vectorised(rate) for name, rate in each.rates.items()} for each in system.flow.each]
-        self._jumps = [{name: vectorised(value) for name, value in each.jumps.items()} for each in system.flow.each]
+        self._rates = [{name: vectorise(rate) for name, rate in each.rates.items()} for each in system.flow.each]
+        self._jumps = [{name: vectorise(value) for name, value in each.jumps.items()} for each in system.flow.each]
         zero = Fraction(0), Fraction(0)
         self._ends = [
             {name: _floats(each.error.get(name, zero)) for name in system.flow.errors} for each in system.flow.each
@@ -72,16 +72,16 @@ class FlowPlay:
         bounds = self._flow.errors
         ends = {name: (nearest_double(low), nearest_double(high)) for name, (low, high) in bounds.items()}
         errors = {name: random.choice([low, high, 0.5 * (low + high)], size) for name, (low, high) in ends.items()}
-        chances = _Chances(errors, *self._sampled(size))
+        chances = _Chances(errors, *self._draw_samples(size))
         with np.errstate(all="ignore"):  # what overflows breaks nothing that could be replayed
-            broken = self._broken(start, chances, size)
+            broken = self._mark_broken(start, chances, size)
         for place in np.flatnonzero(broken)[:MAX_FOUND]:
             begun = {name: Fraction(float(values[place])) for name, values in start.items()}
             off = {name: _exact(float(values[place]), bounds[name]) for name, values in errors.items()}
             longer = _exact(float(chances.longer[place]), self._flow.jitter)
             yield FlowCourse(begun, off, longer, int(chances.way[place]), int(chances.rank[place]))
 
-    def _sampled(self, size: int) -> tuple[Float64, Int64, Int64]:
+    def _draw_samples(self, size: int) -> tuple[Float64, Int64, Int64]:
         """By how much periods are longer, the ways to observe late, and ranks, all of episodes in turn."""
         low, high = map(nearest_double, self._flow.jitter)
         turns = np.arange(size)
@@ -98,9 +98,9 @@ class FlowPlay:
         starts = [{**start, **{name: start[of] for name, of in self._flow.kept.items()}} for start in starts]
         planes = {name: np.array([start[name] for start in starts]) for name in starts[0]}
         with np.errstate(all="ignore"):
-            broken = self._broken(planes, self._even(len(starts)), len(starts))
-        for start, found in zip(starts, broken.tolist(), strict=True):
-            if found:
+            broken = self._mark_broken(planes, self._even(len(starts)), len(starts))
+        for start, breaks in zip(starts, broken.tolist(), strict=True):
+            if breaks:
                 yield FlowCourse({name: Fraction(value) for name, value in start.items()}, {})
 
     def _even(self, count: int) -> _Chances:
@@ -109,37 +109,37 @@ class FlowPlay:
         none = np.zeros(count, dtype=np.int64)
         return _Chances({}, np.full(count, middle), none, none)
 
-    def _broken(self, start: Planes, chances: _Chances, count: int) -> Bool:
+    def _mark_broken(self, start: Planes, chances: _Chances, count: int) -> Bool:
         claim, state = self._claim, start
         broken, alive = np.zeros(count, dtype=np.bool_), np.ones(count, dtype=np.bool_)
         for period in range(claim.steps + 1):
-            bad, good = self._asked(state, count, period)
+            bad, good = self._ask_claim(state, count, period)
             broken |= alive & bad
             alive &= ~bad & ~good
             if period == claim.steps or not alive.any():
                 break
-            held = self._held(state, chances.way)
+            held = self._hold_inputs(state, chances.way)
             known, case = {**state, **held}, self._case(state, chances.rank)
             for number, jumps in enumerate(self._jumps):
                 state = state | {
                     name: np.where(case == number, value(known), state[name]) for name, value in jumps.items()
                 }
             for part in range(PARTS):
-                state = self._moved(state, held, chances, case)
+                state = self._move_state(state, held, chances, case)
                 if part + 1 < PARTS and not claim.at_samples:
-                    bad, good = self._asked(state, count, period, between=True)
+                    bad, good = self._ask_claim(state, count, period, between=True)
                     broken |= alive & bad
                     alive &= ~bad & ~good
         return broken
 
-    def _asked(self, state: Planes, count: int, period: int, between: bool = False) -> tuple[Bool, Bool]:
+    def _ask_claim(self, state: Planes, count: int, period: int, between: bool = False) -> tuple[Bool, Bool]:
         """Where the claim is broken, and where it is fulfilled whatever comes."""
         claim, batch = self._claim, Batch(state, count)
         if claim.says.once:
             inside = batch.holds(claim.inside, {})
             last = period == claim.steps and not between
             return (~inside if last else np.zeros(count, dtype=np.bool_)), inside
-        return batch.holds(claim.broken(period), {}), np.zeros(count, dtype=np.bool_)
+        return batch.holds(claim.violation_at(period), {}), np.zeros(count, dtype=np.bool_)
 
     def _case(self, state: Planes, rank: Int64) -> Int64:
         """The case that each state is in; the first where none holds it, of which nothing is believed."""
@@ -150,18 +150,18 @@ class FlowPlay:
         wanted = rank % np.maximum(holds.sum(axis=0), 1)
         return np.asarray((holds & (holds.cumsum(axis=0) == wanted + 1)).argmax(axis=0), dtype=np.int64)
 
-    def _moved(self, state: Planes, held: Planes, chances: _Chances, case: Int64) -> Planes:
+    def _move_state(self, state: Planes, held: Planes, chances: _Chances, case: Int64) -> Planes:
         h, errors = (self._period + chances.longer) / PARTS, chances.errors
 
         def slope(now: Planes) -> Planes:
-            known, found = {**now, **held}, dict[str, Float64]()
+            known, after = {**now, **held}, dict[str, Float64]()
             for number, (rates, ends) in enumerate(zip(self._rates, self._ends, strict=True)):
                 for name, rate in rates.items():
                     each = rate(known) + (
                         np.clip(errors[name], ends[name][0], ends[name][1]) if name in errors else 0.0
                     )
-                    found[name] = np.where(case == number, each, found[name]) if number else each
-            return found
+                    after[name] = np.where(case == number, each, after[name]) if number else each
+            return after
 
         def along(rates: Planes, time: Float64) -> Planes:
             return {name: value + time * rates[name] for name, value in state.items()}
@@ -172,53 +172,53 @@ class FlowPlay:
         last = slope(along(third, h))
         return along({x: (first[x] + 2.0 * second[x] + 2.0 * third[x] + last[x]) / 6.0 for x in state}, h)
 
-    def _held(self, state: Planes, way: Int64) -> Planes:
-        found: Planes = {}
+    def _hold_inputs(self, state: Planes, way: Int64) -> Planes:
+        inputs: Planes = {}
         late = {name for each in self._flow.seen for name in each}
         observed = state | {
             name: np.choose(way, [state[each.get(name, name)] for each in self._flow.seen]) for name in late
         }
         for policy in self._profile.agents:
-            chosen = act(policy, self._seen(policy, observed, len(way)))
+            chosen = act(policy, self._observe(policy, observed, len(way)))
             values = [self._flow.held[policy.agent, action.name] for action in policy.actions]
             for name in values[0]:
-                found[name] = np.array([nearest_double(each[name]) for each in values])[chosen]
-        return found
+                inputs[name] = np.array([nearest_double(each[name]) for each in values])[chosen]
+        return inputs
 
-    def _seen(self, policy: AgentPolicy, state: Planes, count: int) -> Float64:
+    def _observe(self, policy: AgentPolicy, state: Planes, count: int) -> Float64:
         features = self._system.features[policy.agent]
-        columns = [_measured(features[feature.name], state, count) for feature in policy.features]
+        columns = [_measure_feature(features[feature.name], state, count) for feature in policy.features]
         return np.stack(columns, axis=1) if columns else np.zeros((count, 0))
 
     def _starts(self, count: int, random: np.random.Generator) -> Planes | None:
         """Random starts, half of the numbers at a bound in half of them; None where none was found."""
-        found: Planes = {}
+        planes: Planes = {}
         for one in self._system.variables:
             low, high = one.range
             for half in self._system.start:
-                low, high = _narrowed(half, one.name, low, high)
+                low, high = _narrow_range(half, one.name, low, high)
             where = random.random(count)
             rounded = random.random(count) < np.where(np.arange(count) % 2, 0.5, 0.0)
             where = np.where(rounded, np.round(where), where)
             ends = nearest_double(low), nearest_double(high)
-            found[one.name] = np.clip(ends[0] + (ends[1] - ends[0]) * where, *ends)
-        found |= {name: found[of] for name, of in self._flow.kept.items()}
+            planes[one.name] = np.clip(ends[0] + (ends[1] - ends[0]) * where, *ends)
+        planes |= {name: planes[of] for name, of in self._flow.kept.items()}
         kept = np.ones(count, dtype=np.bool_)
         for half in self._system.start:
             if len(half.form.terms) > 1:
-                kept &= _value(half, found, count) <= 0
-        return {name: values[kept] for name, values in found.items()} if kept.any() else None
+                kept &= _value(half, planes, count) <= 0
+        return {name: values[kept] for name, values in planes.items()} if kept.any() else None
 
 
 def _holds(case: FlowCase, state: Planes, size: int) -> Bool:
     """Where a case holds states."""
-    found = np.ones(size, dtype=np.bool_)
+    inside = np.ones(size, dtype=np.bool_)
     for name, (low, high) in case.where.items():
-        found &= (nearest_double(low) <= state[name]) & (state[name] <= nearest_double(high))
+        inside &= (nearest_double(low) <= state[name]) & (state[name] <= nearest_double(high))
     for half in case.when:
         value = _value(half, state, size)
-        found &= value < 0 if half.strict else value <= 0
-    return found
+        inside &= value < 0 if half.strict else value <= 0
+    return inside
 
 
 def _exact(near: float, bounds: Interval) -> Fraction:
@@ -232,7 +232,7 @@ def _floats(bounds: Interval) -> tuple[float, float]:
     return nearest_double(bounds[0]), nearest_double(bounds[1])
 
 
-def _narrowed(half: HalfSpace, name: str, low: Fraction, high: Fraction) -> tuple[Fraction, Fraction]:
+def _narrow_range(half: HalfSpace, name: str, low: Fraction, high: Fraction) -> tuple[Fraction, Fraction]:
     match half.form.terms:
         case ((named, factor),) if named == name:
             end = -half.form.constant / factor
@@ -248,7 +248,7 @@ def _value(half: HalfSpace, state: Planes, count: int) -> Float64:
     return total
 
 
-def _measured(feature: Feature, state: Planes, count: int) -> Float64:
+def _measure_feature(feature: Feature, state: Planes, count: int) -> Float64:
     value = _value(HalfSpace(feature.form), state, count)
     match feature.measure, feature.bounds:
         case Measure.SIGN, _:
@@ -261,7 +261,7 @@ def _measured(feature: Feature, state: Planes, count: int) -> Float64:
             return value
 
 
-def vectorised(expression: Expression) -> Evaluated:
+def vectorise(expression: Expression) -> Evaluated:
     """An expression as a function of arrays by name."""
     match expression:
         case Number(value):
@@ -272,17 +272,17 @@ def vectorised(expression: Expression) -> Evaluated:
         case Name(name):
             return lambda known: known[name]
         case Sum(left, right):
-            one, other = vectorised(left), vectorised(right)
+            one, other = vectorise(left), vectorise(right)
             return lambda known: one(known) + other(known)
         case Product(left, right):
-            one, other = vectorised(left), vectorised(right)
+            one, other = vectorise(left), vectorise(right)
             return lambda known: one(known) * other(known)
         case Quotient(left, right):
-            one, other = vectorised(left), vectorised(right)
+            one, other = vectorise(left), vectorise(right)
             return lambda known: one(known) / other(known)
         case Power(base, exponent):
-            under = vectorised(base)
+            under = vectorise(base)
             return lambda known: under(known) ** exponent
         case Call(function, argument, _):
-            inner, named = vectorised(argument), getattr(np, function)
+            inner, named = vectorise(argument), getattr(np, function)
             return lambda known: named(inner(known))

@@ -17,7 +17,7 @@ from codegen.ir import PolicyProfile
 from verify.checker.covers.rounding import ceiling, ensure_arithmetic, floor
 from verify.checker.flows.series import FlowReading
 from verify.checker.flows.spans import Spans
-from verify.checker.flows.steps import EXACT, FlowStep, Frame, Stepping, framed
+from verify.checker.flows.steps import EXACT, FlowStep, Frame, Stepping, build_frames
 from verify.checker.flows.sweep import FlowSweep
 from verify.flows.playing import FlowCourse
 from verify.reach.replay import is_start
@@ -36,7 +36,7 @@ class StepsLeft:
     count: int = MAX_STEPS
 
 
-def replayed(
+def replay_course(
     profile: PolicyProfile, system: System, claim: SystemClaim, course: FlowCourse, left: StepsLeft | None = None
 ) -> SystemCounterexample | None:
     """The episode of a course as a counterexample; None where it does not surely break the claim in `left` steps."""
@@ -51,9 +51,9 @@ def replayed(
     with np.errstate(all="ignore"):  # what is not finite is not shown
         for parts in PARTS:
             episode = _Narrow(profile, system, claim, course, parts, left)
-            found = episode.followed()
-            if found is not None or not episode.lost:
-                return found
+            counterexample = episode.follow()
+            if counterexample is not None or not episode.lost:
+                return counterexample
     return None
 
 
@@ -81,7 +81,7 @@ class _Narrow:
         self._part, self._course, self._taken = how.seconds, course, list[int]()
         numbers = [course.start[name] for name in names]
         self._box = Spans(np.array([list(map(floor, numbers))]), np.array([list(map(ceiling, numbers))]))
-        self._frames: tuple[Frame, ...] = (framed(self._box),)
+        self._frames: tuple[Frame, ...] = (build_frames(self._box),)
         self._states: list[Values] = [dict(course.start)]
         self._actions: list[Mapping[str, str]] = []
 
@@ -94,12 +94,12 @@ class _Narrow:
             found.append((error, error))
         return found
 
-    def followed(self) -> SystemCounterexample | None:
+    def follow(self) -> SystemCounterexample | None:
         """The counterexample; None where nothing sure is found."""
         claim = self._claim
         for period in range(claim.steps + 1):
             if not claim.says.once and self._surely_broken(self._box, period):
-                return self._told(period, period * self._parts * self._part)
+                return self._report_course(period, period * self._parts * self._part)
             if claim.says.once and not self._sweep.surely_outside(self._box):
                 return None
             if period == claim.steps:
@@ -107,19 +107,19 @@ class _Narrow:
             joint = self._sweep.only_action(self._box, self._course.way)
             if joint is None:
                 return None
-            self._actions.append(self._sweep.named(joint))
+            self._actions.append(self._sweep.name_actions(joint))
             held = self._sweep.inputs(np.array([joint]))
             cases = self._sweep.cases_of(self._box)
             if not cases:
                 return None
             self._taken.append(cases[self._course.rank % len(cases)])
-            if not self._jumped(held, self._taken[-1]):
+            if not self._make_jump(held, self._taken[-1]):
                 return None
             for part in range(self._parts):
                 self._left.count -= 1
                 if self._left.count < 0:
                     return None
-                moved = self._steps[self._taken[-1]].moved(self._box, self._frames, held)
+                moved = self._steps[self._taken[-1]].move_sets(self._box, self._frames, held)
                 if not moved.shown.all() or moved.empty.any():
                     self.lost = True
                     return None
@@ -129,16 +129,16 @@ class _Narrow:
                 between = not claim.says.once and not claim.at_samples and part + 1 < self._parts
                 if between and self._surely_broken(self._box, period):
                     self._states.append(self._middle())
-                    return self._told(period + 1, period * self._parts * self._part + (part + 1) * self._part)
+                    return self._report_course(period + 1, period * self._parts * self._part + (part + 1) * self._part)
             self._states.append(self._middle())
-        return self._told(claim.steps, claim.steps * self._parts * self._part) if claim.says.once else None
+        return self._report_course(claim.steps, claim.steps * self._parts * self._part) if claim.says.once else None
 
-    def _jumped(self, held: Mapping[str, Spans], case: int) -> bool:
+    def _make_jump(self, held: Mapping[str, Spans], case: int) -> bool:
         """Makes the jump of a sample; whether it was enclosed."""
         jump = self._sweep.jumps[case]
         if jump is None:
             return True
-        moved = jump.jumped(self._box, self._frames, held)
+        moved = jump.jump_sets(self._box, self._frames, held)
         self._box, self._frames = moved.box, moved.frames
         return bool(moved.shown.all() and not moved.empty.any())
 
@@ -151,7 +151,7 @@ class _Narrow:
         middle = self._box.middle[0]
         return {one.name: Fraction(float(value)) for one, value in zip(self._system.variables, middle, strict=True)}
 
-    def _told(self, step: int, seconds: Fraction) -> SystemCounterexample:
+    def _report_course(self, step: int, seconds: Fraction) -> SystemCounterexample:
         errors = tuple(dict(self._errors) for _ in self._actions) if self._errors else ()
         states, actions, course = tuple(self._states), tuple(self._actions), self._course
         flow = self._system.flow

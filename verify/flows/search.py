@@ -62,7 +62,7 @@ class PlanSearch:
         self.sweep = FlowSweep(profile, system, claim)
         self._names = [one.name for one in system.variables]
         self._most, self._steps = most, max(claim.steps, 1)
-        self._tested = _tested(profile, system)
+        self._tested = _find_tested(profile, system)
         deciding = _moving(self._tested, system)
         kept = system.flow.kept  # what starts as another variable is cut with it
         weights = {name: 1.0 if name in deciding else ASIDE for name in self._names} | dict.fromkeys(kept, 0.0)
@@ -87,7 +87,7 @@ class PlanSearch:
             self.how = how
             if not self._left:
                 return
-            if self._shown([whole], Plan((), *how), self._once) == []:
+            if self._find_open([whole], Plan((), *how), self._once) == []:
                 yield FoundPlan(Plan((0,), *how), {})
             if not self._points_are_shown(whole):
                 continue
@@ -100,13 +100,13 @@ class PlanSearch:
         for turn in count():
             if self._left <= self._once or (turn and not cutting.pending and not cells):
                 return
-            found = self._by_cuts(cutting, how, min(allowed, self._left))
-            if found is not None:
-                yield FoundPlan(found, {})
+            plan = self._by_cuts(cutting, how, min(allowed, self._left))
+            if plan is not None:
+                yield FoundPlan(plan, {})
                 return
             cells = cells if turn else list(self._cells(whole, how))
             for widths in tuple(cells):
-                open_ = self._shown([whole], Plan((), *how, widths), min(allowed, self._left))
+                open_ = self._find_open([whole], Plan((), *how, widths), min(allowed, self._left))
                 if open_ == []:
                     named = {self._names[column]: Fraction(width) for column, width in widths.items()}
                     yield FoundPlan(Plan((0,), *how, widths), named)
@@ -123,7 +123,7 @@ class PlanSearch:
     def _left(self) -> int:
         return max(self._most - self.spent, 0)
 
-    def _shown(self, parts: Sequence[StartBox], plan: Plan, allowed: int) -> list[int] | None:
+    def _find_open(self, parts: Sequence[StartBox], plan: Plan, allowed: int) -> list[int] | None:
         """The parts that are left open, by their places; None where that took too many sets."""
         self.sweep.most = self.spent + min(allowed, self._left)
         try:
@@ -141,7 +141,7 @@ class PlanSearch:
         they are left open, tubes are too wide, and no cut helps.
         """
         points = [whole.low, whole.high, 0.5 * whole.low + 0.5 * whole.high]
-        open_ = self._shown(
+        open_ = self._find_open(
             [StartBox(point, point) for point in points],
             Plan((), *self.how),
             max(FIRST, self._once),
@@ -157,7 +157,7 @@ class PlanSearch:
         while cutting.pending and end - self.spent >= each:
             count = min(AT_ONCE, (end - self.spent) // each)
             some, cutting.pending = cutting.pending[:count], cutting.pending[count:]
-            open_ = self._shown([part.box for part in some], Plan((), *how), each * len(some))
+            open_ = self._find_open([part.box for part in some], Plan((), *how), each * len(some))
             for part in some if open_ is None else [some[place] for place in open_]:
                 column = self._widest(part, cutting.whole)
                 if column is None or part.depth >= MAX_DEPTH:
@@ -199,7 +199,7 @@ class PlanSearch:
         self.sweep.watch = see
         shares = np.random.default_rng(0).random((FEW, len(low)))
         points = whole.low + shares * (whole.high - whole.low)
-        self._shown([StartBox(point, point) for point in points], Plan((), *how), FIRST)
+        self._find_open([StartBox(point, point) for point in points], Plan((), *how), FIRST)
         self.sweep.watch = None
         return high - low
 
@@ -208,48 +208,48 @@ class PlanSearch:
         some, (order, steps) = self.open[:FEW], self.how
         if not some:
             return []
-        again = len(self._shown(some, Plan((), order, steps), FIRST) or some)
+        again = len(self._find_open(some, Plan((), order, steps), FIRST) or some)
         tries = {
-            "a start region in smaller parts: a larger --max-boxes": [h for one in some for h in self._halved(one)],
+            "a start region in smaller parts: a larger --max-boxes": [h for one in some for h in self._halve_box(one)],
         }
-        found: dict[str, float] = {}
+        shares: dict[str, float] = {}
         for words, parts in tries.items():
-            found[words] = len(self._shown(parts, Plan((), order, steps), FIRST) or parts) / len(parts)
-        more_steps = self._shown(some, Plan((), order, 3 * steps), FIRST)
-        found["a shorter period, or more steps of it"] = len(some if more_steps is None else more_steps) / len(some)
-        higher = self._shown(some, Plan((), order + 4, steps), FIRST)
-        found["a series of higher order"] = len(some if higher is None else higher) / len(some)
-        best = sorted(found, key=lambda words: found[words])
-        return [words for words in best if found[words] < again / len(some)]
+            shares[words] = len(self._find_open(parts, Plan((), order, steps), FIRST) or parts) / len(parts)
+        more_steps = self._find_open(some, Plan((), order, 3 * steps), FIRST)
+        shares["a shorter period, or more steps of it"] = len(some if more_steps is None else more_steps) / len(some)
+        higher = self._find_open(some, Plan((), order + 4, steps), FIRST)
+        shares["a series of higher order"] = len(some if higher is None else higher) / len(some)
+        best = sorted(shares, key=lambda words: shares[words])
+        return [words for words in best if shares[words] < again / len(some)]
 
-    def _halved(self, one: StartBox) -> list[StartBox]:
-        found = [one]
+    def _halve_box(self, one: StartBox) -> list[StartBox]:
+        boxes = [one]
         for column in range(len(one.low)):
             if one.high[column] > one.low[column]:
-                found = [half for each in found for half in halves(each, column)]
-        return found if len(found) <= 64 else found[:64]
+                boxes = [half for each in boxes for half in halves(each, column)]
+        return boxes if len(boxes) <= 64 else boxes[:64]
 
 
-def _tested(profile: PolicyProfile, system: System) -> set[str]:
+def _find_tested(profile: PolicyProfile, system: System) -> set[str]:
     """The variables that trees test."""
-    found: set[str] = set()
+    tested: set[str] = set()
     for policy in profile.agents:
         for place in {int(each) for each in policy.tree.feature if each != NO_FEATURE}:
             feature = system.features[policy.agent][policy.features[place].name]
-            found |= {name for name, _ in feature.form.terms}
+            tested |= {name for name, _ in feature.form.terms}
     assert system.flow is not None
-    found = {each.get(name, name) for name in found for each in system.flow.seen}
-    return found | {name for case in system.flow.cases for half in case.when for name, _ in half.form.terms}
+    tested = {each.get(name, name) for name in tested for each in system.flow.seen}
+    return tested | {name for case in system.flow.cases for half in case.when for name, _ in half.form.terms}
 
 
 def _moving(tested: set[str], system: System) -> set[str]:
     """The variables on which decisions depend: those that are tested, and those that move them."""
     assert system.flow is not None
-    found, before = set(tested), -1
-    while len(found) > before:
-        before = len(found)
-        for name in tuple(found):
+    moving, before = set(tested), -1
+    while len(moving) > before:
+        before = len(moving)
+        for name in tuple(moving):
             for flow in system.flow.each:
                 moved = (flow.rates[name], flow.jumps.get(name, Name(name)))
-                found |= {each for one in moved for each in names(one)} & flow.rates.keys()
-    return found
+                moving |= {each for one in moved for each in names(one)} & flow.rates.keys()
+    return moving

@@ -23,7 +23,7 @@ MOST = 10_000  # sets that are followed for this
 BEYOND = 1.0  # of its width, by which a set is looked at further
 
 
-def undefined(system: System, sweep: FlowSweep, parts: Sequence[StartBox], plan: Plan) -> list[str]:
+def find_undefined(system: System, sweep: FlowSweep, parts: Sequence[StartBox], plan: Plan) -> list[str]:
     """The variables whose derivatives may not be defined over a part, or over what was followed of it last."""
     assert system.flow is not None
     names = [one.name for one in system.variables]
@@ -45,7 +45,7 @@ def undefined(system: System, sweep: FlowSweep, parts: Sequence[StartBox], plan:
         pass
     finally:
         sweep.watch = None
-    found: dict[str, None] = {}
+    undefined_names: dict[str, None] = {}
     for span in seen:
         by = BEYOND * (span.high - span.low)
         wide = Spans(span.low - by, span.high + by)
@@ -55,5 +55,5 @@ def undefined(system: System, sweep: FlowSweep, parts: Sequence[StartBox], plan:
             for name, coefficients in zip(names * len(readings), series, strict=True):
                 rate = coefficients[1]
                 if rate is not None and not finite(rate.value).all():
-                    found[name] = None
-    return list(found)
+                    undefined_names[name] = None
+    return list(undefined_names)

@@ -16,7 +16,7 @@ from codegen.errors import InputError
 from verify.exact import exact
 from verify.language.lexer import Source, Token
 from verify.language.parser import CallNode, Joined, Level, NameNode, Node, NumberNode, Prefixed
-from verify.language.units import PURE, Unit, times, unit_of, written
+from verify.language.units import PURE, Unit, format_unit, times, unit_of
 
 Value = TypeVar("Value")
 Read = TypeVar("Read")
@@ -50,7 +50,7 @@ class Arithmetic(ABC, Generic[Value]):
         """A value with the other sign."""
 
     @abstractmethod
-    def joined(self, left: Value, sign: Token, right: Value) -> Value:
+    def combine(self, left: Value, sign: Token, right: Value) -> Value:
         """Two values joined by +, * or /; a `-` is told as the sum that it is. InputError for what cannot be joined."""
 
     @abstractmethod
@@ -58,20 +58,20 @@ class Arithmetic(ABC, Generic[Value]):
         """A power of at least 2."""
 
     @abstractmethod
-    def named(self, name: Token) -> Typed[Value]:
+    def resolve_name(self, name: Token) -> Typed[Value]:
         """What a name means. InputError for one that means no value."""
 
     @abstractmethod
-    def called(self, call: CallNode) -> Typed[Value]:
+    def resolve_call(self, call: CallNode) -> Typed[Value]:
         """What a call means, likewise."""
 
     @abstractmethod
-    def refused(self, node: Node) -> InputError:
+    def refuse_node(self, node: Node) -> InputError:
         """About a tree that states no value."""
 
     # --- trees
 
-    def typed(self, node: Node) -> Typed[Value]:
+    def evaluate_node(self, node: Node) -> Typed[Value]:
         """The value of a tree. InputError with its place for what is none."""
         match node:
             case NumberNode(token, unit):
@@ -79,23 +79,23 @@ class Arithmetic(ABC, Generic[Value]):
                 number = self.constant(self.read(exact, token.text, token))
                 return Typed(number, None if unit is None else self.read(unit_of, unit, token))
             case NameNode(token):
-                return self.named(token)
+                return self.resolve_name(token)
             case CallNode():
-                return self.called(node)
+                return self.resolve_call(node)
             case Prefixed(token, signs, inside) if "not" not in signs:
-                value = self.typed(inside)
+                value = self.evaluate_node(inside)
                 for sign in signs:
                     value = Typed(self.negative(value.value, token), value.unit) if sign == "-" else value
                 return value
             case Joined(_, Level.POWER, base, ((sign, exponent),)):
-                return self._power(self.typed(base), sign, exponent)
+                return self._power(self.evaluate_node(base), sign, exponent)
             case Joined(_, level, first, rest) if level in (Level.SUM, Level.PRODUCT):
-                value = self.typed(first)
+                value = self.evaluate_node(first)
                 for sign, other in rest:
-                    value = self._joined(value, sign, self.typed(other))
+                    value = self._combine(value, sign, self.evaluate_node(other))
                 return value
             case _:
-                raise self.refused(node)
+                raise self.refuse_node(node)
 
     def read(self, read: Callable[[str, str], Read], text: str, token: Token) -> Read:
         """What a part of the text is read as. InputError with its place."""
@@ -107,22 +107,22 @@ class Arithmetic(ABC, Generic[Value]):
     def same(self, left: Typed[Value], right: Typed[Value], token: Token) -> Unit | None:
         """The unit of both; a bare number has that of the other."""
         if None not in (left.unit, right.unit) and left.unit != right.unit:
-            what = f"units do not fit: {written(left.unit or PURE)} and {written(right.unit or PURE)}"
+            what = f"units do not fit: {format_unit(left.unit or PURE)} and {format_unit(right.unit or PURE)}"
             self.misfits.append(self.source.wrong(what, token.place, WITH_UNITS))
         return right.unit if left.unit is None else left.unit
 
     def less(self, left: Node, right: Node) -> Typed[Value]:
         """One side of a comparison less the other."""
-        return self._joined(self.typed(left), Token("mark", "-", right.token.place), self.typed(right))
+        return self._combine(self.evaluate_node(left), Token("mark", "-", right.token.place), self.evaluate_node(right))
 
-    def _joined(self, left: Typed[Value], sign: Token, right: Typed[Value]) -> Typed[Value]:
+    def _combine(self, left: Typed[Value], sign: Token, right: Typed[Value]) -> Typed[Value]:
         if sign.text in "+-":
             other = self.negative(right.value, sign) if sign.text == "-" else right.value
-            return Typed(self.joined(left.value, sign._replace(text="+"), other), self.same(left, right, sign))
+            return Typed(self.combine(left.value, sign._replace(text="+"), other), self.same(left, right, sign))
         unit = None
         if left.unit is not None or right.unit is not None:
             unit = times(left.unit or PURE, right.unit or PURE, 1 if sign.text == "*" else -1)
-        return Typed(self.joined(left.value, sign, right.value), unit)
+        return Typed(self.combine(left.value, sign, right.value), unit)
 
     def _power(self, base: Typed[Value], sign: Token, exponent: Node) -> Typed[Value]:
         digits = exponent.token.text if isinstance(exponent, NumberNode) and exponent.unit is None else ""

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from codegen.errors import InputError, UnknownNameError, shown
+from codegen.errors import InputError, UnknownNameError, escape_text
 
 BLANKS = " \t\n"
 HINTS = {
@@ -52,21 +52,21 @@ class Source:
 
     def wrong(self, what: str, place: int, advice: str = "") -> InputError:
         """An error that shows the text, with a mark under the column of an offset."""
-        return InputError(what, self._shown(place), advice)
+        return InputError(what, self._show_place(place), advice)
 
     def unknown(self, kind: str, token: Token, known: Iterable[str]) -> InputError:
         """An error about a name that does not exist, likewise."""
         if token.text.endswith(PRIME):
             return self.wrong(f"{token.text} is no next value that is known here", token.place, NEXT)
-        return UnknownNameError(kind, token.text, known, self._shown(token.place))
+        return UnknownNameError(kind, token.text, known, self._show_place(token.place))
 
-    def _shown(self, place: int) -> str:
+    def _show_place(self, place: int) -> str:
         start, end = self.text.rfind("\n", 0, place) + 1, self.text.find("\n", place)
         first, last = max(start, place - AROUND), min(end if end >= 0 else len(self.text), place + AROUND)
-        before = ("..." if first > start else "") + shown(self.text[first:place])
+        before = ("..." if first > start else "") + escape_text(self.text[first:place])
         # what reads like a line of a report is not shown as one
         edge = "| " if re.match(r"\s*(\d+\.|[A-Z]{3})", self.text[first:last]) else ""
-        line, mark = f"{edge}{before}{shown(self.text[place:last])}", f"{edge}{' ' * len(before)}^"
+        line, mark = f"{edge}{before}{escape_text(self.text[place:last])}", f"{edge}{' ' * len(before)}^"
         return f"{self.where(place)}\n  {line}\n  {mark}"
 
 

@@ -16,7 +16,7 @@ MODE = "mode"  # the kind of a token that names a mode in a comparison
 BY_EQUALITY = "compare it by == or != with one of its modes"
 
 
-def resolved(source: Source, node: Node, modes: Modes) -> Node:
+def resolve_modes(source: Source, node: Node, modes: Modes) -> Node:
     """The tree with numbers for the names of modes. InputError where a mode is compared otherwise than by equality, or
     with what is none of its modes.
     """
@@ -24,22 +24,22 @@ def resolved(source: Source, node: Node, modes: Modes) -> Node:
         return node
     match node:
         case Joined(token, Level.RELATION, first, rest):
-            return _related(source, token, [first, *(other for _, other in rest)], [sign for sign, _ in rest], modes)
+            return _relate(source, token, [first, *(other for _, other in rest)], [sign for sign, _ in rest], modes)
         case Joined(token, level, first, rest):
-            others = tuple((sign, resolved(source, other, modes)) for sign, other in rest)
-            return Joined(token, level, resolved(source, first, modes), others)
+            others = tuple((sign, resolve_modes(source, other, modes)) for sign, other in rest)
+            return Joined(token, level, resolve_modes(source, first, modes), others)
         case Prefixed(token, signs, inside):
-            return Prefixed(token, signs, resolved(source, inside, modes))
+            return Prefixed(token, signs, resolve_modes(source, inside, modes))
         case CallNode(token, arguments):
-            return CallNode(token, tuple(resolved(source, each, modes) for each in arguments))
+            return CallNode(token, tuple(resolve_modes(source, each, modes) for each in arguments))
         case Listed(token, value, denied, names) if _mode(value, modes):
             equal = [
-                _related(source, token, [value, NameNode(name)], [Token("mark", "==", name.place)], modes)
+                _relate(source, token, [value, NameNode(name)], [Token("mark", "==", name.place)], modes)
                 for name in names
             ]
             either = Joined(token, Level.OR, equal[0], tuple((names[0], each) for each in equal[1:]))
-            found = either if either.rest else equal[0]
-            return Prefixed(token, ("not",), found) if denied else found
+            comparison = either if either.rest else equal[0]
+            return Prefixed(token, ("not",), comparison) if denied else comparison
         case _:
             return node
 
@@ -54,15 +54,15 @@ def _mode(node: Node, modes: Modes) -> Sequence[str]:
     return modes.get(node.token.text, ()) if isinstance(node, NameNode) else ()
 
 
-def _related(source: Source, token: Token, sides: list[Node], signs: list[Token], modes: Modes) -> Node:
+def _relate(source: Source, token: Token, sides: list[Node], signs: list[Token], modes: Modes) -> Node:
     """A comparison, or a chain of some."""
     known = [_mode(side, modes) for side in sides]
-    operands = [resolved(source, side, modes) for side in sides]
+    operands = [resolve_modes(source, side, modes) for side in sides]
     for place, (sign, one, other) in enumerate(zip(signs, known, known[1:], strict=False)):
         if not one and not other:
             continue
         for at, names in ((place, one), (place + 1, other)):
-            operands[at] = _told(sides[at]) if names else operands[at]
+            operands[at] = _mark_mode(sides[at]) if names else operands[at]
         if sign.text not in EQUALITY:
             raise source.wrong(f"modes are not ordered by {sign.text}", sign.place, BY_EQUALITY)
         if one and other and tuple(one) != tuple(other):
@@ -73,7 +73,7 @@ def _related(source: Source, token: Token, sides: list[Node], signs: list[Token]
     return Joined(token, Level.RELATION, operands[0], tuple(zip(signs, operands[1:], strict=True)))
 
 
-def _told(node: Node) -> Node:
+def _mark_mode(node: Node) -> Node:
     """The name of a mode where it may stand."""
     return NameNode(node.token._replace(kind=MODE))
 

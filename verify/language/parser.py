@@ -149,11 +149,11 @@ class _Parser:
     def whole(self) -> Node:
         """The tree of the whole text."""
         self._deeper()
-        found = self._value(Level.IMPLIES)
+        tree = self._value(Level.IMPLIES)
         if self._here.kind != "end":
             what = f"cannot go on with {self._here.text!r}"
             raise self._source.wrong(what, self._here.place, HINTS.get(self._here.text, MAY_FOLLOW))
-        return found
+        return tree
 
     def _deeper(self) -> None:
         self._depth += 1
@@ -166,7 +166,7 @@ class _Parser:
         value = self._operand(least)
         while (level := self._level()) >= least:
             if self._is("in", "not"):
-                value = self._listed(value)
+                value = self._parse_list(value)
                 continue
             right = level in (Level.IMPLIES, Level.POWER)  # grouped from there
             rest: list[tuple[Token, Node]] = []
@@ -209,30 +209,30 @@ class _Parser:
             what = f"cannot begin with {token.text!r} here" if token.text else "the text ends too early"
             raise self._source.wrong(what, token.place, HINTS.get(token.text, MAY_BEGIN))
         if isinstance(operand, NameNode) and self._is("("):
-            return self._called(operand.token)
-        return self._measured(operand.token) if isinstance(operand, NumberNode) and self._is("[") else operand
+            return self._parse_call(operand.token)
+        return self._parse_unit(operand.token) if isinstance(operand, NumberNode) and self._is("[") else operand
 
     def _signs(self, *texts: str) -> tuple[str, ...]:
-        found: list[str] = []
+        signs: list[str] = []
         while self._is(*texts):
-            found.append(self._take().text)
-        return tuple(found)
+            signs.append(self._take().text)
+        return tuple(signs)
 
-    def _called(self, function: Token) -> Node:
+    def _parse_call(self, function: Token) -> Node:
         """The arguments of a function; a comma may end them."""
         self._take()
         self._deeper()
-        found: list[Node] = []
-        while not (found and self._is(")")):
-            found.append(self._value(Level.IMPLIES))
+        arguments: list[Node] = []
+        while not (arguments and self._is(")")):
+            arguments.append(self._value(Level.IMPLIES))
             if not self._is(","):
                 break
             self._take()
         self._depth -= 1
         self._need(")", f"after the arguments of {function.text}")
-        return CallNode(function, tuple(found))
+        return CallNode(function, tuple(arguments))
 
-    def _listed(self, value: Node) -> Node:
+    def _parse_list(self, value: Node) -> Node:
         denied = self._take().text == "not"
         if denied:
             self._take()
@@ -244,7 +244,7 @@ class _Parser:
         self._need("]", "after the actions")
         return Listed(value.token, value, denied, tuple(names))
 
-    def _measured(self, number: Token) -> Node:
+    def _parse_unit(self, number: Token) -> Node:
         """A number with the unit behind it."""
         begins = self._take().place + 1
         while not self._is("]") and self._here.kind != "end":

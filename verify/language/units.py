@@ -42,14 +42,14 @@ def unit_of(text: str, where: object) -> Unit:
     powers: dict[str, Fraction] = {}
     place, end = 0, len(text.rstrip())
     while place < end:
-        found = _FACTOR.match(text, place)
-        if found is None or bool(found[1]) != (place > 0):
+        factor = _FACTOR.match(text, place)
+        if factor is None or bool(factor[1]) != (place > 0):
             raise InputError(f"cannot read the unit {text[:40]!r}", where, ADVICE)
-        if found[2] not in PURE_WORDS:
-            exponent = Fraction(re.sub(r"[\s()]", "", found[3] or "1")) * (-1 if found[1] == "/" else 1)
-            for symbol, power in DERIVED.get(found[2], ((found[2], 1),)):
+        if factor[2] not in PURE_WORDS:
+            exponent = Fraction(re.sub(r"[\s()]", "", factor[3] or "1")) * (-1 if factor[1] == "/" else 1)
+            for symbol, power in DERIVED.get(factor[2], ((factor[2], 1),)):
                 powers[symbol] = powers.get(symbol, Fraction(0)) + exponent * power
-        place = found.end()
+        place = factor.end()
     return _unit(powers, where)
 
 
@@ -67,7 +67,7 @@ def _unit(powers: dict[str, Fraction], where: object) -> Unit:
     return times(PURE, tuple(powers.items()))
 
 
-def written(unit: Unit) -> str:
+def format_unit(unit: Unit) -> str:
     """The unit as a file writes it."""
     above = "*".join(_power(symbol, power) for symbol, power in unit if power > 0)
     below = "".join(f"/{_power(symbol, -power)}" for symbol, power in unit if power < 0)

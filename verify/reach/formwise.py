@@ -28,19 +28,19 @@ def formwise(profile: PolicyProfile, system: System, claims: Sequence[SystemClai
     """
     shared = tuple(number for number, claim in enumerate(claims) if not claim.says.once)
     alone = [(number,) for number, claim in enumerate(claims) if claim.says.once]
-    found: list[FormsOf] = []
+    sweeps: list[FormsOf] = []
     for group in (*([shared] if shared else []), *alone):
         with suppress(RejectedError):
             sweep = FormSweep(profile, system, [claims[number] for number in group])
-            found.append(FormsOf(group, partial(_swept, sweep, len(group))))
-    return found
+            sweeps.append(FormsOf(group, partial(_sweep_parts, sweep, len(group))))
+    return sweeps
 
 
-def _swept(sweep: FormSweep, claims: int, low: Float64, high: Float64, most: int) -> FormsSwept:
+def _sweep_parts(sweep: FormSweep, claims: int, low: Float64, high: Float64, most: int) -> FormsSwept:
     count = len(low)
     parts = BoxList.of(low, high, np.arange(count), np.zeros(count, dtype=np.int64))
     try:
-        left = sweep.left(parts, most)
+        left = sweep.find_open_parts(parts, most)
     except RejectedError:  # a number beyond the arithmetic, or a list that is too long
         return FormsSwept(np.ones((claims, count), dtype=np.bool_), count, stopped=False)
     return FormsSwept(left.open, left.forms, left.forms > most)

@@ -17,7 +17,7 @@ from verify.checker.systems.rows import Branch, Row, Terms
 from verify.checker.systems.trees import Choices, Decision, Split
 from verify.checker.systems.walk import Hull, SystemQuestions
 from verify.claims.formula import Linear, atoms
-from verify.reach.programs import Programs, related
+from verify.reach.programs import Programs, find_related
 from verify.systems.system import Affine, HalfSpace, Piece
 
 FINENESS = 12  # bits of a hull's width in which its bounds are given
@@ -47,7 +47,7 @@ class Hulls:
             for name, bounds in piece.where.items():
                 self._stated.setdefault(name, []).extend(bounds)
 
-    def grouped(self, branches: Sequence[Branch], parts: int) -> list[list[int]]:
+    def group_branches(self, branches: Sequence[Branch], parts: int) -> list[list[int]]:
         """The numbers of branches that one hull is to hold: those that decide alike, each such group in `parts`."""
         cells: dict[object, list[int]] = {}
         centers = [self._center(branch) for branch in branches]
@@ -57,21 +57,21 @@ class Hulls:
 
     def hull(self, branches: Sequence[Branch]) -> Hull:
         """A polytope that holds some branches of one step."""
-        found: list[HalfSpace] = []
+        halves: list[HalfSpace] = []
         for terms in self._directions:
             extents = [self._extent(branch, terms) for branch in branches]
             low, high = min(each.low for each in extents), max(each.high for each in extents)
             form = Affine.of({name: weight for weight, name in terms})
             low, high = self._bounds(form, low, high, all(each.exact for each in extents))
-            found += [
+            halves += [
                 HalfSpace(Affine.of({name: -weight for name, weight in form.terms}, low)),
                 HalfSpace(Affine.of(dict(form.terms), -high)),
             ]
-        return Hull(branches[0].step, tuple(found))
+        return Hull(branches[0].step, tuple(halves))
 
     def _bounds(self, form: Affine, low: Fraction, high: Fraction, exact: bool) -> tuple[Fraction, Fraction]:
         """Short bounds of a direction: as they are, or where the system has a bound, or a little outside."""
-        wide = _widened(low, high) if low < high or not exact else (low, high)
+        wide = _widen_bounds(low, high) if low < high or not exact else (low, high)
         stated = self._stated.get(form.terms[0][0], ()) if len(form.terms) == 1 else ()
         below = [each for each in stated if wide[0] < each <= low + NEAR]
         above = [each for each in stated if high - NEAR <= each < wide[1]]
@@ -86,7 +86,7 @@ class Hulls:
         constant = sum((weight * branch.at[name] for weight, name in terms), Fraction(0))
         if direction is None:
             return Extent(constant, constant, True)
-        if not related(branch, direction):
+        if not find_related(branch, direction):
             span = branch.span(direction)
             ends = scale * span.low, scale * span.high
             return Extent(constant + min(ends), constant + max(ends), True)
@@ -97,11 +97,11 @@ class Hulls:
         return Extent(constant + min(ends), constant + max(ends), False)
 
     def _center(self, branch: Branch) -> dict[str, Fraction]:
-        found: dict[str, Fraction] = {}
+        center: dict[str, Fraction] = {}
         for name in self._search.reading.order:
             low, high, _ = self._extent(branch, ((Fraction(1), name),))
-            found[name] = (low + high) / 2
-        return found
+            center[name] = (low + high) / 2
+        return center
 
     def _cell(self, state: dict[str, Fraction]) -> object:
         """What is decided in a state, its modes, and the pieces that may move it."""
@@ -145,7 +145,7 @@ def _is_short(number: Fraction) -> bool:
     return number.denominator.bit_length() + number.numerator.bit_length() <= SHORT
 
 
-def _widened(low: Fraction, high: Fraction) -> tuple[Fraction, Fraction]:
+def _widen_bounds(low: Fraction, high: Fraction) -> tuple[Fraction, Fraction]:
     """Bounds a little outside, as multiples of a power of two."""
     grid = Fraction(2) ** (frexp(max(nearest_double(high - low), LEAST))[1] - FINENESS)
     return floor(low / grid - Fraction(1, 8)) * grid, ceil(high / grid + Fraction(1, 8)) * grid
@@ -159,26 +159,26 @@ def _directions(search: SystemQuestions) -> list[Terms]:
         Affine.of({name: w for w, name in one.terms}) for one in atoms(search.claim.inside) if isinstance(one, Linear)
     ]
     sums = [form for form in known if len(form.terms) > 1 and all(name in reading.order for name, _ in form.terms)]
-    found = {_primitive(Affine.of({name: Fraction(1)})): None for name in reading.order}
-    found |= {_primitive(form): None for form in sums}
-    level = list(found)
+    directions = {_primitive(Affine.of({name: Fraction(1)})): None for name in reading.order}
+    directions |= {_primitive(form): None for form in sums}
+    level = list(directions)
     for _ in range(PULLED):
         level = [_primitive(pulled) for terms in level for pulled in _before(terms, system.pieces) if pulled.terms]
         for terms in level:
-            if len(found) < MAX_EACH * len(reading.order):
-                found[terms] = None
-    return list(found)
+            if len(directions) < MAX_EACH * len(reading.order):
+                directions[terms] = None
+    return list(directions)
 
 
 def _before(terms: Terms, pieces: Iterable[Piece]) -> list[Affine]:
     """What a sum is made of before a step, by each piece."""
-    found: list[Affine] = []
+    forms: list[Affine] = []
     for piece in pieces:
         total = Affine()
         for weight, name in terms:
             total = total.plus(piece.move.get(name, Affine()), weight)
-        found.append(total)
-    return found
+        forms.append(total)
+    return forms
 
 
 def _primitive(form: Affine) -> Terms:

@@ -22,7 +22,7 @@ def whole(system: System, claim: SystemClaim) -> FollowedPart:
     return FollowedPart(tuple(one.name for one in system.variables), tuple(shows))
 
 
-def divided(system: System, claim: SystemClaim) -> Iterator[list[FollowedPart]]:
+def iterate_divisions(system: System, claim: SystemClaim) -> Iterator[list[FollowedPart]]:
     """Divisions worth trying, the finest one first."""
     if claim.about_decisions:
         return
@@ -39,29 +39,29 @@ def _parts(system: System, claim: SystemClaim, features: bool) -> list[FollowedP
     join with them.
     """
     groups: dict[tuple[str, ...], list[int]] = {}
-    broken = claim.broken(claim.steps)
+    broken = claim.violation_at(claim.steps)
     about = [coordinates(broken)] * ways(claim)
-    if isinstance(broken, Or) and claim.fulfilled(0) == FALSE:
+    if isinstance(broken, Or) and claim.fulfilment_at(0) == FALSE:
         about = [coordinates(part) for part in broken.parts]
     if needs_stated(claim, system):
         tested = {name for piece in system.pieces for half in piece.when for name, _ in half.form.terms}
         about.append(frozenset(name for piece in system.pieces for name in piece.where) | tested)
     for way, names in enumerate(about):
-        groups.setdefault(_closed(system, names, features), []).append(way)
+        groups.setdefault(_close_names(system, names, features), []).append(way)
     return [FollowedPart(followed, tuple(shows)) for followed, shows in groups.items()]
 
 
-def _closed(system: System, names: Iterable[str], features: bool) -> tuple[str, ...]:
+def _close_names(system: System, names: Iterable[str], features: bool) -> tuple[str, ...]:
     """Variables with all that they depend on, in the system's order."""
-    depends, found = depends_on(system), set(names)
+    depends, closed = depends_on(system), set(names)
     joined = [
         {name for name, _ in feature.form.terms} for known in system.features.values() for feature in known.values()
     ]
     before = -1
-    while len(found) > before:
-        before = len(found)
-        found |= {read for name in found for read in depends[name]}
+    while len(closed) > before:
+        before = len(closed)
+        closed |= {read for name in closed for read in depends[name]}
         for together in joined if features else ():
-            if together & found:
-                found |= together
-    return tuple(one.name for one in system.variables if one.name in found)
+            if together & closed:
+                closed |= together
+    return tuple(one.name for one in system.variables if one.name in closed)

@@ -3,7 +3,7 @@
 Does: the least value of a direction with the rows that hold it there; whole-number multipliers that show the same
   exactly; a point in the middle.
 Assumes: HiGHS, whose floating-point answers are proposals only.
-Does not: decide. What it proposes is checked by `Branch.contradicted`.
+Does not: decide. What it proposes is checked by `Branch.is_contradicted`.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ class Programs:
 
     def least(self, branch: Branch, row: Row, without: Collection[int] = ()) -> Least:
         """The least value of the sum that a row bounds from above; `without`: rows of the branch that are left out."""
-        places = [place for place in related(branch, row.direction) if place not in without]
+        places = [place for place in find_related(branch, row.direction) if place not in without]
         unknowns = _unknowns([branch.rows[place].direction for place in places] + [row.direction])
         cost = _dense(row, _columns(unknowns))
         matrix, most = _table([branch.rows[place] for place in places], unknowns)
@@ -102,10 +102,10 @@ class Programs:
         solver.addRows(len(most), below, most, len(rows), starts, filled.astype(np.int32), matrix[rows, filled])
         solver.run()
         status = solver.getModelStatus()
-        found = solver.getSolution()
+        solution = solver.getSolution()
         if status != highspy.HighsModelStatus.kOptimal:
             return None, np.zeros(len(most)), 0.0
-        return np.array(found.col_value), -np.array(found.row_dual), float(solver.getObjectiveValue())
+        return np.array(solution.col_value), -np.array(solution.row_dual), float(solver.getObjectiveValue())
 
 
 def multipliers(branch: Branch, aside: Row | None, found: Least | Middle) -> tuple[int, Used] | None:
@@ -117,16 +117,16 @@ def multipliers(branch: Branch, aside: Row | None, found: Least | Middle) -> tup
         top = max((dual for _, dual in used), default=1.0)
         used = [(place, dual / top) for place, dual in used]
     for scale in SCALES:
-        shown = _checked(branch, aside, scale, [(place, round(dual * scale)) for place, dual in used])
+        shown = _check_multipliers(branch, aside, scale, [(place, round(dual * scale)) for place, dual in used])
         if shown is not None:
             return shown
     return _by_equations(branch, aside, [place for place, _ in used], found.point or {})
 
 
-def _checked(branch: Branch, aside: Row | None, scale: int, used: Used) -> tuple[int, Used] | None:
+def _check_multipliers(branch: Branch, aside: Row | None, scale: int, used: Used) -> tuple[int, Used] | None:
     used = [(place, times) for place, times in used if times > 0]
     beside = [] if aside is None else [(aside, scale)]
-    if branch.contradicted([*beside, *((branch.rows[place], times) for place, times in used)]):
+    if branch.is_contradicted([*beside, *((branch.rows[place], times) for place, times in used)]):
         return (0 if aside is None else scale), used
     return None
 
@@ -150,7 +150,7 @@ def _by_equations(
     if min(whole) < 0:
         return None
     times, used = (whole[0], whole[1:]) if aside is not None else (0, whole)
-    return _checked(branch, aside, times, list(zip(places, used, strict=True)))
+    return _check_multipliers(branch, aside, times, list(zip(places, used, strict=True)))
 
 
 def _is_inner(branch: Branch, unknown: int, value: float) -> bool:
@@ -186,9 +186,9 @@ def kernel(equations: Sequence[Sequence[Fraction]], count: int) -> list[Fraction
     return [number / first for number in solution]
 
 
-def solved(equations: Sequence[Equation], near: Mapping[int, Fraction]) -> dict[int, Fraction] | None:
+def solve_equations(equations: Sequence[Equation], near: Mapping[int, Fraction]) -> dict[int, Fraction] | None:
     """Exact values of unknowns, close to those given, with which each sum has its value; None where there are none."""
-    rows, found, exact = list(equations), dict(near), list[tuple[int, Mapping[int, Fraction], Fraction]]()
+    rows, values, exact = list(equations), dict(near), list[tuple[int, Mapping[int, Fraction], Fraction]]()
     while rows:
         weights, value = rows.pop()
         if not weights:
@@ -200,10 +200,10 @@ def solved(equations: Sequence[Equation], near: Mapping[int, Fraction]) -> dict[
         exact.append((pivot, weights, value))
         rows = [_without(row, pivot, weights, value) for row in rows]
     for pivot, weights, value in reversed(exact):
-        found[pivot] = value - sum(
-            (weight * found[other] for other, weight in weights.items() if other != pivot), Fraction(0)
+        values[pivot] = value - sum(
+            (weight * values[other] for other, weight in weights.items() if other != pivot), Fraction(0)
         )
-    return found
+    return values
 
 
 def _without(row: Equation, pivot: int, weights: Mapping[int, Fraction], value: Fraction) -> Equation:
@@ -218,17 +218,17 @@ def gap(row: Row, point: Mapping[int, float]) -> float:
     """How far a point is from the end of a row, per 2**bits."""
     unknowns, weights = floats(row.direction)
     total = sum(weight * point[unknown] for unknown, weight in zip(unknowns.tolist(), weights.tolist(), strict=True))
-    return total - scaled(row.end, row.direction)
+    return total - scale_number(row.end, row.direction)
 
 
-def related(branch: Branch, direction: Direction) -> list[int]:
+def find_related(branch: Branch, direction: Direction) -> list[int]:
     """The rows of a branch that may bound a direction: those that share unknowns with it, or with such rows."""
-    mask, left, found = direction.mask, list(range(len(branch.rows))), list[int]()
+    mask, left, places = direction.mask, list(range(len(branch.rows))), list[int]()
     while True:
         near = [place for place in left if branch.rows[place].direction.mask & mask]
         if not near:
-            return _tightest(branch, sorted(found))
-        found += near
+            return _tightest(branch, sorted(places))
+        places += near
         for place in near:
             mask |= branch.rows[place].direction.mask
         left = [place for place in left if place not in near]
@@ -272,32 +272,32 @@ def _unknowns(directions: Sequence[Direction]) -> list[int]:
 def floats(direction: Direction) -> tuple[Int32, Float64]:
     """(the unknowns of a direction, its multiples per 2**bits)."""
     unknowns = np.array([unknown for unknown, _ in direction.weights], dtype=np.int32)
-    return unknowns, np.array([scaled(weight, direction) for _, weight in direction.weights])
+    return unknowns, np.array([scale_number(weight, direction) for _, weight in direction.weights])
 
 
 def _dense(row: Row, columns: Int32) -> Float64:
     """The weights of a row that is at most its end, per 2**bits. `columns`: the column of each unknown."""
     unknowns, weights = floats(row.direction)
-    found = np.zeros(int(columns.max(initial=-1)) + 1)
-    found[columns[unknowns]] = weights
-    return found if row.upper else -found
+    dense = np.zeros(int(columns.max(initial=-1)) + 1)
+    dense[columns[unknowns]] = weights
+    return dense if row.upper else -dense
 
 
 def _columns(unknowns: Sequence[int]) -> Int32:
     """The place of each unknown, [largest unknown + 1]; -1 for those that are not among them."""
-    found = np.full(max(unknowns, default=-1) + 1, -1, dtype=np.int32)
-    found[unknowns] = np.arange(len(unknowns), dtype=np.int32)
-    return found
+    places = np.full(max(unknowns, default=-1) + 1, -1, dtype=np.int32)
+    places[unknowns] = np.arange(len(unknowns), dtype=np.int32)
+    return places
 
 
-def scaled(number: int | Fraction, direction: Direction) -> float:
+def scale_number(number: int | Fraction, direction: Direction) -> float:
     """A number per 2**bits of a direction, as a float."""
     return number.numerator / (number.denominator << direction.bits)
 
 
 def end_of(row: Row) -> float:
     """The end of a row that is at most it, per 2**bits."""
-    return scaled(row.end if row.upper else -row.end, row.direction)
+    return scale_number(row.end if row.upper else -row.end, row.direction)
 
 
 def _table(rows: Sequence[Row], unknowns: Sequence[int]) -> tuple[Float64, Float64]:

@@ -15,7 +15,7 @@ from codegen.ir import PolicyProfile
 from verify.claims.formula import holds
 from verify.reach.results import SystemCounterexample, Values
 from verify.systems.claims import SystemClaim
-from verify.systems.observing import chosen
+from verify.systems.observing import choose_actions
 from verify.systems.system import Piece, State, System, ensure_in_steps
 
 ZERO = (Fraction(0), Fraction(0))
@@ -31,16 +31,20 @@ class Course:
     rank: int = 0  # which of the pieces that hold a state is taken where `pieces` names none of them
 
 
-def replayed(profile: PolicyProfile, system: System, claim: SystemClaim, course: Course) -> SystemCounterexample | None:
+def replay_course(
+    profile: PolicyProfile, system: System, claim: SystemClaim, course: Course
+) -> SystemCounterexample | None:
     """The episode of a course as a counterexample; None where it breaks nothing, or leaves what is stated."""
     if not is_start(system, claim, course.start):
         return None
     if claim.about_decisions:
-        actions = chosen(system, profile, course.start)
+        actions = choose_actions(system, profile, course.start)
         kept = holds(claim.formula, course.start, actions)
-        return None if kept else SystemCounterexample((dict(course.start),), (_named(profile, actions),), (), (), 0)
+        return (
+            None if kept else SystemCounterexample((dict(course.start),), (_name_actions(profile, actions),), (), (), 0)
+        )
     ensure_in_steps(system, "the replay of steps")
-    return _played(profile, system, claim, course)
+    return _play_course(profile, system, claim, course)
 
 
 def is_start(system: System, claim: SystemClaim, state: State) -> bool:
@@ -54,14 +58,16 @@ def is_start(system: System, claim: SystemClaim, state: State) -> bool:
     return all(half.holds(state) for half in system.start) and holds(claim.spoken_of, state, {})
 
 
-def _played(profile: PolicyProfile, system: System, claim: SystemClaim, course: Course) -> SystemCounterexample | None:
+def _play_course(
+    profile: PolicyProfile, system: System, claim: SystemClaim, course: Course
+) -> SystemCounterexample | None:
     states, actions, errors, pieces = [dict(course.start)], list[Mapping[str, str]](), list[Values](), list[int]()
     for step in range(claim.steps + 1):
         state = states[-1]
-        if holds(claim.broken(step), state, {}):
+        if holds(claim.violation_at(step), state, {}):
             taken = tuple(system.pieces[piece].choice for piece in pieces)
             return SystemCounterexample(tuple(states), tuple(actions), tuple(errors), tuple(pieces), step, taken)
-        if step == claim.steps or holds(claim.fulfilled(step), state, {}):
+        if step == claim.steps or holds(claim.fulfilment_at(step), state, {}):
             return None
         wanted = course.pieces[step] if step < len(course.pieces) else None
         piece = piece_of(system, state, wanted, course.rank)
@@ -69,7 +75,7 @@ def _played(profile: PolicyProfile, system: System, claim: SystemClaim, course: 
             return None
         given: Values = course.errors[step] if step < len(course.errors) else {}
         error = within(system.pieces[piece], given)
-        joint = _named(profile, chosen(system, profile, state))
+        joint = _name_actions(profile, choose_actions(system, profile, state))
         states.append(system.pieces[piece].step(state, joint, error))
         actions.append(joint)
         errors.append(error)
@@ -90,5 +96,5 @@ def within(piece: Piece, given: Values) -> dict[str, Fraction]:
     return {name: min(max(given.get(name, Fraction(0)), low), high) for name, (low, high) in piece.error.items()}
 
 
-def _named(profile: PolicyProfile, actions: Mapping[str, int]) -> dict[str, str]:
+def _name_actions(profile: PolicyProfile, actions: Mapping[str, int]) -> dict[str, str]:
     return {policy.agent: policy.actions[actions[policy.agent]].name for policy in profile.agents}

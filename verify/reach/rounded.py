@@ -11,11 +11,11 @@ from collections.abc import Mapping
 from fractions import Fraction
 
 from codegen.ir import PolicyProfile
-from verify.reach.replay import Course, piece_of, replayed, within
+from verify.reach.replay import Course, piece_of, replay_course, within
 from verify.reach.results import SystemCounterexample
 from verify.systems.claims import SystemClaim
-from verify.systems.given.played import made, with_roundings
-from verify.systems.observing import chosen
+from verify.systems.given.played import list_roundings, with_roundings
+from verify.systems.observing import choose_actions
 from verify.systems.statement import Statement
 
 
@@ -26,7 +26,7 @@ def truly(
     None where it does not.
     """
     state, system = with_roundings(statement, found.start), statement.system
-    start, roundings = state, made(statement)
+    start, roundings = state, list_roundings(statement)
     errors: list[Mapping[str, Fraction]] = []
     for step in range(0 if claim.about_decisions else claim.steps):
         number = piece_of(system, state, found.pieces[step] if step < len(found.pieces) else None)
@@ -35,8 +35,8 @@ def truly(
         given = found.errors[step] if step < len(found.errors) else dict[str, Fraction]()
         piece = system.pieces[number]
         error = within(piece, {name: value for name, value in given.items() if name not in roundings})
-        actions = chosen(system, profile, state)
+        actions = choose_actions(system, profile, state)
         joint = {policy.agent: policy.actions[actions[policy.agent]].name for policy in profile.agents}
         state = with_roundings(statement, piece.step(state, joint, error))
         errors.append({**error, **{name: state[name] for name in roundings}})
-    return replayed(profile, system, claim, Course(start, errors, found.pieces))
+    return replay_course(profile, system, claim, Course(start, errors, found.pieces))

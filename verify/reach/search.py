@@ -18,7 +18,7 @@ from codegen.ir import Float64
 from verify.certificates.proofs import encode_numbers
 from verify.checker.systems.rows import Branch, Row
 from verify.checker.systems.walk import Answers, SideAnswer
-from verify.reach.programs import TOLERANCE, Least, Programs, Used, end_of, floats, multipliers, related
+from verify.reach.programs import TOLERANCE, Least, Programs, Used, end_of, find_related, floats, multipliers
 from verify.spending import PROGRAM, STATE
 from verify.unanswered import SpentError
 
@@ -77,7 +77,7 @@ class SystemProver(Answers):
         """The answers so far."""
         return encode_numbers(self.numbers)
 
-    def visited(self, branch: Branch) -> None:
+    def visit(self, branch: Branch) -> None:
         """Counts; ReachBudgetError."""
         self._ensure_left(branch)
         if self.states >= self._max_states or self.programs.solved > self._max_programs:
@@ -99,7 +99,7 @@ class SystemProver(Answers):
         self.numbers.append(1)
         return True
 
-    def left_open(self, branch: Branch, stated: bool) -> None:
+    def leave_open(self, branch: Branch, stated: bool) -> None:
         """Tells whoever made this."""
         self._open(branch, stated)
 
@@ -111,27 +111,27 @@ class SystemProver(Answers):
         self._asked += 1
         if not self._asked % TOLD:
             self._on_progress(branch.step)
-        if not related(branch, row.direction):  # then bounds tell all
+        if not find_related(branch, row.direction):  # then bounds tell all
             self.numbers.append(SideAnswer.BOTH)
             return SideAnswer.BOTH
-        known = self._known(branch)
-        this, other = _met(known.points, row), _met(known.points, row.opposite())
+        known = self._recall_branch(branch)
+        this, other = _meets_row(known.points, row), _meets_row(known.points, row.opposite())
         for met, asked, answer in ((this, row, SideAnswer.NOT_THIS), (other, row.opposite(), SideAnswer.ALL_THIS)):
             if not met:
-                shown = self._refuted(branch, known, asked)
+                shown = self._refute_row(branch, known, asked)
                 if shown is not None:
-                    return self._answered(answer, *shown)
+                    return self._write_answer(answer, *shown)
                 if not self._nonempty(branch, known):
                     empty = multipliers(branch, None, self.programs.middle(branch))
                     if empty is not None:
-                        return self._answered(SideAnswer.NEITHER, *empty)
+                        return self._write_answer(SideAnswer.NEITHER, *empty)
         self.numbers.append(SideAnswer.BOTH)
         return SideAnswer.BOTH
 
     def _nonempty(self, branch: Branch, known: BranchKnown) -> bool:
         return all(least.point is not None for least in known.least.values())
 
-    def _answered(self, answer: SideAnswer, times: int, used: Used) -> SideAnswer:
+    def _write_answer(self, answer: SideAnswer, times: int, used: Used) -> SideAnswer:
         self.numbers.append(answer)
         if answer != SideAnswer.NEITHER:
             self.numbers.append(times)
@@ -142,14 +142,14 @@ class SystemProver(Answers):
             before = place
         return answer
 
-    def _refuted(self, branch: Branch, known: BranchKnown, row: Row) -> tuple[int, Used] | None:
+    def _refute_row(self, branch: Branch, known: BranchKnown, row: Row) -> tuple[int, Used] | None:
         """Multipliers that show that a row holds nowhere; None where none are found."""
         key = id(row.direction), row.upper
         least = known.least.get(key)
         if least is None:
             least = known.least[key] = self.programs.least(branch, row)
             if least.point is not None:
-                known.points = np.vstack([known.points, self._filled(branch, known, least.point)])
+                known.points = np.vstack([known.points, self._fill_point(branch, known, least.point)])
         left_out: set[int] = set()
         for _ in range(MAX_TRIALS):
             if least.point is None or least.value < end_of(row) - TOLERANCE:
@@ -163,19 +163,19 @@ class SystemProver(Answers):
             least = self.programs.least(branch, row, left_out)
         return None
 
-    def _filled(self, branch: Branch, known: BranchKnown, point: dict[int, float]) -> Float64:
+    def _fill_point(self, branch: Branch, known: BranchKnown, point: dict[int, float]) -> Float64:
         """A point as a row, the other unknowns as in a point that is known."""
         if len(known.points):
-            found = known.points[0].copy()
+            filled = known.points[0].copy()
         else:
-            found = np.full(len(branch.motion.unknowns), 0.5)
+            filled = np.full(len(branch.motion.unknowns), 0.5)
             for unknown, value in self.programs.middle(branch).point.items():
-                found[unknown] = value
+                filled[unknown] = value
         for unknown, value in point.items():
-            found[unknown] = value
-        return found[None, :]
+            filled[unknown] = value
+        return filled[None, :]
 
-    def _known(self, branch: Branch) -> BranchKnown:
+    def _recall_branch(self, branch: Branch) -> BranchKnown:
         """What is known of a branch: at first, what was known of that it came from."""
         note = branch.note
         if isinstance(note, BranchKnown) and note.branch is branch:
@@ -183,7 +183,7 @@ class SystemProver(Answers):
         points = note.points if isinstance(note, BranchKnown) else np.zeros((0, 0))
         first = note.rows if isinstance(note, BranchKnown) else 0
         box = note.box if isinstance(note, BranchKnown) else None
-        points = self._widened(points, len(branch.motion.unknowns), isinstance(note, BranchKnown))
+        points = self._widen_points(points, len(branch.motion.unknowns), isinstance(note, BranchKnown))
         if box is not branch.box:
             for unknown, span in branch.box.items():
                 points = points[(points[:, unknown] >= float(span.low)) & (points[:, unknown] <= float(span.high))]
@@ -193,7 +193,7 @@ class SystemProver(Answers):
         branch.note = known
         return known
 
-    def _widened(self, points: Float64, unknowns: int, some: bool) -> Float64:
+    def _widen_points(self, points: Float64, unknowns: int, some: bool) -> Float64:
         """Points with as many unknowns as there are now; the new ones anywhere, half of them at a bound."""
         count, more = (len(points) if some else POINTS), unknowns - points.shape[1]
         if more <= 0:
@@ -210,6 +210,6 @@ def _values(points: Float64, row: Row) -> Float64:
     return total if row.upper else -total
 
 
-def _met(points: Float64, row: Row) -> bool:
+def _meets_row(points: Float64, row: Row) -> bool:
     """Whether some point meets a row clearly."""
     return bool(len(points) and (_values(points, row) < end_of(row) - TOLERANCE).any())

@@ -15,13 +15,13 @@ from typing import NamedTuple
 from codegen.floats import nearest_double
 from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash
-from verify.checker.systems.certificates import SystemCertificate, accepted
+from verify.checker.systems.certificates import SystemCertificate, check_certificate
 from verify.checker.systems.reading import SystemReading
 from verify.checker.systems.rows import UNIT, Branch
 from verify.checker.systems.walk import FollowedPart
-from verify.reach.parts import divided, whole
-from verify.reach.play.shrinking import shrunk
-from verify.reach.replay import replayed
+from verify.reach.parts import iterate_divisions, whole
+from verify.reach.play.shrinking import shrink_counterexample
+from verify.reach.replay import replay_course
 from verify.reach.results import NO_STATE, ROOM, OpenState, ReachOutcome, SystemCounterexample
 from verify.reach.search import Open, ReachBudgetError, SystemProver
 from verify.reach.unfolding import Merging, Unfolding
@@ -63,13 +63,13 @@ class SymbolicSearch:
         self._left: list[tuple[Branch, bool]] = []
         self.open: OpenState | None = None
 
-    def tried(self, merging: Merging | None, allowed: Allowed) -> ReachOutcome | None:
+    def try_stage(self, merging: Merging | None, allowed: Allowed) -> ReachOutcome | None:
         """The answer of one stage; None where it has none. BudgetSpentError."""
         fewer = allowed._replace(max_states=allowed.max_states // PARTED)
-        for number, parts in enumerate(divided(self._system, self._claim)):
+        for number, parts in enumerate(iterate_divisions(self._system, self._claim)):
             if (merging, number) not in self._failed:
                 with suppress(ReachBudgetError), self._noting((merging, number)):
-                    return self._proved([self._shown(part, self._stop, merging, fewer) for part in parts])
+                    return self._certify_parts([self._prove_part(part, self._stop, merging, fewer) for part in parts])
         if (merging, -1) not in self._failed:
             with suppress(ReachBudgetError), self._noting((merging, -1)):
                 return self._together(merging, allowed)
@@ -88,30 +88,30 @@ class SymbolicSearch:
         self._left.clear()
         try:
             open_ = self._try if merging is None else self._stop
-            part = self._shown(whole(self._system, self._claim), open_, merging, allowed)
+            part = self._prove_part(whole(self._system, self._claim), open_, merging, allowed)
         except _OpenError:
             if self._found is None:
                 raise
-            found = shrunk(self._profile, self._system, self._claim, self._found)
-            return ReachOutcome(Verdict.VIOLATED, counterexample=found)
+            counterexample = shrink_counterexample(self._profile, self._system, self._claim, self._found)
+            return ReachOutcome(Verdict.VIOLATED, counterexample=counterexample)
         if self._left:
             branch, stated = self._left[0]
             reason, first = (LEFT_OPEN, NEAR) if stated else (UNSTATED, WIDER)
             return ReachOutcome(Verdict.UNKNOWN, reason, open_state(branch), helping(self._system, self._claim, first))
-        return self._proved([part])
+        return self._certify_parts([part])
 
-    def _shown(self, part: FollowedPart, open_: Open, merging: Merging | None, allowed: Allowed) -> FollowedPart:
+    def _prove_part(self, part: FollowedPart, open_: Open, merging: Merging | None, allowed: Allowed) -> FollowedPart:
         """A part with its proof, for what a stage is allowed of what is left. ReachBudgetError where the stage has
         spent that, BudgetSpentError where all is spent; what `open_` raises.
         """
         spending = self._spending
         states, programs = spending.states, spending.programs
 
-        def spent() -> None:
+        def count_spent() -> None:
             spending.states, spending.programs = states + prover.states, programs + prover.programs.solved
 
         def on_progress(step: int) -> None:
-            spent()
+            count_spent()
             spending.tell(f", at step {step:,} of {self._claim.steps:,}")
 
         prover = SystemProver(*allowed, open_, on_progress, spending.left)
@@ -123,7 +123,7 @@ class SymbolicSearch:
                 raise
             raise BudgetSpentError(OPTION) from None
         finally:
-            spent()
+            count_spent()
 
     def _stop(self, branch: Branch, stated: bool) -> None:
         raise _OpenError
@@ -133,18 +133,18 @@ class SymbolicSearch:
         self._left.append((branch, stated))
         start = start_of(self._system, self._claim)
         for course in witnesses(self._system, branch, start) if len(self._left) < MAX_OPEN and start else ():
-            self._found = replayed(self._profile, self._system, self._claim, course)
+            self._found = replay_course(self._profile, self._system, self._claim, course)
             if self._found is not None:
                 raise _OpenError
 
-    def _proved(self, parts: list[FollowedPart]) -> ReachOutcome:
+    def _certify_parts(self, parts: list[FollowedPart]) -> ReachOutcome:
         state = inhabitant(self._system, self._claim)
         if isinstance(state, Verdict):
             return ReachOutcome(state, NO_STATE[state], helps=(ROOM,))
         hashes = content_hash(self._profile), documents.content_hash(self._system)
-        found = SystemCertificate(*hashes, self._claim, state, tuple(parts))
-        closed = accepted(found, self._profile, self._system)
-        return ReachOutcome(Verdict.PROVED, certificate=found, branches=closed)
+        certificate = SystemCertificate(*hashes, self._claim, state, tuple(parts))
+        closed = check_certificate(certificate, self._profile, self._system)
+        return ReachOutcome(Verdict.PROVED, certificate=certificate, branches=closed)
 
 
 def helping(system: System, claim: SystemClaim, first: str) -> tuple[str, ...]:

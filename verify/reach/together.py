@@ -22,14 +22,14 @@ from codegen.ir import Float64, PolicyProfile
 from codegen.policy_json import content_hash
 from verify.boxes.covering import CoveredClaims, Covering, Search
 from verify.certificates.proofs import encode_numbers
-from verify.checker.covers.certificates import CoverCertificate, accepted_together
+from verify.checker.covers.certificates import CoverCertificate, check_together
 from verify.checker.reading import RejectedError
 from verify.question import Budgets
 from verify.reach.forever.lasting import lasting
 from verify.reach.formwise import formwise
 from verify.reach.play.samples import Starts, courses
-from verify.reach.play.shrinking import shrunk
-from verify.reach.replay import replayed
+from verify.reach.play.shrinking import shrink_counterexample
+from verify.reach.replay import replay_course
 from verify.reach.results import NO_STATE, ROOM, OpenState, ReachOutcome
 from verify.reach.symbolic import Allowed, SymbolicSearch, helping, open_state, start_of
 from verify.reach.unfolding import Merging
@@ -67,7 +67,7 @@ class Together:
         self._left = dict(enumerate(self.claims))  # by number
         self._start: Mapping[str, Fraction] | Verdict | None = None
         self._searches: dict[int, SymbolicSearch] = {}
-        self._work = self._worked()
+        self._work = self._run_stages()
 
     def outcome(self, number: int) -> ReachOutcome:
         """The answer to a claim, with what was spent on all until it was known."""
@@ -81,13 +81,13 @@ class Together:
         self._found[number] = replace(outcome, **counts)
         del self._left[number]
 
-    def _worked(self) -> Iterator[None]:
+    def _run_stages(self) -> Iterator[None]:
         """All work, with a pause wherever a claim may have been settled."""
         samples = self.budgets.samples
         still, ever, moving = self._groups()
         try:
             if self.budgets.covers:
-                yield from self._covered(moving)
+                yield from self._try_covers(moving)
             else:
                 self._play(moving, Starts(min(samples, FIRST_SAMPLES)))
             self._play((*still, *ever), Starts(min(samples, FIRST_SAMPLES)))
@@ -100,7 +100,7 @@ class Together:
             yield from self._symbolic()
         except BudgetSpentError:
             for number in tuple(self._left):
-                self._settle(number, self._spent(number))
+                self._settle(number, self._report_spent(number))
         yield
 
     def _groups(self) -> tuple[tuple[int, ...], tuple[int, ...], tuple[int, ...]]:
@@ -112,18 +112,18 @@ class Together:
 
     # --- boxes
 
-    def _covered(self, asked: Sequence[int]) -> Iterator[None]:
+    def _try_covers(self, asked: Sequence[int]) -> Iterator[None]:
         """PROVED where boxes that the checker accepts cover all episodes; VIOLATED by a start of a part left open."""
         claims = [self.claims[number] for number in asked]
         if not claims:
             return
         by_forms = formwise(self.profile, self.system, claims)
         search = Search(self.profile, self.system, claims, self.spending, by_forms)
-        for found in search.found():
-            if isinstance(found, CoveredClaims):
-                self._accept([asked[place] for place in found.claims], found.covering)
+        for cover in search.iterate_covers():
+            if isinstance(cover, CoveredClaims):
+                self._accept([asked[place] for place in cover.claims], cover.covering)
             else:
-                self._play_open({asked[place]: parts for place, parts in found.parts.items()}, found.played)
+                self._play_open({asked[place]: parts for place, parts in cover.parts.items()}, cover.played)
             search.left &= {place for place, number in enumerate(asked) if number in self._left}
             yield
 
@@ -147,9 +147,7 @@ class Together:
         for group in (*groups, *([number] for number in numbers)):
             left = [number for number in group if number in self._left]
             with suppress(RejectedError):
-                shown = (
-                    accepted_together([covers[number] for number in left], self.profile, self.system) if left else []
-                )
+                shown = check_together([covers[number] for number in left], self.profile, self.system) if left else []
                 for number, count in zip(left, shown, strict=True):
                     self._settle(number, ReachOutcome(Verdict.PROVED, certificate=covers[number], branches=count))
 
@@ -182,10 +180,10 @@ class Together:
         self.spending.ensure_left(states)
         self.spending.played += states
         for number, course in courses(self.profile, self.system, asked, at):
-            found = replayed(self.profile, self.system, self.claims[number], course)
-            if found is not None:
-                found = shrunk(self.profile, self.system, self.claims[number], found)
-                self._settle(number, ReachOutcome(Verdict.VIOLATED, counterexample=found))
+            counterexample = replay_course(self.profile, self.system, self.claims[number], course)
+            if counterexample is not None:
+                counterexample = shrink_counterexample(self.profile, self.system, self.claims[number], counterexample)
+                self._settle(number, ReachOutcome(Verdict.VIOLATED, counterexample=counterexample))
                 del asked[number]
 
     # --- for ever, and symbolic states
@@ -214,13 +212,13 @@ class Together:
         while self._left:
             for merging, states, programs in STAGES:
                 for number in tuple(self._left):
-                    outcome = self._searches[number].tried(merging, Allowed(states * growth, programs * growth))
+                    outcome = self._searches[number].try_stage(merging, Allowed(states * growth, programs * growth))
                     if outcome is not None:
                         self._settle(number, outcome)
                         yield
             growth *= GROWTH
 
-    def _spent(self, number: int) -> ReachOutcome:
+    def _report_spent(self, number: int) -> ReachOutcome:
         """No answer, since all is spent."""
         searched = self._searches.get(number)
         left = searched.open if searched is not None and searched.open is not None else self._open.get(number)

@@ -53,23 +53,23 @@ class Unfolding:
         roots = [_Node(branch) for branch in self._search.roots()]
         level = roots
         while level:
-            level = [after for node in level for after in self._followed(node)]
+            level = [after for node in level for after in self._follow_node(node)]
             if merging is not None and len(level) > merging.limit:
-                level = self._merged(level, merging.parts)
+                level = self._merge_level(level, merging.parts)
                 roots += level
-        numbers = [number for root in roots for number in self._written(root)]
+        numbers = [number for root in roots for number in self._write_answers(root)]
         return self._part._replace(hulls=tuple(self._made), proof=encode_numbers(numbers))
 
-    def _followed(self, node: _Node) -> list[_Node]:
+    def _follow_node(self, node: _Node) -> list[_Node]:
         self._prover.numbers = node.numbers
-        self._prover.visited(node.branch)
-        node.following = [_Node(branch) for branch in self._search.followed(node.branch)]
+        self._prover.visit(node.branch)
+        node.following = [_Node(branch) for branch in self._search.follow_branch(node.branch)]
         return node.following
 
-    def _merged(self, level: list[_Node], parts: int) -> list[_Node]:
+    def _merge_level(self, level: list[_Node], parts: int) -> list[_Node]:
         """Hulls that hold all symbolic states of a step, as symbolic states."""
         roots: list[_Node] = []
-        for group in self._hulls.grouped([node.branch for node in level], parts):
+        for group in self._hulls.group_branches([node.branch for node in level], parts):
             number = len(self._made)
             self._made.append(self._hulls.hull([level[place].branch for place in group]))
             self._search.hulls = tuple(self._made)
@@ -82,7 +82,7 @@ class Unfolding:
             roots.append(_Node(root))
         return roots
 
-    def _written(self, root: _Node) -> list[int]:
+    def _write_answers(self, root: _Node) -> list[int]:
         """The answers about a symbolic state and all that follow from it, in the order of the checker's search."""
         numbers, pending = list[int](), [root]
         while pending:

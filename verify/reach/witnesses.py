@@ -14,7 +14,7 @@ from itertools import product
 from codegen.ir import Float64
 from verify.checker.systems.reading import SystemReading
 from verify.checker.systems.rows import UNIT, Branch, Row
-from verify.reach.programs import Middle, Programs, gap, multipliers, solved
+from verify.reach.programs import Middle, Programs, gap, multipliers, solve_equations
 from verify.reach.replay import Course, is_start
 from verify.result import Verdict
 from verify.systems.claims import MAX_STEPS, SystemClaim
@@ -31,8 +31,8 @@ def witnesses(system: System, branch: Branch, start: Branch) -> Iterator[Course]
     """Courses to a branch, those with short numbers first. `start`: the symbolic state that it came from."""
     middle = Programs().middle(branch)
     for bits in BITS:
-        yield _course(system, branch, start, _rounded(branch, middle.point, bits), bits)
-    near = _rounded(branch, middle.point, BITS[-1])
+        yield _course(system, branch, start, _round_point(branch, middle.point, bits), bits)
+    near = _round_point(branch, middle.point, BITS[-1])
     for exact in (_on_rows(branch, middle), near, _within(branch, near), _corner(branch, near)):
         if exact is not None:
             yield _course(system, branch, start, exact, None)
@@ -70,33 +70,33 @@ def inhabitant(system: System, claim: SystemClaim) -> Mapping[str, Fraction] | V
     return answer
 
 
-def _rounded(branch: Branch, point: Mapping[int, float], bits: int) -> Exactly:
+def _round_point(branch: Branch, point: Mapping[int, float], bits: int) -> Exactly:
     """A point with short numbers, each within its bounds. What the point says nothing about is in the middle."""
-    found: dict[int, Fraction] = {}
+    rounded: dict[int, Fraction] = {}
     for unknown in range(len(branch.motion.unknowns)):
         low, _, high, _ = branch.box.get(unknown, UNIT)
         value = Fraction(point[unknown]) if unknown in point else (low + high) / 2
-        found[unknown] = min(max(_short(value, bits), low), high)
-    return found
+        rounded[unknown] = min(max(_short(value, bits), low), high)
+    return rounded
 
 
 def _within(branch: Branch, point: Exactly) -> Exactly:
     """A point with unknowns off their open bounds: in the middle, where these lie closer than floats tell."""
-    found = dict(point)
+    inner = dict(point)
     for unknown, (low, low_open, high, high_open) in branch.box.items():
-        if (low_open and found[unknown] == low) or (high_open and found[unknown] == high):
-            found[unknown] = (low + high) / 2
-    return found
+        if (low_open and inner[unknown] == low) or (high_open and inner[unknown] == high):
+            inner[unknown] = (low + high) / 2
+    return inner
 
 
 def _corner(branch: Branch, point: Exactly) -> Exactly:
     """A point with each unknown of the last row at the bound where it meets that row best, however little it weighs."""
-    found = dict(point)
+    corner = dict(point)
     for direction, upper, _, _ in branch.rows[-1:]:
         for unknown, weight in direction.weights:
             low, _, high, _ = branch.box.get(unknown, UNIT)
-            found[unknown] = low if (weight > 0) == upper else high
-    return found
+            corner[unknown] = low if (weight > 0) == upper else high
+    return corner
 
 
 def _short(number: Fraction, bits: int) -> Fraction:
@@ -105,9 +105,9 @@ def _short(number: Fraction, bits: int) -> Fraction:
 
 def _on_rows(branch: Branch, middle: Middle) -> Exactly | None:
     """A point that meets the rows next to which a point lies exactly, where these have one."""
-    rounded = dict(_rounded(branch, middle.point, BITS[-1]))
+    rounded = dict(_round_point(branch, middle.point, BITS[-1]))
     rows = [row for row in branch.rows if abs(gap(row, middle.point)) < NEAR]
-    return solved([(_exactly(row), row.end) for row in rows], rounded)
+    return solve_equations([(_exactly(row), row.end) for row in rows], rounded)
 
 
 def _exactly(row: Row) -> dict[int, Fraction]:

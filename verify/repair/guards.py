@@ -127,10 +127,10 @@ class _Grid:
         self._alone: dict[_Cells, list[tuple[GuardCost, _Node]]] = {}  # leaves of a rectangle, however deep it lies
         below = leaves_below(policy.tree, node)
         here = np.isin(seen.leaf, below)
-        self._weights, self._sums = self._counted(seen.rows[here], seen.weight[here])
+        self._weights, self._sums = self._sum_cells(seen.rows[here], seen.weight[here])
         acted = policy.tree.action[seen.leaf]
         self._kept = {  # action -> the weight in each cell of states that it is taken in
-            int(action): self._counted(seen.rows[here & (acted == action)], seen.weight[here & (acted == action)])[0]
+            int(action): self._sum_cells(seen.rows[here & (acted == action)], seen.weight[here & (acted == action)])[0]
             for action in np.unique(policy.tree.action[below])
         }
         actions = [_Action.of(number, action) for number, action in enumerate(policy.actions)]
@@ -139,21 +139,21 @@ class _Grid:
     def cheapest(self, max_levels: int | None) -> Guard | None:
         """See `guard`."""
         levels = UNLIMITED if max_levels is None else max(0, max_levels)
-        found = self._best((0, len(self._lines[0]) + 1, 0, len(self._lines[1]) + 1), levels)
-        if found is None:
+        best = self._best((0, len(self._lines[0]) + 1, 0, len(self._lines[1]) + 1), levels)
+        if best is None:
             return None
-        tree = in_preorder(found[1], lambda node: node, self._policy.numbers)
+        tree = in_preorder(best[1], lambda node: node, self._policy.numbers)
         leaves = int((tree.feature == NO_FEATURE).sum())
-        changed = found[0].price - PRICE * (leaves - 1)
-        return Guard(self._policy.agent, self._node, self._landmark, tree, max(0.0, changed), _levels(found[1]))
+        changed = best[0].price - PRICE * (leaves - 1)
+        return Guard(self._policy.agent, self._node, self._landmark, tree, max(0.0, changed), _levels(best[1]))
 
     def _best(self, cells: "_Cells", levels: int) -> "tuple[GuardCost, _Node] | None":
         """Cost and tree for the cells from x0 up to x1 and y0 up to y1."""
         if (cells, levels) not in self._known:
             if cells not in self._alone:
                 self._alone[cells] = list(self._leaves(cells))
-            found = [*self._alone[cells], *self._splits(cells, levels)]
-            self._known[cells, levels] = min(found, key=lambda item: item[0]) if found else None
+            options = [*self._alone[cells], *self._splits(cells, levels)]
+            self._known[cells, levels] = min(options, key=lambda item: item[0]) if options else None
         return self._known[cells, levels]
 
     def _leaves(self, cells: "_Cells") -> "Iterator[tuple[GuardCost, _Node]]":
@@ -194,10 +194,10 @@ class _Grid:
         """
         if (axis, span, push) not in self._sides:
             low, high = (self._ends[axis][end] for end in span)
-            self._sides[axis, span, push] = None if low > high else self._engaged(low, high, Fraction(push))
+            self._sides[axis, span, push] = None if low > high else self._check_engaged(low, high, Fraction(push))
         return self._sides[axis, span, push]
 
-    def _engaged(self, low: Fraction, high: Fraction, push: Fraction) -> tuple[bool, bool]:
+    def _check_engaged(self, low: Fraction, high: Fraction, push: Fraction) -> tuple[bool, bool]:
         margin, radius = self._claim.margin, self._claim.radius
         if push:
             least, most = sorted((push * low, push * high))
@@ -212,7 +212,7 @@ class _Grid:
         assert isinstance(left, Linear), left
         return left.bound
 
-    def _counted(self, rows: Floats, weight: Float64) -> tuple[Float64, tuple[Float64, Float64]]:
+    def _sum_cells(self, rows: Floats, weight: Float64) -> tuple[Float64, tuple[Float64, Float64]]:
         """Weight of the states in each cell, and their weighted sums of both offsets."""
         shape = (len(self._lines[0]) + 1, len(self._lines[1]) + 1)
         offsets = [rows[:, feature] for feature in self._features]

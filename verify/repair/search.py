@@ -17,11 +17,11 @@ import numpy as np
 from codegen import ir
 from codegen.errors import InputError
 from codegen.ir import AgentPolicy, Float64, PolicyProfile
-from codegen.lowering.passes import difference, grafted
+from codegen.lowering.passes import difference, graft_parts
 from codegen.observe import observe
 from codegen.paths import upwards
 from verify.checker.thresholds import sides
-from verify.claims.decisions import DistinctTargets, OwnTarget, engaged
+from verify.claims.decisions import DistinctTargets, OwnTarget, engages
 from verify.claims.formula import TRUE, for_goal, holds
 from verify.progress import tell
 from verify.question import DecisionQuestion
@@ -89,7 +89,7 @@ class _Team:
                 offset_features(policy, landmark)
         self._max_depth = max_depth
         self._levels = {policy.agent: ir.depth(policy.tree) for policy in self.policies}
-        self._seen = {policy.agent: _weighed(question, policy, visited) for policy in self.policies}
+        self._seen = {policy.agent: _weigh_states(question, policy, visited) for policy in self.policies}
         self._guards: dict[tuple[str, int, str], Guard | None] = {}
 
     def guard(self, policy: AgentPolicy, leaf: int, landmark: str) -> Guard | None:
@@ -107,9 +107,9 @@ class _Team:
             return None
         for node in upwards(policy.tree, leaf):
             levels = self._max_depth - int(self._levels[policy.agent][node])
-            found = guard(self.question, Post(policy, node, landmark), self._seen[policy.agent], levels)
-            if found is not None:
-                return found
+            nearest = guard(self.question, Post(policy, node, landmark), self._seen[policy.agent], levels)
+            if nearest is not None:
+                return nearest
         return None
 
     def matchings(self) -> list[dict[str, str]]:
@@ -123,24 +123,24 @@ class _Team:
         return [dict(zip(names, marks, strict=True)) for marks in chosen[:TRIED]]
 
     def _everywhere(self, policy: AgentPolicy, landmark: str) -> float:
-        found = [self.guard(policy, int(leaf), landmark) for leaf in ir.leaves(policy.tree)]
-        changed = {one.node: one.changed for one in found if one is not None}
-        return sum(changed.values()) + sum(one is None for one in found)
+        guards = [self.guard(policy, int(leaf), landmark) for leaf in ir.leaves(policy.tree)]
+        changed = {one.node: one.changed for one in guards if one is not None}
+        return sum(changed.values()) + sum(one is None for one in guards)
 
-    def guarded(self, guards: Mapping[tuple[str, int], Guard]) -> PolicyProfile:
+    def insert_guards(self, guards: Mapping[tuple[str, int], Guard]) -> PolicyProfile:
         """The profile with guards in the places of nodes; all else decides as before, which is proved."""
         agents: list[AgentPolicy] = []
         for policy in self.profile.agents:
             parts = {node: one.tree for (agent, node), one in guards.items() if agent == policy.agent}
             if parts:
-                tree = grafted(policy.tree, parts)
+                tree = graft_parts(policy.tree, parts)
                 assert difference(policy.tree, tree, len(policy.features), parts.keys()) is None
                 policy = replace(policy, tree=tree, grown=None)
             agents.append(policy)
         return replace(self.profile, agents=tuple(agents))
 
 
-def _weighed(question: DecisionQuestion, policy: AgentPolicy, visited: Float64 | None) -> Seen:
+def _weigh_states(question: DecisionQuestion, policy: AgentPolicy, visited: Float64 | None) -> Seen:
     """Uniform states of the region and visited ones, each kind with half of the weight where both are there."""
     world = question.profile.world
     drawn, _ = sample(question.region, world, SAMPLES, SAMPLE_SEED)
@@ -156,7 +156,7 @@ def _attempt(team: _Team, roles: Mapping[str, str]) -> Repair:
     guards, rounds = dict[tuple[str, int], Guard](), 0
     leaves = sum(len(ir.leaves(policy.tree)) for policy in team.policies)
     while True:
-        profile = team.guarded(guards)
+        profile = team.insert_guards(guards)
         try:
             outcome = engine.decide(team.question.of(profile))
         except engine.BeyondZonesError as error:
@@ -183,23 +183,23 @@ def _attempt(team: _Team, roles: Mapping[str, str]) -> Repair:
             guards[policy.agent, one.node] = one
     for key in sorted(guards, key=lambda key: (-guards[key].changed, key)):
         fewer = {other: one for other, one in guards.items() if other != key}
-        again = engine.decide(team.question.of(team.guarded(fewer)))
+        again = engine.decide(team.question.of(team.insert_guards(fewer)))
         if again.verdict is Verdict.PROVED:
             guards = fewer
-    return Repair(team.guarded(guards), roles, tuple(guards[key] for key in sorted(guards)), rounds, True)
+    return Repair(team.insert_guards(guards), roles, tuple(guards[key] for key in sorted(guards)), rounds, True)
 
 
 def _astray(
     team: _Team, profile: PolicyProfile, roles: Mapping[str, str], state: Mapping[str, Fraction], goal: str | None
 ) -> Sequence[AgentPolicy]:
     """The agents, with their trees before the repair, that are not engaged with their landmarks at a point."""
-    at, found = _at(state, goal), list[AgentPolicy]()
+    at, astray = _at(state, goal), list[AgentPolicy]()
     for before in team.policies:
         now = profile.policy(before.agent)
         action = int(now.tree.action[_leaf(now, team.semantics, at)])
-        if not holds(for_goal(engaged(now, roles[now.agent], team.claim), goal), at, {now.agent: action}):
-            found.append(before)
-    return found
+        if not holds(for_goal(engages(now, roles[now.agent], team.claim), goal), at, {now.agent: action}):
+            astray.append(before)
+    return astray
 
 
 def _at(state: Mapping[str, Fraction], goal: str | None) -> dict[str, Fraction]:

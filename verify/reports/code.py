@@ -20,8 +20,8 @@ _NUMBER = re.compile(r"/\* (?:node|leaf) (\d+)\b")
 
 def code_of(profile: PolicyProfile, agent: str, nodes: Sequence[int]) -> dict[str, Any] | None:
     """The header's name, and the numbered lines of an agent's nodes; None where the C has no line for each node."""
-    name, found = _lines(profile)
-    own = found.get(agent, {})
+    name, lines = _lines(profile)
+    own = lines.get(agent, {})
     if not own:
         return None
     return {"file": name, "lines": [{"number": own[node][0], "text": own[node][1]} for node in nodes]}
@@ -35,13 +35,13 @@ def _lines(profile: PolicyProfile) -> tuple[str, Mapping[str, Mapping[int, tuple
     if model.style != NESTED:
         return name, {}
     functions = {agent.name: (agent.twin or agent.names).act for agent in model.agents}  # equal trees share their code
-    found: dict[str, dict[int, tuple[int, str]]] = {function: {} for function in functions.values()}
+    lines: dict[str, dict[int, tuple[int, str]]] = {function: {} for function in functions.values()}
     own: dict[int, tuple[int, str]] | None = None
     for number, line in enumerate(header.split("\n"), 1):
         if begins := _FUNCTION.match(line):
-            own = found.get(begins[1])
+            own = lines.get(begins[1])
         elif line == "}":
             own = None
         elif own is not None and (node := _NUMBER.search(line)):
             own[int(node[1])] = number, line.strip()
-    return name, {agent: found[function] for agent, function in functions.items()}
+    return name, {agent: lines[function] for agent, function in functions.items()}

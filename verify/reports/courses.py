@@ -36,7 +36,9 @@ BANDS = {
 }
 
 
-def drawn(result: Mapping[str, Any], variables: Sequence[Mapping[str, Any]], dt: str | None = None) -> dict[str, Any]:
+def draw_courses(
+    result: Mapping[str, Any], variables: Sequence[Mapping[str, Any]], dt: str | None = None
+) -> dict[str, Any]:
     """A result with what page and text write of its counterexample. `variables`: those of the report; `dt`: the seconds
     of a step, an exact text; None: nobody states them.
     """
@@ -123,8 +125,8 @@ def _errors(taken: Sequence[Mapping[str, str]]) -> str:
 
 def runs(actions: Sequence[str]) -> str:
     """Actions in a row, equal ones together: `left 3x, stay, right 2x`."""
-    found = ((name or "none", sum(1 for _ in same)) for name, same in groupby(actions))
-    return ", ".join(name if count == 1 else f"{name} {count}x" for name, count in found)
+    groups = ((name or "none", sum(1 for _ in same)) for name, same in groupby(actions))
+    return ", ".join(name if count == 1 else f"{name} {count}x" for name, count in groups)
 
 
 def _plot(result: Mapping[str, Any], name: str, unit: str, dt: str | None) -> dict[str, Any]:
@@ -194,8 +196,8 @@ def _band(
 
 def _apart(labels: Sequence[tuple[float, str]]) -> list[dict[str, Any]]:
     """Labels from the top down, none of which covers the one before."""
-    found: list[dict[str, Any]] = []
+    placed: list[dict[str, Any]] = []
     for y, text in labels:
-        lowest = found[-1]["y"] + LABEL if found else y
-        found.append({"y": round(max(y, lowest), 2), "text": text})
-    return found
+        lowest = placed[-1]["y"] + LABEL if placed else y
+        placed.append({"y": round(max(y, lowest), 2), "text": text})
+    return placed

@@ -18,7 +18,7 @@ from verify.claims.claim import Parameter
 from verify.claims.decisions import formula
 from verify.claims.region import goal_text
 from verify.claims.uncertified.documents import formula_document
-from verify.claims.uncertified.starts import called
+from verify.claims.uncertified.starts import name_region
 from verify.counterexamples.search import AgentView, Counterexample
 from verify.exact import plain
 from verify.exact import text as decimal
@@ -29,7 +29,7 @@ from verify.result import Margin, Verdict
 from verify.semantics import MACHINE, REAL
 from verify.solver.leaves import LeafFinding
 from verify.states import shares
-from verify.states.real import written, written_all
+from verify.states.real import write_value, write_values
 from verify.verdicts.decisions import DecisionEvidence, DecisionResult
 
 SINGLE = "The claim is about single decisions in world states of the region: it does not say that agents arrive."
@@ -71,15 +71,15 @@ def limits(profile: PolicyProfile, results: Sequence[DecisionResult]) -> list[st
     """What these verdicts do not say."""
     real = any(result.semantics == REAL for result in results)
     if any(result.viewed is not None for result in results):
-        found = [OBSERVED_STATES, *SHARES]
+        lines = [OBSERVED_STATES, *SHARES]
     else:
-        found = [SINGLE, REAL_POSITIONS if real else POSITIONS, *SHARES]
-    found += [REAL_SHARES] if real else []
+        lines = [SINGLE, REAL_POSITIONS if real else POSITIONS, *SHARES]
+    lines += [REAL_SHARES] if real else []
     if any(result.claim.assumption for result in results):
-        found.append(ASSUMING)
+        lines.append(ASSUMING)
     if any(result.claim.eps for result in results):
-        found.append(NOISE)
-    return found
+        lines.append(NOISE)
+    return lines
 
 
 def facts(given: PolicyProfile, result: DecisionResult, command: str) -> dict[str, Any]:
@@ -92,17 +92,17 @@ def facts(given: PolicyProfile, result: DecisionResult, command: str) -> dict[st
         "label": claim.label,
         "team": claim.team,
         **({} if result.viewed is None else {"observations": str(result.viewed.view)}),
-        "claim": _told(result, claim.sentence),
+        "claim": _adapt_text(result, claim.sentence),
         "landmarks": shares.about_landmarks(profile, formula(profile, claim)),
         "formula": claim.written.strip(),
         "data": formula_document(formula(profile, claim)) if claim.per_state else None,
         "assumption": claim.assumption.strip(),
-        "parameters": {name: _shown(value, name) for name, value in claim.parameters.items()},
+        "parameters": {name: _show_parameter(value, name) for name, value in claim.parameters.items()},
         "semantics": result.semantics,
-        "region_name": called(profile, result.region),
+        "region_name": name_region(profile, result.region),
         "region": result.region.document(),
         "verdict": result.verdict.value,
-        "meaning": _told(result, _meaning(result)),
+        "meaning": _adapt_text(result, _meaning(result)),
         "reason": result.reason,
         "conflict": None if measured.conflict is None else measured.conflict.document(),
         "contested": None if measured.contested is None else measured.contested.document(),
@@ -133,7 +133,7 @@ def _where(profile: PolicyProfile, result: DecisionResult) -> dict[str, Any]:
     return {"where": where_facts(profile, result)}
 
 
-def _told(result: DecisionResult, text: str) -> str:
+def _adapt_text(result: DecisionResult, text: str) -> str:
     """Words about a result: over observations, of these and of no world states."""
     return text if result.viewed is None else text.replace("world state", "observation")
 
@@ -149,7 +149,7 @@ def _meaning(result: DecisionResult) -> str:
     return meanings.get(result.verdict, MEANINGS[result.verdict])
 
 
-def _shown(value: Parameter, name: str) -> str:
+def _show_parameter(value: Parameter, name: str) -> str:
     """A parameter as text."""
     if isinstance(value, Fraction):
         return plain(value)
@@ -164,7 +164,7 @@ def _margin(found: Margin) -> dict[str, Any]:
 
 def _leaf(finding: LeafFinding) -> dict[str, Any]:
     witness = finding.witness
-    state = None if witness is None else {"goal": goal_text(witness.goal), "position": written_all(witness.position)}
+    state = None if witness is None else {"goal": goal_text(witness.goal), "position": write_values(witness.position)}
     verdict = finding.verdict.value
     return {"agent": finding.agent, "leaf": finding.leaf, "action": finding.action, "verdict": verdict, "state": state}
 
@@ -179,7 +179,7 @@ def _counterexample(profile: PolicyProfile, result: DecisionResult, found: Count
     real = {} if result.semantics == MACHINE else {"judged": found.says, "deployed": deployed_facts(found)}
     return {
         "goal": goal_text(found.state.goal),
-        "position": written_all(found.state.position),
+        "position": write_values(found.state.position),
         "agents": [
             _view(view, profile.policy(view.agent).tree) | {"code": _code(profile, result, view)}
             for view in found.agents
@@ -213,7 +213,7 @@ def _view(view: AgentView, tree: Tree) -> dict[str, Any]:
             "test": str(step),
             "feature": step.feature,
             "others": len(leaves_below(tree, int((tree.right if step.left else tree.left)[step.node]))),
-            "value": written(step.value),
+            "value": write_value(step.value),
             "threshold": step.threshold,
             "left": step.left,
         }
@@ -224,7 +224,7 @@ def _view(view: AgentView, tree: Tree) -> dict[str, Any]:
         "action": view.action,
         "leaf": view.leaf,
         "engaged_with": list(view.engaged_with),
-        "errors": written_all(dict(view.errors)),
+        "errors": write_values(dict(view.errors)),
         "path": steps,
     }
 

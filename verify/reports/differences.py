@@ -14,10 +14,10 @@ from codegen.form.layout import layout
 from codegen.intervals import Share
 from codegen.policy_json import content_hash
 from verify.claims.region import goal_text
-from verify.claims.uncertified.starts import called
-from verify.reports.where import FIRST, needed_words, zone_facts
-from verify.states.real import written_all
-from verify.states.shares import unstated
+from verify.claims.uncertified.starts import name_region
+from verify.reports.where import FIRST, describe_bounds, zone_facts
+from verify.states.real import write_values
+from verify.states.shares import explain_unstated
 from verify.states.state import State
 from verify.verdicts.differences import AgentDifference, Difference, Span, Zone, differing_leaves, example
 
@@ -44,11 +44,11 @@ def document(found: Difference, counted: Estimates) -> dict[str, Any]:
         "profiles": [content_hash(found.first), content_hash(found.second)],
         "world": {"name": found.first.world.name, "reference": found.first.world.reference},
         "semantics": question.semantics,
-        "region_name": called(found.first, question.region),
+        "region_name": name_region(found.first, question.region),
         "region": question.region.document(),
         "verdict": found.verdict.value,
         "share": _share(found.together),
-        **_uniform(unstated(question), counted.uniform[SOME]),
+        **_uniform(explain_unstated(question), counted.uniform[SOME]),
         "met": None if counted.met is None else counted.met[SOME].document(),
         "episodes": counted.episodes,
         "agents": [_agent(found, one, counted) for one in found.agents],
@@ -70,7 +70,7 @@ def _share(span: Span) -> dict[str, Any]:
 
 
 def _agent(found: Difference, one: AgentDifference, counted: Estimates) -> dict[str, Any]:
-    zones = _merged([_zone(found, one, zone) for zone in one.zones[:FIRST]])
+    zones = _merge_zones([_zone(found, one, zone) for zone in one.zones[:FIRST]])
     state = None if one.example is None else _state(one.example)
     return {
         "agent": one.agent,
@@ -89,23 +89,23 @@ def _agent(found: Difference, one: AgentDifference, counted: Estimates) -> dict[
 
 def _by_goal(one: AgentDifference) -> dict[str, dict[str, Any]]:
     """Goal -> how many zones it has, and their share of the region's states with this goal."""
-    found: dict[str, dict[str, Any]] = {}
+    facts: dict[str, dict[str, Any]] = {}
     for place, failing in enumerate(one.failing):
         if failing.goal is not None:
             share = None if one.share is None else sum(one.share.zones[place]) * len(one.failing) / one.share.region
-            found[failing.goal] = {"zones": len(failing.zones), "share": share}
-    return found
+            facts[failing.goal] = {"zones": len(failing.zones), "share": share}
+    return facts
 
 
-def _merged(zones: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:
+def _merge_zones(zones: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:
     """Zones that are the same for several goals as one, the largest first."""
-    found: dict[str, dict[str, Any]] = {}
+    merged: dict[str, dict[str, Any]] = {}
     for zone in zones:
-        same = found.setdefault(str([zone[key] for key in ("leaves", "box", "difference")]), zone)
+        same = merged.setdefault(str([zone[key] for key in ("leaves", "box", "difference")]), zone)
         if same is not zone:
             same["goals"] += zone["goals"]
             same["share"] = None if same["share"] is None else same["share"] + zone["share"]
-    return sorted(found.values(), key=lambda zone: -(zone["share"] or 0))
+    return sorted(merged.values(), key=lambda zone: -(zone["share"] or 0))
 
 
 def _zone(found: Difference, one: AgentDifference, zone: Zone) -> dict[str, Any]:
@@ -121,7 +121,7 @@ def _zone(found: Difference, one: AgentDifference, zone: Zone) -> dict[str, Any]
             policy.actions[int(policy.tree.action[leaf])].name for policy, leaf in zip(policies, leaves, strict=True)
         ],
         "share": None if one.share is None or zone.volume is None else zone.volume / one.share.region,
-        "words": needed_words(zone.failing, zone.branch, region),
+        "words": describe_bounds(zone.failing, zone.branch, region),
         "box": facts["box"],
         "difference": facts["difference"],
         "example": None if state is None else _state(state),
@@ -129,7 +129,7 @@ def _zone(found: Difference, one: AgentDifference, zone: Zone) -> dict[str, Any]
 
 
 def _state(state: State) -> dict[str, Any]:
-    return {"goal": goal_text(state.goal), "position": written_all(state.position)}
+    return {"goal": goal_text(state.goal), "position": write_values(state.position)}
 
 
 def as_json(facts: Mapping[str, Any]) -> str:

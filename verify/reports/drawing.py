@@ -22,14 +22,14 @@ LEVEL, BOX, HALF, ASIDE = 54, 15, 84, 34  # of a path: rows, half a test's heigh
 MAX_LETTERS = 27  # of a name in a test's box
 
 
-def drawn(result: Mapping[str, Any]) -> dict[str, Any]:
+def draw_picture(result: Mapping[str, Any]) -> dict[str, Any]:
     """A result with what its picture needs beside the facts."""
-    found = result.get("counterexample")
-    if not found:
+    counterexample = result.get("counterexample")
+    if not counterexample:
         return dict(result)
-    agents = [{**agent, "drawing": _path(agent)} if agent.get("path") else agent for agent in found["agents"]]
-    ready = {**found, "agents": agents}
-    if picture := found.get("picture"):  # over observations nothing has a place
+    agents = [{**agent, "drawing": _path(agent)} if agent.get("path") else agent for agent in counterexample["agents"]]
+    ready = {**counterexample, "agents": agents}
+    if picture := counterexample.get("picture"):  # over observations nothing has a place
         ready["picture"] = {**picture, **(_courses(picture) if "courses" in picture else _state(picture))}
     return {**result, "counterexample": ready}
 

@@ -15,7 +15,7 @@ from codegen.ir import PolicyProfile
 from verify.claims.catalogue import COINCIDING, sentence
 from verify.claims.episodes import PLAYED
 from verify.claims.region import goal_text
-from verify.claims.uncertified.starts import called
+from verify.claims.uncertified.starts import name_region
 from verify.exact import plain
 from verify.extent.starts import StartShare
 from verify.extent.sure import ANSWERS, FACES
@@ -76,7 +76,7 @@ def facts(profile: PolicyProfile, result: EpisodeResult, command: str) -> dict[s
             **({claim.whom: ", ".join(claim.named) or claim.nobody_named} if claim.whom else {}),
         },
         "semantics": MACHINE,
-        "region_name": called(profile, result.region),
+        "region_name": name_region(profile, result.region),
         "region": result.region.document(),
         "verdict": result.verdict.value,
         "meaning": MEANINGS[result.verdict] + (f", {others}" if result.verdict is Verdict.PROVED else ""),
@@ -107,8 +107,8 @@ def limits(profile: PolicyProfile, results: Sequence[EpisodeResult]) -> list[str
 def _starts(found: StartShare) -> dict[str, Any]:
     """How many starts fail, with the bounds rounded outwards."""
     return {
-        "least": None if found.reason else _written(found.least, ROUND_FLOOR, DIGITS),
-        "most": None if found.reason else _written(found.most, ROUND_CEILING, DIGITS),
+        "least": None if found.reason else _format_decimal(found.least, ROUND_FLOOR, DIGITS),
+        "most": None if found.reason else _format_decimal(found.most, ROUND_CEILING, DIGITS),
         "exact": found.exact,
         "answers": found.answers,
         "budget": found.budget,
@@ -133,21 +133,21 @@ def _says(found: StartShare) -> str:
 
 
 def _percent(share: Fraction, rounding: str, digits: int = 3) -> str:
-    return f"{_written(100 * share, rounding, digits)} %"
+    return f"{_format_decimal(100 * share, rounding, digits)} %"
 
 
-def _written(number: Fraction, rounding: str, digits: int) -> str:
+def _format_decimal(number: Fraction, rounding: str, digits: int) -> str:
     """A number as a decimal, with so many significant digits."""
     context = Context(prec=digits, rounding=rounding)
-    found = context.divide(Decimal(number.numerator), Decimal(number.denominator))
-    return f"{found.normalize(context):f}"
+    quotient = context.divide(Decimal(number.numerator), Decimal(number.denominator))
+    return f"{quotient.normalize(context):f}"
 
 
 def _certificate(evidence: EpisodeEvidence) -> dict[str, Any]:
-    found = evidence.certificate
-    assert found is not None
-    told = {"bytes": found.size, "branches": evidence.branches, "checker": "accepted"}
-    edges = {name: [plain(edge) for edge in both] for name, both in found.edges.items()}
+    certificate = evidence.certificate
+    assert certificate is not None
+    told = {"bytes": certificate.size, "branches": evidence.branches, "checker": "accepted"}
+    edges = {name: [plain(edge) for edge in both] for name, both in certificate.edges.items()}
     return told | ({"edges": edges} if edges else {})
 
 
@@ -191,27 +191,27 @@ def _picture(profile: PolicyProfile, result: EpisodeResult) -> dict[str, Any]:
     reach = max(NEAREST, *((high - low) / 2 for low, high in ends)) + EDGE
     scale = VIEW / (2 * reach)
 
-    def drawn(place: tuple[float, float]) -> tuple[float, float]:
+    def draw(place: tuple[float, float]) -> tuple[float, float]:
         return round((place[0] - middle_x + reach) * scale, 2), round((reach - place[1] + middle_y) * scale, 2)
 
     half = round(float(result.claim.radius) * scale, 2) if result.claim.landmark_each else 0.0
     landmarks = [
-        {"name": name, "x": drawn(place)[0], "y": drawn(place)[1], "half": half, "goal": name == evidence.state.goal}
+        {"name": name, "x": draw(place)[0], "y": draw(place)[1], "half": half, "goal": name == evidence.state.goal}
         for name, place in marks.items()
     ]
     courses = [
         {
             "name": agent,
-            "end": drawn(way[-1]),
+            "end": draw(way[-1]),
             "ours": agent in ours,
-            "x": drawn(way[0])[0],
-            "y": drawn(way[0])[1],
-            "line": " ".join(f"{x},{y}" for x, y in map(drawn, way)),
+            "x": draw(way[0])[0],
+            "y": draw(way[0])[1],
+            "line": " ".join(f"{x},{y}" for x, y in map(draw, way)),
         }
         for agent, way in ways.items()
     ]
     meetings = [
-        {"from": drawn(ways[way.agent][way.step]), "to": drawn(_place_of(way, ways, marks)), "says": f"step {way.step}"}
+        {"from": draw(ways[way.agent][way.step]), "to": draw(_place_of(way, ways, marks)), "says": f"step {way.step}"}
         for way in evidence.ways
         if result.claim.apart and way.nearest < result.claim.radius
     ]

@@ -8,7 +8,7 @@ Does not: collect facts (systems.py).
 from decimal import ROUND_CEILING, Context, Decimal
 from fractions import Fraction
 
-from codegen.wording import counted
+from codegen.wording import format_count
 from verify.exact import plain
 from verify.systems.system import Flow
 
@@ -35,7 +35,7 @@ def sentence(flow: Flow) -> str:
     told = ", ".join(f"{name} {upwards(error)} a second" for name, error in errors.items())
     jumping = [name for name in flow.each[-1].jumps if name not in flow.kept]
     jumps = f", jumps of {', '.join(jumping)} at samples" if jumping else ""
-    cases = f" in {counted(len(flow.cases), 'case')}" if flow.cases else ""
+    cases = f" in {format_count(len(flow.cases), 'case')}" if flow.cases else ""
     often = f"of the stated flow{cases}, with actions held for {_periods(flow)}{_delays(flow)}{jumps}"
     return often + (f" and derivatives off by at most {told}" if told else ", exactly")
 
@@ -53,7 +53,7 @@ def _delays(flow: Flow) -> str:
         return ""
     most = len(flow.kept) // len(set(flow.kept.values()))
     least = most + 1 - len(flow.seen)
-    return f", observations late by {f'{least} to {most} periods' if least < most else counted(most, 'period')}"
+    return f", observations late by {f'{least} to {most} periods' if least < most else format_count(most, 'period')}"
 
 
 def upwards(number: Fraction | float, digits: int = DIGITS) -> str:

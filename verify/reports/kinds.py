@@ -42,14 +42,14 @@ TELLINGS: Mapping[Kind, Callable[[], Telling]] = {
 
 def telling(result: AnyResult) -> Telling:
     """How a report tells of a result."""
-    return _found(result)()
+    return _get_teller(result)()
 
 
 def by_telling(results: Sequence[AnyResult]) -> list[tuple[Telling, list[AnyResult]]]:
     """Results that are told of alike, together, in the order of the table."""
-    groups = [(found, [one for one in results if _found(one) is found]) for found in dict.fromkeys(TELLINGS.values())]
-    return [(found(), group) for found, group in groups if group]
+    groups = [(tell, [one for one in results if _get_teller(one) is tell]) for tell in dict.fromkeys(TELLINGS.values())]
+    return [(tell(), group) for tell, group in groups if group]
 
 
-def _found(result: AnyResult) -> Callable[[], Telling]:
+def _get_teller(result: AnyResult) -> Callable[[], Telling]:
     return TELLINGS[result.claim.kind]

@@ -18,7 +18,7 @@ from codegen.lowering.render import render
 from codegen.policy_json import content_hash
 from verify.checker.thresholds import AT_ONCE
 from verify.reports import trusted
-from verify.reports.drawing import drawn
+from verify.reports.drawing import draw_picture
 from verify.reports.kinds import by_telling, telling
 from verify.result import AnyResult
 from verify.semantics import MACHINE, REAL
@@ -119,4 +119,6 @@ def as_text(facts: Mapping[str, Any]) -> str:
 
 def as_html(facts: Mapping[str, Any]) -> str:
     """The report as one HTML page: inline styles and drawings, no scripts, nothing loaded from elsewhere."""
-    return render("report/report.html.j2", **{**facts, "results": [drawn(result) for result in facts["results"]]})
+    return render(
+        "report/report.html.j2", **{**facts, "results": [draw_picture(result) for result in facts["results"]]}
+    )

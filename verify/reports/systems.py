@@ -16,19 +16,19 @@ from codegen.form.layout import layout
 from codegen.ir import PolicyProfile
 from codegen.lowering.render import brief, render
 from codegen.policy_json import content_hash
-from codegen.wording import counted
+from codegen.wording import format_count
 from verify.exact import plain
 from verify.language.units import unit_of
 from verify.reports import flows, trusted
-from verify.reports.courses import DECISIONS, drawn, in_modes, is_still, runs, within
-from verify.reports.telling import Telling, sets, shown
+from verify.reports.courses import DECISIONS, draw_courses, in_modes, is_still, runs, within
+from verify.reports.telling import Telling, describe_sets, sets
 from verify.reports.trajectories import counterexample, moment, nearness, number
 from verify.result import Result, Verdict
 from verify.subjects import ClosedLoop, Subject
 from verify.systems import documents
 from verify.systems.claims import Pattern, SystemClaim
 from verify.systems.language.expressions import Number
-from verify.systems.pieces import curved
+from verify.systems.pieces import list_curved
 from verify.systems.statement import Statement
 from verify.systems.system import HalfSpace, Interval, Polytope, System
 
@@ -89,7 +89,7 @@ def document(
     `command`: what asks the same again.
     """
     system, made = statement.system, profile.provenance
-    enclosed = any(map(curved, statement.rules)) or any(result.claim.curved for result in results)
+    enclosed = any(map(list_curved, statement.rules)) or any(result.claim.curved for result in results)
     semantics = f"{SEMANTICS} {ENCLOSED}" if enclosed else SEMANTICS
     semantics = f"{semantics} {GIVEN}" if statement.acting else semantics
     certificates = [result.evidence.certificate for result in results]
@@ -142,12 +142,12 @@ def sentence(system: System) -> str:
 
 def _errors(system: System) -> dict[str, Interval]:
     """By how much each variable may be off in a step, enclosures included."""
-    found: dict[str, Interval] = {}
+    errors: dict[str, Interval] = {}
     for each in system.variables:
         bounds = [piece.error.get(each.name, (Fraction(0), Fraction(0))) for piece in system.pieces]
         lows, highs = [low for low, _ in bounds], [high for _, high in bounds]
-        found[each.name] = min(lows, default=Fraction(0)), max(highs, default=Fraction(0))
-    return found
+        errors[each.name] = min(lows, default=Fraction(0)), max(highs, default=Fraction(0))
+    return errors
 
 
 def _variables(system: System) -> list[dict[str, Any]]:
@@ -194,14 +194,14 @@ def _condition(half: HalfSpace) -> str:
 
 def _limits(system: System, reference: Mapping[str, Any], claims: Sequence[SystemClaim]) -> list[str]:
     """What verdicts about some claims do not say."""
-    found, kinds = [STATEMENT], {claim.about_decisions for claim in claims}
+    limits, kinds = [STATEMENT], {claim.about_decisions for claim in claims}
     if reference.get("steps"):
-        found.append(SAMPLED.format(name=reference["name"], where=ANYWHERE[reference["anywhere"]]))
+        limits.append(SAMPLED.format(name=reference["name"], where=ANYWHERE[reference["anywhere"]]))
     ever = EVER if any(claim.says.ever for claim in claims) else ""
-    found += [STEPS.format(ever=ever) if system.flow is None else flows.PERIODS] if False in kinds else []
-    found += [] if system.flow is None else [flows.ONE_READING]
-    found += [OUTSIDE] if False in kinds and system.pieces and all(piece.where for piece in system.pieces) else []
-    return found + ([SINGLE] if True in kinds else [])
+    limits += [STEPS.format(ever=ever) if system.flow is None else flows.PERIODS] if False in kinds else []
+    limits += [] if system.flow is None else [flows.ONE_READING]
+    limits += [OUTSIDE] if False in kinds and system.pieces and all(piece.where for piece in system.pieces) else []
+    return limits + ([SINGLE] if True in kinds else [])
 
 
 def facts(result: Result[SystemClaim, Any], place: int) -> dict[str, Any]:
@@ -287,8 +287,8 @@ def lines(told: Mapping[str, Any]) -> list[str]:
         written += [told["replay"]] if "replay" in told else []
     if told["verdict"] == Verdict.PROVED.value:
         proof = told["certificate"]
-        visited = counted(told["symbolic_states"], "symbolic state")
-        written.append(f"{sets(told) or visited}, {counted(proof['bytes'], 'byte')} of proof")
+        visited = format_count(told["symbolic_states"], "symbolic state")
+        written.append(f"{sets(told) or visited}, {format_count(proof['bytes'], 'byte')} of proof")
     written += [_weak(told)] if _weak(told) else []
     return written
 
@@ -300,15 +300,15 @@ def _weak(told: Mapping[str, Any]) -> str:
 
 def _open(told: Mapping[str, Any]) -> list[str]:
     """What an answer lacks, and what may help."""
-    found: list[str] = []
+    texts: list[str] = []
     if "open" in told:
         step, ever = told["open"]["step"], told["name"] == Pattern.ALWAYS.value
         where = "" if is_still(told) or (ever and not step) else f" at step {step} of {told['steps']}"
         bounds = within(told)
-        found.append(
+        texts.append(
             f"open: a set of states{where}, within {', '.join(bounds[:SHOWN])}{', ...' * (len(bounds) > SHOWN)}"
         )
-    return found + ([f"may help: {'; '.join(told['helps'])}"] if "helps" in told else [])
+    return texts + ([f"may help: {'; '.join(told['helps'])}"] if "helps" in told else [])
 
 
 def _state(state: Mapping[str, float | str], told: Mapping[str, Any]) -> str:
@@ -362,10 +362,10 @@ def _ready(told: Mapping[str, Any]) -> dict[str, Any]:
     variables = told["variables"]
     dt = told["dt"]
     more = [
-        {"within": within(result), "weak": _weak(result), "shown": shown(result), "near": nearness(result, dt)}
+        {"within": within(result), "weak": _weak(result), "shown": describe_sets(result), "near": nearness(result, dt)}
         for result in told["results"]
     ]
-    results = [drawn(result, variables, dt) | words for result, words in zip(told["results"], more, strict=True)]
+    results = [draw_courses(result, variables, dt) | words for result, words in zip(told["results"], more, strict=True)]
     return {**told, "rows": _rows(told), "results": results}
 
 

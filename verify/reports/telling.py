@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from codegen.ir import PolicyProfile
-from codegen.wording import counted
+from codegen.wording import format_count
 
 POSITIONS = "Positions are finite float64. Agents may leave the region during an episode (see the on-policy states)."
 SHARES = (
@@ -40,10 +40,10 @@ class Telling:
 def sets(told: Mapping[str, Any]) -> str:
     """How many sets the proof of a result has; "" where it is none by sets."""
     proof = told.get("certificate", {})
-    return next((counted(proof[kind], noun) for kind, (noun, _) in SETS.items() if kind in proof), "")
+    return next((format_count(proof[kind], noun) for kind, (noun, _) in SETS.items() if kind in proof), "")
 
 
-def shown(told: Mapping[str, Any]) -> str:
+def describe_sets(told: Mapping[str, Any]) -> str:
     """The same with what they show."""
     proof = told.get("certificate", {})
     return next((f"{sets(told)} {does}" for kind, (_, does) in SETS.items() if kind in proof), "")

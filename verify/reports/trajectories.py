@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from codegen.floats import nearest_double, rational_literal
 from codegen.lowering.render import brief
-from codegen.wording import counted
+from codegen.wording import format_count
 from verify.exact import plain
 
 if TYPE_CHECKING:
@@ -47,14 +47,14 @@ def counterexample(found: SystemCounterexample) -> dict[str, Any]:
 
 def number(value: Fraction | float) -> float | str:
     """The nearest float64, or in words that there is none near."""
-    found = nearest_double(value) if isinstance(value, Fraction) else value
-    return found if isfinite(found) else "above 1.79e308" if found > 0 else "below -1.79e308"
+    nearest = nearest_double(value) if isinstance(value, Fraction) else value
+    return nearest if isfinite(nearest) else "above 1.79e308" if nearest > 0 else "below -1.79e308"
 
 
 def tables(told: Mapping[str, Any]) -> dict[str, str]:
     """File name -> CSV, for each episode of a report."""
-    found = ((result.get("counterexample"), result) for result in told["results"])
-    return {table_name(each["file"]): table(each, told["dt"]) for each, _ in found if each and each["step"]}
+    pairs = ((result.get("counterexample"), result) for result in told["results"])
+    return {table_name(each["file"]): table(each, told["dt"]) for each, _ in pairs if each and each["step"]}
 
 
 def table_name(file: str) -> str:
@@ -97,6 +97,6 @@ def nearness(told: Mapping[str, Any], dt: str | None) -> str:
         return ""
     amount, when = f"{brief(near['gap'])} {near['unit']}".rstrip(), moment(near["step"], dt)
     if near["episodes"]:
-        played = counted(near["episodes"], "random episode")
+        played = format_count(near["episodes"], "random episode")
         return f"closest approach: {amount} from {near['border']}, at {when} of {played}"
     return f"{amount} {'short of' if near['short'] else 'beyond'} {near['border']}, at {when}"

@@ -63,7 +63,7 @@ def _exact(share: Fraction) -> dict[str, Any]:
     return {"fraction": rational_literal(share), "share": float(share)}
 
 
-def _ranked(found: Where) -> list[Ranked]:
+def _rank_zones(found: Where) -> list[Ranked]:
     """All zones with their volumes, the largest first; in the order of the search where these are equal or unknown."""
     rows: list[Ranked] = []
     for place, failing in enumerate(found.failing):
@@ -76,7 +76,7 @@ def _leaves(profile: PolicyProfile, found: Where) -> dict[str, list[dict[str, An
     """Agent -> the leaves that it is in somewhere where the claim fails: action, zones, share of the region."""
     counts: dict[str, dict[int, int]] = {}
     volumes: dict[str, dict[int, int]] = {}
-    for failing, zone, volume in _ranked(found):
+    for failing, zone, volume in _rank_zones(found):
         for agent, leaf in zip(failing.agents, zone[0], strict=True):
             own, sums = counts.setdefault(agent, {}), volumes.setdefault(agent, {})
             own[leaf] = own.get(leaf, 0) + 1
@@ -104,7 +104,7 @@ def _most(profile: PolicyProfile, result: DecisionResult) -> list[dict[str, Any]
     extent = result.evidence.where
     assert extent is not None
     together: dict[tuple[tuple[str, int], ...], list[Ranked]] = {}  # a claim may speak of other agents for each goal
-    for row in _ranked(extent):
+    for row in _rank_zones(extent):
         together.setdefault(tuple(zip(row[0].agents, row[1][0], strict=True)), []).append(row)
     sums = {leaves: sum(row[2] or 0 for row in rows) for leaves, rows in together.items()}
     facts: list[dict[str, Any]] = []
@@ -113,7 +113,7 @@ def _most(profile: PolicyProfile, result: DecisionResult) -> list[dict[str, Any]
         agents = [
             {"agent": agent, "leaf": leaf, "action": _action(profile.policy(agent), leaf)} for agent, leaf in leaves
         ]
-        words = needed_words(failing, zone, result.region)
+        words = describe_bounds(failing, zone, result.region)
         share = None if extent.share is None else sums[leaves] / extent.share.region
         count = len(together[leaves])
         goal = goal_text(failing.goal)
@@ -121,16 +121,16 @@ def _most(profile: PolicyProfile, result: DecisionResult) -> list[dict[str, Any]
     return facts
 
 
-def needed_words(failing: Failing, zone: Branch, region: Region) -> list[str]:
+def describe_bounds(failing: Failing, zone: Branch, region: Region) -> list[str]:
     """The bounds of a zone that no others and not the region's box imply, in words."""
-    return [_words(*ends) for ends in _needed(failing, zone, region)]
+    return [_words(*ends) for ends in _select_bounds(failing, zone, region)]
 
 
 def _words(name: str, low: tuple[Fraction, bool] | None, high: tuple[Fraction, bool] | None) -> str:
-    return f"{_rounded(low)}{name}{_rounded(high, True)}"
+    return f"{_format_end(low)}{name}{_format_end(high, True)}"
 
 
-def _rounded(end: tuple[Fraction, bool] | None, upper: bool = False) -> str:
+def _format_end(end: tuple[Fraction, bool] | None, upper: bool = False) -> str:
     if end is None:
         return ""
     value = 0.0 if abs(end[0]) < SMALLEST else float(end[0])  # `x < 0` turns halfway to the last float32
@@ -138,12 +138,12 @@ def _rounded(end: tuple[Fraction, bool] | None, upper: bool = False) -> str:
     return f" {sign} {number}" if upper else f"{number} {sign} "
 
 
-def _needed(
+def _select_bounds(
     failing: Failing, zone: Branch, region: Region
 ) -> list[tuple[str, tuple[Fraction, bool] | None, tuple[Fraction, bool] | None]]:
     """(coordinate or difference, lower end, upper end) of the bounds that no others and not the region's box imply."""
     bounds = failing.bounds(zone)
-    tied = _tied(failing, bounds)
+    tied = _find_tied(failing, bounds)
     ends: dict[tuple[str, str], list[tuple[Fraction, bool] | None]] = {}
     for (a, b), (most, below) in bounds.items():
         low, high = region.box[a or b]
@@ -181,15 +181,15 @@ def _cut(region: Region, part: Region) -> list[str]:
     ]
 
 
-def _tied(failing: Failing, bounds: Bounds) -> dict[str, str]:
+def _find_tied(failing: Failing, bounds: Bounds) -> dict[str, str]:
     """Coordinate -> the first one, or "" for zero, from which it has one constant distance."""
     names = ["", *failing.problem.places]
-    found: dict[str, str] = {}
+    tied: dict[str, str] = {}
     for place, name in enumerate(names):
         for other in names[:place]:
-            if other not in found and (name, other) in bounds and not bounds[name, other][0] + bounds[other, name][0]:
-                found.setdefault(name, other)
-    return found
+            if other not in tied and (name, other) in bounds and not bounds[name, other][0] + bounds[other, name][0]:
+                tied.setdefault(name, other)
+    return tied
 
 
 def _part(result: DecisionResult) -> dict[str, Any]:
@@ -220,7 +220,7 @@ def zones_json(profile: PolicyProfile, result: DecisionResult) -> str:
     """Violating zones with their exact bounds, as a JSON text: all, the largest first; FIRST if they are not all."""
     extent = result.evidence.where
     assert extent is not None
-    ranked = _ranked(extent)
+    ranked = _rank_zones(extent)
     facts = {
         "zones": FORM,
         "profile": content_hash(profile),

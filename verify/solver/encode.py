@@ -18,9 +18,9 @@ import numpy as np
 from codegen import ir
 from codegen.errors import InputError
 from codegen.ir import AgentPolicy, FeatureSpec, PolicyProfile
-from verify.claims.formula import TRUE, And, Formula, Linear, Or, agents, for_goal, given, negated, normal
+from verify.claims.formula import TRUE, And, Formula, Linear, Or, agents, for_goal, negate, normal, substitute_actions
 from verify.claims.region import Region
-from verify.claims.uncertified.values import tightened
+from verify.claims.uncertified.values import tighten_formula
 from verify.question import DecisionQuestion
 from verify.semantics import MACHINE, REAL
 from verify.solver.budget import beyond_budget
@@ -29,15 +29,15 @@ from verify.solver.terms import (
     Real,
     Terms,
     Test,
-    added,
-    compared,
+    add_terms,
+    compare_terms,
     conjunction,
     constant,
     disjunction,
     either,
     negation,
     number,
-    summed,
+    sum_terms,
     unknown,
 )
 from verify.states.state import error_name, measurable
@@ -77,7 +77,7 @@ def query(
 def _failing(question: DecisionQuestion, goal: str | None, slack: Fraction = Fraction(0)) -> tuple["_Encoder", Test]:
     """What encodes a goal's query, and the constraint that the claim fails."""
     encoder = _Encoder(question.profile, question.region, goal, slack, question.semantics, question.claim.eps)
-    return encoder, encoder.encoded(tightened(for_goal(negated(question.formula), goal), slack))
+    return encoder, encoder.encode_formula(tighten_formula(for_goal(negate(question.formula), goal), slack))
 
 
 def in_both(question: DecisionQuestion, goal: str | None, slack: Fraction = Fraction(0)) -> Query:
@@ -91,7 +91,7 @@ def in_both(question: DecisionQuestion, goal: str | None, slack: Fraction = Frac
 def region_only(region: Region, assume: Formula = TRUE, goal: str | None = None) -> Query:
     """Constraints of the region and an assumption alone: unsatisfiable iff no world state meets them."""
     encoder = _Encoder(None, region, goal)
-    return encoder.query(*([] if assume == TRUE else [encoder.encoded(for_goal(normal(assume), goal))]))
+    return encoder.query(*([] if assume == TRUE else [encoder.encode_formula(for_goal(normal(assume), goal))]))
 
 
 def reaching(
@@ -115,7 +115,7 @@ def elsewhere(
         return Query(goal, {}, [], beyond=beyond)
     encoder, fails = _failing(question, goal, slack)
     policy = question.profile.policy
-    turned = [turn for agent, leaf in leaves.items() for turn in encoder.turned(policy(agent), leaf)]
+    turned = [turn for agent, leaf in leaves.items() for turn in encoder.list_turns(policy(agent), leaf)]
     return encoder.query(fails, disjunction(constant(False), *turned))
 
 
@@ -129,7 +129,7 @@ def there(question: DecisionQuestion, goal: str | None, leaves: Mapping[str, int
     return encoder.query(fails, *taken)
 
 
-def settled(query: Query, values: Mapping[str, Fraction]) -> Query:
+def fix_variables(query: Query, values: Mapping[str, Fraction]) -> Query:
     """The question with some of its variables settled."""
     if query.beyond:
         return query
@@ -179,31 +179,31 @@ class _Encoder:
         bounds = [*_region(self._region, self.at), *self.noise]
         return Query(self._goal, self.variables, [*bounds, *facts], exact=not self._roundings)
 
-    def encoded(self, claim: Formula) -> Test:
+    def encode_formula(self, claim: Formula) -> Test:
         """The formula. Where it speaks of one agent's actions only, it follows that agent's tree."""
         if claim not in self._known:
-            self._known[claim] = self._made(claim)
+            self._known[claim] = self._build_test(claim)
         return self._known[claim]
 
-    def _made(self, claim: Formula) -> Test:
+    def _build_test(self, claim: Formula) -> Test:
         acting = agents(claim)
         if len(acting) == 1:
             (agent,) = acting
             assert self._profile is not None
-            return self._chosen(self._profile.policy(agent), partial(self._once_chosen, claim, agent))
+            return self._encode_choice(self._profile.policy(agent), partial(self._once_chosen, claim, agent))
         if isinstance(claim, And):
-            return conjunction(*(self.encoded(part) for part in _grouped(claim.parts, And)))
+            return conjunction(*(self.encode_formula(part) for part in _group_parts(claim.parts, And)))
         if isinstance(claim, Or):
-            return disjunction(*(self.encoded(part) for part in _grouped(claim.parts, Or)))
+            return disjunction(*(self.encode_formula(part) for part in _group_parts(claim.parts, Or)))
         assert isinstance(claim, Linear), claim
         parts = [self.at[name] if weight == 1 else number(weight) * self.at[name] for weight, name in claim.terms]
-        total, bound = added(parts), number(claim.bound)
+        total, bound = add_terms(parts), number(claim.bound)
         return total < bound if claim.strict else total <= bound
 
     def _once_chosen(self, claim: Formula, agent: str, action: int) -> Test:
-        return self.encoded(given(claim, {agent: action}))
+        return self.encode_formula(substitute_actions(claim, {agent: action}))
 
-    def _chosen(self, policy: ir.AgentPolicy, of_action: Callable[[int], Test]) -> Test:
+    def _encode_choice(self, policy: ir.AgentPolicy, of_action: Callable[[int], Test]) -> Test:
         """`of_action` of the action that the tree chooses, as nested conditions over the world state."""
         tree = policy.tree
         formulas: dict[int, Test] = {}
@@ -213,7 +213,7 @@ class _Encoder:
             if left == ir.NO_CHILD:
                 formulas[node] = ends[action]
                 continue
-            below, above = self._asked_at(policy, node)
+            below, above = self._recall_tests(policy, node)
             first, second = formulas.pop(left), formulas.pop(right)
             formulas[node] = (
                 disjunction(conjunction(below, first), conjunction(above, second))
@@ -226,21 +226,21 @@ class _Encoder:
         """The tests between the root and a leaf, as they must fall out to reach it."""
         return [taken for taken, _ in self._path(policy, leaf)]
 
-    def turned(self, policy: ir.AgentPolicy, leaf: int) -> list[Test]:
+    def list_turns(self, policy: ir.AgentPolicy, leaf: int) -> list[Test]:
         """The tests between the root and a leaf, as one of them must fall out to reach another leaf."""
         return [other for _, other in self._path(policy, leaf)]
 
     def _path(self, policy: ir.AgentPolicy, leaf: int) -> list[tuple[Test, Test]]:
         """(as it falls out on the way to the leaf, otherwise) of each test, from the leaf upwards."""
-        tree, node, found = policy.tree, leaf, list[tuple[Test, Test]]()
+        tree, node, path = policy.tree, leaf, list[tuple[Test, Test]]()
         while node != ir.ROOT:
             parent = int(np.flatnonzero((tree.left == node) | (tree.right == node))[0])
             left, right = self._tests(policy, parent)
-            found.append((left, right) if tree.left[parent] == node else (right, left))
+            path.append((left, right) if tree.left[parent] == node else (right, left))
             node = parent
-        return found
+        return path
 
-    def _asked_at(self, policy: ir.AgentPolicy, node: int) -> tuple[Test, Test]:
+    def _recall_tests(self, policy: ir.AgentPolicy, node: int) -> tuple[Test, Test]:
         """As `_tests`, made once."""
         asked = policy.agent, node
         if asked not in self._asked:
@@ -261,8 +261,8 @@ class _Encoder:
         line = None if meaning.function == "zero" else _line(meaning, threshold, arithmetic)
         rounds = self._semantics == MACHINE and len(meaning.terms) > ROUNDED_ONCE
         if line is not None and not (noisy or slack or rounds):
-            return compared(terms, line)
-        measured = summed(terms)
+            return compare_terms(terms, line)
+        measured = sum_terms(terms)
         if noisy:
             measured = measured + self._error(policy.agent, feature.name)
         if rounds:
@@ -279,7 +279,7 @@ class _Encoder:
 
     def _terms(self, feature: FeatureSpec) -> Terms:
         """A feature's terms, the goal's coordinates as those of the landmark that it is."""
-        return tuple((weight, self._named.get(name, name)) for weight, name in _known(feature, self.at))
+        return tuple((weight, self._named.get(name, name)) for weight, name in _read_terms(feature, self.at))
 
     def _rounding(self, agent: str, feature: str, meaning: ir.Meaning) -> Real:
         """What rounding adds to a sum of several coordinates: known within bounds only, the same one in every test.
@@ -309,7 +309,7 @@ class _Encoder:
         return self.variables[name]
 
 
-def _grouped(parts: Sequence[Formula], kind: type[And] | type[Or]) -> list[Formula]:
+def _group_parts(parts: Sequence[Formula], kind: type[And] | type[Or]) -> list[Formula]:
     """Parts that speak of the same single agent joined, so that its tree is written once for all of them."""
     by_agents: dict[frozenset[str], list[Formula]] = {}
     for part in parts:
@@ -353,7 +353,7 @@ def _zero_tests(measured: Real, threshold: float, slack: Fraction) -> tuple[Test
     return measured != 0, measured == 0
 
 
-def _known(feature: FeatureSpec, at: dict[str, Real]) -> Terms:
+def _read_terms(feature: FeatureSpec, at: dict[str, Real]) -> Terms:
     terms = feature.meaning.terms if feature.meaning else ()
     for _, name in terms:
         if name not in at:

@@ -50,7 +50,7 @@ def _value(rank: int, form: _Format) -> Fraction:
     return Fraction(value) if rank >= 0 else -Fraction(value)
 
 
-def _rounded_at_most(rank: int, form: _Format) -> HalfLine:
+def _round_at_most(rank: int, form: _Format) -> HalfLine:
     """All real numbers that round to a float not above the one at `rank`, ties to even."""
     middle = (_value(rank, form) + _value(rank + 1, form)) / 2
     return HalfLine(middle, strict=rank % 2 != 0)
@@ -60,11 +60,11 @@ def _rounded_at_most(rank: int, form: _Format) -> HalfLine:
 def half_line(threshold: float, single: bool) -> HalfLine:
     """The differences d with fl32(fl64(d)) <= `threshold` (a float32); unless `single`, with fl64(d) <= `threshold`."""
     if not single:
-        return _rounded_at_most(_rank(threshold, _DOUBLE), _DOUBLE)
-    last = _rounded_at_most(_rank(threshold, _SINGLE), _SINGLE)
+        return _round_at_most(_rank(threshold, _DOUBLE), _DOUBLE)
+    last = _round_at_most(_rank(threshold, _SINGLE), _SINGLE)
     # midpoints of neighbouring float32 values are float64 values
     rank = _rank(float(last.end), _DOUBLE) - (1 if last.strict else 0)
-    return _rounded_at_most(rank, _DOUBLE)
+    return _round_at_most(rank, _DOUBLE)
 
 
 def last_double(threshold: float, single: bool) -> HalfLine:
@@ -73,4 +73,4 @@ def last_double(threshold: float, single: bool) -> HalfLine:
     """
     if not single:
         return HalfLine(Fraction(threshold), strict=False)
-    return _rounded_at_most(_rank(threshold, _SINGLE), _SINGLE)
+    return _round_at_most(_rank(threshold, _SINGLE), _SINGLE)

@@ -23,7 +23,7 @@ from verify.solver.encode import Query, reaching
 from verify.solver.pinning import pin_model
 from verify.solver.solve import ask
 from verify.states.shares import SAMPLE_SEED, SAMPLES
-from verify.states.state import State, exact_point, inside, leaf_at, nearest, reached, sample, state_at
+from verify.states.state import State, exact_point, find_leaves, inside, leaf_at, nearest, sample, state_at
 from verify.subjects import Game
 
 SLACKS = tuple(Fraction(1, 2**power) for power in (4, 7, 10, 20, 40))  # room inside the leaf's cell, for a witness
@@ -54,9 +54,9 @@ def dead_leaves(profile: PolicyProfile, region: Region, budget: int = Budgets().
     """
     teams = dict.fromkeys(policy.team for policy in profile.agents)
     asked = (Question(Game(profile), AliveLeaves(team), region, budgets=Budgets(budget)) for team in teams)
-    found = [finding for question in asked for finding in leaf_findings(question)[0]]
+    findings = [finding for question in asked for finding in leaf_findings(question)[0]]
     return {
-        policy.agent: [one.leaf for one in found if one.agent == policy.agent and one.verdict is Verdict.VIOLATED]
+        policy.agent: [one.leaf for one in findings if one.agent == policy.agent and one.verdict is Verdict.VIOLATED]
         for policy in profile.agents
     }
 
@@ -67,30 +67,30 @@ def leaf_findings(question: DecisionQuestion) -> tuple[list[LeafFinding], int]:
     coordinates, goals = sample(region, world, SAMPLES, SAMPLE_SEED)
     findings, spent = list[LeafFinding](), 0
     for policy in team:
-        found = reached(policy, coordinates, world, question.semantics)
+        leaves_reached = find_leaves(policy, coordinates, world, question.semantics)
         for leaf in map(int, ir.leaves(policy.tree)):
-            rows = np.flatnonzero(found == leaf)[:MAX_TRIED]
+            rows = np.flatnonzero(leaves_reached == leaf)[:MAX_TRIED]
             tried = (state_at(region, world, coordinates[row], int(goals[row])) for row in rows)
             witness = next((state for state in tried if _reaches(question, policy, leaf, state)), None)
             verdict, reason = Verdict.PROVED, ""
             if witness is None:
-                verdict, witness, reason, more = _asked(question, policy, leaf)
+                verdict, witness, reason, more = _ask_leaf(question, policy, leaf)
                 spent += more
             named = policy.actions[int(policy.tree.action[leaf])].name
             findings.append(LeafFinding(policy.agent, leaf, named, verdict, witness, reason))
     return findings, spent
 
 
-def _asked(question: DecisionQuestion, policy: AgentPolicy, leaf: int) -> tuple[Verdict, State | None, str, int]:
+def _ask_leaf(question: DecisionQuestion, policy: AgentPolicy, leaf: int) -> tuple[Verdict, State | None, str, int]:
     """Verdict, witness, reason and resources of one leaf, by the solver."""
     spent, reasons = 0, list[str]()
     region, semantics, budget = question.region, question.semantics, question.budgets.solver_units
     for goal in question.goals:
 
-        def asked(slack: Fraction = Fraction(0), goal: str | None = goal) -> Query:
+        def build_query(slack: Fraction = Fraction(0), goal: str | None = goal) -> Query:
             return reaching(policy, leaf, region, goal, slack, semantics)
 
-        exact = ask(asked(), budget)
+        exact = ask(build_query(), budget)
         spent += exact.resources
         if exact.holds is False:
             continue
@@ -98,18 +98,18 @@ def _asked(question: DecisionQuestion, policy: AgentPolicy, leaf: int) -> tuple[
             after = f"{exact.reason} after {exact.resources:,} resource units; {question.budgets.hint()}"
             reasons.append(f"goal {goal or 'none'}: {after}")
             continue
-        for answer in chain([exact], (ask(asked(slack), budget) for slack in SLACKS)):
+        for answer in chain([exact], (ask(build_query(slack), budget) for slack in SLACKS)):
             spent += 0 if answer is exact else answer.resources
             state = None if answer.model is None else nearest(answer.model, region, goal)
             if state is not None and _reaches(question, policy, leaf, state):
                 return Verdict.PROVED, state, "", spent
         if semantics == REAL and exact.model is not None:
-            model, more = pin_model(asked(), region, exact.model, budget)
+            model, more = pin_model(build_query(), region, exact.model, budget)
             state = exact_point(model, region, goal)
             if not _reaches(question, policy, leaf, state):
                 raise AssertionError(f"the referee does not confirm that {state} reaches leaf {leaf}")
             return Verdict.PROVED, state, "", spent + more
-        reasons.append(ONLY_REAL if asked().exact else ONLY_ROUNDED)
+        reasons.append(ONLY_REAL if build_query().exact else ONLY_ROUNDED)
     if reasons:
         return Verdict.UNKNOWN, None, "; ".join(reasons), spent
     return Verdict.VIOLATED, None, "", spent

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 
 from verify.claims.region import Interval, Region
-from verify.solver.encode import Query, settled
+from verify.solver.encode import Query, fix_variables
 from verify.solver.solve import ask
 from verify.states.real import value_of
 
@@ -28,11 +28,11 @@ def pin_model(
     """
     spent, tries, names = 0, list[dict[str, Fraction]](), list(region.box)
     for order in (names, names[::-1]):
-        found, units = _in_order(order, question, region, model, budget)
+        pinned, units = _in_order(order, question, region, model, budget)
         spent += units
-        if all(isinstance(value_of(found[name]), float) for name in names):
-            return found, spent
-        tries.append(found)
+        if all(isinstance(value_of(pinned[name]), float) for name in names):
+            return pinned, spent
+        tries.append(pinned)
     return tries[0], spent
 
 
@@ -46,7 +46,7 @@ def _in_order(
             if queries == MAX_ASKED:
                 break
             queries += 1
-            answer = ask(settled(question, values | {name: value}), budget)
+            answer = ask(fix_variables(question, values | {name: value}), budget)
             spent += answer.resources
             if answer.model is not None:
                 pinned = answer.model

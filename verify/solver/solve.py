@@ -47,7 +47,7 @@ def ask(query: Query, budget: int = Budgets().solver_units) -> Answer:
         return Answer(None, None, 0, query.beyond)
     context = z3.Context()  # a fresh one, so that earlier questions leave no trace in the search or the count
     constraints = [constraint.translate(context) for constraint in query.constraints]
-    holds, model, spent, reason = _checked("QF_LRA", context, constraints, budget)
+    holds, model, spent, reason = _run_solver("QF_LRA", context, constraints, budget)
     if model is None:
         return Answer(holds, None, spent, reason)
     variables = {name: variable.translate(context) for name, variable in query.variables.items()}
@@ -64,14 +64,14 @@ def ask_bits(text: str, names: Sequence[str], budget: int = Budgets().solver_uni
     `names`, 0 for what does not matter.
     """
     context = z3.Context()
-    holds, model, spent, reason = _checked("QF_FPBV", context, z3.parse_smt2_string(text, ctx=context), budget)
+    holds, model, spent, reason = _run_solver("QF_FPBV", context, z3.parse_smt2_string(text, ctx=context), budget)
     if model is None:
         return BitsAnswer(holds, None, spent, reason)
     values = {constant.name(): cast(z3.BitVecNumRef, model[constant]) for constant in model.decls()}
     return BitsAnswer(True, {name: values[name].as_long() if name in values else 0 for name in names}, spent)
 
 
-def _checked(
+def _run_solver(
     logic: str, context: z3.Context, constraints: Sequence[z3.BoolRef] | z3.AstVector, budget: int
 ) -> tuple[bool | None, z3.ModelRef | None, int, str]:
     """Satisfiable or not (None: budget ended), a model, resources spent, and why there is no answer."""
@@ -80,7 +80,7 @@ def _checked(
     solver.set("random_seed", 0)
     solver.add(*constraints)
     result = solver.check()
-    spent = _spent(solver)
+    spent = _count_units(solver)
     if result == z3.unknown and "interrupted" in solver.reason_unknown():
         raise KeyboardInterrupt  # Ctrl-C during the search, which the solver catches itself
     if result == z3.unknown:
@@ -120,7 +120,7 @@ def _standard(term: z3.ExprRef, known: dict[int, tuple[z3.ExprRef, z3.ExprRef]])
     return known[place][1]
 
 
-def _spent(solver: z3.Solver) -> int:
+def _count_units(solver: z3.Solver) -> int:
     statistics = solver.statistics()
     return int(statistics.get_key_value("rlimit count")) if "rlimit count" in statistics.keys() else 0  # noqa: SIM118
 

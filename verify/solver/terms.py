@@ -28,7 +28,7 @@ class _Home(threading.local):
     def __init__(self) -> None:
         self.context = z3.Context()
         z3.Z3_enable_concurrent_dec_ref(self.context.ref())  # Python frees terms in whichever thread collects them
-        self.compared = lru_cache(maxsize=MAX_KNOWN)(_compared)
+        self.compared = lru_cache(maxsize=MAX_KNOWN)(_compare_terms)
 
 
 def number(value: Fraction) -> Real:
@@ -61,23 +61,23 @@ def negation(test: Test) -> Test:
     return z3.Not(test)
 
 
-def compared(terms: Terms, line: HalfLine) -> tuple[Test, Test]:
+def compare_terms(terms: Terms, line: HalfLine) -> tuple[Test, Test]:
     """(the sum of unknowns, each with its weight, lies on the half line, it does not)."""
     return _home.compared(terms, line)
 
 
-def _compared(terms: Terms, line: HalfLine) -> tuple[Test, Test]:
-    measured, end = summed(terms), number(line.end)
+def _compare_terms(terms: Terms, line: HalfLine) -> tuple[Test, Test]:
+    measured, end = sum_terms(terms), number(line.end)
     below = measured < end if line.strict else measured <= end
     return below, z3.Not(below)
 
 
-def summed(terms: Terms) -> Real:
+def sum_terms(terms: Terms) -> Real:
     """The sum of unknowns, each with its weight."""
-    return added([_times(weight, unknown(name)) for weight, name in terms])
+    return add_terms([_times(weight, unknown(name)) for weight, name in terms])
 
 
-def added(parts: Sequence[Real]) -> Real:
+def add_terms(parts: Sequence[Real]) -> Real:
     """The sum of terms, of which there may be none."""
     return z3.Sum(*parts) if parts else number(Fraction(0))
 

@@ -43,12 +43,12 @@ def opinion(question: Question[SystemClaim]) -> Opinion:
         ensure_in_steps(system, "the solver")
     if size(profile, system, claim) > MAX_SIZE:
         return Opinion(solver_name(), Verdict.SKIPPED, 0, UNIT)
-    asked = Query(None, {}, [disjunction(*written(profile, system, claim))])
+    asked = Query(None, {}, [disjunction(*encode_claim(profile, system, claim))])
     answer = ask(asked, min(UNITS, question.budgets.detail_units))
-    found = {True: Verdict.VIOLATED, False: Verdict.PROVED, None: Verdict.UNKNOWN}[answer.holds]
-    if claim.says.ever and found is Verdict.PROVED:  # of some steps only
-        found = Verdict.SKIPPED
-    return Opinion(solver_name(), found, answer.resources, UNIT)
+    verdict = {True: Verdict.VIOLATED, False: Verdict.PROVED, None: Verdict.UNKNOWN}[answer.holds]
+    if claim.says.ever and verdict is Verdict.PROVED:  # of some steps only
+        verdict = Verdict.SKIPPED
+    return Opinion(solver_name(), verdict, answer.resources, UNIT)
 
 
 def size(profile: PolicyProfile, system: System, claim: SystemClaim) -> int:
@@ -58,10 +58,10 @@ def size(profile: PolicyProfile, system: System, claim: SystemClaim) -> int:
     return max(1, claim.steps) * (splits + rules)
 
 
-def written(profile: PolicyProfile, system: System, claim: SystemClaim) -> tuple[Test, Test]:
+def encode_claim(profile: PolicyProfile, system: System, claim: SystemClaim) -> tuple[Test, Test]:
     """(an episode breaks the claim, an episode leaves what is stated before it does)."""
     if claim.about_decisions:
-        return _decided(profile, system, claim), terms.constant(False)
+        return _encode_decisions(profile, system, claim), terms.constant(False)
     states = [{one.name: unknown(f"{one.name}@{step}") for one in system.variables} for step in range(claim.steps + 1)]
     before = [*_in_ranges(system, states[0]), _inside(system.start, states[0])]
     breaking: list[Test] = []
@@ -81,19 +81,19 @@ def written(profile: PolicyProfile, system: System, claim: SystemClaim) -> tuple
         if step < claim.steps:
             stated = disjunction(*(conjunction(*_in_box(piece, state)) for piece in system.pieces))
             leaving.append(conjunction(*before, negation(stated)))
-            before.append(_stepped(profile, system, state, states[step + 1], step))
+            before.append(_encode_step(profile, system, state, states[step + 1], step))
     return disjunction(*breaking), disjunction(*leaving)
 
 
-def _decided(profile: PolicyProfile, system: System, claim: SystemClaim) -> Test:
+def _encode_decisions(profile: PolicyProfile, system: System, claim: SystemClaim) -> Test:
     """That in some state of the ranges and the regions the agents decide otherwise than claimed."""
     state = {one.name: unknown(one.name) for one in system.variables}
     where = [disjunction(*(_inside(region, state) for region in claim.regions))] if claim.regions else []
-    fails = negation(_told(claim.formula, state, choices(profile, system, state)))
+    fails = negation(_encode_formula(claim.formula, state, choices(profile, system, state)))
     return conjunction(*_in_ranges(system, state), *where, fails)
 
 
-def _told(formula: Formula, state: Values, chosen: Choices) -> Test:
+def _encode_formula(formula: Formula, state: Values, chosen: Choices) -> Test:
     match formula:
         case Linear(parts, bound, strict):
             total = _sum([(weight, state[name]) for weight, name in parts], Fraction(0))
@@ -101,24 +101,24 @@ def _told(formula: Formula, state: Values, chosen: Choices) -> Test:
         case Acts(agent, action):
             return chosen[agent, action]
         case Not(part):
-            return negation(_told(part, state, chosen))
+            return negation(_encode_formula(part, state, chosen))
         case And(parts):
-            return conjunction(*(_told(part, state, chosen) for part in parts))
+            return conjunction(*(_encode_formula(part, state, chosen) for part in parts))
         case Or(parts):
-            return disjunction(*(_told(part, state, chosen) for part in parts))
+            return disjunction(*(_encode_formula(part, state, chosen) for part in parts))
         case Goal():
             raise AssertionError("a stated system has no goal")
 
 
 def choices(profile: PolicyProfile, system: System, state: Values) -> Choices:
     """When each agent takes each of its actions: on one of the paths to a leaf that has it."""
-    found: dict[tuple[str, int], Test] = {}
+    taken: dict[tuple[str, int], Test] = {}
     for policy in profile.agents:
         paths: dict[int, list[Test]] = {number: [] for number in range(len(policy.actions))}
         for action, path in _paths(policy, system.features[policy.agent], state, 0):
             paths[action].append(conjunction(*path))
-        found |= {(policy.agent, action): disjunction(*each) for action, each in paths.items()}
-    return found
+        taken |= {(policy.agent, action): disjunction(*each) for action, each in paths.items()}
+    return taken
 
 
 def _paths(
@@ -166,14 +166,16 @@ def _rounds_to_at_most(exact: Real, threshold: Threshold) -> Test:
     return exact <= number(middle) if even else exact < number(middle)
 
 
-def _stepped(profile: PolicyProfile, system: System, state: Values, after: Values, step: int) -> Test:
+def _encode_step(profile: PolicyProfile, system: System, state: Values, after: Values, step: int) -> Test:
     """That a state may follow another one."""
     chosen = choices(profile, system, state)
     errors = {name: unknown(f"error of {name}@{step}") for name in after}
-    return disjunction(*(_moved(profile, piece, state, after, errors, chosen) for piece in system.pieces))
+    return disjunction(*(_encode_move(profile, piece, state, after, errors, chosen) for piece in system.pieces))
 
 
-def _moved(profile: PolicyProfile, piece: Piece, state: Values, after: Values, errors: Values, chosen: Choices) -> Test:
+def _encode_move(
+    profile: PolicyProfile, piece: Piece, state: Values, after: Values, errors: Values, chosen: Choices
+) -> Test:
     """That a state may follow another one by a piece."""
     tests = _in_box(piece, state)
     nothing = number(Fraction(0))

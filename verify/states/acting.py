@@ -52,10 +52,10 @@ def confirm_actions(
         return Acted(actions, (), f"{EXACTLY}; {NO_FLOATS}")
     machine = actions_at(profile, team, state, MACHINE)
     for name, replay in replays.items():
-        found = list(replay(state))
-        if found != list(machine.values()):
+        repeated = list(replay(state))
+        if repeated != list(machine.values()):
             what = f"the {name} does not reproduce the counterexample"
-            raise DisagreementError(what, f"reference {list(machine.values())}, {name} {found}", "this is a bug")
+            raise DisagreementError(what, f"reference {list(machine.values())}, {name} {repeated}", "this is a bug")
     by = (REFERENCE, *replays)
     replayed = f"replayed by {', '.join(by)}"
     if semantics == MACHINE:

@@ -22,7 +22,7 @@ from verify.claims.matching import matchings
 from verify.claims.region import Region
 from verify.claims.verifiable import verifiable
 from verify.question import EpisodeQuestion
-from verify.states.state import State, chosen, inside
+from verify.states.state import State, choose_actions, inside
 
 Actions = npt.NDArray[np.int64]
 
@@ -73,7 +73,7 @@ def play(profile: PolicyProfile, start: Float64, steps: int) -> tuple[Float64, A
     now[:, velocity] = 0.0
     episode, actions = [now], list[Actions]()
     for _ in range(steps):
-        choice = np.stack([chosen(policy, now, world) for policy in policies], axis=1).astype(np.int64)
+        choice = np.stack([choose_actions(policy, now, world) for policy in policies], axis=1).astype(np.int64)
         places, speeds = motion.step(_planes(now, position), _planes(now, velocity), choice)
         now = now.copy()
         now[:, position], now[:, velocity] = places.transpose(2, 0, 1), speeds.transpose(2, 0, 1)
@@ -105,8 +105,8 @@ def gaps(profile: PolicyProfile, claim: EpisodeClaim, episode: Float64) -> Float
         return episode[..., np.array(columns)]
 
     team, others = [policy.agent for policy in profile.team(claim.team)], claim.marks(profile)
-    found = np.abs(places(team)[..., :, None, :] - places(others)[..., None, :, :]).max(axis=-1)
-    return np.where(np.equal.outer(team, others), np.inf, found)
+    distances = np.abs(places(team)[..., :, None, :] - places(others)[..., None, :, :]).max(axis=-1)
+    return np.where(np.equal.outer(team, others), np.inf, distances)
 
 
 def ways(profile: PolicyProfile, claim: EpisodeClaim) -> list[Pairs]:
@@ -117,12 +117,12 @@ def ways(profile: PolicyProfile, claim: EpisodeClaim) -> list[Pairs]:
     return [tuple(enumerate(own)) for own in matchings(len(profile.team(claim.team)), len(claim.marks(profile)))]
 
 
-def owned(profile: PolicyProfile, claim: EpisodeClaim) -> list[tuple[int, ...]]:
+def find_matchings(profile: PolicyProfile, claim: EpisodeClaim) -> list[tuple[int, ...]]:
     """The matchings that fulfil a claim to arrive: for each agent of the team its landmark's number."""
     return [tuple(mark for _, mark in way) for way in ways(profile, claim)]
 
 
-def paired(profile: PolicyProfile, claim: EpisodeClaim) -> list[tuple[tuple[str, str], ...]]:
+def name_pairs(profile: PolicyProfile, claim: EpisodeClaim) -> list[tuple[tuple[str, str], ...]]:
     """What fulfils a claim: for each way its pairs of an agent and a mark, by name."""
     team, marks = [policy.agent for policy in profile.team(claim.team)], claim.marks(profile)
     return [tuple((team[agent], marks[mark]) for agent, mark in way) for way in ways(profile, claim)]
@@ -132,33 +132,33 @@ def coinciding(profile: PolicyProfile, episode: Float64) -> Bool:
     """In which episodes of [steps + 1, ..., n_coordinates] the centres of two that push each other ever coincide: the
     reference has no number there, and claims are not about them.
     """
-    names, found = profile.world.coordinates(), np.zeros(episode.shape[1:-1], dtype=bool)
+    names, coincide = profile.world.coordinates(), np.zeros(episode.shape[1:-1], dtype=bool)
     entities = [entity.name for entity in profile.world.agents + profile.world.landmarks]
     for a, b, _ in partners(profile.world):
         first, second = ([names.index(f"{entities[one]}.{axis}") for axis in "xy"] for one in (a, b))
-        found |= (np.abs(episode[..., first] - episode[..., second]).max(axis=-1) <= COINCIDENT).any(axis=0)
-    return found
+        coincide |= (np.abs(episode[..., first] - episode[..., second]).max(axis=-1) <= COINCIDENT).any(axis=0)
+    return coincide
 
 
-def matched(profile: PolicyProfile, claim: EpisodeClaim, episode: Float64) -> Bool:
+def find_met_ways(profile: PolicyProfile, claim: EpisodeClaim, episode: Float64) -> Bool:
     """Which ways to fulfil the claim episodes of [steps + 1, batch, n_coordinates] are, [ways, batch], up to float64
     rounding of distances.
     """
-    met = claim.met(gaps(profile, claim, claim.counted(episode)), float(claim.radius))
+    met = claim.is_met(gaps(profile, claim, claim.select_counted(episode)), float(claim.radius))
     pairs = (np.array(way).T for way in ways(profile, claim))
     return np.array([met[:, agents, marks].all(axis=1) for agents, marks in pairs])
 
 
-def fulfilled(profile: PolicyProfile, claim: EpisodeClaim, episode: Float64) -> Bool:
+def meets_claim(profile: PolicyProfile, claim: EpisodeClaim, episode: Float64) -> Bool:
     """Which episodes of [steps + 1, batch, n_coordinates] fulfil the claim, up to float64 rounding of distances."""
-    return np.logical_or.reduce(matched(profile, claim, episode))
+    return np.logical_or.reduce(find_met_ways(profile, claim, episode))
 
 
 def _distances(first: Float64, second: Float64) -> Gaps:
     """L-infinity distances [steps] of two courses [steps, 2], exactly."""
     steps = zip(first.tolist(), second.tolist(), strict=True)
-    found = [max(abs(Fraction(p) - Fraction(q)) for p, q in zip(a, b, strict=True)) for a, b in steps]
-    return np.array(found, dtype=object)
+    distances = [max(abs(Fraction(p) - Fraction(q)) for p, q in zip(a, b, strict=True)) for a, b in steps]
+    return np.array(distances, dtype=object)
 
 
 def fails(profile: PolicyProfile, claim: EpisodeClaim, episode: Float64) -> bool:
@@ -169,18 +169,18 @@ def fails(profile: PolicyProfile, claim: EpisodeClaim, episode: Float64) -> bool
     if not np.isfinite(episode).all() or coinciding(profile, episode):
         return False
     names = {name: place for place, name in enumerate(profile.world.coordinates())}
-    counted = claim.counted(episode)
+    counted = claim.select_counted(episode)
 
     def places(entity: str) -> Float64:
         return counted[:, [names[f"{entity}.{axis}"] for axis in "xy"]]
 
     @cache
-    def met(a: str, b: str) -> bool:
+    def is_met(a: str, b: str) -> bool:
         first = places(a)
         second = np.zeros_like(first) if b == ORIGIN else places(b)
-        return bool(claim.met(_distances(first, second), claim.radius))
+        return bool(claim.is_met(_distances(first, second), claim.radius))
 
-    return not any(all(met(*pair) for pair in way) for way in paired(profile, claim))
+    return not any(all(is_met(*pair) for pair in way) for way in name_pairs(profile, claim))
 
 
 def courses(profile: PolicyProfile, states: Sequence[State], steps: int) -> tuple[Float64, Actions]:

@@ -18,14 +18,14 @@ import numpy as np
 
 from codegen.ir import Bool, Float64, Int32, PolicyProfile, act
 from codegen.observe import observe
-from verify.claims.formula import holds, negated, normal
+from verify.claims.formula import holds, negate, normal
 from verify.claims.uncertified.values import Batch
 from verify.question import DecisionQuestion
 from verify.semantics import MACHINE
 from verify.states.noise import together, ways
 from verify.states.real import Value
 from verify.states.shares import SAMPLES, violating
-from verify.states.state import State, chosen, inside, observed, sample, state_at
+from verify.states.state import State, choose_actions, inside, observe_state, sample, state_at
 
 MAX_NUMBER, DRAWS = 1_000, 10  # states, and batches of SAMPLES that are drawn for them at most
 FIRST_SEED = 1_007  # of the batches; none of them is the one that shares are measured with
@@ -64,9 +64,9 @@ def fails(question: DecisionQuestion, states: Sequence[State]) -> Bool:
         seen = observe(policy.features, coordinates, profile.world, policy.numbers)
         for row, state in enumerate(states):
             if state.errors:
-                seen[row] = observed(profile, policy, state)[0]
+                seen[row] = observe_state(profile, policy, state)[0]
         actions[policy.agent] = act(policy, seen)
-    return _judged(question, coordinates, [state.goal for state in states], actions)
+    return _judge_actions(question, coordinates, [state.goal for state in states], actions)
 
 
 def _coordinates(profile: PolicyProfile, states: Sequence[State]) -> Float64:
@@ -85,7 +85,7 @@ def _failing(question: DecisionQuestion, states: Sequence[State]) -> Iterator[St
     rows = np.array([row for row, _, _ in tries], dtype=np.int64)
     joint = np.array([acts for _, acts, _ in tries], dtype=np.int32).reshape(-1, len(team))
     actions = {policy.agent: column for policy, column in zip(team, joint.T, strict=True)}
-    wrong = _judged(question, coordinates[rows], [states[row].goal for row, _, _ in tries], actions)
+    wrong = _judge_actions(question, coordinates[rows], [states[row].goal for row, _, _ in tries], actions)
     known: set[int] = set()
     for row, _, errors in (tries[place] for place in np.flatnonzero(wrong).tolist()):
         if row not in known:
@@ -99,21 +99,21 @@ def _mistakes(
     """(row, actions of the team, errors that cause them), of each state the actions without errors first."""
     profile, eps = question.profile, question.claim.eps
     team, world = profile.team(question.claim.team), profile.world
-    usual = [chosen(policy, coordinates, world) for policy in team]
+    usual = [choose_actions(policy, coordinates, world) for policy in team]
     each = [ways(policy, coordinates, world, eps) for policy in team]
     for row, state in enumerate(states):
         options: list[dict[int, dict[str, float]]] = []
         for policy, acts, errors in zip(team, usual, each, strict=True):
-            found: dict[int, dict[str, float]] = {int(acts[row]): {}}
+            causes: dict[int, dict[str, float]] = {int(acts[row]): {}}
             for way in filter(None, errors[row]):
-                action = int(act(policy, observed(profile, policy, replace(state, errors=way)))[0])
-                found.setdefault(action, way)
-            options.append(found)
+                action = int(act(policy, observe_state(profile, policy, replace(state, errors=way)))[0])
+                causes.setdefault(action, way)
+            options.append(causes)
         for joint in islice(product(*options), MAX_WAYS):
-            yield row, joint, together(found[action] for found, action in zip(options, joint, strict=True))
+            yield row, joint, together(causes[action] for causes, action in zip(options, joint, strict=True))
 
 
-def _judged(
+def _judge_actions(
     question: DecisionQuestion,
     coordinates: Float64,
     goals: Sequence[str | None],
@@ -128,7 +128,7 @@ def _judged(
         taken = {agent: column[rows] for agent, column in actions.items()}
         doubtful = Batch(columns, len(rows), doubting=True)
         wrong[rows] = ~doubtful.holds(normal(asked), taken)
-        unsure = doubtful.holds(normal(asked), taken) & doubtful.holds(negated(asked), taken)
+        unsure = doubtful.holds(normal(asked), taken) & doubtful.holds(negate(asked), taken)
         for row in rows[unsure]:
             at = {name: Fraction(value) for name, value in zip(names, coordinates[row].tolist(), strict=True)}
             wrong[row] = not holds(asked, at, {agent: int(column[row]) for agent, column in actions.items()})

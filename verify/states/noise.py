@@ -16,10 +16,10 @@ import numpy as np
 from codegen import ir
 from codegen.ir import AgentPolicy, Bool, FeatureSpec, Float64, PolicyProfile, WorldSpec
 from codegen.observe import observe
-from verify.claims.formula import given
+from verify.claims.formula import substitute_actions
 from verify.question import DecisionQuestion
 from verify.semantics import MACHINE, REAL
-from verify.states.real import Value, comparable, measured, value_of
+from verify.states.real import Value, comparable, measure_feature, value_of
 from verify.states.state import State, batch, error_name, meaning_of, measurable, violates
 
 Cut = tuple[float, bool]  # where a line is cut: below a number, or above it when True
@@ -32,15 +32,15 @@ def reachable(
 ) -> Bool:
     """Which actions errors of at most `eps` can cause in each world state, [batch, n_actions]."""
     sums, room = _sums(policy, coordinates, world, eps, semantics)
-    found = np.zeros((len(coordinates), len(policy.actions)), dtype=bool)
+    possible = np.zeros((len(coordinates), len(policy.actions)), dtype=bool)
     for leaf, cell in _cells(policy):
         meets = np.ones(len(coordinates), dtype=bool)
         for feature, (low, high) in cell.items():
             most, least = sums[:, feature] + room[feature], sums[:, feature] - room[feature]
             meets &= most > low[0] if low[1] else most >= low[0]
             meets &= least <= high[0] if high[1] else least < high[0]
-        found[:, policy.tree.action[leaf]] |= meets
-    return found
+        possible[:, policy.tree.action[leaf]] |= meets
+    return possible
 
 
 def changeable(question: DecisionQuestion, coordinates: Float64) -> Bool:
@@ -57,13 +57,13 @@ def violable(question: DecisionQuestion, coordinates: Float64) -> Bool:
     """Where some errors make the team violate the claim, [batch]."""
     team, world, eps = question.profile.team(question.claim.team), question.profile.world, float(question.claim.eps)
     ways = [reachable(policy, coordinates, world, eps, question.semantics) for policy in team]
-    states, found = batch(coordinates, world), np.zeros(len(coordinates), dtype=bool)
+    states, violated = batch(coordinates, world), np.zeros(len(coordinates), dtype=bool)
     for joint in product(*(range(len(policy.actions)) for policy in team)):
         possible = np.logical_and.reduce([way[:, action] for way, action in zip(ways, joint, strict=True)])
         if possible.any():
             chosen = {policy.agent: action for policy, action in zip(team, joint, strict=True)}
-            found |= possible & ~states.holds(given(question.formula, chosen), {})
-    return found
+            violated |= possible & ~states.holds(substitute_actions(question.formula, chosen), {})
+    return violated
 
 
 def mistaken(question: DecisionQuestion, state: State) -> State | None:
@@ -94,8 +94,8 @@ def _exact_ways(
         for place, (low, high) in cell.items() if action not in known else ():
             feature, kept = policy.features[place], measurable(meaning_of(policy.features[place]))
             meaning, room = meaning_of(feature), eps if kept else Fraction(0)
-            value = measured(replace(meaning, function="") if kept else meaning, at)
-            least, most = max(_moved(low, value), (-room, False)), min(_moved(high, value), (room, True))
+            value = measure_feature(replace(meaning, function="") if kept else meaning, at)
+            least, most = max(_move_cut(low, value), (-room, False)), min(_move_cut(high, value), (room, True))
             if not least < most:
                 break
             if not (least <= (0, False) and most >= (0, True)):
@@ -107,7 +107,7 @@ def _exact_ways(
                 yield errors
 
 
-def _moved(cut: Cut, by: Fraction) -> tuple[Fraction | float, bool]:
+def _move_cut(cut: Cut, by: Fraction) -> tuple[Fraction | float, bool]:
     """Where a line of sums is cut, as a cut of errors."""
     return (Fraction(cut[0]) - by if math.isfinite(cut[0]) else cut[0]), cut[1]
 

@@ -24,24 +24,24 @@ def value_of(exact: Fraction) -> Value:
     return near if Fraction(near) == exact else exact
 
 
-def written(value: Value) -> float | str:
+def write_value(value: Value) -> float | str:
     """A number as files state it: a float64 number as such, another rational as the text of its fraction."""
     plain = value_of(Fraction(value))
     return plain if isinstance(plain, float) else rational_literal(plain)
 
 
-def written_all(values: Mapping[str, Value]) -> dict[str, float | str]:
+def write_values(values: Mapping[str, Value]) -> dict[str, float | str]:
     """Several numbers as files state them."""
-    return {name: written(value) for name, value in values.items()}
+    return {name: write_value(value) for name, value in values.items()}
 
 
-def shown(value: Value) -> str:
+def format_value(value: Value) -> str:
     """A number as lines show it: a float64 number with six digits, another rational exactly."""
-    plain = written(value)
+    plain = write_value(value)
     return plain if isinstance(plain, str) else f"{plain:g}"
 
 
-def measured(meaning: Meaning, at: Mapping[str, Fraction], error: Fraction = Fraction(0)) -> Fraction:
+def measure_feature(meaning: Meaning, at: Mapping[str, Fraction], error: Fraction = Fraction(0)) -> Fraction:
     """What a feature measures in a state, exactly. `at`: every coordinate; `error`: added to the sum."""
     total = sum((Fraction(weight) * at[name] for weight, name in meaning.terms), error)
     kinds = {"sign": (total > 0) - (total < 0), "positive": total > 0, "zero": total == 0}
@@ -63,25 +63,25 @@ def comparable(features: Sequence[FeatureSpec], coordinates: Float64, world: Wor
     `coordinates`: [batch, n_coordinates] float64, finite.
     """
     at = dict(zip(world.coordinates(), coordinates.T, strict=True))
-    found = np.empty((len(coordinates), len(features)))
+    numbers = np.empty((len(coordinates), len(features)))
     for place, feature in enumerate(features):
         assert feature.meaning is not None, feature
-        found[:, place] = _comparable(feature.meaning, at, len(coordinates))
-    return found
+        numbers[:, place] = _comparable(feature.meaning, at, len(coordinates))
+    return numbers
 
 
 def _comparable(meaning: Meaning, at: Mapping[str, Float64], count: int) -> Float64:
     parts = [weight * at[name] for weight, name in meaning.terms]
-    parts = _distilled(parts) if len(parts) > 2 else parts
+    parts = _distil_sum(parts) if len(parts) > 2 else parts
     total = sum(parts, np.zeros(count))
     if meaning.function:  # a sum of two rounds to 0 only from 0, and keeps its sign
         kinds = {"sign": np.sign(total), "positive": total > 0, "zero": total == 0}
         return np.asarray(kinds[meaning.function], dtype=np.float64)
     # above its rounded value the exact sum exceeds every float64 number that does not exceed the next one
-    return np.where(_lost(*parts) > 0, np.nextafter(total, np.inf), total) if len(parts) == 2 else total
+    return np.where(_find_rounding_error(*parts) > 0, np.nextafter(total, np.inf), total) if len(parts) == 2 else total
 
 
-def _distilled(parts: Sequence[Float64]) -> list[Float64]:
+def _distil_sum(parts: Sequence[Float64]) -> list[Float64]:
     """Two addends: the rounded sum of all, and something smaller with the sign of what that rounding has lost.
 
     Each pass adds all parts up to the last one and leaves in every other place what that addition has lost, until
@@ -92,7 +92,7 @@ def _distilled(parts: Sequence[Float64]) -> list[Float64]:
         before = list(addends)
         for place in range(1, len(addends)):
             low, high = addends[place - 1], addends[place]
-            addends[place - 1], addends[place] = _lost(low, high), low + high
+            addends[place - 1], addends[place] = _find_rounding_error(low, high), low + high
         if all(np.array_equal(old, new) for old, new in zip(before, addends, strict=True)):
             break
     rest = np.zeros_like(addends[-1])
@@ -101,7 +101,7 @@ def _distilled(parts: Sequence[Float64]) -> list[Float64]:
     return [addends[-1], rest]
 
 
-def _lost(a: Float64, b: Float64) -> Float64:
+def _find_rounding_error(a: Float64, b: Float64) -> Float64:
     """What rounding takes from a + b, exactly. Source: Knuth, TAOCP 2, 4.2.2, theorem B."""
     total = a + b
     later = total - a

@@ -18,8 +18,8 @@ import numpy as np
 from codegen.errors import InputError
 from codegen.intervals import Share, percent
 from codegen.ir import GOAL, MAX_LENGTH, NO_FEATURE, AgentPolicy, Bool, Float64, Int32, PolicyProfile
-from verify.claims.decisions import DecisionClaim, engaged
-from verify.claims.formula import TRUE, And, Formula, Or, agents, disjunction, given
+from verify.claims.decisions import DecisionClaim, engages
+from verify.claims.formula import TRUE, And, Formula, Or, agents, disjunction, substitute_actions
 from verify.claims.formula import coordinates as spoken_of
 from verify.claims.matching import preventable
 from verify.claims.predicates import closes
@@ -28,7 +28,7 @@ from verify.claims.uncertified.starts import everywhere
 from verify.claims.uncertified.values import Batch
 from verify.question import DecisionQuestion
 from verify.states import noise
-from verify.states.state import batch, chosen, sample
+from verify.states.state import batch, choose_actions, sample
 
 SAMPLES = 100_000
 SAMPLE_SEED = 7
@@ -52,15 +52,15 @@ class Shares:
 def measure(question: DecisionQuestion, seed: int, count: int = SAMPLES) -> Shares:
     """The shares of the region, from at most `count` uniform world states at rest that meet the assumption."""
     claim, world = question.claim, question.profile.world
-    if reason := unstated(question):
+    if reason := explain_unstated(question):
         return Shares(None, None, None, unmeasured=reason)
-    coordinates, _, fails = drawn(question, seed, count)
+    coordinates, _, fails = draw_states(question, seed, count)
     if claim.assume != TRUE:
         met = batch(coordinates, world).holds(claim.assume, {})
         coordinates, fails = coordinates[met], fails[met]
     n = len(coordinates)
     conflicting = conflicts(question, coordinates)
-    contested = _contested(question, coordinates) if about_landmarks(question.profile, question.formula) else None
+    contested = _is_contested(question, coordinates) if about_landmarks(question.profile, question.formula) else None
     failing = int(fails.sum())
     changing = int(noise.changeable(question, coordinates).sum()) if claim.eps else None
     return Shares(
@@ -71,7 +71,7 @@ def measure(question: DecisionQuestion, seed: int, count: int = SAMPLES) -> Shar
     )
 
 
-def unstated(question: DecisionQuestion) -> str:
+def explain_unstated(question: DecisionQuestion) -> str:
     """Why a share of the region would mean nothing, and what to state: a coordinate that the claim or the team's trees
     read has no range but that of every number. "" where all have one.
     """
@@ -82,10 +82,10 @@ def unstated(question: DecisionQuestion) -> str:
         tested = set(map(int, policy.tree.feature)) - {NO_FEATURE}
         meanings = [policy.features[place].meaning for place in tested]
         read |= {name for meaning in meanings if meaning for _, name in meaning.terms}
-    return _lacking([name for name in unbounded(region) if name in read])
+    return _lacking([name for name in find_unbounded(region) if name in read])
 
 
-def unbounded(region: Region) -> list[str]:
+def find_unbounded(region: Region) -> list[str]:
     """The coordinates of a region that have no range but that of every number."""
     return [name for name, (low, high) in region.box.items() if max(-low, high) >= MAX_LENGTH]
 
@@ -109,7 +109,7 @@ def of_start(profile: PolicyProfile, region: Region) -> dict[str, float | bool] 
         start = everywhere(profile)
     except InputError:  # no damping bounds the velocities
         return None
-    if unbounded(start):
+    if find_unbounded(start):
         return None
     share = Fraction(1)
     if start.goals:
@@ -123,8 +123,8 @@ def of_start(profile: PolicyProfile, region: Region) -> dict[str, float | bool] 
         return {"share": float(share), "low": float(share), "high": float(share), "exact": True}
     within, _ = sample(replace(region, box=common), profile.world, SAMPLES, SAMPLE_SEED)
     kept = Share(len(within), SAMPLES)
-    found = zip(("share", "low", "high"), (kept.value, *kept.interval), strict=True)
-    return {**{name: round(float(share) * part, 12) for name, part in found}, "exact": False}
+    sampled = zip(("share", "low", "high"), (kept.value, *kept.interval), strict=True)
+    return {**{name: round(float(share) * part, 12) for name, part in sampled}, "exact": False}
 
 
 def extent_words(share: Mapping[str, float | bool], whole: str) -> str:
@@ -141,7 +141,7 @@ def _overlap(mine: Interval, whole: Interval) -> Fraction:
 
 
 @lru_cache(maxsize=2)  # the verdict, its shares and its counterexample look at the same draw
-def drawn(question: DecisionQuestion, seed: int, count: int) -> tuple[Float64, Int32, Bool]:
+def draw_states(question: DecisionQuestion, seed: int, count: int) -> tuple[Float64, Int32, Bool]:
     """Uniform world states at rest: coordinates, places of their goals, and where the claim is violated, [count]."""
     coordinates, goals = sample(question.region, question.profile.world, count, seed)
     return coordinates, goals, violating(question, coordinates)
@@ -152,7 +152,7 @@ def violating(question: DecisionQuestion, coordinates: Float64) -> Bool:
     if question.claim.eps:
         return noise.violable(question, coordinates)
     profile, team = question.profile, question.profile.team(question.claim.team)
-    actions = {policy.agent: chosen(policy, coordinates, profile.world, question.semantics) for policy in team}
+    actions = {policy.agent: choose_actions(policy, coordinates, profile.world, question.semantics) for policy in team}
     return ~batch(coordinates, profile.world).holds(question.formula, actions)
 
 
@@ -228,12 +228,12 @@ class _Held:
 
     def _of_one(self, part: Formula, agent: str | None, actions: Mapping[str, int]) -> Bool:
         if agent is None:
-            return self._states.holds(given(part, actions), {})
+            return self._states.holds(substitute_actions(part, actions), {})
         key = id(part), actions[agent]
         if key not in self._known:
             if len(self._known) == MAX_HELD:
                 self._known.clear()
-            self._known[key] = self._states.holds(given(part, actions), {})
+            self._known[key] = self._states.holds(substitute_actions(part, actions), {})
         return self._known[key]
 
 
@@ -245,12 +245,12 @@ def _unmatchable(question: DecisionQuestion, states: Batch, willing: Mapping[str
     """Where willing actions can leave no matching of the team to the landmarks, by Hall's theorem."""
     marks = [landmark.name for landmark in question.profile.world.landmarks]
 
-    def related(policy: AgentPolicy, action: int) -> Bool:
-        own = [given(engaged(policy, mark, question.claim), {policy.agent: action}) for mark in marks]
+    def relate_marks(policy: AgentPolicy, action: int) -> Bool:
+        own = [substitute_actions(engages(policy, mark, question.claim), {policy.agent: action}) for mark in marks]
         return np.stack([states.holds(each, {}) for each in own], axis=1)
 
     choices = [
-        [(allowed, related(policy, action)) for action, allowed in enumerate(willing[policy.agent])]
+        [(allowed, relate_marks(policy, action)) for action, allowed in enumerate(willing[policy.agent])]
         for policy in question.profile.team(question.claim.team)
     ]
     return preventable(choices, len(marks))
@@ -263,16 +263,16 @@ def _willing(profile: PolicyProfile, policy: AgentPolicy, action: int, claim: De
     return disjunction(*(closes(policy, action, mark.name, claim.margin) for mark in profile.world.landmarks))
 
 
-def _contested(question: DecisionQuestion, coordinates: Float64) -> Bool | None:
+def _is_contested(question: DecisionQuestion, coordinates: Float64) -> Bool | None:
     """Two agents, both inside the landmarks' rectangle."""
     profile = question.profile
     team, landmarks = profile.team(question.claim.team), profile.world.landmarks
     if len(team) != 2 or len(landmarks) != 2:
         return None
     at = dict(zip(profile.world.coordinates(), coordinates.T, strict=True))
-    found = np.ones(len(coordinates), dtype=bool)
+    inside = np.ones(len(coordinates), dtype=bool)
     for policy, axis in product(team, "xy"):
         # inside: on each axis the two landmarks do not lie on the same side of the agent
         first, second = (at[f"{mark.name}.{axis}"] - at[f"{policy.agent}.{axis}"] for mark in landmarks)
-        found &= first * second <= 0
-    return found
+        inside &= first * second <= 0
+    return inside

@@ -15,13 +15,13 @@ import numpy as np
 from codegen import ir
 from codegen.ir import Bool, Float64, Floats, Int32, PolicyProfile
 from codegen.observe import observe
-from verify.claims.decisions import DecisionClaim, engaged
+from verify.claims.decisions import DecisionClaim, engages
 from verify.claims.formula import Formula, for_goal, holds
 from verify.claims.region import Region
 from verify.claims.uncertified.values import Batch, worth
 from verify.question import DecisionQuestion
 from verify.semantics import MACHINE, REAL
-from verify.states.real import Value, comparable, leaf_of, leaves_of, measured, value_of
+from verify.states.real import Value, comparable, leaf_of, leaves_of, measure_feature, value_of
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ def measurable(meaning: ir.Meaning) -> bool:
     return bool(meaning.terms) and meaning.function != "zero"
 
 
-def observed(profile: PolicyProfile, policy: ir.AgentPolicy, state: State) -> Floats:
+def observe_state(profile: PolicyProfile, policy: ir.AgentPolicy, state: State) -> Floats:
     """What an agent of the deployed arithmetic observes in a float64 state, errors included, [1, n_features].
 
     An error is added to the exact coordinate or difference; then float64, the feature's function and the agent's
@@ -89,19 +89,19 @@ def meaning_of(feature: ir.FeatureSpec) -> ir.Meaning:
 
 def measurements(profile: PolicyProfile, policy: ir.AgentPolicy, state: State) -> list[Fraction]:
     """What an agent's features measure in a world state without rounding, errors included, [n_features]."""
-    at, found = state.exactly(profile), list[Fraction]()
+    at, values = state.exactly(profile), list[Fraction]()
     for feature in policy.features:
         meaning = meaning_of(feature)
         error = Fraction(state.errors.get(error_name(policy.agent, feature.name), 0.0))
-        found.append(measured(meaning, at, error if measurable(meaning) else Fraction(0)))
-    return found
+        values.append(measure_feature(meaning, at, error if measurable(meaning) else Fraction(0)))
+    return values
 
 
 def leaf_at(profile: PolicyProfile, policy: ir.AgentPolicy, state: State, semantics: str = MACHINE) -> int:
     """The leaf that an agent reaches in a world state; the deployed arithmetic knows float64 states only."""
     if semantics == REAL:
         return leaf_of(policy.tree, measurements(profile, policy, state))
-    return int(ir.apply(policy.tree, observed(profile, policy, state))[0])
+    return int(ir.apply(policy.tree, observe_state(profile, policy, state))[0])
 
 
 def leaves_at(profile: PolicyProfile, team: str, state: State, semantics: str = MACHINE) -> dict[str, int]:
@@ -115,16 +115,18 @@ def actions_at(profile: PolicyProfile, team: str, state: State, semantics: str =
     return {policy.agent: int(policy.tree.action[leaves[policy.agent]]) for policy in profile.team(team)}
 
 
-def reached(policy: ir.AgentPolicy, coordinates: Float64, world: ir.WorldSpec, semantics: str = MACHINE) -> Int32:
+def find_leaves(policy: ir.AgentPolicy, coordinates: Float64, world: ir.WorldSpec, semantics: str = MACHINE) -> Int32:
     """The leaves that one agent reaches in a batch of float64 states. [batch]"""
     if semantics == REAL:
         return leaves_of(policy.tree, comparable(policy.features, coordinates, world))
     return ir.apply(policy.tree, observe(policy.features, coordinates, world, policy.numbers))
 
 
-def chosen(policy: ir.AgentPolicy, coordinates: Float64, world: ir.WorldSpec, semantics: str = MACHINE) -> Int32:
+def choose_actions(
+    policy: ir.AgentPolicy, coordinates: Float64, world: ir.WorldSpec, semantics: str = MACHINE
+) -> Int32:
     """The actions of one agent in a batch of float64 states. [batch]"""
-    return policy.tree.action[reached(policy, coordinates, world, semantics)]
+    return policy.tree.action[find_leaves(policy, coordinates, world, semantics)]
 
 
 def violates(question: DecisionQuestion, state: State) -> bool:
@@ -144,7 +146,7 @@ def shortfall(question: DecisionQuestion, state: State) -> Fraction | float:
     return -worth(question.formula_for(state.goal), state.exactly(question.profile), actions)
 
 
-def engaged_with(
+def find_engaged(
     profile: PolicyProfile, claim: DecisionClaim, state: State, actions: Mapping[str, int]
 ) -> dict[str, tuple[str, ...]]:
     """Agent -> the landmarks that it is engaged with in a world state by its action, exactly."""
@@ -152,7 +154,7 @@ def engaged_with(
         policy.agent: tuple(
             landmark.name
             for landmark in profile.world.landmarks
-            if true_at(profile, engaged(policy, landmark.name, claim), state, actions)
+            if true_at(profile, engages(policy, landmark.name, claim), state, actions)
         )
         for policy in profile.team(claim.team)
     }

@@ -11,14 +11,14 @@ from types import MappingProxyType
 
 from codegen.errors import InputError
 from codegen.ir import NAME
-from codegen.wording import counted
-from verify.language.units import PURE, Unit, unit_of, written
+from codegen.wording import format_count
+from verify.language.units import PURE, Unit, format_unit, unit_of
 from verify.systems.given.agents import Acting
 from verify.systems.language.expressions import Call, Expression, Number, affine
 from verify.systems.language.parsing import Names, feature_of
 from verify.systems.statement import Agent
 from verify.systems.system import Feature, Measure
-from verify.systems.values import ADVICE, as_table, named, only, table, text, typed
+from verify.systems.values import ADVICE, as_name, as_table, as_typed, only, table, text
 from verify.toml_places import Place
 
 KEYS = ("team", "like", "features", "actions", "outputs", "reward")
@@ -33,8 +33,8 @@ def agents_of(
 ) -> tuple[tuple[Agent, ...], dict[str, Unit]]:
     """The agents, and the units of their inputs by name. `acting`: how proofs read those that give numbers."""
     if not 1 <= len(given) <= MAX_AGENTS:
-        raise InputError(f"{counted(len(given), 'agent')}, of 1 to {MAX_AGENTS}", where, ADVICE)
-    found: list[Agent] = []
+        raise InputError(f"{format_count(len(given), 'agent')}, of 1 to {MAX_AGENTS}", where, ADVICE)
+    agents: list[Agent] = []
     inputs: dict[str, Unit] = {}
     for name, value in given.items():
         place = where / name
@@ -45,13 +45,13 @@ def agents_of(
             actions = acting[name].settings if name in acting else {GIVEN: dict.fromkeys(outputs, ZERO)}
         else:
             actions = _actions(name, described, names, inputs, place)
-        team = _called(text(described.get("team", name), place / "team"), place / "team")
-        reward = typed(described.get("reward", 0), names, place / "reward").value
+        team = _as_label(text(described.get("team", name), place / "team"), place / "team")
+        reward = as_typed(described.get("reward", 0), names, place / "reward").value
         called = tuple(each.partition(".")[2] for each in outputs)
-        found.append(Agent(named(name, place), team, actions, reward, called, _like(name, given, place)))
+        agents.append(Agent(as_name(name, place), team, actions, reward, called, _like(name, given, place)))
     for name in inputs.keys() & names.known.keys():
         raise InputError(f"'{name}' is a variable and an input", where, "give each a name of its own")
-    return tuple(found), inputs
+    return tuple(agents), inputs
 
 
 def _like(agent: str, given: Mapping[str, object], where: Place) -> str:
@@ -69,34 +69,34 @@ def _actions(
     agent: str, described: Mapping[str, object], names: Names, inputs: dict[str, Unit], where: Place
 ) -> Mapping[str, Mapping[str, Expression]]:
     """What each action sets, all of them the same inputs."""
-    found: dict[str, Mapping[str, Expression]] = {}
+    actions: dict[str, Mapping[str, Expression]] = {}
     for action, settings in _some(described, "actions", where, MAX_ACTIONS).items():
         place = where / "actions" / action
-        found[_called(action, place)] = _settings(agent, as_table(settings, place), names, inputs, place)
-    return _whole(found)
+        actions[_as_label(action, place)] = _settings(agent, as_table(settings, place), names, inputs, place)
+    return _whole(actions)
 
 
 def _outputs(agent: str, described: Mapping[str, object], inputs: dict[str, Unit], where: Place) -> tuple[str, ...]:
     """The inputs that the numbers of an agent are, `AGENT.OUTPUT`; their units go into `inputs`."""
     if "actions" in described:
         raise InputError("an agent has actions or outputs, not both", where, "remove one of the two")
-    found: list[str] = []
+    outputs: list[str] = []
     for key, value in _some(described, "outputs", where, MAX_OUTPUTS).items():
         place = where / "outputs" / key
-        found.append(f"{agent}.{named(key, place)}")
-        inputs[found[-1]] = unit_of(text(value, place), place)
-    return tuple(found)
+        outputs.append(f"{agent}.{as_name(key, place)}")
+        inputs[outputs[-1]] = unit_of(text(value, place), place)
+    return tuple(outputs)
 
 
 def _some(described: Mapping[str, object], key: str, where: Place, most: int) -> Mapping[str, object]:
     """A table that must hold something."""
-    found = table(described, key, where)
-    if not 1 <= len(found) <= most:
-        raise InputError(f"{len(found)} {key}, of 1 to {most}", where / key, ADVICE)
-    return found
+    stated = table(described, key, where)
+    if not 1 <= len(stated) <= most:
+        raise InputError(f"{len(stated)} {key}, of 1 to {most}", where / key, ADVICE)
+    return stated
 
 
-def _called(name: str, where: Place) -> str:
+def _as_label(name: str, where: Place) -> str:
     if not NAME.fullmatch(name):
         raise InputError(f"not a name: {name[:60]!r}", where, "use letters, digits, _ and -, a letter first")
     return name
@@ -106,17 +106,17 @@ def _settings(
     agent: str, given: Mapping[str, object], names: Names, inputs: dict[str, Unit], where: Place
 ) -> dict[str, Expression]:
     """What one action sets, by `AGENT.INPUT`; their units go into `inputs`."""
-    found: dict[str, Expression] = {}
+    settings: dict[str, Expression] = {}
     for key, value in given.items():
-        place, name = where / key, f"{agent}.{named(key, where)}"
-        setting = typed(value, names, place)
+        place, name = where / key, f"{agent}.{as_name(key, where)}"
+        setting = as_typed(value, names, place)
         if setting.value != ZERO or setting.unit is not None:
             unit = PURE if setting.unit is None else setting.unit
             if inputs.setdefault(name, unit) != unit:
-                what = f"units do not fit: {written(unit)}, and {written(inputs[name])} in another action"
+                what = f"units do not fit: {format_unit(unit)}, and {format_unit(inputs[name])} in another action"
                 raise InputError(what, place, "set an input in one unit")
-        found[name] = setting.value
-    return found
+        settings[name] = setting.value
+    return settings
 
 
 def _whole(actions: Mapping[str, Mapping[str, Expression]]) -> dict[str, Mapping[str, Expression]]:
@@ -130,15 +130,15 @@ def _whole(actions: Mapping[str, Mapping[str, Expression]]) -> dict[str, Mapping
 
 def features_of(given: Mapping[str, object], names: Names, where: Place) -> dict[str, dict[str, Feature]]:
     """The features of each agent, in their order."""
-    found: dict[str, dict[str, Feature]] = {}
+    features: dict[str, dict[str, Feature]] = {}
     for agent, described in given.items():
         place = where / agent
         stated = _some(as_table(described, place), "features", place, MAX_FEATURES)
-        found[agent] = {
-            _called(name, place): _feature(text(value, place / "features" / name), names, place / "features" / name)
+        features[agent] = {
+            _as_label(name, place): _feature(text(value, place / "features" / name), names, place / "features" / name)
             for name, value in stated.items()
         }
-    return found
+    return features
 
 
 def _feature(stated: str, names: Names, where: Place) -> Feature:

@@ -48,12 +48,12 @@ def case_regions(
     met: list[set[Polytope]] = [set() for _ in regions]  # of each case the polytopes that hold some state
     for fixed in _combinations(modes):
         whole = _with(box_of(ranges), fixed)
-        kept = [{each: _kept(each, fixed, whole) for each in given} for given in regions]
-        held = [[found for found in given.values() if found is not None] for given in kept]
+        kept = [{each: _restrict_region(each, fixed, whole) for each in given} for given in regions]
+        held = [[part for part in given.values() if part is not None] for given in kept]
         for seen, given in zip(met, kept, strict=True):
-            seen |= {each for each, found in given.items() if found is not None}
+            seen |= {each for each, part in given.items() if part is not None}
         _ensure_apart(held, where)
-        for left in _left_of(whole, [each for given in held for each in given]):
+        for left in _subtract_regions(whole, [each for given in held for each in given]):
             if last is None:
                 what = f"cases leave a gap: {_states(left, ranges, fixed, variables)}"
                 raise InputError(what, where, f'add a case, or one with when = "{OTHERWISE}"')
@@ -76,7 +76,7 @@ def _combinations(modes: Mapping[str, int]) -> Iterator[dict[str, Fraction]]:
 
 def _tight(region: Polytope, modes: Mapping[str, int]) -> Polytope:
     """A polytope whose bounds of single modes are whole numbers."""
-    found: list[HalfSpace] = []
+    halves: list[HalfSpace] = []
     for half in region:
         match half.form.terms:
             case ((name, factor),) if name in modes:
@@ -85,26 +85,26 @@ def _tight(region: Polytope, modes: Mapping[str, int]) -> Polytope:
                 if half.strict and whole == end:
                     whole += -1 if factor > 0 else 1
                 sign = Fraction(1 if factor > 0 else -1)
-                found.append(HalfSpace(Affine.of({name: sign}, -sign * whole)))
+                halves.append(HalfSpace(Affine.of({name: sign}, -sign * whole)))
             case _:
-                found.append(half)
-    return tuple(found)
+                halves.append(half)
+    return tuple(halves)
 
 
 def _with(region: Polytope, fixed: Mapping[str, Fraction]) -> Polytope:
     """A polytope with modes at values, in the other variables."""
-    found: list[HalfSpace] = []
+    halves: list[HalfSpace] = []
     for half in region:
         terms = {name: factor for name, factor in half.form.terms if name not in fixed}
         added = sum((factor * fixed[name] for name, factor in half.form.terms if name in fixed), Fraction(0))
-        found.append(HalfSpace(Affine.of(terms, half.form.constant + added), half.strict))
-    return tuple(half for half in dict.fromkeys(found) if half.form.terms or not half.holds({}))
+        halves.append(HalfSpace(Affine.of(terms, half.form.constant + added), half.strict))
+    return tuple(half for half in dict.fromkeys(halves) if half.form.terms or not half.holds({}))
 
 
-def _kept(region: Polytope, fixed: Mapping[str, Fraction], whole: Polytope) -> Polytope | None:
+def _restrict_region(region: Polytope, fixed: Mapping[str, Fraction], whole: Polytope) -> Polytope | None:
     """A region with modes at values; None where it has no state then."""
-    found = _with(region, fixed)
-    return None if is_empty((*found, *whole)) else found
+    restricted = _with(region, fixed)
+    return None if is_empty((*restricted, *whole)) else restricted
 
 
 def _ensure_apart(held: Sequence[Sequence[Polytope]], where: Place) -> None:
@@ -113,7 +113,7 @@ def _ensure_apart(held: Sequence[Sequence[Polytope]], where: Place) -> None:
             raise InputError(f"cases {i + 1} and {j + 1} overlap", where / j, NARROW)
 
 
-def _left_of(whole: Polytope, held: Sequence[Polytope]) -> list[Polytope]:
+def _subtract_regions(whole: Polytope, held: Sequence[Polytope]) -> list[Polytope]:
     """Polytopes that hold what is in none of some regions."""
     open_ = [whole]
     for region in held:

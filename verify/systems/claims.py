@@ -34,7 +34,7 @@ from verify.claims.formula import (
     below,
     conjunction,
     disjunction,
-    negated,
+    negate,
 )
 from verify.kinds import Kind
 from verify.semantics import MACHINE
@@ -155,18 +155,18 @@ class SystemClaim:
         """That a state lies in one of the regions that are assumed."""
         return _in_one_of(self.assuming) if self.assuming else TRUE
 
-    def broken(self, step: int) -> Formula:
+    def violation_at(self, step: int) -> Formula:
         """The states that the claim excludes at a step of an episode."""
         if self.says.avoided:
             return self.inside
         first = {"": 0, "steps": self.steps, "by": self.by}[self.says.first]
-        outside = negated(self.inside) if step >= first else FALSE
+        outside = negate(self.inside) if step >= first else FALSE
         return conjunction(self.spoken_of, outside) if self.assuming else outside
 
-    def fulfilled(self, step: int) -> Formula:
+    def fulfilment_at(self, step: int) -> Formula:
         """The states of a step with which an episode fulfils the claim, whatever comes later."""
         if self.assuming:
-            return negated(self.spoken_of)
+            return negate(self.spoken_of)
         return self.inside if self.says.once and step < self.steps else FALSE
 
     def ensure(self) -> None:

@@ -104,11 +104,11 @@ def _forms(forms: Mapping[str, Affine]) -> dict[str, Any]:
 
 
 def _piece(piece: Piece) -> dict[str, Any]:
-    found = {
+    entry = {
         "where": {name: _interval(bounds) for name, bounds in piece.where.items()},
         "move": _forms(piece.move),
         "effect": [[agent, action, _forms(forms)] for (agent, action), forms in sorted(piece.effect.items())],
         "error": {name: _interval(bounds) for name, bounds in piece.error.items()},
     }
-    found |= {"when": [_half(half) for half in piece.when]} if piece.when else {}
-    return found | ({"choice": dict(piece.choice)} if piece.choice else {})
+    entry |= {"when": [_half(half) for half in piece.when]} if piece.when else {}
+    return entry | ({"choice": dict(piece.choice)} if piece.choice else {})

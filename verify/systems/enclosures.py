@@ -77,10 +77,10 @@ class Enclosing:
 
     def _model(self, expression: Expression) -> _Model:
         if expression not in self._known:
-            self._known[expression] = self._made(expression)
+            self._known[expression] = self._build_model(expression)
         return self._known[expression]
 
-    def _made(self, expression: Expression) -> _Model:
+    def _build_model(self, expression: Expression) -> _Model:
         match expression:
             case Number(value):
                 return _Model(value, {}, ZERO)
@@ -95,15 +95,15 @@ class Enclosing:
             case Quotient(left, right):
                 below = self._model(right)
                 apart = self._range(below) if _apart(self._range(below)) else self._bounds(right)
-                return self._product(self._model(left), self._curved(_reciprocal, below, apart))
+                return self._product(self._model(left), self._apply_curve(_reciprocal, below, apart))
             case Power(base, exponent):
-                return self._curved(lambda a, b: _power(exponent, a, b), self._model(base))
+                return self._apply_curve(lambda a, b: _power(exponent, a, b), self._model(base))
             case Call(_, argument, (low, high)):
-                return self._curved(lambda a, b: _clip(low, high, a, b), self._model(argument))
+                return self._apply_curve(lambda a, b: _clip(low, high, a, b), self._model(argument))
             case Call("sqrt", argument, _):
-                return self._curved(_root, self._model(argument), self._bounds(argument))
+                return self._apply_curve(_root, self._model(argument), self._bounds(argument))
             case Call(function, argument, _):
-                return self._curved(LINES[function], self._model(argument))
+                return self._apply_curve(LINES[function], self._model(argument))
 
     def _deviation(self, model: _Model) -> Fraction:
         """How far the form comes from its value in the middle."""
@@ -118,7 +118,7 @@ class Enclosing:
         low, high = self._range(self._model(expression))
         match expression:
             case Sum(left, right):
-                least, most = _added(self._bounds(left), self._bounds(right))
+                least, most = _add_bounds(self._bounds(left), self._bounds(right))
             case Product(left, right):
                 least, most = _times(self._bounds(left), self._bounds(right))
             case Quotient(left, right) if _apart(ends := self._bounds(right)):
@@ -138,31 +138,31 @@ class Enclosing:
     def _sum(self, one: _Model, other: _Model) -> _Model:
         names = one.slopes.keys() | other.slopes.keys()
         slopes = {name: one.slopes.get(name, 0) + other.slopes.get(name, 0) for name in sorted(names)}
-        return self._fine(one.middle + other.middle, slopes, _added(one.rest, other.rest))
+        return self._fine(one.middle + other.middle, slopes, _add_bounds(one.rest, other.rest))
 
-    def _scaled(self, model: _Model, factor: Fraction) -> _Model:
+    def _scale_model(self, model: _Model, factor: Fraction) -> _Model:
         slopes = {name: slope * factor for name, slope in model.slopes.items()}
-        return self._fine(model.middle * factor, slopes, _scaled(model.rest, factor))
+        return self._fine(model.middle * factor, slopes, _scale_bounds(model.rest, factor))
 
     def _product(self, one: _Model, other: _Model) -> _Model:
         for constant, factor in ((one, other), (other, one)):
             if not constant.slopes and constant.rest == ZERO:
-                return self._scaled(factor, constant.middle)
+                return self._scale_model(factor, constant.middle)
         names = sorted(one.slopes.keys() | other.slopes.keys())
         slopes = {
             name: one.middle * other.slopes.get(name, 0) + other.middle * one.slopes.get(name, 0) for name in names
         }
         both = self._deviation(one) * self._deviation(other)
         reach = other.middle - self._deviation(other), other.middle + self._deviation(other)
-        rest = _added(_added((-both, both), _times(one.rest, reach)), _times(self._range(one), other.rest))
+        rest = _add_bounds(_add_bounds((-both, both), _times(one.rest, reach)), _times(self._range(one), other.rest))
         return self._fine(one.middle * other.middle, slopes, rest)
 
-    def _curved(self, line: Line, model: _Model, bounds: Interval | None = None) -> _Model:
+    def _apply_curve(self, line: Line, model: _Model, bounds: Interval | None = None) -> _Model:
         """A function of a part, by a slope over the part's range and what is left when that is taken off."""
         slope, (least, most) = line(*(bounds or self._range(model)))
-        scaled = self._scaled(model, slope)
+        scaled = self._scale_model(model, slope)
         middle = (least + most) / 2
-        rest = _added(scaled.rest, (least - middle, most - middle))
+        rest = _add_bounds(scaled.rest, (least - middle, most - middle))
         return self._fine(scaled.middle + middle, scaled.slopes, rest)
 
     def _fine(self, middle: Fraction, slopes: Mapping[str, Fraction | int], rest: Interval) -> _Model:
@@ -175,11 +175,11 @@ class Enclosing:
         return _Model(near, kept, (Fraction((low * FINE).__floor__(), FINE), Fraction((high * FINE).__ceil__(), FINE)))
 
 
-def _added(one: Interval, other: Interval) -> Interval:
+def _add_bounds(one: Interval, other: Interval) -> Interval:
     return one[0] + other[0], one[1] + other[1]
 
 
-def _scaled(bounds: Interval, factor: Fraction) -> Interval:
+def _scale_bounds(bounds: Interval, factor: Fraction) -> Interval:
     low, high = bounds[0] * factor, bounds[1] * factor
     return min(low, high), max(low, high)
 
@@ -251,13 +251,13 @@ def _exp_at(u: Fraction) -> Interval:
     Terms fall by half at least once k is above 2 |u|, so what is left out is at most the last term.
     """
     top, under = u.as_integer_ratio()
-    term = found = SHORTEST  # in multiples of 1 / SHORTEST
+    term = total = SHORTEST  # in multiples of 1 / SHORTEST
     k = 0
     while abs(term) * FINE * 4 > SHORTEST or k * under < 2 * abs(top):
         k += 1
-        term = _divided(term * top, under * k)
-        found += term
-    near = Fraction(found, SHORTEST)
+        term = _round_quotient(term * top, under * k)
+        total += term
+    near = Fraction(total, SHORTEST)
     return max(near - Fraction(1, FINE), Fraction(0)), near + Fraction(1, FINE)
 
 
@@ -274,8 +274,8 @@ def _root(low: Fraction, high: Fraction) -> tuple[Fraction, Interval]:
 
 def _root_at(u: Fraction) -> Interval:
     """The square root in multiples of 1 / FINE, from below and from above."""
-    found = isqrt((u * SHORTEST).__floor__())
-    return Fraction(found, FINE), Fraction(found + 1, FINE)
+    root = isqrt((u * SHORTEST).__floor__())
+    return Fraction(root, FINE), Fraction(root + 1, FINE)
 
 
 def _clip(least: Fraction, most: Fraction, low: Fraction, high: Fraction) -> tuple[Fraction, Interval]:
@@ -327,13 +327,13 @@ def _wave_at(function: str, u: Fraction) -> Interval:
     first, others = Fraction(term, per), 0
     while abs(term) * FINE * 4 > per or k * under < abs(top):
         k += 2
-        term = _divided(-term * square * SHORTEST, per * per_square * k * (k - 1))
+        term = _round_quotient(-term * square * SHORTEST, per * per_square * k * (k - 1))
         others, per = others + term, SHORTEST
-    found = first + Fraction(others, SHORTEST)
-    return found - Fraction(1, FINE), found + Fraction(1, FINE)
+    near = first + Fraction(others, SHORTEST)
+    return near - Fraction(1, FINE), near + Fraction(1, FINE)
 
 
-def _divided(number: int, by: int) -> int:
+def _round_quotient(number: int, by: int) -> int:
     """The whole number nearest to a quotient, ties to even."""
     whole, rest = divmod(number, by)
     return whole + (2 * rest > by or (2 * rest == by and whole % 2))

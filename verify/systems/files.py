@@ -17,7 +17,7 @@ from codegen.ir import GOAL
 from verify.claims.region import Interval
 from verify.claims.region_files import is_list, is_table
 from verify.language.arithmetic import Typed
-from verify.language.units import PURE, Unit, unit_of, written
+from verify.language.units import PURE, Unit, format_unit, unit_of
 from verify.systems.actors import agents_of, features_of
 from verify.systems.flows.reading import Around, flow_of
 from verify.systems.flows.sampling import Keeping
@@ -33,11 +33,11 @@ from verify.systems.values import (
     ADVICE,
     VALUES,
     as_list,
+    as_name,
     as_table,
     count,
     flat,
     interval,
-    named,
     only,
     quantity,
     table,
@@ -140,7 +140,7 @@ def with_roundings(
     kept = tuple(
         replace(
             rule,
-            where={name: _shared(ends, rule.where.get(name, ends)) for name, ends in ranges.items()},
+            where={name: _intersect_ranges(ends, rule.where.get(name, ends)) for name, ends in ranges.items()},
             move={**rule.move, **anew},
             error={**rule.error, **bounds},
         )
@@ -150,7 +150,7 @@ def with_roundings(
     return kept, (*variables, *added), (*start, *box_of(bounds))
 
 
-def _shared(one: Interval, other: Interval) -> Interval:
+def _intersect_ranges(one: Interval, other: Interval) -> Interval:
     return max(one[0], other[0]), min(one[1], other[1])
 
 
@@ -168,12 +168,12 @@ def _constants(document: Mapping[str, object], where: Place) -> Names:
         if "dt" in given:
             raise InputError("'dt' is stated twice", where / "constants" / "dt", "remove one of the two")
         given = {"dt": document["dt"], **given}
-    found: dict[str, Typed[Expression]] = {}
+    constants: dict[str, Typed[Expression]] = {}
     for key, value in given.items():
         place = where / "dt" if key == "dt" else where / "constants" / key
         exact, unit = quantity(value, place)
-        found[named(key, place)] = Typed(Number(exact), unit if unit is not None else PURE)
-    return Names({}, found)
+        constants[as_name(key, place)] = Typed(Number(exact), unit if unit is not None else PURE)
+    return Names({}, constants)
 
 
 def _variables(
@@ -182,7 +182,7 @@ def _variables(
     stated = flat(given, where / "variables")
     if not 1 <= len(stated) <= MAX_VARIABLES:
         raise InputError(f"{len(stated)} variables, of 1 to {MAX_VARIABLES}", where / "variables", ADVICE)
-    found: list[Variable] = []
+    variables: list[Variable] = []
     units: dict[str, Unit] = {}
     for name, described in stated.items():
         place = where / "variables" / name
@@ -195,20 +195,20 @@ def _variables(
         if identifier(name) in map(identifier, units):
             raise InputError(f"another variable is '{name}' but for its case", place, "give each a name of its own")
         if "modes" in value:
-            found.append(_mode(named(name, place, dotted=True), value, place))
+            variables.append(_mode(as_name(name, place, dotted=True), value, place))
             units[name] = PURE
             continue
         if "range" not in value:
             raise InputError("a variable needs a range", place, "write range = [-1, 1]")
-        units[named(name, place, dotted=True)] = unit = unit_of(text(value.get("unit", ""), place), place)
-        found.append(Variable(name, written(unit), interval(value["range"], unit, constants, place)))
-    return tuple(found), units
+        units[as_name(name, place, dotted=True)] = unit = unit_of(text(value.get("unit", ""), place), place)
+        variables.append(Variable(name, format_unit(unit), interval(value["range"], unit, constants, place)))
+    return tuple(variables), units
 
 
 def _mode(name: str, given: Mapping[str, object], where: Place) -> Variable:
     """A variable that is a mode."""
     only(given, ("modes",), where)
-    modes = [named(text(each, where / "modes"), where / "modes") for each in as_list(given["modes"], where / "modes")]
+    modes = [as_name(text(each, where / "modes"), where / "modes") for each in as_list(given["modes"], where / "modes")]
     if not 2 <= len(modes) <= MAX_MODES or len(set(modes)) < len(modes):
         raise InputError(f"not 2 to {MAX_MODES} different modes", where / "modes", 'write modes = ["off", "on"]')
     return Variable(name, "1", (Fraction(0), Fraction(len(modes) - 1)), tuple(modes))
@@ -255,10 +255,10 @@ def _start(
             raise InputError(f"the start says nothing of {variable.name}", where / "box", "bound every variable")
         if bounds[variable.name][0] < low or bounds[variable.name][1] > high:
             raise InputError("the start lies outside the range", place, "widen the range of the variable")
-    found = (*box_of(bounds), *conditions)
-    if is_empty(found):
+    start = (*box_of(bounds), *conditions)
+    if is_empty(start):
         raise InputError("the start region is empty", where, "no state meets all of its conditions")
-    return found
+    return start
 
 
 def region_parts(given: Mapping[str, object], names: Names, where: Place) -> tuple[Box, Polytope]:

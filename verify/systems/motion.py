@@ -10,7 +10,7 @@ from dataclasses import replace
 from fractions import Fraction
 
 from codegen.errors import InputError, UnknownNameError
-from codegen.wording import counted
+from codegen.wording import format_count
 from verify.language.arithmetic import Typed
 from verify.language.units import Unit, times
 from verify.systems.cases import OTHERWISE, CaseRegion, case_regions
@@ -23,28 +23,28 @@ from verify.systems.language.expressions import (
     affine,
     names,
     of_affine,
-    replaced,
+    substitute,
     terms,
     total,
 )
 from verify.systems.language.mode_values import input_of, mode_of
 from verify.systems.language.parsing import Choice, Names, conditions, fitting
-from verify.systems.regions import left_out, overlapping
+from verify.systems.regions import find_gap, overlapping
 from verify.systems.statement import Agent, Rule
 from verify.systems.system import Affine, Box, Interval, Variable
 from verify.systems.values import (
     ADVICE,
+    as_constant,
     as_list,
     as_table,
+    as_typed,
     count,
     error_of,
     flat,
     interval,
-    measured,
     only,
     table,
     text,
-    typed,
 )
 from verify.toml_places import Place
 
@@ -77,27 +77,27 @@ def rules_of(
     for index, stated in enumerate(tables):
         only(stated, (*MOVES, "where", "when"), where / "piece" / index)
     regions = reader.regions(tables, where)
-    found: list[Rule] = []
+    rules: list[Rule] = []
     for index, (stated, own) in enumerate(zip(tables, regions, strict=True)):
         place = where / "piece" / index
-        found += reader.rules(merged(shared, stated, place), own, place)
-    return tuple(found)
+        rules += reader.rules(merge_tables(shared, stated, place), own, place)
+    return tuple(rules)
 
 
-def merged(shared: Mapping[str, object], stated: Mapping[str, object], where: Place) -> dict[str, object]:
+def merge_tables(shared: Mapping[str, object], stated: Mapping[str, object], where: Place) -> dict[str, object]:
     """What holds in a piece: what it states itself, and name by name what it leaves to the tables of all pieces. Of A
     and c, which have no names but an entry for each variable, a piece has its own or those of all.
     """
-    found = {**shared, **stated}
-    for key in (each for each in (*NAMED, "let", "B") if each in found):
+    piece = {**shared, **stated}
+    for key in (each for each in (*NAMED, "let", "B") if each in piece):
         common, own = table(shared, key, where), table(stated, key, where)
         if key in NAMED:
-            found[key] = flat(common, where / key) | flat(own, where / key)
+            piece[key] = flat(common, where / key) | flat(own, where / key)
         elif key == "B":
-            found[key] = {name: {**table(common, name, where), **table(own, name, where)} for name in {**common, **own}}
+            piece[key] = {name: {**table(common, name, where), **table(own, name, where)} for name in {**common, **own}}
         else:
-            found[key] = {**common, **own}
-    return found
+            piece[key] = {**common, **own}
+    return piece
 
 
 def _ensure_cover(boxes: Sequence[Box], variables: Sequence[Variable], where: Place) -> None:
@@ -106,7 +106,7 @@ def _ensure_cover(boxes: Sequence[Box], variables: Sequence[Variable], where: Pl
     if pair is not None:
         what = f"pieces {pair[0] + 1} and {pair[1] + 1} overlap"
         raise InputError(what, where, "pieces may share borders only")
-    gap = left_out({variable.name: variable.range for variable in variables}, boxes)
+    gap = find_gap({variable.name: variable.range for variable in variables}, boxes)
     if gap is not None:
         told = {name: bounds for name, bounds in gap.items() if any(name in box for box in boxes)}
         told = told or gap
@@ -117,15 +117,15 @@ def _ensure_cover(boxes: Sequence[Box], variables: Sequence[Variable], where: Pl
 def setting_modes(agents: Sequence[Agent], variables: Sequence[Variable]) -> list[Agent]:
     """The agents, whose actions set each mode of their name too."""
     modes = [each for each in variables if each.modes]
-    found: list[Agent] = []
+    setters: list[Agent] = []
     for agent in agents:
         own = [each for each in modes if all(action in each.modes for action in agent.actions)]
         actions = {
             action: {**values, **{input_of(agent.name, m.name): Number(Fraction(m.modes.index(action))) for m in own}}
             for action, values in agent.actions.items()
         }
-        found.append(replace(agent, actions=actions))
-    return found
+        setters.append(replace(agent, actions=actions))
+    return setters
 
 
 def regions_of(
@@ -164,11 +164,11 @@ class _Motion:
         texts = [text(each["when"], where / "piece" / index / "when") for index, each in enumerate(tables)]
         if texts.count(OTHERWISE) > 1:
             raise InputError(f"several cases are {OTHERWISE!r}", where, "keep one of them")
-        found = [
+        stated = [
             None if each == OTHERWISE else conditions(each, self._of_states, where / "piece" / index / "when")
             for index, each in enumerate(texts)
         ]
-        return case_regions(found, self._all, where / "piece")
+        return case_regions(stated, self._all, where / "piece")
 
     @property
     def _of_states(self) -> Names:
@@ -194,7 +194,7 @@ class _Motion:
             for key in ("A", "B", "c"):
                 if key in given:
                     raise InputError(f"both next and {key}", place, "write expressions or matrices, not both")
-            moves = [(*self._separated(chosen.next, place), chosen.words) for chosen in self._chosen(given, place)]
+            moves = [(*self._split_next(chosen.next, place), chosen.words) for chosen in self._list_moves(given, place)]
         elif "A" in given:
             if self._modes:
                 raise InputError("matrices do not say what becomes of modes", place / "A", "write next")
@@ -202,16 +202,16 @@ class _Motion:
         else:
             raise InputError("nothing says how the state moves", place, "write next, or A, B and c")
         error, cuts = self._errors(given, place), self._cuts(given, place)
-        found = [
+        rules = [
             Rule(where, {**move, **self._counted}, effect, error, cuts, when, words, place)
             for where, when in regions
             for move, effect, words in moves
         ]
-        if len(found) > MAX_RULES:
+        if len(rules) > MAX_RULES:
             raise InputError(f"more than {MAX_RULES} cases and choices", place, "choose between fewer values")
-        return tuple(found)
+        return tuple(rules)
 
-    def _chosen(self, given: Mapping[str, object], place: Place) -> list[ChosenMotion]:
+    def _list_moves(self, given: Mapping[str, object], place: Place) -> list[ChosenMotion]:
         """The next values for each way to choose."""
         choices: dict[str, Choice] = {}
         called: dict[str, str] = {}
@@ -231,17 +231,17 @@ class _Motion:
         for name, value in lets.items():
             if name in self._names.known or name in meant:
                 raise InputError(f"'{name}' is named twice", where / "let", "give each a name of its own")
-            meant[name] = typed(value, self._choosing(meant, choices), where / "let" / name)
+            meant[name] = as_typed(value, self._choosing(meant, choices), where / "let" / name)
             call(called, choices, name)
         stated = flat(table(given, "next", where), where / "next")
         for name in stated:
             self._unit(name, where / "next")
         named = self._choosing(meant, choices)
-        found: dict[str, Expression] = {}
+        following: dict[str, Expression] = {}
         for name in self._variables:
-            found[name] = self._one(stated, name, named, where / "next")
+            following[name] = self._one(stated, name, named, where / "next")
             call(called, choices, name)
-        return found
+        return following
 
     def _choosing(self, meant: Mapping[str, Typed[Expression]], choices: dict[str, Choice]) -> Names:
         return Names(self._names.known, meant, self._names.modes, choices)
@@ -252,9 +252,9 @@ class _Motion:
         if name in named.modes:
             actions = {agent.name: tuple(agent.actions) for agent in self._agents}
             return mode_of(text(stated[name], where / name), name, named, actions, where / name)
-        return fitting(typed(stated[name], named, where / name), self._names.known[name], where / name)
+        return fitting(as_typed(stated[name], named, where / name), self._names.known[name], where / name)
 
-    def _separated(self, found: Mapping[str, Expression], where: Place) -> tuple[dict[str, Expression], Effect]:
+    def _split_next(self, found: Mapping[str, Expression], where: Place) -> tuple[dict[str, Expression], Effect]:
         """What holds for all actions, and what each action adds."""
         move: dict[str, Expression] = {}
         effect: Effect = {}
@@ -264,7 +264,7 @@ class _Motion:
             for agent in self._agents:
                 for action, values in agent.actions.items():
                     if acted.get(agent.name):
-                        added = replaced(total(acted[agent.name]), values)
+                        added = substitute(total(acted[agent.name]), values)
                         effect.setdefault((agent.name, action), {})[name] = added
         return move, effect
 
@@ -297,7 +297,7 @@ class _Motion:
         n = len(self._variables)
         rows = as_list(given["A"], where / "A")
         if len(rows) != n:
-            what = f"A has {counted(len(rows), 'row')}, and there are {counted(n, 'variable')}"
+            what = f"A has {format_count(len(rows), 'row')}, and there are {format_count(n, 'variable')}"
             raise InputError(what, where / "A", "one row for each")
         constant = self._vector(given.get("c", [0] * n), where / "c")
         move: dict[str, Expression] = {}
@@ -314,12 +314,12 @@ class _Motion:
     def _entry(self, value: object, row: str, column: str, where: Place) -> Fraction:
         """A factor; one without a unit has the unit that fits."""
         unit = times(self._names.known[row], self._names.known[column], -1)
-        return measured(value, unit, self._names, where.saying(column))
+        return as_constant(value, unit, self._names, where.saying(column))
 
     def _vector(self, value: object, where: Place) -> dict[str, Fraction]:
         entries = as_list(value, where, len(self._variables))
         return {
-            name: measured(entry, self._names.known[name], self._names, where.saying(name))
+            name: as_constant(entry, self._names.known[name], self._names, where.saying(name))
             for name, entry in zip(self._variables, entries, strict=True)
         }
 
@@ -327,32 +327,32 @@ class _Motion:
         """B: agent -> action -> a number for each variable. An action without one adds nothing."""
         acting = {agent.name: agent for agent in self._agents}
         only(given, tuple(acting), where, "agent")
-        found: Effect = {}
+        gains: Effect = {}
         for agent, actions in given.items():
             stated = as_table(actions, where / agent)
             only(stated, tuple(acting[agent].actions), where / agent, "action")
             for action, vector in stated.items():
                 added = self._vector(vector, where / agent / action)
-                found[agent, action] = {name: of_affine(Affine.of({}, value)) for name, value in added.items() if value}
-        return found
+                gains[agent, action] = {name: of_affine(Affine.of({}, value)) for name, value in added.items() if value}
+        return gains
 
     # --- errors and cuts
 
     def _errors(self, given: Mapping[str, object], where: Place) -> dict[str, Interval]:
         """The error of each variable: a number e for [-e, e], or an interval."""
-        found: dict[str, Interval] = {}
+        errors: dict[str, Interval] = {}
         for name, value in flat(table(given, "error", where), where / "error").items():
             place = where / "error" / name
             unit = self._unit(name, where / "error")
             if name in self._names.modes:
                 raise InputError("a mode has no error", place, "write choice(.., ..) of modes in next")
-            found[name] = error_of(value, unit, self._names, place)
-        return {name: bounds for name, bounds in found.items() if bounds != (0, 0)}
+            errors[name] = error_of(value, unit, self._names, place)
+        return {name: bounds for name, bounds in errors.items() if bounds != (0, 0)}
 
     def _cuts(self, given: Mapping[str, object], where: Place) -> dict[str, int]:
         """Into how many parts the range of a variable is cut where something is not affine."""
-        found: dict[str, int] = {}
+        cuts: dict[str, int] = {}
         for name, value in flat(table(given, "cuts", where), where / "cuts").items():
             self._unit(name, where / "cuts")
-            found[name] = count(value, where / "cuts" / name, MAX_CUTS)
-        return found
+            cuts[name] = count(value, where / "cuts" / name, MAX_CUTS)
+        return cuts

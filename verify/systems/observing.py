@@ -33,7 +33,7 @@ def _distance(number: np.float32, exact: Fraction) -> tuple[Fraction, int]:
     return abs(Fraction(float(number)) - exact), odd
 
 
-def measured(feature: Feature, state: State) -> Fraction:
+def measure_feature(feature: Feature, state: State) -> Fraction:
     """The exact value of a feature in a state."""
     value = feature.form.at(state)
     if feature.measure is Measure.SIGN:
@@ -47,17 +47,17 @@ def measured(feature: Feature, state: State) -> Fraction:
     return value
 
 
-def observed(system: System, policy: AgentPolicy, state: State) -> Floats:
+def observe_state(system: System, policy: AgentPolicy, state: State) -> Floats:
     """What an agent observes in a state, [1, n_features] of the numbers that it compares. KeyError for a feature that
     the system does not have.
     """
     features = system.features[policy.agent]
-    exact = [measured(features[feature.name], state) for feature in policy.features]
+    exact = [measure_feature(features[feature.name], state) for feature in policy.features]
     if policy.numbers == FLOAT32:
         return np.array([[nearest(value) for value in exact]], dtype=np.float32)
     return np.array([[nearest_double(value) for value in exact]], dtype=np.float64)
 
 
-def chosen(system: System, profile: PolicyProfile, state: State) -> Mapping[str, int]:
+def choose_actions(system: System, profile: PolicyProfile, state: State) -> Mapping[str, int]:
     """The number of the action that each agent takes in a state."""
-    return {policy.agent: int(act(policy, observed(system, policy, state))[0]) for policy in profile.agents}
+    return {policy.agent: int(act(policy, observe_state(system, policy, state))[0]) for policy in profile.agents}

@@ -25,23 +25,23 @@ def pieces(rules: Sequence[Rule], variables: Sequence[Variable], where: object) 
     most = sum(count(rule) for rule in rules)
     if most > MAX_PIECES:
         raise InputError(f"more than {MAX_PIECES} pieces", where, "cut ranges into fewer parts")
-    found: list[Piece] = []
+    parts: list[Piece] = []
     for rule in rules:
         for piece in _pieces(rule, ranges):
-            found.append(piece)
-            tell(len(found), most, "pieces made from rules")
-    return tuple(found)
+            parts.append(piece)
+            tell(len(parts), most, "pieces made from rules")
+    return tuple(parts)
 
 
 def count(rule: Rule) -> int:
     """How many pieces a rule becomes."""
-    found = 1
-    for name in curved(rule):
-        found *= rule.cuts.get(name, 1)
-    return found
+    total = 1
+    for name in list_curved(rule):
+        total *= rule.cuts.get(name, 1)
+    return total
 
 
-def curved(rule: Rule) -> tuple[str, ...]:
+def list_curved(rule: Rule) -> tuple[str, ...]:
     """The variables of what is not affine, in order."""
     written = chain(rule.move.values(), *(added.values() for added in rule.effect.values()))
     return tuple(sorted({name for each in written if affine(each) is None for name in names(each)}))
@@ -49,7 +49,7 @@ def curved(rule: Rule) -> tuple[str, ...]:
 
 def cells(rule: Rule, ranges: Mapping[str, Interval]) -> Iterator[Box]:
     """The boxes that a rule is enclosed over: its own, and parts of the ranges of what is not affine."""
-    cut = curved(rule)
+    cut = list_curved(rule)
     sides = [_parts(_within(rule.where, ranges, name), rule.cuts.get(name, 1)) for name in cut]
     for chosen in product(*sides):
         yield {**rule.where, **dict(zip(cut, chosen, strict=True))}
@@ -74,30 +74,30 @@ def _pieces(rule: Rule, ranges: Mapping[str, Interval]) -> Iterator[Piece]:
         effect: dict[tuple[str, str], dict[str, Affine]] = {}
         errors: dict[str, list[Interval]] = {name: [bounds] for name, bounds in rule.error.items()}
         for name, expression in rule.move.items():
-            move[name], error = enclosed(expression, over, rule.place / "next" / name)
+            move[name], error = enclose_expression(expression, over, rule.place / "next" / name)
             errors.setdefault(name, []).append(error)
         by_agent: dict[tuple[str, str], Interval] = {}
         for (agent, action), added in rule.effect.items():
             for name, expression in added.items():
-                form, error = enclosed(expression, over, rule.place / "next" / name)
+                form, error = enclose_expression(expression, over, rule.place / "next" / name)
                 effect.setdefault((agent, action), {})[name] = form
                 low, high = by_agent.get((agent, name), ZERO)
                 by_agent[agent, name] = min(low, error[0]), max(high, error[1])
         for (_, name), error in by_agent.items():
             errors.setdefault(name, []).append(error)
-        yield Piece(box, move, effect, _summed(errors), rule.when, rule.choice)
+        yield Piece(box, move, effect, _sum_errors(errors), rule.when, rule.choice)
 
 
-def enclosed(expression: Expression, over: Enclosing, where: object) -> Enclosure:
+def enclose_expression(expression: Expression, over: Enclosing, where: object) -> Enclosure:
     """The affine form that an expression is, or an enclosure of it. InputError with `where` if it may be undefined."""
     form = affine(expression)
     return over.of(expression, where) if form is None else Enclosure(form, ZERO)
 
 
-def _summed(errors: Mapping[str, Sequence[Interval]]) -> dict[str, Interval]:
-    found: dict[str, Interval] = {}
+def _sum_errors(errors: Mapping[str, Sequence[Interval]]) -> dict[str, Interval]:
+    sums: dict[str, Interval] = {}
     for name, bounds in errors.items():
         low, high = (sum((each[side] for each in bounds), Fraction(0)) for side in (0, 1))
         if low or high:
-            found[name] = low, high
-    return found
+            sums[name] = low, high
+    return sums

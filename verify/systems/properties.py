@@ -20,15 +20,15 @@ from verify.exact import plain
 from verify.language.arithmetic import Typed
 from verify.systems.claims import MAX_STEPS, SAYS, Pattern, SystemClaim
 from verify.systems.curves.claims import CurvedClaim
-from verify.systems.curves.following import followed, without_next
+from verify.systems.curves.following import name_next_values, without_next
 from verify.systems.curves.formulas import without_curves
 from verify.systems.curves.reading import Curves
 from verify.systems.files import region_of, region_parts
 from verify.systems.given import robust
-from verify.systems.given.formulas import named_inputs, of_actions
+from verify.systems.given.formulas import name_inputs, of_actions
 from verify.systems.language.expressions import Number, names
 from verify.systems.language.parsing import Names
-from verify.systems.pieces import curved
+from verify.systems.pieces import list_curved
 from verify.systems.regions import box_of, is_empty
 from verify.systems.statement import Statement
 from verify.systems.system import Polytope
@@ -58,10 +58,10 @@ MAX_CUTS = 1_000  # of a range
 def ensure_claims(statement: Statement, where: str) -> int:
     """How many claims a world file has. InputError with the place of the first fault."""
     place = replace(statement.place, name=where)
-    return len(_claims(statement.properties, place, statement, _stated(statement))) if statement.properties else 0
+    return len(_claims(statement.properties, place, statement, _build_agents(statement))) if statement.properties else 0
 
 
-def _stated(statement: Statement) -> dict[str, AgentPolicy]:
+def _build_agents(statement: Statement) -> dict[str, AgentPolicy]:
     """The agents of a file, with all of their actions and a tree that nobody asks."""
     leaf = Tree(*(np.array([number]) for number in (NO_FEATURE, 0, NO_CHILD, NO_CHILD, 0)))
     return {
@@ -144,13 +144,13 @@ def _robust(
     )
 
 
-def said_of_outputs(claim: SystemClaim, statement: Statement, profile: PolicyProfile) -> Formula | None:
+def write_formula(claim: SystemClaim, statement: Statement, profile: PolicyProfile) -> Formula | None:
     """The formula of a claim about decisions as it was written, over variables, outputs and actions; None where it has
     curves or next values.
     """
     curves = Curves(Names(statement.names.known, statement.names.meant, statement.names.modes))
     vocabulary, following = _vocabulary(statement, {policy.agent: policy for policy in profile.agents}, curves)
-    found = formula_of(named_inputs(claim.written), vocabulary, lambda offset: f"column {offset + 1}")
+    found = formula_of(name_inputs(claim.written), vocabulary, lambda offset: f"column {offset + 1}")
     return None if curves.found or coordinates(found) & following.keys() else found
 
 
@@ -165,7 +165,7 @@ def _vocabulary(
     }
     known = statement.names.known  # without the roundings of agents, which nobody names
     stated = [each for each in statement.system.variables if each.name in known]
-    following = followed(stated) if statement.rules else {}
+    following = name_next_values(stated) if statement.rules else {}
     units = {**known, **statement.inputs, **{name: known[whose] for name, whose in following.items()}}
     modes = statement.names.modes
     return Vocabulary(tuple(units), acting, units=units, constants=constants, modes=modes, curves=curves), following
@@ -181,21 +181,21 @@ def _decides(
     """A claim about decisions with its formula; one with next values or curves becomes one without, which implies
     it.
     """
-    written = _written(table, where)
+    written = _read_formula(table, where)
     curves = Curves(Names(statement.names.known, statement.names.meant, statement.names.modes))
     vocabulary, following = _vocabulary(statement, acting, curves)
-    found = formula_of(named_inputs(written), vocabulary, lambda offset: (where / "formula").of_offset(written, offset))
-    found = of_actions(found, statement, acting, where / "formula")
+    claim = formula_of(name_inputs(written), vocabulary, lambda offset: (where / "formula").of_offset(written, offset))
+    claim = of_actions(claim, statement, acting, where / "formula")
     named = frozenset[str]().union(*map(names, curves.found.values()))
     cuts: dict[str, int] = {}
     for name, value in flat(table_of(table, "cuts", where), where / "cuts").items():
         only({name: None}, sorted(named), where / "cuts", "variable of a product or function")
         cuts[name] = count(value, where / "cuts" / name, MAX_CUTS)
-    stronger, weaker = found, found
-    if any(name in following for name in coordinates(found)):
-        exact = not any(map(curved, statement.rules))
+    stronger, weaker = claim, claim
+    if any(name in following for name in coordinates(claim)):
+        exact = not any(map(list_curved, statement.rules))
         pieces = statement.system.pieces
-        stronger, weaker = without_next(found, pieces, following, acting, exact, where / "formula")
+        stronger, weaker = without_next(claim, pieces, following, acting, exact, where / "formula")
     begun, enclosures = replace(begun, written=written), ()
     if curves.found:
         bending = curves.found, statement.system.variables, cuts, where / "formula"
@@ -264,7 +264,7 @@ def _times(table: Mapping[str, object], statement: Statement, where: Place) -> b
     return given
 
 
-def _written(table: Mapping[str, object], where: Place) -> str:
+def _read_formula(table: Mapping[str, object], where: Place) -> str:
     """What is claimed of variables and actions."""
     if "formula" not in table:
         raise InputError("a property needs a name or a formula", where, f"names: {', '.join(PATTERNS)}")
@@ -286,12 +286,12 @@ def _words(region: object, place: Place, beyond: Mapping[str, str] | None = None
 def _beyond(region: object, statement: Statement, where: Place) -> dict[str, str]:
     """What a claim about decisions has to say of bounds that leave a range, since it is about states of the ranges."""
     bounds, _ = region_parts(as_table(region, where), statement.names, where)
-    found: dict[str, str] = {}
+    words: dict[str, str] = {}
     for one in statement.system.variables:
         low, high = bounds.get(one.name, one.range)
         least, most = max(low, one.range[0]), min(high, one.range[1])
         if least > most:
-            found[one.name] = " (no state of the ranges)"
+            words[one.name] = " (no state of the ranges)"
         elif (least, most) != (low, high):
-            found[one.name] = f" (of the ranges [{plain(least)}, {plain(most)}])"
-    return found
+            words[one.name] = f" (of the ranges [{plain(least)}, {plain(most)}])"
+    return words

@@ -16,11 +16,11 @@ MAX_INEQUALITIES = 4_000  # of one elimination
 
 def box_of(bounds: Mapping[str, Interval]) -> Polytope:
     """The half spaces of a box."""
-    found: list[HalfSpace] = []
+    halves: list[HalfSpace] = []
     for name, (low, high) in bounds.items():
-        found.append(HalfSpace(Affine.of({name: Fraction(-1)}, low)))
-        found.append(HalfSpace(Affine.of({name: Fraction(1)}, -high)))
-    return tuple(found)
+        halves.append(HalfSpace(Affine.of({name: Fraction(-1)}, low)))
+        halves.append(HalfSpace(Affine.of({name: Fraction(1)}, -high)))
+    return tuple(halves)
 
 
 def is_empty(region: Polytope) -> bool | None:
@@ -29,7 +29,7 @@ def is_empty(region: Polytope) -> bool | None:
     while names := {name for half in open_ for name, _ in half.form.terms}:
         if any(_false(half) for half in open_):
             return True
-        name = min(names, key=lambda each: (_made(open_, each), each))
+        name = min(names, key=lambda each: (_count_new(open_, each), each))
         open_ = _without(open_, name)
         if len(open_) > MAX_INEQUALITIES:
             return None
@@ -44,7 +44,7 @@ def _factor(half: HalfSpace, name: str) -> Fraction:
     return dict(half.form.terms).get(name, Fraction(0))
 
 
-def _made(halves: set[HalfSpace], name: str) -> int:
+def _count_new(halves: set[HalfSpace], name: str) -> int:
     """How many inequalities the elimination of a variable makes."""
     above = sum(_factor(half, name) > 0 for half in halves)
     return above * sum(_factor(half, name) < 0 for half in halves)
@@ -54,15 +54,15 @@ def _without(halves: set[HalfSpace], name: str) -> set[HalfSpace]:
     """What the others say once a variable is eliminated."""
     above = [half for half in halves if _factor(half, name) > 0]
     below = [half for half in halves if _factor(half, name) < 0]
-    found = {half for half in halves if not _factor(half, name)}
+    remaining = {half for half in halves if not _factor(half, name)}
     for one in above:
         for other in below:
             form = one.form.plus(other.form, _factor(one, name) / -_factor(other, name))
-            found.add(HalfSpace(_scaled(form), one.strict or other.strict))
-    return found
+            remaining.add(HalfSpace(_normalise_form(form), one.strict or other.strict))
+    return remaining
 
 
-def _scaled(form: Affine) -> Affine:
+def _normalise_form(form: Affine) -> Affine:
     """A positive multiple in which the first factor is 1 or -1, so that equal half spaces are equal data."""
     return Affine().plus(form, 1 / abs(form.terms[0][1])) if form.terms else form
 
@@ -88,7 +88,7 @@ def _is_wide(bounds: Interval) -> bool:
     return bounds[0] < bounds[1]
 
 
-def left_out(whole: Box, boxes: Sequence[Box]) -> Box | None:
+def find_gap(whole: Box, boxes: Sequence[Box]) -> Box | None:
     """A box of states of `whole` that lie in none of the boxes, but for borders; None where there is none."""
     open_ = [dict(whole)]
     for box in boxes:
@@ -98,12 +98,12 @@ def left_out(whole: Box, boxes: Sequence[Box]) -> Box | None:
 
 def _less(whole: Box, box: Box) -> list[dict[str, Interval]]:
     """A box without another, as boxes."""
-    rest, found = dict(whole), list[dict[str, Interval]]()
+    rest, parts = dict(whole), list[dict[str, Interval]]()
     for name, (low, high) in box.items():
         least, most = rest[name]
         inner = max(least, low), min(most, high)
         if inner[0] > inner[1] or (inner[0] == inner[1] and least != most):
             return [dict(whole)]
-        found += [rest | {name: side} for side in ((least, inner[0]), (inner[1], most)) if side[0] < side[1]]
+        parts += [rest | {name: side} for side in ((least, inner[0]), (inner[1], most)) if side[0] < side[1]]
         rest[name] = inner
-    return found
+    return parts

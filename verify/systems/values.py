@@ -10,7 +10,7 @@ from collections.abc import Collection, Mapping
 from fractions import Fraction
 from keyword import iskeyword
 
-from codegen.errors import InputError, UnknownNameError, shown
+from codegen.errors import InputError, UnknownNameError, escape_text
 from verify.claims.region import Interval
 from verify.claims.region_files import is_list, is_table
 from verify.exact import number
@@ -47,16 +47,16 @@ def flat(given: Mapping[str, object], where: Place) -> dict[str, object]:
     """A table whose keys are names of variables: `cart.x` without quotes is TOML's way to nest, and means the same.
     InputError for a name that stands in it both ways.
     """
-    found: dict[str, object] = {}
+    flattened: dict[str, object] = {}
     for name, value in given.items():
         nested = is_table(value) and not any(key in value for key in VALUES)
         entries = (
             {name: value} if not nested else {f"{name}.{key}": each for key, each in as_table(value, where).items()}
         )
-        for key in entries.keys() & found.keys():
-            raise InputError(f"'{shown(key)}' stands twice in one table", where, "give it once")
-        found |= entries
-    return found
+        for key in entries.keys() & flattened.keys():
+            raise InputError(f"'{escape_text(key)}' stands twice in one table", where, "give it once")
+        flattened |= entries
+    return flattened
 
 
 def as_list(value: object, where: Place, length: int | None = None) -> list[object]:
@@ -89,23 +89,23 @@ def count(value: object, where: Place, most: int) -> int:
     return value
 
 
-def named(name: str, where: Place, dotted: bool = False) -> str:
+def as_name(name: str, where: Place, dotted: bool = False) -> str:
     """A name that expressions can hold."""
     plain = (DOTTED if dotted else NAME).fullmatch(name)
     if plain is None or name in FUNCTIONS or any(iskeyword(part) for part in name.split(".")):
-        raise InputError(f"not a name: '{shown(name)[:60]}'", where, "use letters, digits and _, a letter first")
+        raise InputError(f"not a name: '{escape_text(name)[:60]}'", where, "use letters, digits and _, a letter first")
     return name
 
 
 def quantity(value: object, where: Place) -> tuple[Fraction, Unit | None]:
     """A number and its unit: 9.8, "1/3" or "9.8 m/s^2"; without a unit None. InputError for what is no number."""
-    found = _QUANTITY.fullmatch(value) if isinstance(value, str) and value.isprintable() else None
-    if found is None or found[2] is None:
+    matched = _QUANTITY.fullmatch(value) if isinstance(value, str) and value.isprintable() else None
+    if matched is None or matched[2] is None:
         return number(value, where), None
-    return number(found[1], where), unit_of(found[2], where)
+    return number(matched[1], where), unit_of(matched[2], where)
 
 
-def typed(value: object, names: Names, where: Place) -> Typed[Expression]:
+def as_typed(value: object, names: Names, where: Place) -> Typed[Expression]:
     """A quantity or, of a text that is none, an expression. InputError where a quantity may be meant as a product."""
     infinite = isinstance(value, str) and value.lstrip("+-") in ("inf", "nan")  # of TOML
     stated = _QUANTITY.fullmatch(value) if isinstance(value, str) else None
@@ -121,22 +121,24 @@ def _ensure_unit(exact: str, unit: str, names: Names, where: Place) -> None:
     """InputError for `0.5 x` where x is a name too: whoever wrote it may have meant 0.5*x."""
     words = _WORD.findall(unit)
     if words and all(word in names.known or word in names.meant for word in words):
-        what = f"'{shown(unit)}' is a unit, and the file has what is named so too"
-        raise InputError(what, where, f"write {exact}[{shown(unit)}] for the unit, {exact}*{shown(unit)} for a product")
+        what = f"'{escape_text(unit)}' is a unit, and the file has what is named so too"
+        raise InputError(
+            what, where, f"write {exact}[{escape_text(unit)}] for the unit, {exact}*{escape_text(unit)} for a product"
+        )
 
 
-def measured(value: object, unit: Unit, names: Names, where: Place) -> Fraction:
+def as_constant(value: object, unit: Unit, names: Names, where: Place) -> Fraction:
     """A number in a unit: a quantity, or an expression of constants."""
-    found = affine(fitting(typed(value, names, where), unit, where))
-    if found is None or found.terms:
+    form = affine(fitting(as_typed(value, names, where), unit, where))
+    if form is None or form.terms:
         raise InputError("not a constant", where, "name constants only")
-    return found.constant
+    return form.constant
 
 
 def interval(value: object, unit: Unit, names: Names, where: Place) -> Interval:
     """Bounds `[low, high]`, or one number for both."""
     ends = as_list(value, where, 2) if is_list(value) else [value, value]
-    low, high = (measured(end, unit, names, where) for end in ends)
+    low, high = (as_constant(end, unit, names, where) for end in ends)
     if low > high:
         raise InputError(f"the lower bound {low} is above the upper one {high}", where, "swap them")
     return low, high

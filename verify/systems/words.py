@@ -15,7 +15,7 @@ from verify.systems.claims import SystemClaim, atom
 from verify.systems.system import Affine, HalfSpace, Interval, Polytope
 
 
-def spelled(claim: SystemClaim, actions: Mapping[str, Sequence[str]], ranges: Mapping[str, Interval]) -> str:
+def spell_claim(claim: SystemClaim, actions: Mapping[str, Sequence[str]], ranges: Mapping[str, Interval]) -> str:
     """The claim in words that are made from its data alone, as a file's own words may say anything. `actions`: of each
     agent, by number. `ranges`: of the system's variables, which bound what a claim about decisions says.
     """
@@ -42,12 +42,12 @@ def _condition(half: HalfSpace) -> str:
 
 
 def _sum(terms: Sequence[tuple[str, Fraction]]) -> str:
-    found = ""
+    text = ""
     for name, factor in terms:
         times = name if abs(factor) == 1 else f"{plain(abs(factor))}*{name}"
         sign = "-" if factor < 0 else "+"
-        found += f" {sign} {times}" if found else times if factor > 0 else f"-{times}"
-    return found or "0"
+        text += f" {sign} {times}" if text else times if factor > 0 else f"-{times}"
+    return text or "0"
 
 
 def _formula(formula: Formula, actions: Mapping[str, Sequence[str]]) -> str:

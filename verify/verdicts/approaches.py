@@ -54,7 +54,7 @@ def closest(profile: PolicyProfile, system: System, claim: SystemClaim) -> Close
     start = random_starts(system, {0: claim}, Starts(EPISODES), random)
     if start is None:
         return None
-    count, found, least = len(next(iter(start.values()))), None, np.inf
+    count, approach, least = len(next(iter(start.values()))), None, np.inf
     with np.errstate(over="ignore", invalid="ignore"):
         for step, state, alive in Play(profile, system).walk(start, random, claim.steps):
             if step < claim.by or not alive.any():
@@ -63,8 +63,8 @@ def closest(profile: PolicyProfile, system: System, claim: SystemClaim) -> Close
             place = int(np.argmin(np.where(alive & np.isfinite(levels), levels, np.inf)))
             if alive[place] and 0 <= levels[place] < least:
                 least = levels[place]
-                found = _approach(system, claim, int(borders[place]), float(least), step, count)
-    return found
+                approach = _approach(system, claim, int(borders[place]), float(least), step, count)
+    return approach
 
 
 def beyond(system: System, claim: SystemClaim, shown: SystemCounterexample) -> ClosestApproach | None:
@@ -76,8 +76,8 @@ def beyond(system: System, claim: SystemClaim, shown: SystemCounterexample) -> C
     planes = {name: np.array([nearest_double(state[name]) for state in states]) for name in shown.start}
     levels, borders = _levels(system, claim, planes)
     place = int(np.argmax(levels))
-    found = _approach(system, claim, int(borders[place]), -float(levels[place]), steps[place], 0)
-    return replace(found, short=claim.says.once)
+    approach = _approach(system, claim, int(borders[place]), -float(levels[place]), steps[place], 0)
+    return replace(approach, short=claim.says.once)
 
 
 def _borders(system: System, claim: SystemClaim) -> list[list[_MeasuredBorder]]:

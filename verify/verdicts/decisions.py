@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from codegen.intervals import Share
 from verify.checker.decisions.certificates import Certificate
 from verify.claims.decisions import DecisionClaim
-from verify.counterexamples.explanation import Explanation, explained
+from verify.counterexamples.explanation import Explanation, explain_counterexample
 from verify.counterexamples.search import Counterexample, confirm_point, explain, near, violating_samples
 from verify.question import DecisionQuestion
 from verify.result import SETTLED, Cost, Evidence, Margin, Opinion, Result, Verdict
@@ -97,17 +97,17 @@ def verify(
     claim = question.claim
     if not claim.per_state:
         return _alive(question, visited)
-    zoned, (verdict, reason, spent, state, second) = _judged(question)
+    zoned, (verdict, reason, spent, state, second) = _judge_question(question)
     beside = question.spending(solver_units=question.budgets.detail_units)
     counterexample = explanation = None
     if state is not None:
         counterexample = explain(beside, state, replays)
-        explanation = explained(beside, counterexample)
+        explanation = explain_counterexample(beside, counterexample)
     measured = measure(beside, SAMPLE_SEED)
     if verdict is Verdict.PROVED:
         _ensure_none_violates(beside)
     steady = verdict is Verdict.PROVED and claim.eps and zoned.certificate is not None
-    control = _shuffled(beside.control) if verdict in SETTLED else Verdict.SKIPPED
+    control = _decide_control(beside.control) if verdict in SETTLED else Verdict.SKIPPED
     evidence = DecisionEvidence(
         shares=measured,
         control=control,
@@ -134,17 +134,17 @@ def _cost(question: DecisionQuestion, spent: int) -> Cost:
 def verdict(question: DecisionQuestion) -> tuple[Verdict, str]:
     """The verdict of `verify` and its reason alone: without shares, control, margins and explanation."""
     if not question.claim.per_state:
-        found = _alive(question, None)
-        return found.verdict, found.reason
-    answer, reason, *_ = _judged(question)[1]
+        outcome = _alive(question, None)
+        return outcome.verdict, outcome.reason
+    answer, reason, *_ = _judge_question(question)[1]
     return answer, reason
 
 
-def _judged(question: DecisionQuestion) -> tuple[Zoned, tuple[Verdict, str, int, State | None, Opinion]]:
+def _judge_question(question: DecisionQuestion) -> tuple[Zoned, tuple[Verdict, str, int, State | None, Opinion]]:
     """What the zones say, and what is settled with Z3; a proof only where some state meets the assumption."""
     _ = question.team
     zoned = by_zones(question)
-    settled = _settled(question, zoned)
+    settled = _settle_question(question, zoned)
     if settled[0] is Verdict.PROVED and not assumption_met(question):
         asked = f"with {question.budgets.solver_units:,} resource units for each goal"
         hint = question.budgets.hint("may find one")
@@ -153,13 +153,13 @@ def _judged(question: DecisionQuestion) -> tuple[Zoned, tuple[Verdict, str, int,
     return zoned, settled
 
 
-def _shuffled(control: DecisionQuestion) -> Verdict:
+def _decide_control(control: DecisionQuestion) -> Verdict:
     """The verdict on the control; UNKNOWN where rounding within sums alone may make its state a violation."""
-    found = decide(control)
-    if found.answer is None or found.exact:
-        return found.verdict
-    state, _ = confirm_point(found.part or control, found.goal, found.answer)
-    return Verdict.UNKNOWN if state is None else found.verdict
+    decision = decide(control)
+    if decision.answer is None or decision.exact:
+        return decision.verdict
+    state, _ = confirm_point(decision.part or control, decision.goal, decision.answer)
+    return Verdict.UNKNOWN if state is None else decision.verdict
 
 
 def _ensure_none_violates(question: DecisionQuestion) -> None:
@@ -188,7 +188,7 @@ def _alive(question: DecisionQuestion, visited: Visited | None) -> DecisionResul
     return Result(question, verdict, reason, evidence, _cost(question, spent))
 
 
-def _settled(question: DecisionQuestion, zoned: Zoned) -> tuple[Verdict, str, int, State | None, Opinion]:
+def _settle_question(question: DecisionQuestion, zoned: Zoned) -> tuple[Verdict, str, int, State | None, Opinion]:
     """Verdict, reason, resources, for VIOLATED a confirmed point (case after case until one is), and Z3's opinion."""
     cases, only_real = question.cases, ""
     decided = zoned.opinion.verdict in (Verdict.PROVED, Verdict.VIOLATED)

@@ -16,17 +16,17 @@ from itertools import islice, pairwise
 
 from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash
-from verify.checker.decisions.certificates import FORM, PARTED, Certificate, accepted
+from verify.checker.decisions.certificates import FORM, PARTED, Certificate, check_certificate
 from verify.claims.pairs import alike, counterpart, ensure_comparable, pair_profiles
 from verify.claims.region import Region
 from verify.claims.uncertified.own import OwnFormula
 from verify.counterexamples.search import MAX_PLACES, confirm_point
-from verify.extent.violations import ExactShare, Failing, exact_share, united, violations
+from verify.extent.violations import ExactShare, Failing, exact_share, measure_union, violations
 from verify.question import Budgets, DecisionQuestion, Question
 from verify.result import Verdict
 from verify.semantics import MACHINE
 from verify.solver import decide as solver
-from verify.states.shares import unstated
+from verify.states.shares import explain_unstated
 from verify.states.state import State, exact_point, inside, leaf_at, nearest
 from verify.subjects import Game
 from verify.verdicts.decisions import ONLY_REAL
@@ -102,9 +102,9 @@ class Difference:
     @property
     def verdict(self) -> Verdict:
         """PROVED where all agents act alike, VIOLATED where some does not."""
-        found = {one.verdict for one in self.agents}
+        verdicts = {one.verdict for one in self.agents}
         worst = (Verdict.VIOLATED, Verdict.UNKNOWN, Verdict.VACUOUS, Verdict.PROVED)
-        return next(verdict for verdict in worst if verdict in found)
+        return next(verdict for verdict in worst if verdict in verdicts)
 
 
 def difference(
@@ -123,42 +123,44 @@ def difference(
     agents = [policy.agent for policy in first.agents if policy.agent in agents]  # each once, as certificates have them
     pair = pair_profiles(first, second)
 
-    def asked(*names: str) -> DecisionQuestion:
+    def question_of(*names: str) -> DecisionQuestion:
         claim = OwnFormula(first.policy(names[0]).team, statement=alike(first, names))
         return Question(Game(pair), claim, region, semantics, budgets or Budgets())
 
-    by_agent = [replace(_compared(asked(one), one), unmeasured=unstated(asked(one))) for one in agents]
+    by_agent = [
+        replace(_compare_agent(question_of(one), one), unmeasured=explain_unstated(question_of(one))) for one in agents
+    ]
     proved = [one.agent for one in by_agent if one.verdict is Verdict.PROVED and one.failing]
     certificate, branches = None, 0
     if proved:
-        outcome = _no_difference(asked(*proved))
+        outcome = _no_difference(question_of(*proved))
         if outcome.verdict is Verdict.PROVED:
-            certificate = _certificate(asked(*proved), outcome, first, second)
-            branches = accepted(certificate, first, second)
+            certificate = _certificate(question_of(*proved), outcome, first, second)
+            branches = check_certificate(certificate, first, second)
         else:  # what is not certified is not proved
             answer = {"verdict": outcome.verdict, "reason": outcome.reason}
             by_agent = [replace(one, **answer) if one.agent in proved else one for one in by_agent]
     zoned = [one.agent for one in by_agent if one.zones]
-    together = _together(by_agent, asked(*zoned) if len(zoned) > 1 else None)
-    return Difference(first, second, asked(*agents), tuple(by_agent), together, certificate, branches)
+    together = _together(by_agent, question_of(*zoned) if len(zoned) > 1 else None)
+    return Difference(first, second, question_of(*agents), tuple(by_agent), together, certificate, branches)
 
 
-def _compared(question: DecisionQuestion, agent: str) -> AgentDifference:
+def _compare_agent(question: DecisionQuestion, agent: str) -> AgentDifference:
     try:
         failing = tuple(violations(question))
     except zones.BeyondZonesError:
         return _by_solver(question, agent)
-    share = unstated(question) or exact_share(question, failing)
+    share = explain_unstated(question) or exact_share(question, failing)
     known = share if isinstance(share, ExactShare) else None
     reason = _ending(question, failing)
-    found = AgentDifference(agent, Verdict.VIOLATED, reason, failing, known)
-    if not found.zones:
-        return replace(found, verdict=Verdict.UNKNOWN if reason else Verdict.PROVED)
-    shown = (example(question, zone) for zone in islice(found.zones, TRIED))
-    state = next(filter(None, shown), None) or _confirmed(question, found.zones[0])
+    outcome = AgentDifference(agent, Verdict.VIOLATED, reason, failing, known)
+    if not outcome.zones:
+        return replace(outcome, verdict=Verdict.UNKNOWN if reason else Verdict.PROVED)
+    shown = (example(question, zone) for zone in islice(outcome.zones, TRIED))
+    state = next(filter(None, shown), None) or _confirm_zone(question, outcome.zones[0])
     if state is None:
-        return replace(found, verdict=Verdict.UNKNOWN, reason=ONLY_REAL)
-    return replace(found, example=state)
+        return replace(outcome, verdict=Verdict.UNKNOWN, reason=ONLY_REAL)
+    return replace(outcome, example=state)
 
 
 def _ending(question: DecisionQuestion, failing: Sequence[Failing]) -> str:
@@ -176,27 +178,27 @@ def example(question: DecisionQuestion, zone: Zone) -> State | None:
     """A state well inside a zone, entities apart where that can be, in which the agents of both profiles reach its
     leaves; None where the float64 state nearest to it is outside.
     """
-    found, cells = zone.failing, zone.branch[1]
+    failing, cells = zone.failing, zone.branch[1]
     ends = [0]
-    for size in found.problem.sizes:
+    for size in failing.problem.sizes:
         ends.append(ends[-1] + size * size)
     matrices = [cells[start:end] for start, end in pairwise(ends)]
     wanted = _spread(question.region)
-    point = zones.middle(found.problem, matrices, tuple(wanted), wanted)
-    for state in _candidates(question, point, found.goal):
+    point = zones.middle(failing.problem, matrices, tuple(wanted), wanted)
+    for state in _candidates(question, point, failing.goal):
         if _meets(question, zone, state):
-            return _rounded(question, zone, state)
+            return _round_state(question, zone, state)
     return None
 
 
 def _spread(region: Region) -> dict[str, Fraction]:
     """Coordinate -> a place in the region's box, all entities at different ones; velocities are 0 where they may be."""
-    found: dict[str, Fraction] = {}
+    places: dict[str, Fraction] = {}
     for number, (name, (low, high)) in enumerate(region.box.items()):
         part = (number // 2 + 1) * SPREAD[number % 2] % 1
         place = low + round((high - low) * part, 1)
-        found[name] = place if name.endswith((".x", ".y")) else min(max(Fraction(0), low), high)
-    return found
+        places[name] = place if name.endswith((".x", ".y")) else min(max(Fraction(0), low), high)
+    return places
 
 
 def _candidates(question: DecisionQuestion, point: dict[str, Fraction], goal: str | None) -> Iterator[State]:
@@ -214,7 +216,7 @@ def _meets(question: DecisionQuestion, zone: Zone, state: State) -> bool:
     )
 
 
-def _rounded(question: DecisionQuestion, zone: Zone, state: State) -> State:
+def _round_state(question: DecisionQuestion, zone: Zone, state: State) -> State:
     """The same state with as few decimals as all coordinates together allow."""
     for places in range(1, MAX_PLACES):
         rounded = State({name: round(value, places) + 0.0 for name, value in state.position.items()}, state.goal)
@@ -223,7 +225,7 @@ def _rounded(question: DecisionQuestion, zone: Zone, state: State) -> State:
     return state
 
 
-def _confirmed(question: DecisionQuestion, zone: Zone) -> State | None:
+def _confirm_zone(question: DecisionQuestion, zone: Zone) -> State | None:
     """A state near a zone that no state of its middle represents, as Z3 finds one."""
     answer = solver.decide(question.for_one_goal(zone.failing.goal)).answer
     return None if answer is None else confirm_point(question, zone.failing.goal, answer)[0]
@@ -231,10 +233,10 @@ def _confirmed(question: DecisionQuestion, zone: Zone) -> State | None:
 
 def _by_solver(question: DecisionQuestion, agent: str) -> AgentDifference:
     """The answer by Z3 alone: without zones and without a certificate."""
-    found = solver.decide(question)
-    if found.answer is None:
-        return AgentDifference(agent, found.verdict, found.reason or WITHOUT_ZONES)
-    state, _ = confirm_point(question, found.goal, found.answer)
+    decision = solver.decide(question)
+    if decision.answer is None:
+        return AgentDifference(agent, decision.verdict, decision.reason or WITHOUT_ZONES)
+    state, _ = confirm_point(question, decision.goal, decision.answer)
     if state is None:
         return AgentDifference(agent, Verdict.UNKNOWN, ONLY_REAL)
     return AgentDifference(agent, Verdict.VIOLATED, WITHOUT_ZONES, example=state)
@@ -242,10 +244,10 @@ def _by_solver(question: DecisionQuestion, agent: str) -> AgentDifference:
 
 def _no_difference(question: DecisionQuestion) -> zones.Outcome:
     """The zone engine's answer about agents without zones in which they act differently."""
-    found = zones.decide(question)
-    if found.verdict is Verdict.VIOLATED:
-        raise AssertionError(f"no zone in which the profiles act differently, yet {found.state} is in one")
-    return found
+    outcome = zones.decide(question)
+    if outcome.verdict is Verdict.VIOLATED:
+        raise AssertionError(f"no zone in which the profiles act differently, yet {outcome.state} is in one")
+    return outcome
 
 
 def _certificate(
@@ -272,7 +274,7 @@ def _together(found: Sequence[AgentDifference], question: DecisionQuestion | Non
     least, most = max(low for low, _ in spans), min(Fraction(1), sum((high for _, high in spans), Fraction(0)))
     if question is None or any(low != high for low, high in spans):
         return least, most
-    share = united(question, [one.failing for one in found if one.zones])
+    share = measure_union(question, [one.failing for one in found if one.zones])
     return (least, most) if share is None else (share, share)
 
 

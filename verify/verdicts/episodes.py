@@ -25,9 +25,9 @@ from verify.checker.episodes import forever
 from verify.checker.episodes.certificates import EpisodeCertificate
 from verify.checker.episodes.forever import LastingCertificate
 from verify.checker.reading import RejectedError
-from verify.claims.catalogue import left_out, opponents_words
+from verify.claims.catalogue import describe_left_out, opponents_words
 from verify.claims.episodes import EpisodeClaim
-from verify.counterexamples.episode_explanation import EpisodeExplanation, explained
+from verify.counterexamples.episode_explanation import EpisodeExplanation, explain_episode
 from verify.counterexamples.search import simplest
 from verify.episodes import certificates, edges
 from verify.episodes.certificates import LeftOpenError, NoCertificateError
@@ -47,7 +47,7 @@ from verify.states.episodes import (
     courses,
     fails,
     first_failing,
-    fulfilled,
+    meets_claim,
     play,
     playable,
     ways_of,
@@ -112,16 +112,16 @@ def verify_episodes(
     playable(profile)
     claim.ensure(profile)
     coordinates, _ = sample(at_rest(region), profile.world, _samples(claim), SAMPLE_SEED)
-    still = fulfilled(profile, claim, coordinates[None])
-    judged = _judged(question)
+    still = meets_claim(profile, claim, coordinates[None])
+    judged = _judge_question(question)
     decision, control = judged.decision, Verdict.SKIPPED
     if decision.verdict in SETTLED:
-        control = _judged(question.control).decision.verdict
+        control = _judge_question(question.control).decision.verdict
     state = episode = None
     if decision.state is not None:
-        question = _shortened(question, decision.state)
+        question = _shorten_question(question, decision.state)
         state = simplest(profile.world, decision.state, partial(_stands, question))
-        question = _shortened(question, state)
+        question = _shorten_question(question, state)
         claim = question.claim
         episode = agree_on_course(profile, state, claim.steps, rollouts)
     evidence = EpisodeEvidence(
@@ -136,9 +136,9 @@ def verify_episodes(
         replays=tuple(rollouts),
         skipped=tuple(skipped),
         contacts=_contacts(profile, decision),
-        left_out=left_out(profile.world),
+        left_out=describe_left_out(profile.world),
         opponents=any(profile.policy(agent).team != claim.team for group in decision.followed for agent in group),
-        explanation=None if episode is None or state is None else explained(question, state, episode),
+        explanation=None if episode is None or state is None else explain_episode(question, state, episode),
         certificate=judged.certificate,
         branches=judged.branches,
         uncertified=judged.uncertified,
@@ -151,7 +151,7 @@ def verdict(question: EpisodeQuestion) -> tuple[Verdict, str]:
     """The verdict of `verify_episodes` and its reason alone: without control, explanation and replays."""
     playable(question.profile)
     question.claim.ensure(question.profile)
-    decision = _judged(question).decision
+    decision = _judge_question(question).decision
     return decision.verdict, decision.reason
 
 
@@ -166,11 +166,11 @@ class _Judged:
     uncertified: str = ""
 
 
-def _judged(question: EpisodeQuestion) -> _Judged:
+def _judge_question(question: EpisodeQuestion) -> _Judged:
     """The verdict: one of the zones that a proof is, only where the second reading leaves no start open. Where it gave
     up for size before it found an open branch, a proof has one reading, and says so.
     """
-    decision, violating = _settled(question)
+    decision, violating = _settle_question(question)
     if decision.verdict is Verdict.UNKNOWN and question.claim.by_edges:
         return _by_edges(question, violating)
     if decision.verdict is not Verdict.PROVED:
@@ -178,8 +178,10 @@ def _judged(question: EpisodeQuestion) -> _Judged:
     if not _has_start(question):
         return _Judged(_unknown(decision, NO_START), violating)
     try:
-        certificate = certificates.made(question, decision.parts)
-        return _Judged(decision, violating, certificate, episode_certificates.accepted(certificate, question.profile))
+        certificate = certificates.build_certificate(question, decision.parts)
+        return _Judged(
+            decision, violating, certificate, episode_certificates.check_certificate(certificate, question.profile)
+        )
     except LeftOpenError as error:
         return _Judged(_unknown(decision, f"{LEFT_OPEN}: {error}"), violating)
     except NoCertificateError as error:
@@ -190,15 +192,15 @@ def _judged(question: EpisodeQuestion) -> _Judged:
 
 def _by_edges(question: EpisodeQuestion, violating: Share) -> _Judged:
     """The verdict by edges that agents never cross; each agent that has some is followed alone."""
-    found = edges.decide(question)
-    decision = ZonesDecision(found.verdict, found.zones, found.reason)
-    certificate = found.certificate
+    outcome = edges.decide(question)
+    decision = ZonesDecision(outcome.verdict, outcome.zones, outcome.reason)
+    certificate = outcome.certificate
     if certificate is None:
         return _Judged(decision, violating)
     if not _has_start(question):
         return _Judged(_unknown(decision, NO_START), violating)
     try:
-        branches = forever.accepted(certificate, question.profile)
+        branches = forever.check_certificate(certificate, question.profile)
     except RejectedError as error:
         raise AssertionError(f"the checker refuses the edges of {question.claim.name}: {error}") from error
     return _Judged(replace(decision, followed=certificate.followed), violating, certificate, branches)
@@ -219,14 +221,14 @@ def _has_start(question: EpisodeQuestion) -> bool:
     return False
 
 
-def _settled(question: EpisodeQuestion) -> tuple[ZonesDecision, Share]:
+def _settle_question(question: EpisodeQuestion) -> tuple[ZonesDecision, Share]:
     """The verdict, and the share of sampled starts that fail: one of them settles the claim without zones. UNKNOWN
     where edges are to show it.
     """
     profile, claim, region = question.profile, question.claim, question.region
     coordinates, goals = sample(at_rest(region), profile.world, _samples(claim), SAMPLE_SEED)
     episode, _ = play(profile, coordinates, claim.steps)
-    bad = ~fulfilled(profile, claim, episode)
+    bad = ~meets_claim(profile, claim, episode)
     bad[bad] = ~coinciding(profile, episode[:, bad])
     violating = Share(int(bad.sum()), len(bad))
     rows = np.flatnonzero(bad)[:TRIED_STARTS]
@@ -252,7 +254,7 @@ def _stands(question: EpisodeQuestion, state: State) -> bool:
     return first_failing(question, [state]) is not None
 
 
-def _shortened(question: EpisodeQuestion, state: State) -> EpisodeQuestion:
+def _shorten_question(question: EpisodeQuestion, state: State) -> EpisodeQuestion:
     """The question about as many steps as a claim for ever needs to fail from a start."""
     profile, claim = question.profile, question.claim
     if not claim.ever:

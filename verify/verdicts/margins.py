@@ -30,7 +30,7 @@ def room(question: DecisionQuestion) -> Margin | None:
 
     start = question.claim.margin
     try:
-        proved_at = Room(question, STEP, steps_from(start)).proved_at
+        proved_at = Room(question, STEP, steps_from(start)).is_proved_at
     except BeyondZonesError:
         proved_at = by_solver
     return largest_margin(proved_at, start)

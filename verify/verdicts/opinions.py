@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from codegen.policy_json import content_hash
-from verify.checker.decisions.certificates import FORM, PARTED, Certificate, accepted
+from verify.checker.decisions.certificates import FORM, PARTED, Certificate, check_certificate
 from verify.checker.reading import RejectedError
 from verify.question import UNITS_A_NODE, DecisionQuestion
 from verify.result import Margin, Opinion, Verdict
@@ -57,7 +57,7 @@ def by_zones(question: DecisionQuestion) -> Zoned:
         view=None if question.viewed is None else question.viewed.view,
     )
     try:
-        return Zoned(opinion, certificate=made, branches=accepted(made, question.origin))
+        return Zoned(opinion, certificate=made, branches=check_certificate(made, question.origin))
     except RejectedError as error:
         raise AssertionError(f"the checker refuses the zone engine's proof of {claim.name}: {error}") from error
 
@@ -65,10 +65,10 @@ def by_zones(question: DecisionQuestion) -> Zoned:
 def largest_eps(question: DecisionQuestion) -> Margin:
     """Up to which errors of features a claim that holds with its own keeps holding: each with a checked proof."""
 
-    def proved_at(eps: Fraction) -> bool:
+    def is_proved_at(eps: Fraction) -> bool:
         return by_zones(question.with_eps(eps)).opinion.verdict is Verdict.PROVED
 
-    return largest_margin(proved_at, question.claim.eps)
+    return largest_margin(is_proved_at, question.claim.eps)
 
 
 def agreeing(zoned: Zoned, second: Opinion) -> Verdict:

@@ -61,7 +61,7 @@ def verify_system(question: Question[SystemClaim], confirm: Confirm | None = Non
     """The verdict on a question. `confirm`: finds a counterexample again by rules that the system encloses; `beside`:
     with the solver's opinion and the control.
     """
-    return JointQuestions([question]).verified(0, confirm, beside)
+    return JointQuestions([question]).verify_question(0, confirm, beside)
 
 
 class JointQuestions:
@@ -71,12 +71,12 @@ class JointQuestions:
         self._questions = questions
         self._in_steps = [number for number, question in enumerate(questions) if not is_flow(question)]
 
-    def verified(self, number: int, confirm: Confirm | None = None, beside: bool = True) -> SystemResult:
+    def verify_question(self, number: int, confirm: Confirm | None = None, beside: bool = True) -> SystemResult:
         """The verdict on a question, by its number, as `verify_system`."""
         question = self._questions[number]
         flowing = is_flow(question)
         outcome = flows.decide(question) if flowing else self._together.outcome(self._in_steps.index(number))
-        outcome = _confirmed(outcome, confirm)
+        outcome = _confirm_outcome(outcome, confirm)
         settled = beside and outcome.verdict in SETTLED
         control = self._control(number) if settled else Verdict.SKIPPED
         by_boxes = not outcome.states and outcome.certificate is not None
@@ -128,7 +128,7 @@ def is_flow(question: Question[SystemClaim]) -> bool:
     return question.subject.system.flow is not None and not question.claim.about_decisions
 
 
-def _confirmed(found: ReachOutcome, confirm: Confirm | None) -> ReachOutcome:
+def _confirm_outcome(found: ReachOutcome, confirm: Confirm | None) -> ReachOutcome:
     """The outcome, unless only the error of enclosures breaks the claim: then nothing is known of the rules."""
     if found.counterexample is None or confirm is None:
         return found

@@ -75,7 +75,7 @@ class CompiledSearch:
         self._packed: dict[int, bytes] = {}  # id of a tree -> its rows
         self._region = self._place(region)
 
-    def inhabited(self) -> bool:
+    def is_inhabited(self) -> bool:
         """As ZoneSearch.inhabited."""
         return not self._walk(_Walk(-1, ()))[1]
 
@@ -104,13 +104,13 @@ class CompiledSearch:
     def _packing(self, resolve: Resolve) -> Packed:
         known: dict[tuple[int, ...], bytes | None] = {}  # keeps the packed formulas alive while the search reads them
 
-        def packed(numbers: tuple[int, ...]) -> bytes | None:
+        def pack_numbers(numbers: tuple[int, ...]) -> bytes | None:
             if numbers not in known:
                 flat = resolve(numbers)
                 known[numbers] = None if flat is None else array("i", self._pack(flat)).tobytes()
             return known[numbers]
 
-        return packed
+        return pack_numbers
 
     def violations(
         self, trees: Sequence[ZoneTree], classes: Sequence[Sequence[int]], resolve: Resolve, most: int
@@ -119,12 +119,12 @@ class CompiledSearch:
         places = tuple(array("i", own).tobytes() for own in classes)
         _, closed, kept = self._walk(_Walk(0, trees, places, self._packing(resolve)), wanted=most + 1)
         bytes_each, leaves, cells = self._bits // 8, 4 * len(trees), sum(size * size for size in self._counts)
-        found: list[Branch] = []
+        branches: list[Branch] = []
         for start in range(0, len(kept), leaves + bytes_each * cells):
             weights = range(start + leaves, start + leaves + bytes_each * cells, bytes_each)
             numbers = [int.from_bytes(kept[at : at + bytes_each], "little", signed=True) for at in weights]
-            found.append((tuple(array("i", kept[start : start + leaves])), numbers))
-        return found[:most], closed
+            branches.append((tuple(array("i", kept[start : start + leaves])), numbers))
+        return branches[:most], closed
 
     def _walk(self, walk: _Walk, wanted: int = 0) -> tuple[bytes, bool, bytes]:
         rows = tuple(self._rows(tree) for tree in walk.trees)

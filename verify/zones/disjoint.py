@@ -24,19 +24,19 @@ def disjoint(table: Table) -> Disjoint:
     @cache
     def split(flat: Flat | None) -> Flat | None:
         """The formula itself, its choices disjoint."""
-        return flat and _all([Flat(flat.edges, ()), *map(chosen, flat.ors)])
+        return flat and _all([Flat(flat.edges, ()), *map(split_choice, flat.ors)])
 
     @cache
-    def chosen(parts: tuple[Flat, ...]) -> Flat | None:
+    def split_choice(parts: tuple[Flat, ...]) -> Flat | None:
         """Some of the parts: the first that holds."""
-        return _some([_all([*map(denied, parts[:place]), split(part)]) for place, part in enumerate(parts)])
+        return _some([_all([*map(deny_flat, parts[:place]), split(part)]) for place, part in enumerate(parts)])
 
     @cache
-    def denied(flat: Flat) -> Flat | None:
+    def deny_flat(flat: Flat) -> Flat | None:
         """Not the formula: the first of its bounds and choices that fails."""
-        held: list[Flat | None] = [*(Flat((edge,), ()) for edge in flat.edges), *map(chosen, flat.ors)]
+        held: list[Flat | None] = [*(Flat((edge,), ()) for edge in flat.edges), *map(split_choice, flat.ors)]
         fails: list[Flat | None] = [Flat((opposite[edge],), ()) for edge in flat.edges]
-        fails += [_all([denied(part) for part in choice]) for choice in flat.ors]
+        fails += [_all([deny_flat(part) for part in choice]) for choice in flat.ors]
         return _some([_all([*held[:place], fail]) for place, fail in enumerate(fails)])
 
     return split

@@ -27,7 +27,7 @@ from verify.zones.tables import (
     Problem,
     Table,
     ZoneTree,
-    barred_sides,
+    find_barred_sides,
     problem,
     split_sides,
     zone_tree,
@@ -67,7 +67,7 @@ class Tests:
         acting, eps = agents(question.formula), question.claim.eps
         team = [policy for policy in question.profile.agents if policy.agent in acting]
         splits = {policy.agent: split_sides(policy, question.semantics, eps) for policy in team}
-        return cls(splits, {policy.agent: barred_sides(policy, splits[policy.agent]) for policy in team if eps})
+        return cls(splits, {policy.agent: find_barred_sides(policy, splits[policy.agent]) for policy in team if eps})
 
 
 def decide(question: DecisionQuestion) -> Outcome:
@@ -134,7 +134,7 @@ class ZoneQuery:
         # a region that is plainly false has no point, and the search is not asked
         return search(self.problem, self._disjoint(self._table.region) or Flat((), ()), self.limit)
 
-    def weighed(self, problem: Problem) -> "ZoneQuery":
+    def replace_problem(self, problem: Problem) -> "ZoneQuery":
         """The same question with other numbers for its bounds."""
         other = copy(self)
         other.problem = problem
@@ -158,7 +158,7 @@ class ZoneQuery:
 
     def inhabitant(self) -> dict[str, Fraction]:
         """A point of the region; empty when there is none."""
-        if self._table.region is None or not self._search.inhabited():
+        if self._table.region is None or not self._search.is_inhabited():
             return {}
         return self._point()
 
@@ -171,7 +171,7 @@ class ZoneQuery:
         for place, mask in enumerate(masks):
             if not any(mask):
                 streams[place] = b"\0"
-        walked, closed = self._refuted(masks)
+        walked, closed = self._refute_product(masks)
         return b"".join(streams) + walked, None if closed else self._point()
 
     def violations(self, most: int) -> tuple[list[Branch], bool]:
@@ -195,11 +195,11 @@ class ZoneQuery:
         streams, masks = list[bytes](), list[list[int]]()
         for agent, tree in enumerate(self._trees):
             if self._table.parts[agent]:
-                walked, found = self._search.lemmas(tree, self._denials(agent), None)
+                walked, proved = self._search.lemmas(tree, self._denials(agent), None)
             else:
-                walked, found = b"", [0] * len(tree.left)
+                walked, proved = b"", [0] * len(tree.left)
             full = (1 << len(self._table.parts[agent])) - 1
-            masks.append(_below(tree, [mask & full for mask in found]))
+            masks.append(_below(tree, [mask & full for mask in proved]))
             streams.append(b"\1" + walked)
         return streams, masks
 
@@ -222,11 +222,11 @@ class ZoneQuery:
     def _denials(self, agent: int) -> list[list[Flat | None]]:
         tree, parts = self._trees[agent], len(self._table.parts[agent])
         return [
-            [self._table.denied_part(agent, bit, action) for bit in range(parts)]
+            [self._table.deny_part(agent, bit, action) for bit in range(parts)]
             for action in range(max(tree.action) + 1)
         ]
 
-    def _refuted(self, masks: list[list[int]]) -> tuple[bytes, bool]:
+    def _refute_product(self, masks: list[list[int]]) -> tuple[bytes, bool]:
         """The walk over the product of all trees."""
         classes, resolve = self._resolving(masks)
         return self._search.refutation(self._trees, classes, resolve)
@@ -247,8 +247,8 @@ class ZoneQuery:
         @cache
         def resolve(numbers: tuple[int, ...]) -> Flat | None:
             known = [kinds[agent][number] for agent, number in enumerate(numbers)]
-            found = self._table.denial(known)
-            return found if any(one.action is None for one in known) else self._disjoint(found)
+            denial = self._table.denial(known)
+            return denial if any(one.action is None for one in known) else self._disjoint(denial)
 
         return classes, resolve
 
@@ -263,11 +263,11 @@ def _as_it_is(flat: Flat | None) -> Flat | None:
 
 def _below(tree: ZoneTree, masks: list[int]) -> list[int]:
     """The parts that hold at every leaf below each node, from those at the leaves. Children follow parents."""
-    found = list(masks)
-    for node in reversed(range(len(found))):
+    held = list(masks)
+    for node in reversed(range(len(held))):
         if tree.left[node] >= 0:
-            found[node] = found[tree.left[node]] & found[tree.right[node]]
-    return found
+            held[node] = held[tree.left[node]] & held[tree.right[node]]
+    return held
 
 
 def state(asked: Problem, numbers: Sequence[int], names: Sequence[str]) -> dict[str, Fraction]:
@@ -279,7 +279,7 @@ def state(asked: Problem, numbers: Sequence[int], names: Sequence[str]) -> dict[
             where, a, b = asked.edges[number]
             if where == component:
                 bounds[a * size + b] = min(bounds[a * size + b], asked.weights[number])
-        zones.append(_closed(bounds, size))
+        zones.append(_close_bounds(bounds, size))
     return middle(asked, zones, names)
 
 
@@ -306,7 +306,7 @@ def middle(
     return point
 
 
-def _closed(bounds: list[int], size: int) -> list[int]:
+def _close_bounds(bounds: list[int], size: int) -> list[int]:
     """The least bounds that follow, [size * size]: lengths of shortest paths (Floyd 1962); no cycle is negative."""
     rows = [bounds[start : start + size] for start in range(0, size * size, size)]
     for through, after in enumerate(rows):

@@ -29,20 +29,20 @@ class Room:
         self._goals = [_Goal(question, goal, tests, step, steps) for goal in question.goals]
         self._proved, self._failed = 0, steps + 1  # steps: proved up to here, not proved from here on
 
-    def proved_at(self, margin: Fraction) -> bool:
+    def is_proved_at(self, margin: Fraction) -> bool:
         """Whether the claim is proved with a margin of the grid; not where the budget of nodes ended first."""
         wanted = int((margin - self._start) / self._step)
         while self._proved < wanted < self._failed:
             # just below what fails: if that is proved, so is everything below it
             for steps in dict.fromkeys((self._failed - 1, wanted)):
-                if self._proved < steps < self._failed and not self._settled(steps) and steps == wanted:
+                if self._proved < steps < self._failed and not self._settle_margin(steps) and steps == wanted:
                     return False
         return wanted <= self._proved
 
-    def _settled(self, steps: int) -> bool:
+    def _settle_margin(self, steps: int) -> bool:
         """Asks at a margin; whether that was decided within the budget."""
         try:
-            failed = [found for each in self._goals if (found := each.fails_from(steps)) is not None]
+            failed = [first for each in self._goals if (first := each.fails_from(steps)) is not None]
         except BudgetError:
             return False
         if failed:
@@ -68,12 +68,12 @@ class _Goal:
         self._moves = [int(rate * step * scale) for rate in rates]
         sizes = self._query.problem.sizes
         self._problem = replace(
-            self._query.problem, scale=scale, infinite=infinite(sizes, [*self._weights, *self._moved(steps)])
+            self._query.problem, scale=scale, infinite=infinite(sizes, [*self._weights, *self._move_weights(steps)])
         )
 
     def fails_from(self, steps: int) -> int | None:
         """None where the claim is proved at a margin; else at how many steps the branch found first is open."""
-        query = self._query.weighed(self._at(steps))
+        query = self._query.replace_problem(self._at(steps))
         if query.answer()[1] is None:
             return None
         low, high = 0, steps  # the claim is proved at 0
@@ -83,9 +83,9 @@ class _Goal:
         return high
 
     def _at(self, steps: int) -> Problem:
-        return replace(self._problem, weights=self._moved(steps))
+        return replace(self._problem, weights=self._move_weights(steps))
 
-    def _moved(self, steps: int) -> list[int]:
+    def _move_weights(self, steps: int) -> list[int]:
         return [weight + steps * move for weight, move in zip(self._weights, self._moves, strict=True)]
 
 

@@ -56,9 +56,9 @@ class ZoneSearch:
     def __post_init__(self) -> None:
         self._path: list[int] = []
 
-    def inhabited(self) -> bool:
+    def is_inhabited(self) -> bool:
         """Whether some point meets the region's bounds; they are then in `open`."""
-        return not self._closed(_Frame(self._whole(), 0, self.region), bytearray(), TreeProduct())
+        return not self._close_branches(_Frame(self._whole(), 0, self.region), bytearray(), TreeProduct())
 
     def lemmas(
         self, tree: ZoneTree, parts: Sequence[Sequence[Flat | None]], allowed: Sequence[int] | None
@@ -75,7 +75,7 @@ class ZoneSearch:
                 if allowed is not None and not allowed[node] >> bit & 1:
                     continue
                 mark = len(proofs)
-                if denial is None or self._closed(_Frame(end.zone, end.length, denial), proofs, TreeProduct()):
+                if denial is None or self._close_branches(_Frame(end.zone, end.length, denial), proofs, TreeProduct()):
                     mask |= 1 << bit
                 else:
                     del proofs[mark:]
@@ -91,22 +91,22 @@ class ZoneSearch:
         `classes`: agent, node -> number of what is known there; `resolve`: those numbers -> the claim's denial.
         """
         out = bytearray()
-        closed = self._closed(self._first(classes), out, TreeProduct(trees, classes, resolve))
+        closed = self._close_branches(self._first(classes), out, TreeProduct(trees, classes, resolve))
         return bytes(out), closed
 
     def violations(
         self, trees: Sequence[ZoneTree], classes: Sequence[Sequence[int]], resolve: Resolve, most: int
     ) -> tuple[list[Branch], bool]:
         """All open branches, `most` at most; whether these are all, which a spent budget of nodes leaves open too."""
-        found: list[Branch] = []
+        branches: list[Branch] = []
         with contextlib.suppress(BudgetError):
             for end in self._ends(self._first(classes), bytearray(), TreeProduct(trees, classes, resolve)):
-                found.append((end.leaves, [cell for bounds, _ in end.zone for cell in bounds]))
-                if len(found) > most:
+                branches.append((end.leaves, [cell for bounds, _ in end.zone for cell in bounds]))
+                if len(branches) > most:
                     break
             else:
-                return found, True
-        return found[:most], False
+                return branches, True
+        return branches[:most], False
 
     def _first(self, classes: Sequence[Sequence[int]]) -> "_Frame":
         return _Frame(self._whole(), 0, self.region, agent=0, known=tuple(known[0] for known in classes))
@@ -119,7 +119,7 @@ class ZoneSearch:
             matrices.append((bounds, [-1] * (size * size)))
         return matrices
 
-    def _closed(self, start: "_Frame", out: bytearray, product: TreeProduct) -> bool:
+    def _close_branches(self, start: "_Frame", out: bytearray, product: TreeProduct) -> bool:
         """Whether all branches are closed; the bounds of the first that is not are then in `open`."""
         for _ in self._ends(start, out, product):
             self.open = list(self._path)
@@ -135,7 +135,7 @@ class ZoneSearch:
             frame = stack.pop()
             self._count()
             denial = resolve(frame.known) if frame.agent >= 0 and resolve is not None else TRUE
-            zone = None if denial is None else self._entered(frame, out)
+            zone = None if denial is None else self._enter_frame(frame, out)
             if denial is None or zone is None:
                 continue
             length = len(self._path)
@@ -163,7 +163,7 @@ class ZoneSearch:
         if not self.nodes % TOLD:
             tell(self.nodes, self.budget, "search nodes of zones")
 
-    def _entered(self, frame: "_Frame", out: bytearray) -> Zone | None:
+    def _enter_frame(self, frame: "_Frame", out: bytearray) -> Zone | None:
         """The zone of a frame once its bounds are added; None where they close it, which is written down."""
         del self._path[frame.kept :]
         zone = [(bounds.copy(), steps.copy()) for bounds, steps in frame.zone]
@@ -203,11 +203,11 @@ class ZoneSearch:
 
     def _steps(self, steps: Sequence[int], size: int, a: int, b: int) -> list[int]:
         """The places of the bounds on the path from a to b."""
-        found: list[int] = []
+        places: list[int] = []
         while a != b:
-            found.append(steps[a * size + b])
-            a = self.problem.edges[self._path[found[-1]]][2]
-        return found
+            places.append(steps[a * size + b])
+            a = self.problem.edges[self._path[places[-1]]][2]
+        return places
 
 
 @dataclass(frozen=True, slots=True)

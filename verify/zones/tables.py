@@ -102,7 +102,7 @@ class Table:
         self._order = {policy.agent: place for place, policy in enumerate(self.policies)}
         self._parts: dict[tuple[Formula, bool], _Part] = {}
         self._denied: dict[tuple[int, int, int | None], Flat | None] = {}  # agent, bit, action
-        self._denial = self._numbered(claim, False)
+        self._denial = self._number_parts(claim, False)
         self.parts: list[list[_Node]] = [[] for _ in self.policies]  # per agent, denied
         for part in self._parts.values():
             self.parts[part.agent].append(part.denied)
@@ -123,9 +123,9 @@ class Table:
             return TRUE if over > 0 or (over == 0 and not strict) else None
         if size != 1:
             over, under = (Fraction(over, under) / size).as_integer_ratio()
-        return self._bound(upper, lower, over, under, strict)
+        return self._add_bound(upper, lower, over, under, strict)
 
-    def _bound(self, upper: str, lower: str, over: int, under: int, strict: bool) -> Flat:
+    def _add_bound(self, upper: str, lower: str, over: int, under: int, strict: bool) -> Flat:
         return Flat((self.numbers.setdefault(Bound(upper, lower, over, under, strict), len(self.numbers)),), ())
 
     def _ends(self, atom: Linear, wanted: bool) -> "_Ends":
@@ -139,7 +139,7 @@ class Table:
             if name not in self._box:
                 raise InputError(f"the claim is about {name}, which regions cannot bound yet", "", "see --region")
             if (upper if over > 0 else lower) or (size[0] and (abs(over), under) != size):
-                raise BeyondZonesError(str(atom if wanted else _denied_atom(atom)))
+                raise BeyondZonesError(str(atom if wanted else _deny_atom(atom)))
             size = abs(over), under
             upper, lower = (name, lower) if over > 0 else (upper, name)
         return upper, lower, Fraction(*size) if size[0] else None
@@ -157,13 +157,13 @@ class Table:
         if isinstance(formula, Linear):
             return self.atom(formula)
         assert isinstance(formula, (And, Or)), formula
-        return _joined(isinstance(formula, And), [self.side(part) for part in formula.parts])
+        return _join_flats(isinstance(formula, And), [self.side(part) for part in formula.parts])
 
     def denial(self, known: Sequence[NodeKnown]) -> Flat | None:
         """The claim's denial given what is known of each agent: None when it cannot hold."""
         return self._flat(self._denial, known)
 
-    def denied_part(self, agent: int, bit: int, action: int | None) -> Flat | None:
+    def deny_part(self, agent: int, bit: int, action: int | None) -> Flat | None:
         """That the agent's part does not hold, though it takes the action."""
         key = agent, bit, action
         if key not in self._denied:
@@ -175,33 +175,33 @@ class Table:
             return node.flat
         if isinstance(node, _Part):
             action, holds = known[node.agent]
-            return None if holds >> node.bit & 1 else self.denied_part(node.agent, node.bit, action)
+            return None if holds >> node.bit & 1 else self.deny_part(node.agent, node.bit, action)
         if isinstance(node, _Acts):
             action = known[node.agent].action
             return OPEN if action is None else TRUE if (action == node.action) == node.wanted else None
         parts = (part.flat if isinstance(part, _Edge) else self._flat(part, known) for part in node.parts)
-        return _joined(node.everyone, parts)
+        return _join_flats(node.everyone, parts)
 
     def _region(self, region: Region) -> Flat | None:
         one = Fraction(1)
         flats: list[Flat | None] = []
         for name, (low, high) in region.box.items():
             over, under = low.as_integer_ratio()
-            flats.append(self._bound(ORIGIN, name, -over, under, strict=False))
-            flats.append(self._bound(name, ORIGIN, *high.as_integer_ratio(), strict=False))
+            flats.append(self._add_bound(ORIGIN, name, -over, under, strict=False))
+            flats.append(self._add_bound(name, ORIGIN, *high.as_integer_ratio(), strict=False))
         for a, b, (low, high) in region.differences:
             terms = (one, a), (-one, b)
             flats += [self.atom(_opposite(terms, -low)), self.atom(Linear(terms, high))]
         for a, b, least in region.apart:
             gaps = [((one, f"{a}.{axis}"), (-one, f"{b}.{axis}")) for axis in "xy"]
             ways = [way for gap in gaps for way in (_opposite(gap, -least), Linear(gap, -least))]
-            flats.append(_joined(False, [self.atom(way) for way in ways]))
-        return _joined(True, flats)
+            flats.append(_join_flats(False, [self.atom(way) for way in ways]))
+        return _join_flats(True, flats)
 
-    def _numbered(self, formula: Formula, wanted: bool) -> _Node:
+    def _number_parts(self, formula: Formula, wanted: bool) -> _Node:
         """The formula, or its denial unless `wanted`, with its largest single-agent parts numbered."""
         if isinstance(formula, Not):
-            return self._numbered(formula.part, not wanted)
+            return self._number_parts(formula.part, not wanted)
         acting = agents(formula)
         if len(acting) == 1:
             agent = self._order[next(iter(acting))]
@@ -209,7 +209,7 @@ class Table:
             return self._parts.setdefault((formula, wanted), _Part(agent, bit, self._plain(formula, wanted)))
         if not isinstance(formula, (And, Or)):
             return self._plain(formula, wanted)
-        parts = tuple(self._numbered(part, wanted) for part in formula.parts)
+        parts = tuple(self._number_parts(part, wanted) for part in formula.parts)
         return _Group(isinstance(formula, And) == wanted, parts)
 
     def _plain(self, formula: Formula, wanted: bool) -> _Node:
@@ -222,7 +222,7 @@ class Table:
         assert isinstance(formula, (And, Or)), formula
         everyone, parts = isinstance(formula, And) == wanted, tuple(self._plain(part, wanted) for part in formula.parts)
         if all(isinstance(part, _Edge) for part in parts):  # it hangs on nobody's action
-            return _Edge(_joined(everyone, [part.flat for part in parts if isinstance(part, _Edge)]))
+            return _Edge(_join_flats(everyone, [part.flat for part in parts if isinstance(part, _Edge)]))
         return _Group(everyone, parts)
 
 
@@ -230,11 +230,11 @@ def _opposite(terms: tuple[tuple[Fraction, str], ...], bound: Fraction) -> Linea
     return Linear(tuple((-weight, name) for weight, name in terms), bound)
 
 
-def _denied_atom(atom: Linear) -> Linear:
+def _deny_atom(atom: Linear) -> Linear:
     return Linear(tuple((-weight, name) for weight, name in atom.terms), -atom.bound, not atom.strict)
 
 
-def _joined(everyone: bool, parts: Iterable[Flat | None]) -> Flat | None:
+def _join_flats(everyone: bool, parts: Iterable[Flat | None]) -> Flat | None:
     """All of the parts (edges and choices in their order), or a choice between those that are not false."""
     if everyone:
         edges, ors = list[int](), list[tuple[Flat, ...]]()
@@ -283,7 +283,7 @@ def split_sides(
     }
 
 
-def barred_sides(
+def find_barred_sides(
     policy: AgentPolicy, splits: Mapping[tuple[int, float], tuple[Formula, Formula]]
 ) -> frozenset[tuple[int, int]]:
     """The sides, as (node, 0 for left or 1 for right), that no value of their feature reaches, given its tests above.

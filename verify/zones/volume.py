@@ -39,12 +39,12 @@ class Volumes:
         rows = [list(cells[row * size : row * size + size]) for row in range(size)]
         if any(rows[i][j] + rows[j][i] <= 0 for i in range(size) for j in range(i)):
             return 0
-        found = factorial(size - 1)
+        volume = factorial(size - 1)
         for group in _independent(rows):
             nodes = [0, *group]
             part = [[rows[i][j] for j in nodes] for i in nodes]
-            found = found // factorial(len(group)) * self._whole(part)
-        return found
+            volume = volume // factorial(len(group)) * self._whole(part)
+        return volume
 
     def _whole(self, rows: list[list[int]]) -> int:
         """As `measure`, for coordinates that hang together and a matrix that is not flat."""

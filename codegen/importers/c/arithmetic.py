@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from codegen.errors import InputError
-from codegen.importers.c.contraction import FLOATING, NEGATE, Rounding, joined, stepped
+from codegen.importers.c.contraction import FLOATING, NEGATE, Rounding, contract_feature, make_step
 from codegen.importers.c.kinds import (
     BOOL,
     DOUBLE,
@@ -28,8 +28,8 @@ from codegen.importers.c.kinds import (
     UNSIGNED,
     Kind,
     quotient,
-    rounded,
-    truncated,
+    round_number,
+    truncate_float,
 )
 from codegen.importers.c.sums import CONTRACTED, TEST_ADVICE, Summing
 from codegen.importers.c.values import Condition, Number, Symbol, Value
@@ -92,7 +92,7 @@ class Arithmetic:
             return sign == "!="
         # a double, since NumPy would make a float of Python's number
         test = Test(feature, sign, number if isinstance(number, int) else np.float64(number))
-        once, numbers = joined(feature) if self.contracts else None, self.summing.numbers_of(feature)
+        once, numbers = contract_feature(feature) if self.contracts else None, self.summing.numbers_of(feature)
         if once and turns_of(test, numbers) != turns_of(Test(once, sign, test.number), numbers):
             what = (
                 "a product and a sum may be rounded once or twice, as the compiler likes, and a decision depends on it"
@@ -110,7 +110,7 @@ class Arithmetic:
             raise self.refused("a value is used that nothing has set", "set it on every path")
         raise self.refused("a pointer or a text is used as a number", TEST_ADVICE)
 
-    def settled(self, value: Value) -> Number | Symbol:
+    def resolve_number(self, value: Value) -> Number | Symbol:
         """A value as a number, also a feature that is one of few whole numbers: it is asked which."""
         given = self.plain(value)
         if isinstance(given, Number) or given.kind.floating:
@@ -125,7 +125,7 @@ class Arithmetic:
 
     # --- conversions
 
-    def converted(self, value: Value, kind: Kind) -> Number | Symbol | Condition:
+    def convert_value(self, value: Value, kind: Kind) -> Number | Symbol | Condition:
         """A value as one of a type."""
         if kind == BOOL and isinstance(value, Condition | Symbol):
             return value if isinstance(value, Condition) else Condition(lambda: self.truth(value))
@@ -142,18 +142,18 @@ class Arithmetic:
             return int(value != 0)
         if kind.floating:
             if not given.kind.floating:
-                return rounded(value, kind)
-            found = (np.float32 if kind == FLOAT else np.float64)(value)
-            if np.isfinite(value) and not np.isfinite(found):
+                return round_number(value, kind)
+            number = (np.float32 if kind == FLOAT else np.float64)(value)
+            if np.isfinite(value) and not np.isfinite(number):
                 raise self.refused(f"the number {value} is beyond {kind}", "write a smaller one")
-            return found
+            return number
         if given.kind.floating:
             if not np.isfinite(value) or not kind.holds(math.trunc(float(value))):
                 raise self.refused(f"the number {value} is no {kind}", RANGE_ADVICE)
             return math.trunc(float(value))
-        return self.wrapped(value, kind)
+        return self.wrap_number(value, kind)
 
-    def wrapped(self, value: int, kind: Kind) -> int:
+    def wrap_number(self, value: int, kind: Kind) -> int:
         """A whole number in a type. InputError where compilers differ, or where C says nothing."""
         if kind.holds(value):
             return value
@@ -170,7 +170,7 @@ class Arithmetic:
             exact = max(-least, most) <= 2 ** (24 if kind == FLOAT else 53)
             return feature if exact and kind == DOUBLE else feature.then(_to(kind))
         if given.kind.floating:
-            feature = feature.then(Step("truncated", truncated))
+            feature = feature.then(Step("truncated", truncate_float))
         least, most = self.ends(feature)
         if least < kind.low or most > kind.high:
             told = "converted to" if given.kind.floating else "made"
@@ -193,7 +193,7 @@ class Arithmetic:
         if sign == "!":
             known = value if isinstance(value, Number) else None
             return Number(int(known.value == 0), INT) if known else Condition(lambda: not self.truth(value))
-        given = self._promoted(self.plain(value))
+        given = self._promote_number(self.plain(value))
         if sign == "+":
             return given
         if sign == "-" and given.kind.floating:
@@ -204,7 +204,7 @@ class Arithmetic:
             raise self.refused("bits of a feature are used", TEST_ADVICE)
         return Number(~given.value if given.kind.signed else given.kind.high - given.value, given.kind)
 
-    def _promoted(self, given: Number | Symbol) -> Number | Symbol:
+    def _promote_number(self, given: Number | Symbol) -> Number | Symbol:
         if given.kind == ENUM:
             return Number(given.value, INT, given.name) if isinstance(given, Number) else Symbol(given.feature, INT)
         if given.kind.rank >= INT.rank:
@@ -222,27 +222,27 @@ class Arithmetic:
         """An operator of two numbers."""
         one, other = self.plain(left), self.plain(right)
         enums = [each for each in (one, other) if each.kind == ENUM]
-        one, other = self._promoted(one), self._promoted(other)
+        one, other = self._promote_number(one), self._promote_number(other)
         if sign in ("<<", ">>"):
-            return self._shifted(sign, one, other)
+            return self._shift_number(sign, one, other)
         kind = self.common(one.kind, other.kind)
-        one, other = (self.plain(self.converted(each, kind)) for each in (one, other))
+        one, other = (self.plain(self.convert_value(each, kind)) for each in (one, other))
         if enums and any(isinstance(each, Number) and each.value < 0 for each in (one, other)):
             raise self.refused("an enum meets a negative number, which compilers read differently", "convert it to int")
         if sign in SIGNS:
-            return self._compared(sign, one, other)
+            return self._compare_values(sign, one, other)
         if kind.floating:
             return self._floating(sign, one, other, kind)
-        found = self._whole(sign, one, other, kind)
-        if enums and isinstance(found, Number) and found.value < 0:
+        whole = self._whole(sign, one, other, kind)
+        if enums and isinstance(whole, Number) and whole.value < 0:
             raise self.refused("an enum makes a negative number, which compilers read differently", "convert it to int")
-        return found
+        return whole
 
-    def _compared(self, sign: str, one: Number | Symbol, other: Number | Symbol) -> Value:
+    def _compare_values(self, sign: str, one: Number | Symbol, other: Number | Symbol) -> Value:
         if isinstance(one, Number) and isinstance(other, Number):
             return Number(int(SIGNS[sign](one.value, other.value)), INT)
         if isinstance(one, Symbol) and isinstance(other, Symbol):
-            one, other = self.summing.compared(one, other), Number(0, INT)
+            one, other = self.summing.compare_symbols(one, other), Number(0, INT)
         if isinstance(one, Number):
             one, other, sign = other, one, TURNED[sign]
         assert isinstance(one, Symbol) and isinstance(other, Number)
@@ -264,25 +264,25 @@ class Arithmetic:
                 return Number(make(FLOATING[sign](a, b)), kind)
         if isinstance(one, Symbol) and isinstance(other, Symbol):
             if sign in "+-" and one.feature.key != other.feature.key:
-                return self.summing.joined(sign, one, other, kind)
-            return self._squared(sign, one, other, kind)
+                return self.summing.add_symbols(sign, one, other, kind)
+            return self._square_feature(sign, one, other, kind)
         given, number = (one, other) if isinstance(one, Symbol) else (other, one)
         assert isinstance(given, Symbol) and isinstance(number, Number)
         c, first = make(number.value), given is one
         if not np.isfinite(c) or (sign in "*/" and c == 0) or (sign == "/" and not first) or sign not in "+-*/":
             what = "a number is divided by a feature" if sign == "/" and not first else f"a feature {sign} {c}"
             raise self.refused(f"{what} is not read", TEST_ADVICE)
-        return self._then(given, stepped(sign, c, kind, first=first))
+        return self._then(given, make_step(sign, c, kind, first=first))
 
-    def given(self, values: Sequence[Value]) -> Given | None:
+    def build_given(self, values: Sequence[Value]) -> Given | None:
         """What is returned where it depends on features, as a form for each number; None: these are labels."""
-        found = self.summing.given([self.settled(each) for each in values])
+        given = self.summing.build_given([self.resolve_number(each) for each in values])
         self.used |= (
-            {place for each in found.vector for _, place in each.terms if place != CONSTANT} if found else set()
+            {place for each in given.vector for _, place in each.terms if place != CONSTANT} if given else set()
         )
-        return found
+        return given
 
-    def _squared(self, sign: str, one: Symbol, other: Symbol, kind: Kind) -> Symbol:
+    def _square_feature(self, sign: str, one: Symbol, other: Symbol, kind: Kind) -> Symbol:
         if sign != "*" or one.feature.key != other.feature.key:
             what = "a product of features" if sign in "*/" else "a sum of several features"
             raise self.refused(f"{what} is not read", TEST_ADVICE)
@@ -293,9 +293,9 @@ class Arithmetic:
 
     def _whole(self, sign: str, one: Number | Symbol, other: Number | Symbol, kind: Kind) -> Value:
         if isinstance(one, Number) and isinstance(other, Number):
-            return Number(self._computed(sign, one.value, other.value, kind), kind)
+            return Number(self._compute_number(sign, one.value, other.value, kind), kind)
         if isinstance(one, Symbol) and isinstance(other, Symbol):
-            few = self.settled(other)
+            few = self.resolve_number(other)
             if isinstance(few, Number):
                 return self._whole(sign, one, few, kind)
             what = "a product of features" if sign in "*/%" else "a sum of several features"
@@ -312,40 +312,40 @@ class Arithmetic:
         elif sign == "*":
             return Number(0, kind)
         else:
-            given, step = self._tabled(sign, given, c, first=first)
-        found = self._then(Symbol(given.feature, kind), step)
-        least, most = self.ends(found.feature)
+            given, step = self._tabulate(sign, given, c, first=first)
+        symbol = self._then(Symbol(given.feature, kind), step)
+        least, most = self.ends(symbol.feature)
         if least < kind.low or most > kind.high:
             if not kind.signed:
                 raise self.refused(f"a number from {least} to {most} wraps around in {kind}", RANGE_ADVICE)
-            self.defined[found.feature.key] = (found.feature, kind.low, kind.high)
-        return found
+            self.defined[symbol.feature.key] = (symbol.feature, kind.low, kind.high)
+        return symbol
 
-    def _tabled(self, sign: str, given: Symbol, c: int, *, first: bool) -> tuple[Symbol, Step]:
+    def _tabulate(self, sign: str, given: Symbol, c: int, *, first: bool) -> tuple[Symbol, Step]:
         """One of few whole numbers, and a step that has a result for each of them. `first`: it stands before `c`."""
         low, high = self.ends(given.feature)
         if high - low >= MAX_VALUES:
             what = f"the operator {sign} of a whole number that is a feature is not read"
             raise self.refused(what, "give a type of at most 8 bits, or test the range first")
         pairs = {v: (v, c) if first else (c, v) for v in range(low, high + 1)}
-        known = {v: self._computed(sign, *pair, given.kind) for v, pair in pairs.items()}
+        known = {v: self._compute_number(sign, *pair, given.kind) for v, pair in pairs.items()}
         within = self._then(given, Step(f"{low} to {high}", lambda v: min(max(v, low), high)))  # as it is on this path
         return within, Step(f"{sign}{c}{first}", lambda v: known.get(v, v), JUMPING)  # v: a NaN
 
-    def _computed(self, sign: str, a: int, b: int, kind: Kind) -> int:
+    def _compute_number(self, sign: str, a: int, b: int, kind: Kind) -> int:
         """A number of two whole numbers."""
         if sign in ("/", "%"):
             if b == 0:
                 raise self.refused("a number is divided by 0", "write the value")
             whole = quotient(a, b)
-            return self.wrapped(whole if sign == "/" else a - whole * b, kind)
+            return self.wrap_number(whole if sign == "/" else a - whole * b, kind)
         if sign in BITS:
             return BITS[sign](a, b)
         if sign not in COMPUTE:
             raise self.refused(f"the operator {sign} is not read", TEST_ADVICE)
-        return self.wrapped(COMPUTE[sign](a, b), kind)
+        return self.wrap_number(COMPUTE[sign](a, b), kind)
 
-    def _shifted(self, sign: str, one: Number | Symbol, other: Number | Symbol) -> Value:
+    def _shift_number(self, sign: str, one: Number | Symbol, other: Number | Symbol) -> Value:
         if not isinstance(other, Number) or one.kind.floating or not 0 <= other.value < one.kind.bits:
             raise self.refused("a shift is not read", "shift by a number within the type")
         factor = 2**other.value
@@ -355,23 +355,23 @@ class Arithmetic:
             return self._whole("*" if sign == "<<" else "/", one, Number(factor, one.kind), one.kind)
         if one.value < 0:
             raise self.refused("a negative number is shifted", "write the value")
-        return Number(self.wrapped(one.value * factor if sign == "<<" else one.value // factor, one.kind), one.kind)
+        return Number(self.wrap_number(one.value * factor if sign == "<<" else one.value // factor, one.kind), one.kind)
 
     # --- functions of one number
 
     def absolute(self, value: Value, kind: Kind) -> Value:
         """The absolute value, as one of a type."""
-        given = self.plain(self.converted(value, kind))
+        given = self.plain(self.convert_value(value, kind))
         if isinstance(given, Number):
-            return Number(self.wrapped(abs(given.value), kind) if not kind.floating else abs(given.value), kind)
-        found = self._then(given, Step("absolute", abs, FOLDING))
-        if not kind.floating and self.ends(found.feature)[1] > kind.high:
-            self.defined[found.feature.key] = (found.feature, kind.low, kind.high)
-        return found
+            return Number(self.wrap_number(abs(given.value), kind) if not kind.floating else abs(given.value), kind)
+        symbol = self._then(given, Step("absolute", abs, FOLDING))
+        if not kind.floating and self.ends(symbol.feature)[1] > kind.high:
+            self.defined[symbol.feature.key] = (symbol.feature, kind.low, kind.high)
+        return symbol
 
     def extreme(self, most: bool, values: list[Value], kind: Kind) -> Value:
         """fmin and fmax."""
-        one, other = (self.plain(self.converted(each, kind)) for each in values)
+        one, other = (self.plain(self.convert_value(each, kind)) for each in values)
         choose = max if most else min
         if isinstance(one, Number) and isinstance(other, Number):
             return Number(choose(one.value, other.value), kind)
@@ -390,6 +390,6 @@ def _to(kind: Kind) -> Step:
     make = np.float32 if kind == FLOAT else np.float64
 
     def apply(v: Any) -> Any:
-        return rounded(v, kind) if isinstance(v, int) else make(v)
+        return round_number(v, kind) if isinstance(v, int) else make(v)
 
     return Step(f"to {kind}", apply)

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from codegen.importers.c.kinds import DOUBLE, FLOAT, Kind, rounded
+from codegen.importers.c.kinds import DOUBLE, FLOAT, Kind, round_number
 from codegen.importers.symbolic.feature import FALLING, RISING, Feature, Step
 
 FLOATING: Mapping[str, Callable[[Any, Any], Any]] = {
@@ -31,7 +31,7 @@ class Rounding(Step):
     sums: bool = False  # whether it adds; else it multiplies
 
 
-def stepped(sign: str, c: Any, kind: Kind, *, first: bool) -> Step:
+def make_step(sign: str, c: Any, kind: Kind, *, first: bool) -> Step:
     """Arithmetic of a feature, which stands `first` or last, and a number of its type."""
     make: Any = np.float32 if kind == FLOAT else np.float64
     compute, exact = FLOATING[sign], Fraction(float(c))
@@ -51,19 +51,19 @@ def stepped(sign: str, c: Any, kind: Kind, *, first: bool) -> Step:
     return Rounding(key, apply, sense, precisely, kind, sign in "+-", form=form)
 
 
-def joined(feature: Feature) -> Feature | None:
+def contract_feature(feature: Feature) -> Feature | None:
     """The feature with each product kept exact until the sum that follows it; None: there is no such pair."""
-    found, product, pairs = list[Step](feature.steps), -1, 0
+    steps, product, pairs = list[Step](feature.steps), -1, 0
     for at, step in enumerate(feature.steps):
         before = feature.steps[product] if product >= 0 else None
         if isinstance(step, Rounding) and step.sums and isinstance(before, Rounding) and before.kind == step.kind:
-            found[product] = _exact(before)
-            found[at], pairs = _once(step), pairs + 1
+            steps[product] = _exact(before)
+            steps[at], pairs = _once(step), pairs + 1
         if not isinstance(step, Rounding) and step is not NEGATE:
             product = -1
         elif isinstance(step, Rounding):
             product = -1 if step.sums else at
-    return Feature(feature.place, tuple(found)) if pairs else None
+    return Feature(feature.place, tuple(steps)) if pairs else None
 
 
 def _exact(product: Rounding) -> Step:
@@ -79,6 +79,6 @@ def _once(total: Rounding) -> Step:
     """A sum of an exact number."""
 
     def apply(v: Any) -> Any:
-        return rounded(total.exact(v), total.kind) if isinstance(v, Fraction) else total.apply(v)
+        return round_number(total.exact(v), total.kind) if isinstance(v, Fraction) else total.apply(v)
 
     return Step(f"once {total.key}", apply, total.sense)

@@ -13,7 +13,7 @@ from typing import Any
 
 from pycparser import c_ast, c_generator
 
-from codegen.errors import InputError, shown
+from codegen.errors import InputError, escape_text
 from codegen.importers.c.kinds import (
     ENUM,
     INT,
@@ -35,7 +35,7 @@ MAX_SHOWN, MAX_LENGTH = 60, 1 << 20
 
 def text_of(node: Any) -> str:
     """A node as C, short enough for a line."""
-    return shown(" ".join(c_generator.CGenerator().visit(node).split()))[:MAX_SHOWN]
+    return escape_text(" ".join(c_generator.CGenerator().visit(node).split()))[:MAX_SHOWN]
 
 
 class Declarations:
@@ -57,7 +57,7 @@ class Declarations:
         if coord is not None and coord.line:
             self.line, self.file = int(coord.line), PurePath(coord.file or "").name
 
-    def refused(self, what: str, advice: str = ADVICE) -> InputError:
+    def make_error(self, what: str, advice: str = ADVICE) -> InputError:
         """What is wrong at the present line."""
         header = f" of {self.file}" if self.file and self.file != PurePath(self.where.split(",")[0]).name else ""
         return InputError(what, f"{self.where}, line {self.line}{header}" if self.line else self.where, advice)
@@ -66,7 +66,7 @@ class Declarations:
         """The whole number that an expression is."""
         raise NotImplementedError
 
-    def found(self, name: str) -> Object | Number | None:
+    def find_name(self, name: str) -> Object | Number | None:
         """What a name stands for; None: nothing."""
         return next((scope[name] for scope in reversed(self.scopes) if name in scope), None)
 
@@ -82,7 +82,7 @@ class Declarations:
         if isinstance(node, c_ast.ArrayDecl):
             length = 0 if node.dim is None else self.constant(node.dim)
             if not 0 <= length <= MAX_LENGTH:
-                raise self.refused(f"a length is not read: {length}")
+                raise self.make_error(f"a length is not read: {length}")
             return Many(self.type_of(node.type), length)
         if isinstance(node, c_ast.FuncDecl):
             return Callable_(self.type_of(node.type))
@@ -91,11 +91,13 @@ class Declarations:
         if isinstance(node, c_ast.Enum):
             return self._enum(node)
         names = tuple(node.names) if isinstance(node, c_ast.IdentifierType) else ()
-        found = self.typedefs.get(names[0]) if len(names) == 1 else None
-        found = found or SPELLED.get(tuple(sorted(names))) or (Void() if names == ("void",) else None)
-        if found is None:
-            raise self.refused(f"a type is not read: {text_of(node)}", "use float, double, and types of whole numbers")
-        return found
+        type_ = self.typedefs.get(names[0]) if len(names) == 1 else None
+        type_ = type_ or SPELLED.get(tuple(sorted(names))) or (Void() if names == ("void",) else None)
+        if type_ is None:
+            raise self.make_error(
+                f"a type is not read: {text_of(node)}", "use float, double, and types of whole numbers"
+            )
+        return type_
 
     def _record(self, node: Any) -> Record:
         record = self.tags.get(node.name or "") or Record(node.name or "", {})
@@ -118,7 +120,7 @@ class Declarations:
         for each in node.values.enumerators if node.values is not None else ():
             last = last + 1 if each.value is None else self.constant(each.value)
             if not INT.holds(last):
-                raise self.refused(f"the enumerator {shown(each.name)} is no int")
+                raise self.make_error(f"the enumerator {escape_text(each.name)} is no int")
             lowest = min(lowest, last)
             self.scopes[-1][each.name] = Number(last, INT, each.name)
         if node.name and node.values is not None:
@@ -126,9 +128,9 @@ class Declarations:
         return INT if lowest < 0 or self.typedefs.get(f"enum {node.name}") == INT else ENUM
 
 
-def assigned(node: Any, found: set[str] | None = None) -> set[str]:
+def collect_assigned(node: Any, assigned: set[str] | None = None) -> set[str]:
     """The names that are assigned to, counted up or down, or whose address is taken, below a node; but not its own."""
-    found = set() if found is None else found
+    assigned = set() if assigned is None else assigned
     own = set[str]()
     open_ = [node]
     while open_:
@@ -143,9 +145,9 @@ def assigned(node: Any, found: set[str] | None = None) -> set[str]:
         while isinstance(target, c_ast.ArrayRef | c_ast.StructRef):
             target = target.name
         if isinstance(target, c_ast.ID):
-            found.add(target.name)
+            assigned.add(target.name)
         open_ += [child for _, child in each.children()]
-    return found - own
+    return assigned - own
 
 
 def is_const(node: Any) -> bool:
@@ -155,4 +157,4 @@ def is_const(node: Any) -> bool:
     return "const" in getattr(node, "quals", ())
 
 
-__all__ = ["ADVICE", "Cell", "Declarations", "assigned", "is_const", "text_of"]
+__all__ = ["ADVICE", "Cell", "Declarations", "collect_assigned", "is_const", "text_of"]

@@ -12,7 +12,7 @@ from typing import Any
 
 from pycparser import c_ast
 
-from codegen.errors import InputError, shown
+from codegen.errors import InputError, escape_text
 from codegen.importers.c.arithmetic import TEST_ADVICE
 from codegen.importers.c.declarations import text_of
 from codegen.importers.c.kinds import CHAR, ENUM, INT, ULONG, Callable_, Kind, Many, Pointer, Type, literal, size_of
@@ -65,7 +65,7 @@ class Expressions(Objects):
             self.paths.step()
         handler = self._handlers.get(type(node))
         if handler is None:
-            raise self.refused(f"an expression is not read: {text_of(node)}")
+            raise self.make_error(f"an expression is not read: {text_of(node)}")
         return handler(node)
 
     def truth(self, node: Any) -> bool:
@@ -84,7 +84,7 @@ class Expressions(Objects):
         if isinstance(value, Condition):
             return int(value.holds())
         if not isinstance(value, Number) or value.kind.floating:
-            raise self.refused(f"not a whole number: {text_of(node)}", "write the number")
+            raise self.make_error(f"not a whole number: {text_of(node)}", "write the number")
         return int(value.value)
 
     # --- handlers
@@ -94,19 +94,19 @@ class Expressions(Objects):
             try:
                 return Text(node.value[1:-1].encode().decode("unicode_escape"))
             except UnicodeDecodeError:
-                raise self.refused(f"a text is not read: {shown(node.value)[:60]}") from None
-        found = literal(node.value)
-        if found is None:
+                raise self.make_error(f"a text is not read: {escape_text(node.value)[:60]}") from None
+        parsed = literal(node.value)
+        if parsed is None:
             advice = "write a finite number of int, float or double"
-            raise self.refused(f"a number is not read: {shown(node.value)[:60]}", advice)
-        return Number(*found)
+            raise self.make_error(f"a number is not read: {escape_text(node.value)[:60]}", advice)
+        return Number(*parsed)
 
     def _unary(self, node: Any) -> Value:
         if node.op == "sizeof":
             of = node.expr
             type_ = self.type_of(of) if isinstance(of, c_ast.Typename) else self.static(of)
             if type_ is None:
-                raise self.refused(f"a size is not read: {text_of(node)}", "write the number")
+                raise self.make_error(f"a size is not read: {text_of(node)}", "write the number")
             return Number(size_of(type_)[0], ULONG)
         if node.op == "&":
             if isinstance(node.expr, c_ast.ArrayRef):
@@ -120,12 +120,12 @@ class Expressions(Objects):
         if node.op in ("++", "--", "p++", "p--"):
             target = self.place(node.expr)
             before = self.load(target)
-            after = self._stepped(before, 1 if "+" in node.op else -1)
+            after = self._step_value(before, 1 if "+" in node.op else -1)
             self.store(target, after)
             return before if node.op[0] == "p" else self.load(target)
         return self.arithmetic.unary(node.op, self.value(node.expr))
 
-    def _stepped(self, value: Value, step: int) -> Value:
+    def _step_value(self, value: Value, step: int) -> Value:
         if isinstance(value, Reference):
             return Reference(value.target, value.at + step)
         return self.arithmetic.binary("+" if step > 0 else "-", value, Number(1, INT))
@@ -142,7 +142,7 @@ class Expressions(Objects):
             return Number(int(node.op == "!="), INT)  # no pointer that is given is null
         if node.op in ("+", "-") and isinstance(left, Reference) and isinstance(right, Number):
             return Reference(left.target, left.at + (right.value if node.op == "+" else -right.value))
-        raise self.refused(f"pointers or texts are computed with: {text_of(node)}", TEST_ADVICE)
+        raise self.make_error(f"pointers or texts are computed with: {text_of(node)}", TEST_ADVICE)
 
     def _both(self, node: Any) -> Value:
         """`&&` and `||` as a value: asked where it decides, if the second part does nothing and can be read."""
@@ -168,7 +168,7 @@ class Expressions(Objects):
         value = self.value(node.iftrue if holds else node.iffalse)
         kind = self.static(node)
         if isinstance(kind, Kind) and isinstance(value, Number | Symbol | Condition):
-            return self.arithmetic.converted(value, kind)
+            return self.arithmetic.convert_value(value, kind)
         return value
 
     def _assignment(self, node: Any) -> Value:
@@ -187,20 +187,20 @@ class Expressions(Objects):
         return self.load(target)
 
     def _compound(self, node: Any) -> Value:
-        target = self.initialized(self.type_of(node.type), node.init)
+        target = self.initialize_object(self.type_of(node.type), node.init)
         return self.load(target)
 
     def _call(self, node: Any) -> Value:
         given = [] if node.args is None else list(node.args.exprs)
         name = node.name.name if isinstance(node.name, c_ast.ID) else ""
-        target = self.value(node.name) if not name or self.found(name) or name in self.functions else None
+        target = self.value(node.name) if not name or self.find_name(name) or name in self.functions else None
         if isinstance(target, Function):
-            return self.called(target.node, [self.value(each) for each in given])
+            return self.call_function(target.node, [self.value(each) for each in given])
         if name in FUNCTIONS and target is None:
             return FUNCTIONS[name](self, given)
-        raise self.refused(f"the function {shown(name or text_of(node.name))} is not read", CALL_ADVICE)
+        raise self.make_error(f"the function {escape_text(name or text_of(node.name))} is not read", CALL_ADVICE)
 
-    def called(self, node: Any, given: Sequence[Value]) -> Value:
+    def call_function(self, node: Any, given: Sequence[Value]) -> Value:
         """What a function of the file returns."""
         raise NotImplementedError
 
@@ -209,11 +209,11 @@ class Expressions(Objects):
     def static(self, node: Any) -> Type | None:
         """The type of an expression; None for what has no type of numbers."""
         if isinstance(node, c_ast.Constant):
-            found = literal(node.value) if node.type != "string" else None
-            return found.kind if found else Many(CHAR, len(node.value) - 1)
+            known = literal(node.value) if node.type != "string" else None
+            return known.kind if known else Many(CHAR, len(node.value) - 1)
         if isinstance(node, c_ast.ID):
-            found = self.found(node.name) or CONSTANTS.get(node.name)
-            return found.kind if isinstance(found, Number) else found.type if found is not None else None
+            known = self.find_name(node.name) or CONSTANTS.get(node.name)
+            return known.kind if isinstance(known, Number) else known.type if known is not None else None
         if isinstance(node, c_ast.StructRef):
             holder = self.static(node.name)
             holder = holder.to if isinstance(holder, Pointer) else holder
@@ -232,9 +232,9 @@ class Expressions(Objects):
             name = node.name.name if isinstance(node.name, c_ast.ID) else ""
             result = self.results.get(name, RESULTS.get(name))
             return result.result if isinstance(result, Callable_) else result
-        return self._computed(node)
+        return self._infer_type(node)
 
-    def _computed(self, node: Any) -> Type | None:
+    def _infer_type(self, node: Any) -> Type | None:
         if isinstance(node, c_ast.UnaryOp) and node.op in ("sizeof", "!", "&"):
             return ULONG if node.op == "sizeof" else INT if node.op == "!" else None
         if isinstance(node, c_ast.BinaryOp) and (node.op in SIGNS or node.op in ("&&", "||")):

@@ -22,11 +22,11 @@ from pycparser import CParser, c_ast, c_generator
 from pycparser.c_parser import ParseError
 
 from codegen.equivalence import structure
-from codegen.errors import InputError, shown
+from codegen.errors import InputError, escape_text
 from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers.nodes import Leaf, Source, Split, origin_of
 from codegen.importers.origin import Origin
-from codegen.lowering.deploy import deployed
+from codegen.lowering.deploy import deploy_tree
 
 KIND, PROVED_BY = "our own C header", "a second reading of the file, and a proof of its structure"
 PREFIX = re.compile(r'^#define (\w+)_PROFILE "[0-9a-f]{64}"$', re.MULTILINE)
@@ -40,7 +40,7 @@ def from_header(content: bytes, where: str) -> dict[str, Origin]:
     if prefix is None:
         raise InputError("the header names no profile", where, ADVICE)
     for odd in structure.odd_lines(text)[:1]:
-        raise InputError(f"a line is not ours: {shown(odd[:80])}", where, ADVICE)
+        raise InputError(f"a line is not ours: {escape_text(odd[:80])}", where, ADVICE)
     try:
         parsed = CParser().parse(structure.TYPES + structure.plain(text))
         numbers = structure.enumerators(parsed)
@@ -50,18 +50,20 @@ def from_header(content: bytes, where: str) -> dict[str, Origin]:
         tables = {
             node.name: node.init for node in parsed.ext if isinstance(getattr(node, "init", None), c_ast.InitList)
         }
-        found: dict[str, Origin] = {}
+        origins: dict[str, Origin] = {}
         for name in functions:
             agent = re.fullmatch(rf"{prefix[1].lower()}_(\w+)_act", name)
             if agent and f"{prefix[1]}_{agent[1].upper()}_N_ACTIONS" in numbers:
-                function = structure.followed(functions, name)  # agents with the same tree share its code
+                function = structure.resolve_function(functions, name)  # agents with the same tree share its code
                 origin = _agent(function.body, f"{prefix[1]}_{agent[1].upper()}", names, numbers, where)
-                found[agent[1]] = _proved(function, _labelled(origin, tables.get(f"{name[:-4]}_label")), numbers)
+                origins[agent[1]] = _prove_origin(
+                    function, _add_labels(origin, tables.get(f"{name[:-4]}_label")), numbers
+                )
     except (ParseError, RecursionError, *structure.NOT_PROVED) as error:
-        raise InputError(f"not a header of ours: {shown(error)[:100]}", where, ADVICE) from None
-    if not found:
+        raise InputError(f"not a header of ours: {escape_text(error)[:100]}", where, ADVICE) from None
+    if not origins:
         raise InputError("the header has no agent", where, ADVICE)
-    return found
+    return origins
 
 
 def _label(item: Any) -> Any:
@@ -87,12 +89,12 @@ def _agent(
     if tables:
         origin = origin_of(Source(KIND, where), 0, _Tables(tables, labels).read, called, len(called))
     else:
-        read = partial(_nested, numbers=numbers, labels=labels)
+        read = partial(_read_nested, numbers=numbers, labels=labels)
         origin = origin_of(Source(KIND, where), items, read, called, len(called))
-    return _numbered(origin, labels)
+    return _number_actions(origin, labels)
 
 
-def _labelled(origin: Origin, table: c_ast.InitList | None) -> Origin:
+def _add_labels(origin: Origin, table: c_ast.InitList | None) -> Origin:
     """The origin with the labels that a header has beside its actions' names."""
     if table is None:
         return origin
@@ -102,18 +104,18 @@ def _labelled(origin: Origin, table: c_ast.InitList | None) -> Origin:
     return replace(origin, labels=labels, called=dict(zip(labels, origin.labels, strict=True)))
 
 
-def _proved(function: c_ast.FuncDef, origin: Origin, numbers: Mapping[str, int]) -> Origin:
+def _prove_origin(function: c_ast.FuncDef, origin: Origin, numbers: Mapping[str, int]) -> Origin:
     """The origin, with what it compares; ValueError where the function is not its tree."""
     given = c_generator.CGenerator().visit(function.decl.type.args)
     compared = {"const float *x": FLOAT32, "const double *x": FLOAT64}.get(given)
     if compared is None:
         raise ValueError("a function takes neither float *x nor double *x")
-    for fault in structure.act_faults(function, deployed(origin.grown, compared), numbers):
+    for fault in structure.act_faults(function, deploy_tree(origin.grown, compared), numbers):
         raise ValueError(fault)
     return replace(origin, numbers=compared, given=f"{compared}, as it declares")
 
 
-def _numbered(origin: Origin, labels: Sequence[str]) -> Origin:
+def _number_actions(origin: Origin, labels: Sequence[str]) -> Origin:
     """The origin with all actions of the header, in its order, also those that no leaf takes."""
     place = np.array([labels.index(each) for each in origin.labels])
     grown = origin.grown
@@ -124,12 +126,12 @@ def _numbered(origin: Origin, labels: Sequence[str]) -> Origin:
     )
 
 
-def _nested(node: list[Any], numbers: Mapping[str, int], labels: Sequence[str]) -> Split | Leaf:
+def _read_nested(node: list[Any], numbers: Mapping[str, int], labels: Sequence[str]) -> Split | Leaf:
     """A block of nested ifs: one statement."""
     (item,) = [each for each in node if not structure.is_void(each)]
     if isinstance(item, c_ast.Return):
         return Leaf(labels[numbers[item.expr.name]])
-    feature, threshold = structure.tested(item.cond, numbers)
+    feature, threshold = structure.parse_test(item.cond, numbers)
     then, otherwise = item.iftrue.block_items, item.iffalse.block_items
     return Split(feature, "<=", float(threshold), then, otherwise, nan=False)
 

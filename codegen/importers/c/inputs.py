@@ -16,7 +16,7 @@ from typing import Any
 
 from codegen.errors import InputError
 from codegen.importers.c.kinds import CHAR, DOUBLE, FLOAT, Kind, Many, Pointer, Record, Type, Void
-from codegen.importers.c.values import Array, Cell, Object, Origin, Reference, Symbol, Value, cells, made
+from codegen.importers.c.values import Array, Cell, Object, Origin, Reference, Symbol, Value, cells, make_object
 from codegen.importers.symbolic.feature import Feature, Step
 
 MAX_FEATURES = 1 << 20
@@ -34,24 +34,24 @@ class Inputs:
     written: set[str] = field(default_factory=set[str])
     objects: dict[str, Object] = field(default_factory=dict[str, Object])  # of the present path
 
-    def bound(self) -> dict[str, Object]:
+    def bind_parameters(self) -> dict[str, Object]:
         """A variable for each parameter, fresh for each path."""
         self.objects = {}
-        found: dict[str, Object] = {}
+        variables: dict[str, Object] = {}
         for name, type_ in self.parameters.items():
             origin = Origin(name)
             if not isinstance(type_, Pointer):
-                found[name] = made(type_, origin)
+                variables[name] = make_object(type_, origin)
                 continue
             to = type_.to
             if isinstance(to, Void | Pointer) or to == CHAR:
-                found[name] = Cell(type_, None, origin)  # read by nobody
+                variables[name] = Cell(type_, None, origin)  # read by nobody
                 continue
             length = to.length if isinstance(to, Many) else 0
             of = to.of if isinstance(to, Many) else to
             self.objects[name] = Array(Many(of, length), {}, origin)
-            found[name] = Cell(type_, Reference(self.objects[name]))
-        return found
+            variables[name] = Cell(type_, Reference(self.objects[name]))
+        return variables
 
     def value(self, cell: Cell) -> Value:
         """What a cell of the caller's holds: a feature."""
@@ -120,7 +120,11 @@ class Inputs:
         full = ["_".join(map(str, (each.parameter, *each.way))) for each in order]
         numbered = [not each.way or isinstance(each.way[0], int) for each in order]
         chosen = [long if shared or at else short for short, long, at in zip(names, full, numbered, strict=True)]
-        return [place[self._counted(each)] if each in self.read else -1 for each in numbers], tuple(chosen), len(order)
+        return (
+            [place[self._strip_place(each)] if each in self.read else -1 for each in numbers],
+            tuple(chosen),
+            len(order),
+        )
 
     def _scalars(self) -> list[str]:
         return [name for name, type_ in self.parameters.items() if isinstance(type_, Kind)]
@@ -139,7 +143,7 @@ class Inputs:
             return 0
         return to.length if isinstance(to, Many) and isinstance(to.of, Kind) else None
 
-    def _counted(self, origin: Origin) -> Origin:
+    def _strip_place(self, origin: Origin) -> Origin:
         """Where it stands, without the place in an array of one struct."""
         type_ = self.parameters[origin.parameter]
         single = isinstance(type_, Pointer) and isinstance(type_.to, Record)

@@ -165,7 +165,7 @@ def literal(text: str) -> Literal | None:
     if match := CHARACTER.fullmatch(text):
         return Literal(ESCAPES[match[1][1]] if len(match[1]) == 2 else ord(match[1]), INT)
     if match := WHOLE_NUMBER.fullmatch(text):
-        return _typed(match[1], match[2].lower())
+        return _parse_integer(match[1], match[2].lower())
     match = DECIMAL.fullmatch(text)
     if match and (match[2] or "." in match[1]):
         return _finite(Fraction(match[1] + (match[2] or "")), FLOAT if match[3] else DOUBLE)
@@ -179,11 +179,11 @@ def literal(text: str) -> Literal | None:
 
 
 def _finite(exact: Fraction, kind: Kind) -> Literal | None:
-    value = rounded(exact, kind)
+    value = round_number(exact, kind)
     return Literal(value, kind) if np.isfinite(value) else None
 
 
-def _typed(digits: str, suffix: str) -> Literal | None:
+def _parse_integer(digits: str, suffix: str) -> Literal | None:
     """A whole number, of the first type that holds it."""
     decimal = digits[0] != "0"
     value = int(digits, 10 if decimal else 16 if digits[:2] in ("0x", "0X") else 8)
@@ -197,7 +197,7 @@ def _typed(digits: str, suffix: str) -> Literal | None:
     return Literal(value, fitting[0]) if fitting else None
 
 
-def rounded(exact: Fraction | int, kind: Kind) -> Any:
+def round_number(exact: Fraction | int, kind: Kind) -> Any:
     """The nearest number of a floating type, ties to even; infinite beyond the largest."""
     if kind == DOUBLE:
         try:
@@ -207,13 +207,13 @@ def rounded(exact: Fraction | int, kind: Kind) -> Any:
     if abs(exact) >= LEAST_INFINITE:
         return np.float32(math.inf if exact > 0 else -math.inf)
     with np.errstate(over="ignore", under="ignore"):
-        near = np.float32(rounded(exact, DOUBLE))
+        near = np.float32(round_number(exact, DOUBLE))
         beside = [near, np.nextafter(near, np.float32(-np.inf)), np.nextafter(near, np.float32(np.inf))]
     finite = [each for each in beside if np.isfinite(each)]
     return min(finite, key=lambda each: (abs(Fraction(float(each)) - exact), int(each.view(np.uint32)) & 1))
 
 
-def truncated(v: Any) -> Any:
+def truncate_float(v: Any) -> Any:
     """A float without its part behind the point; an infinite one stays."""
     return math.trunc(float(v)) if np.isfinite(v) else float(v)
 

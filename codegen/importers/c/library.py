@@ -63,23 +63,23 @@ def _extreme(most: bool, kind: Kind) -> Handler:
     return lambda machine, given: machine.arithmetic.extreme(most, [machine.value(each) for each in given[:2]], kind)
 
 
-def _stepped(name: str, kind: Kind, compute: Callable[[Any], Any], *, rising: bool = True) -> Handler:
+def _make_step(name: str, kind: Kind, compute: Callable[[Any], Any], *, rising: bool = True) -> Handler:
     """A function that never falls; one that is not `rising` takes numbers only."""
 
     def handler(machine: Any, given: list[Any]) -> Value:
-        value = machine.arithmetic.plain(machine.arithmetic.converted(machine.value(given[0]), kind))
+        value = machine.arithmetic.plain(machine.arithmetic.convert_value(machine.value(given[0]), kind))
         make = np.float32 if kind == FLOAT else np.float64
         if isinstance(value, Number):
             with np.errstate(all="ignore"):
                 return Number(make(compute(make(value.value))), kind)
         if not rising:
-            raise machine.refused(f"the function {name} of a feature is not read", TEST_ADVICE)
+            raise machine.make_error(f"the function {name} of a feature is not read", TEST_ADVICE)
         return Symbol(value.feature.then(Step(name, lambda v: make(compute(make(v))))), kind)
 
     return handler
 
 
-def _rounded(v: Any) -> Any:
+def _round_away(v: Any) -> Any:
     """The nearest whole number, of two the one farther from 0."""
     whole = np.trunc(v)
     return whole + np.sign(v) if abs(v - whole) >= 0.5 else whole  # the difference is exact
@@ -87,11 +87,11 @@ def _rounded(v: Any) -> Any:
 
 def _to_long(name: str, kind: Kind) -> Handler:
     """The nearest whole number, as a long."""
-    rounds = _stepped(name, kind, _rounded)
-    return lambda machine, given: machine.arithmetic.converted(rounds(machine, given), LONG)
+    rounds = _make_step(name, kind, _round_away)
+    return lambda machine, given: machine.arithmetic.convert_value(rounds(machine, given), LONG)
 
 
-def _asked(test: Callable[[Any, Value], Value]) -> Handler:
+def _make_test(test: Callable[[Any, Value], Value]) -> Handler:
     """A question about NaN and infinities."""
 
     def handler(machine: Any, given: list[Any]) -> Value:
@@ -112,48 +112,48 @@ def _is_finite(arithmetic: Any, value: Value) -> Value:
     return Condition(lambda: not arithmetic.truth(infinite))
 
 
-def _copied(machine: Any, given: list[Any]) -> Value:
+def _copy_memory(machine: Any, given: list[Any]) -> Value:
     """memcpy of whole items."""
     target, source, size = (machine.value(each) for each in given)
     if not isinstance(target, Reference) or not isinstance(source, Reference) or not isinstance(size, Number):
-        raise machine.refused("a copy of memory is not read", "copy item by item")
+        raise machine.make_error("a copy of memory is not read", "copy item by item")
     if not isinstance(target.target, Array) or not isinstance(source.target, Array):
         if isinstance(target.target, Struct):
             machine.store(target.target, source.target)
             return target
-        raise machine.refused("a copy of memory is not read", "copy item by item")
+        raise machine.make_error("a copy of memory is not read", "copy item by item")
     of = target.target.type.of
     bytes_, each = int(size.value), size_of(of)[0]
     if of != source.target.type.of or bytes_ % each:
-        raise machine.refused("a copy is not of whole items of one type", "copy item by item")
+        raise machine.make_error("a copy is not of whole items of one type", "copy item by item")
     for at in range(bytes_ // each):
         from_, to = source.target.item(source.at + at), target.target.item(target.at + at)
         if from_ is None or to is None:
-            raise machine.refused("a copy goes beyond an array", "stay within the declared length")
+            raise machine.make_error("a copy goes beyond an array", "stay within the declared length")
         machine.store(to, machine.load(from_))
     return target
 
 
-def _filled(machine: Any, given: list[Any]) -> Value:
+def _clear_memory(machine: Any, given: list[Any]) -> Value:
     """memset to 0 of a whole object."""
     target, value, size = (machine.value(each) for each in given)
     whole = target.target if isinstance(target, Reference) else None
     if whole is None or not isinstance(value, Number) or value.value != 0 or not isinstance(size, Number):
-        raise machine.refused("memset is not read", "set each part")
+        raise machine.make_error("memset is not read", "set each part")
     if size_of(whole.type)[0] != size.value or getattr(whole, "origin", None) is not None:
-        raise machine.refused("memset does not set a whole variable", "set each part")
-    machine.zeroed(whole)
+        raise machine.make_error("memset does not set a whole variable", "set each part")
+    machine.zero_object(whole)
     return target
 
 
-def _skipped(machine: Any, given: list[Any]) -> Value:
+def _skip_print(machine: Any, given: list[Any]) -> Value:
     machine.note("what is printed is skipped")
     return None
 
 
 def _assertion(machine: Any, given: list[Any]) -> Value:
     if not machine.truth(given[0]):
-        raise machine.refused("the program ends here on some path, without an action", "return an action instead")
+        raise machine.make_error("the program ends here on some path, without an action", "return an action instead")
     return None
 
 
@@ -161,14 +161,15 @@ FUNCTIONS: Mapping[str, Handler] = {
     "fabs": _absolute(DOUBLE), "fabsf": _absolute(FLOAT), "abs": _absolute(INT), "labs": _absolute(LONG),
     "llabs": _absolute(LLONG), "fmin": _extreme(False, DOUBLE), "fminf": _extreme(False, FLOAT),
     "fmax": _extreme(True, DOUBLE), "fmaxf": _extreme(True, FLOAT),
-    **{f"{name}{end}": _stepped(f"{name}{end}", kind, compute) for end, kind in (("", DOUBLE), ("f", FLOAT))
+    **{f"{name}{end}": _make_step(f"{name}{end}", kind, compute) for end, kind in (("", DOUBLE), ("f", FLOAT))
        for name, compute in (("floor", np.floor), ("ceil", np.ceil), ("trunc", np.trunc), ("rint", np.rint),
-                             ("nearbyint", np.rint), ("round", _rounded))},
+                             ("nearbyint", np.rint), ("round", _round_away))},
     "lround": _to_long("round", DOUBLE), "lroundf": _to_long("roundf", FLOAT),
-    "sqrt": _stepped("sqrt", DOUBLE, np.sqrt, rising=False), "sqrtf": _stepped("sqrtf", FLOAT, np.sqrt, rising=False),
-    "isnan": _asked(lambda arithmetic, value: Number(0, INT)), "isinf": _asked(_is_infinite),
-    "isfinite": _asked(_is_finite), "memcpy": _copied, "memset": _filled, "assert": _assertion,
-    **dict.fromkeys(PRINTING, _skipped),
+    "sqrt": _make_step("sqrt", DOUBLE, np.sqrt, rising=False),
+    "sqrtf": _make_step("sqrtf", FLOAT, np.sqrt, rising=False),
+    "isnan": _make_test(lambda arithmetic, value: Number(0, INT)), "isinf": _make_test(_is_infinite),
+    "isfinite": _make_test(_is_finite), "memcpy": _copy_memory, "memset": _clear_memory, "assert": _assertion,
+    **dict.fromkeys(PRINTING, _skip_print),
 }  # fmt: skip
 RESULTS: Mapping[str, Type] = {
     **{name: FLOAT if name.endswith("f") else DOUBLE for name in FUNCTIONS if name[0] in "fcrnst"},

@@ -12,13 +12,24 @@ from typing import Any
 
 from pycparser import c_ast
 
-from codegen.errors import shown
+from codegen.errors import escape_text
 from codegen.importers.c.arithmetic import TEST_ADVICE, Arithmetic
 from codegen.importers.c.declarations import Declarations, text_of
 from codegen.importers.c.inputs import STATE_ADVICE, Inputs
 from codegen.importers.c.kinds import INT, Kind, Many, Pointer, Type, Void
 from codegen.importers.c.library import CONSTANTS
-from codegen.importers.c.values import Array, Cell, Function, Number, Object, Reference, Struct, Text, Value, made
+from codegen.importers.c.values import (
+    Array,
+    Cell,
+    Function,
+    Number,
+    Object,
+    Reference,
+    Struct,
+    Text,
+    Value,
+    make_object,
+)
 from codegen.importers.symbolic.paths import Paths
 
 
@@ -36,7 +47,7 @@ class Objects(Declarations):
 
     def __init__(self, where: str, names: Mapping[str, int], numbers: str, *, contracts: bool) -> None:
         super().__init__(where, names)
-        self.arithmetic = Arithmetic(self.refused, numbers, contracts=contracts)
+        self.arithmetic = Arithmetic(self.make_error, numbers, contracts=contracts)
         self.changing: set[str] = set()  # variables of the file that some function sets
 
     def value(self, node: Any) -> Value:
@@ -46,35 +57,37 @@ class Objects(Declarations):
     def place(self, node: Any) -> Object | Number | Function | Value:
         """The object that an expression names; for what is none, its value."""
         if isinstance(node, c_ast.ID):
-            return self._named(node)
+            return self._find_object(node)
         if isinstance(node, c_ast.StructRef):
             holder = self.place(node.name) if node.type == "." else self._target(self.value(node.name), 0, node)
             if not isinstance(holder, Struct) or node.field.name not in holder.members:
-                raise self.refused(f"there is no such member: {text_of(node)}")
+                raise self.make_error(f"there is no such member: {text_of(node)}")
             return holder.members[node.field.name]
         if isinstance(node, c_ast.ArrayRef):
             base = self.value(node.name)
-            subscript = self.arithmetic.settled(self.value(node.subscript))
+            subscript = self.arithmetic.resolve_number(self.value(node.subscript))
             if not isinstance(subscript, Number) or subscript.kind.floating:
                 what = f"an item is chosen by a feature: {text_of(node)}"
-                raise self.refused(what, "test its range first, or choose by if or switch")
+                raise self.make_error(what, "test its range first, or choose by if or switch")
             return self._target(base, int(subscript.value), node)
         if isinstance(node, c_ast.UnaryOp) and node.op == "*":
             return self._target(self.value(node.expr), 0, node)
         return self.value(node)
 
-    def _named(self, node: Any) -> Object | Number | Function:
-        found = self.found(node.name)
-        if found is None and node.name in self.functions:
+    def _find_object(self, node: Any) -> Object | Number | Function:
+        target = self.find_name(node.name)
+        if target is None and node.name in self.functions:
             return Function(self.functions[node.name])
-        if found is None and node.name in CONSTANTS:
+        if target is None and node.name in CONSTANTS:
             return CONSTANTS[node.name]
-        if found is None:
-            raise self.refused(f"the name {shown(node.name)} is not known", "define it in the file")
-        if node.name in self.changing and self.scopes[0].get(node.name) is found:
+        if target is None:
+            raise self.make_error(f"the name {escape_text(node.name)} is not known", "define it in the file")
+        if node.name in self.changing and self.scopes[0].get(node.name) is target:
             self.at(node)
-            raise self.refused(f"the variable {shown(node.name)} keeps what earlier decisions set", STATE_ADVICE)
-        return found
+            raise self.make_error(
+                f"the variable {escape_text(node.name)} keeps what earlier decisions set", STATE_ADVICE
+            )
+        return target
 
     def _target(self, base: Any, at: int, node: Any) -> Object:
         """The item that a pointer and an index lead to."""
@@ -84,7 +97,7 @@ class Objects(Declarations):
         elif target is not None and (base.at or at):
             target = None
         if target is None:
-            raise self.refused(f"there is no such item: {text_of(node)}", "stay within the declared length")
+            raise self.make_error(f"there is no such item: {text_of(node)}", "stay within the declared length")
         return target
 
     def load(self, target: Any) -> Value:
@@ -95,7 +108,9 @@ class Objects(Declarations):
             if target.value is None and target.origin is not None and self.inputs is not None:
                 return self.inputs.value(target)
             if target.value is None:
-                raise self.refused("a variable is read that holds nothing on some path", "set it where it is declared")
+                raise self.make_error(
+                    "a variable is read that holds nothing on some path", "set it where it is declared"
+                )
             return target.value
         return target
 
@@ -112,9 +127,9 @@ class Objects(Declarations):
                 self.store(target.item(at), self.load(value.item(at)))
             return
         if not isinstance(target, Cell):
-            raise self.refused("what is assigned to is not a variable")
+            raise self.make_error("what is assigned to is not a variable")
         if target.fixed:
-            raise self.refused(target.fixed, STATE_ADVICE)
+            raise self.make_error(target.fixed, STATE_ADVICE)
         if self.inputs is not None:
             self.inputs.write(target)
         target.value = self.cast(value, target.type)
@@ -122,23 +137,23 @@ class Objects(Declarations):
     def cast(self, value: Value, type_: Type) -> Value:
         """A value as one of a type."""
         if isinstance(type_, Kind) and not isinstance(value, Reference | Text | Function | Struct):
-            return self.arithmetic.converted(value, type_)
+            return self.arithmetic.convert_value(value, type_)
         if isinstance(type_, Kind) and type_.name == "_Bool":
             return Number(1, type_)
         if isinstance(type_, Kind):
-            raise self.refused("a pointer or a text becomes a number", TEST_ADVICE)
+            raise self.make_error("a pointer or a text becomes a number", TEST_ADVICE)
         if isinstance(type_, Pointer) and isinstance(value, Reference) and not _points(value, type_.to):
-            raise self.refused("a pointer becomes one to another type", "read each object as its own type")
+            raise self.make_error("a pointer becomes one to another type", "read each object as its own type")
         return value
 
     # --- initializers
 
-    def initialized(self, type_: Type, node: Any, fixed: str = "") -> Object:
+    def initialize_object(self, type_: Type, node: Any, fixed: str = "") -> Object:
         """A new object with an initializer."""
         if isinstance(type_, Many) and not type_.length and isinstance(node, c_ast.InitList):
             places = [at for at, _ in self._places(type_, node)]
             type_ = Many(type_.of, max(places, default=-1) + 1)
-        target = made(type_)
+        target = make_object(type_)
         self._fill(target, node)
         self._fix(target, fixed)
         return target
@@ -146,18 +161,18 @@ class Objects(Declarations):
     def _places(self, type_: Type, node: Any) -> list[tuple[Any, Any]]:
         """The member or item of each part of a list."""
         names = list(type_.members) if not isinstance(type_, Many) else []  # type: ignore[union-attr]
-        found, at = list[tuple[Any, Any]](), 0
+        parts, at = list[tuple[Any, Any]](), 0
         for each in node.exprs or []:
             if isinstance(each, c_ast.NamedInitializer):
                 if len(each.name) != 1:
-                    raise self.refused(f"an initializer is not read: {text_of(each)}")
+                    raise self.make_error(f"an initializer is not read: {text_of(each)}")
                 at = self.constant(each.name[0]) if not names else names.index(each.name[0].name)
                 each = each.expr
             if names and at >= len(names):
-                raise self.refused("an initializer has too many parts")
-            found.append((names[at] if names else at, each))
+                raise self.make_error("an initializer has too many parts")
+            parts.append((names[at] if names else at, each))
             at += 1
-        return found
+        return parts
 
     def _fill(self, target: Object, node: Any) -> None:
         if isinstance(target, Cell):
@@ -171,20 +186,20 @@ class Objects(Declarations):
         for key, each in self._places(target.type, node):
             part = target.members[key] if isinstance(target, Struct) else target.item(key)
             if part is None:
-                raise self.refused("an initializer has too many parts")
+                raise self.make_error("an initializer has too many parts")
             self._fill(part, each)
-        self.zeroed(target)
+        self.zero_object(target)
 
-    def zeroed(self, target: Object) -> None:
+    def zero_object(self, target: Object) -> None:
         """What nothing has set becomes 0."""
         if isinstance(target, Cell) and target.value is None and isinstance(target.type, Kind):
-            target.value = self.arithmetic.converted(Number(0, INT), target.type)
+            target.value = self.arithmetic.convert_value(Number(0, INT), target.type)
         elif isinstance(target, Struct):
             for each in target.members.values():
-                self.zeroed(each)
+                self.zero_object(each)
         elif isinstance(target, Array):
             for at in range(target.type.length):
-                self.zeroed(target.item(at))  # type: ignore[arg-type]
+                self.zero_object(target.item(at))  # type: ignore[arg-type]
 
     def _fix(self, target: Object, fixed: str) -> None:
         """Nothing may be set from here on."""

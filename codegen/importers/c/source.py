@@ -20,14 +20,14 @@ import numpy as np
 from pycparser import CParser, c_ast
 from pycparser.c_parser import ParseError
 
-from codegen.errors import InputError, shown
+from codegen.errors import InputError, escape_text
 from codegen.floats import FLOAT32, FLOAT64
-from codegen.importers.c.declarations import ADVICE, assigned, is_const
+from codegen.importers.c.declarations import ADVICE, collect_assigned, is_const
 from codegen.importers.c.inputs import Inputs
 from codegen.importers.c.kinds import DOUBLE, STANDARD
 from codegen.importers.c.library import PRINTING
 from codegen.importers.c.statements import Statements, parameters_of
-from codegen.importers.c.text import Expanded, expanded
+from codegen.importers.c.text import Expanded, expand_source
 from codegen.importers.c.values import Reference
 from codegen.importers.origin import NOTHING, Origin, Said
 from codegen.importers.symbolic.paths import Paths
@@ -52,7 +52,7 @@ def from_c(content: bytes, where: str, said: Said = NOTHING) -> dict[str, Origin
     """
     text = None
     try:
-        text = expanded(content, where, said.beside)
+        text = expand_source(content, where, said.beside)
         unknown = _unknown_types(text) if text.missing else []
         types = TYPES + "".join(f"typedef int {name};" for name in unknown)
         parsed = CParser().parse(types + "\n" + text.text, where)
@@ -62,7 +62,7 @@ def from_c(content: bytes, where: str, said: Said = NOTHING) -> dict[str, Origin
         at = re.match(r"(.*?):(\d+):\d+: (.*)", str(error), re.DOTALL)
         place, what = (f"{where}, line {at[2]}", at[3]) if at else (where, str(error))
         advice = f"{ADVICE}; {text.missing[0]} is not there" if text and text.missing else ADVICE
-        raise InputError(f"not C that is understood: {shown(what)[:100]}", place, advice) from None
+        raise InputError(f"not C that is understood: {escape_text(what)[:100]}", place, advice) from None
     except RecursionError:
         raise InputError("the file is nested too deeply", where, "simplify it first") from None
 
@@ -91,16 +91,16 @@ def _deciding(parsed: Any, where: str, wanted: str) -> list[str]:
 
 def _names(node: Any) -> set[str]:
     """The names of variables and functions below a node."""
-    found, open_ = set[str](), [node]
+    names, open_ = set[str](), [node]
     while open_:
         each = open_.pop()
         if isinstance(each, c_ast.ID):
-            found.add(each.name)
+            names.add(each.name)
         open_ += [child for _, child in each.children()]
-    return found
+    return names
 
 
-def _shared(parsed: Any) -> set[str]:
+def _collect_aliased(parsed: Any) -> set[str]:
     """Arrays and pointers of the file that some function may set through another name."""
     declared = [each for each in parsed.ext if isinstance(each, c_ast.Decl)]
     return {
@@ -108,18 +108,18 @@ def _shared(parsed: Any) -> set[str]:
     }
 
 
-def _handed(node: Any) -> set[str]:
+def _collect_escaping(node: Any) -> set[str]:
     """The names of objects that stand below a node as they are, not as a part of an expression that reads them."""
-    found, open_ = set[str](), [node]
+    names, open_ = set[str](), [node]
     while open_:
         each = open_.pop()
         parts = [child for _, child in each.children()]
         if not isinstance(each, c_ast.ArrayRef | c_ast.StructRef) and not (
             isinstance(each, c_ast.UnaryOp) and each.op == "sizeof"
         ):
-            found |= {part.name for part in parts if isinstance(part, c_ast.ID)}
+            names |= {part.name for part in parts if isinstance(part, c_ast.ID)}
         open_ += parts
-    return found
+    return names
 
 
 def _answers(name: str, functions: Mapping[str, Any]) -> bool:
@@ -127,11 +127,11 @@ def _answers(name: str, functions: Mapping[str, Any]) -> bool:
     node = functions[name]
     result = node.decl.type.type
     if isinstance(result, c_ast.TypeDecl) and getattr(result.type, "names", None) == ["void"]:
-        return bool(_written(name, functions, frozenset()))
+        return bool(_collect_written(name, functions, frozenset()))
     return bool(parameters_of(node))
 
 
-def _written(name: str, functions: Mapping[str, Any], outer: frozenset[str]) -> set[str]:
+def _collect_written(name: str, functions: Mapping[str, Any], outer: frozenset[str]) -> set[str]:
     """The parameters of a function that something may be written through."""
     node, handed = functions[name], set[str]()
     parameters = [each for each in parameters_of(node) if isinstance(each.type, c_ast.PtrDecl | c_ast.ArrayDecl)]
@@ -143,7 +143,7 @@ def _written(name: str, functions: Mapping[str, Any], outer: frozenset[str]) -> 
         elif isinstance(each, c_ast.FuncCall) and each.args is not None:
             called = each.name.name if isinstance(each.name, c_ast.ID) else ""
             known = functions[called] if called in functions and called not in outer else None
-            inner = _written(called, functions, outer | {name}) if known is not None else set[str]()
+            inner = _collect_written(called, functions, outer | {name}) if known is not None else set[str]()
             places = [at.name for at in parameters_of(known)] if known is not None else []
             for at, given in enumerate(each.args.exprs):
                 if called in PRINTING or (known is not None and places[at : at + 1] and places[at] not in inner):
@@ -175,27 +175,27 @@ class _Machine(Statements):
             if isinstance(each, c_ast.FuncDef):
                 if each.decl.name in self.functions:
                     self.at(each.decl)
-                    raise self.refused(f"there are two functions {shown(each.decl.name)}", "keep one of them")
+                    raise self.make_error(f"there are two functions {escape_text(each.decl.name)}", "keep one of them")
                 self.functions[each.decl.name] = each
-                self.changing |= assigned(each) | (_shared(parsed) & _handed(each.body))
+                self.changing |= collect_assigned(each) | (_collect_aliased(parsed) & _collect_escaping(each.body))
         self.changing -= {each.name for each in parsed.ext if isinstance(each, c_ast.Decl) and is_const(each)}
         for each in parsed.ext:
             self.at(each)
             if isinstance(each, c_ast.FuncDef):
-                self._declared(each.decl)
+                self._declare_global(each.decl)
             elif isinstance(each, c_ast.Typedef):
                 self.typedef(each)
             elif isinstance(each, c_ast.Decl):
-                self._declared(each)
+                self._declare_global(each)
             elif not isinstance(each, c_ast.Pragma | c_ast.StaticAssert):
-                raise self.refused("only functions, types and constants may stand outside functions", ADVICE)
+                raise self.make_error("only functions, types and constants may stand outside functions", ADVICE)
         self.function = self.functions[name]
         result = self.function.decl.type.type
         self.plain_char = isinstance(result, c_ast.TypeDecl) and getattr(result.type, "names", None) == ["char"]
         parameters = {each.name: self.parameter(each) for each in parameters_of(self.function)}
-        self.inputs = self.observed = Inputs(parameters, numbers == FLOAT64, self.refused)
+        self.inputs = self.observed = Inputs(parameters, numbers == FLOAT64, self.make_error)
 
-    def _declared(self, node: Any) -> None:
+    def _declare_global(self, node: Any) -> None:
         """What stands in the file; what cannot be read is an error only where a decision needs it."""
         try:
             self.declare(node)
@@ -208,16 +208,16 @@ class _Machine(Statements):
         """What the function answers on one path."""
         self.paths = self.arithmetic.paths = paths
         self.depth, self.scopes = 0, self.scopes[:1]
-        found = self.run(self.function, self.observed.bound())
+        returned = self.run(self.function, self.observed.bind_parameters())
         results = self.observed.results()
-        if results and found is not None:
+        if results and returned is not None:
             what = "an action is returned, and another one is written to a parameter"
-            raise self.refused(what, "do one of both; return void where an answer is written")
+            raise self.make_error(what, "do one of both; return void where an answer is written")
         if results:
             return self.together([self.load(each) for each in results])
-        if found is None:
-            raise self.refused("nothing is returned or written on some path", "return an action on every path")
-        value = self.answer(self.load(found.target) if isinstance(found, Reference) else found)
+        if returned is None:
+            raise self.make_error("nothing is returned or written on some path", "return an action on every path")
+        value = self.answer(self.load(returned.target) if isinstance(returned, Reference) else returned)
         return chr(value) if self.plain_char and isinstance(value, int) and 32 < value < 127 else value
 
 
@@ -225,39 +225,39 @@ def _origin(name: str, parsed: Any, text: Expanded, where: str, said: Said) -> O
     machine = _Machine(name, parsed, text, where, FLOAT32)
     kinds = machine.observed.kinds()
     if DOUBLE in kinds:
-        return _followed(_Machine(name, parsed, text, where, FLOAT64), text, said)
-    found = _followed(machine, text, said)
-    tested = np.abs(found.grown.threshold[found.grown.feature >= 0])
+        return _follow_machine(_Machine(name, parsed, text, where, FLOAT64), text, said)
+    origin = _follow_machine(machine, text, said)
+    tested = np.abs(origin.grown.threshold[origin.grown.feature >= 0])
     if any(kind.high > EXACT for kind in kinds) and bool((tested >= EXACT).any()):  # no float32 number beyond
-        return _followed(_Machine(name, parsed, text, where, FLOAT64), text, said)
-    return found
+        return _follow_machine(_Machine(name, parsed, text, where, FLOAT64), text, said)
+    return origin
 
 
-def _followed(machine: _Machine, text: Expanded, said: Said) -> Origin:
+def _follow_machine(machine: _Machine, text: Expanded, said: Said) -> Origin:
     places: list[int] = []
 
-    def described() -> Described:
-        found, features, count = machine.observed.features(machine.arithmetic.used)
-        places.extend(found)
+    def describe_program() -> Described:
+        used_places, features, count = machine.observed.features(machine.arithmetic.used)
+        places.extend(used_places)
         notes = [f"read without {', '.join(text.missing)}"] if text.missing else []
         return Described(
             kind=KIND,
             given=f"{machine.numbers}, as it declares",
-            places=found,
+            places=used_places,
             features=features,
             n_features=count,
-            n_read=max(found, default=-1) + 1,
+            n_read=max(used_places, default=-1) + 1,
             called=machine.named,
             notes=(*notes, *machine.notes),
             scores=said.scores,
             finite=machine.arithmetic.summing.finite,
         )
 
-    found = origin_of(machine.path, machine.where, described, machine.numbers, machine.arithmetic.summing.sums)
-    found = replace(found, nan=found.nan and all(kind.floating for kind in machine.observed.kinds()))
+    origin = origin_of(machine.path, machine.where, describe_program, machine.numbers, machine.arithmetic.summing.sums)
+    origin = replace(origin, nan=origin.nan and all(kind.floating for kind in machine.observed.kinds()))
     limits = list(machine.arithmetic.defined.values())
     if not limits:
-        return found
+        return origin
 
     def takes(rows: Floats) -> Bool:
         good = np.asarray(~np.isnan(rows).any(axis=1), dtype=np.bool_)
@@ -266,4 +266,4 @@ def _followed(machine: _Machine, text: Expanded, said: Said) -> Origin:
             good &= np.array([low <= feature.value(each) <= high for each in column], dtype=np.bool_)
         return good
 
-    return replace(found, takes=takes, nan=False, given=f"{found.given}; numbers that do not overflow")
+    return replace(origin, takes=takes, nan=False, given=f"{origin.given}; numbers that do not overflow")

@@ -12,12 +12,12 @@ from typing import Any
 
 from pycparser import c_ast
 
-from codegen.errors import shown
-from codegen.importers.c.declarations import assigned, is_const, text_of
+from codegen.errors import escape_text
+from codegen.importers.c.declarations import collect_assigned, is_const, text_of
 from codegen.importers.c.expressions import MAX_CALLS, Expressions
 from codegen.importers.c.inputs import STATE_ADVICE
 from codegen.importers.c.kinds import Callable_, Many, Pointer, Type, Void
-from codegen.importers.c.values import Array, Number, Reference, Struct, Text, Value, cells, made
+from codegen.importers.c.values import Array, Number, Reference, Struct, Text, Value, cells, make_object
 
 
 class _Jump(Exception):
@@ -72,7 +72,7 @@ class Statements(Expressions):
         elif type(node) in self._handlers:
             self.value(node)
         else:
-            raise self.refused(f"a statement is not read: {text_of(node)}")
+            raise self.make_error(f"a statement is not read: {text_of(node)}")
 
     def block(self, nodes: Sequence[Any]) -> None:
         """Statements one after the other, in a scope of their own; a goto may lead to one of them."""
@@ -119,23 +119,23 @@ class Statements(Expressions):
             return
         self.at(node)
         if "extern" in node.storage or "volatile" in getattr(node.type, "quals", ()):
-            raise self.refused(f"the variable {shown(node.name)} is set elsewhere", STATE_ADVICE)
+            raise self.make_error(f"the variable {escape_text(node.name)} is set elsewhere", STATE_ADVICE)
         changing = node.name in self.changing_here and not is_const(node)  # whose address may be taken
         if "static" in node.storage and len(self.scopes) > 1 and changing:
-            what = f"the static variable {shown(node.name)} keeps what earlier decisions set"
-            raise self.refused(what, STATE_ADVICE)
+            what = f"the static variable {escape_text(node.name)} keeps what earlier decisions set"
+            raise self.make_error(what, STATE_ADVICE)
         held = "static" in node.storage or len(self.scopes) == 1
-        fixed = f"the variable {shown(node.name)} is kept or constant" if held or is_const(node) else ""
+        fixed = f"the variable {escape_text(node.name)} is kept or constant" if held or is_const(node) else ""
         before = self.scopes[-1].get(node.name)
         if before is not None and (len(self.scopes) > 1 or getattr(before, "value", None) is not None) and node.init:
-            raise self.refused(f"{shown(node.name)} is declared twice", "give each name once")
+            raise self.make_error(f"{escape_text(node.name)} is declared twice", "give each name once")
         if node.init is not None:
-            self.scopes[-1][node.name] = self.initialized(type_, node.init, fixed)
+            self.scopes[-1][node.name] = self.initialize_object(type_, node.init, fixed)
             return
-        target = made(type_)
+        target = make_object(type_)
         self.scopes[-1][node.name] = target
         if held:
-            self.zeroed(target)
+            self.zero_object(target)
             self._fix(target, fixed)
 
     # --- loops and choices
@@ -163,7 +163,7 @@ class Statements(Expressions):
             if after is not None:
                 self.follow(after)
             if self.paths is None:
-                raise self.refused("a loop stands outside a function")
+                raise self.make_error("a loop stands outside a function")
             self.paths.step()
 
     def _switch(self, node: Any) -> None:
@@ -191,17 +191,17 @@ class Statements(Expressions):
 
     # --- functions
 
-    def called(self, node: Any, given: Sequence[Value]) -> Value:
+    def call_function(self, node: Any, given: Sequence[Value]) -> Value:
         """What a function of the file returns."""
         if self.depth >= MAX_CALLS:
-            raise self.refused("functions call one another too deeply", "write a loop")
+            raise self.make_error("functions call one another too deeply", "write a loop")
         parameters = parameters_of(node)
         if len(parameters) != len(given):
-            raise self.refused(f"{shown(node.decl.name)} is called with {len(given)} values")
+            raise self.make_error(f"{escape_text(node.decl.name)} is called with {len(given)} values")
         frame: dict[str, Any] = {}
         for each, value in zip(parameters, given, strict=True):
             type_ = self.parameter(each)
-            frame[each.name] = made(type_)
+            frame[each.name] = make_object(type_)
             self.store(frame[each.name], value)
         return self.run(node, frame)
 
@@ -216,7 +216,7 @@ class Statements(Expressions):
             value = None
         except _Jump as jump:
             if jump.kind != "return":
-                raise self.refused(f"a {jump.kind} leads nowhere") from None
+                raise self.make_error(f"a {jump.kind} leads nowhere") from None
             value = jump.value
         self.depth -= 1
         self.scopes, self.changing_here = outer, before
@@ -224,9 +224,11 @@ class Statements(Expressions):
             return None
         if value is None:
             self.at(node.decl)
-            raise self.refused(f"{shown(node.decl.name)} ends without a return on some path", "return on every path")
+            raise self.make_error(
+                f"{escape_text(node.decl.name)} ends without a return on some path", "return on every path"
+            )
         if isinstance(value, Struct):
-            copy = made(value.type)
+            copy = make_object(value.type)
             self.store(copy, value)
             return copy  # type: ignore[return-value]
         return self.cast(value, result)
@@ -235,7 +237,7 @@ class Statements(Expressions):
         """The names that a function sets."""
         name = node.decl.name
         if name not in self._set:
-            self._set[name] = frozenset(assigned(node.body))
+            self._set[name] = frozenset(collect_assigned(node.body))
         return self._set[name]
 
     def parameter(self, node: Any) -> Type:
@@ -248,25 +250,25 @@ class Statements(Expressions):
         if isinstance(target, Struct):
             return self.together([self.load(each) for each in cells(target)])
         if isinstance(target, Reference) and isinstance(target.target, Array):
-            raise self.refused("a pointer is returned", "return a number or a text")
+            raise self.make_error("a pointer is returned", "return a number or a text")
         return self.together([target])
 
     def together(self, values: Sequence[Value]) -> Any:
         """A value of Python for one value, a tuple for several."""
         """A value of Python for one value, a tuple for several; what they give, where that depends on features."""
         numbers = not any(isinstance(each, Text) for each in values)
-        given = self.arithmetic.given(values) if numbers else None
+        given = self.arithmetic.build_given(values) if numbers else None
         if given is not None:
             return given
-        found = [self._plain(each) for each in values]
-        return found[0] if len(found) == 1 else tuple(found)
+        plain_values = [self._plain(each) for each in values]
+        return plain_values[0] if len(plain_values) == 1 else tuple(plain_values)
 
     def _plain(self, value: Value) -> Any:
         if isinstance(value, Text):
             return value.text
-        number = self.arithmetic.settled(value)
+        number = self.arithmetic.resolve_number(value)
         if not isinstance(number, Number):
-            raise self.refused("a feature is returned, not an action", "return a number that stands for an action")
+            raise self.make_error("a feature is returned, not an action", "return a number that stands for an action")
         plain = number.value if isinstance(number.value, int) else float(number.value)
         if number.name not in ("", "true", "false"):
             self.named.setdefault(plain, number.name)

@@ -32,20 +32,20 @@ class Summing:
         self.sums = Sums("")
         self.finite = False  # whether two features are compared
 
-    def joined(self, sign: str, one: Symbol, other: Symbol, kind: Kind) -> Symbol:
+    def add_symbols(self, sign: str, one: Symbol, other: Symbol, kind: Kind) -> Symbol:
         """A sum or difference. InputError where its roundings have no order, or compilers differ."""
-        found = self._added(sign, one, other, kind)
+        found = self._add_features(sign, one, other, kind)
         self._ensure_one_rounding(self.sums.known[found.place - SUMS])
         return Symbol(found, kind)
 
-    def compared(self, one: Symbol, other: Symbol) -> Symbol:
+    def compare_symbols(self, one: Symbol, other: Symbol) -> Symbol:
         """A difference, whose sign is that of the comparison, unless both are the same infinity."""
         if one.feature.key == other.feature.key or not one.kind.floating:
             raise self._refused("two features are compared", TEST_ADVICE)
         self.finite = True
-        return Symbol(self._added("-", one, other, one.kind), one.kind)
+        return Symbol(self._add_features("-", one, other, one.kind), one.kind)
 
-    def given(self, values: Sequence[Number | Symbol]) -> Given | None:
+    def build_given(self, values: Sequence[Number | Symbol]) -> Given | None:
         """What is returned where it depends on features, as a form for each number; None: these are labels."""
         symbols = [each for each in values if isinstance(each, Symbol)]
         if not symbols or not all(each.kind.floating for each in symbols):
@@ -65,20 +65,24 @@ class Summing:
         return self._numbers if feature.place < SUMS else self.sums.numbers
 
     def _form(self, value: Number | Symbol) -> Affine:
-        form = self.sums.returned(value.feature) if isinstance(value, Symbol) else self.sums.given(value.value)
+        form = (
+            self.sums.represent_output(value.feature)
+            if isinstance(value, Symbol)
+            else self.sums.represent_number(value.value)
+        )
         if form is None:
             raise self._refused(self.sums.why, IN_ORDER)
         self._ensure_weights(form)
         self._ensure_one_rounding(form)
         return form
 
-    def _added(self, sign: str, one: Symbol, other: Symbol, kind: Kind) -> Feature:
+    def _add_features(self, sign: str, one: Symbol, other: Symbol, kind: Kind) -> Feature:
         self._compute_in(kind)
-        found = self.sums.added(one.feature, other.feature, minus=sign == "-")
-        if found is None:
+        total = self.sums.add_features(one.feature, other.feature, minus=sign == "-")
+        if total is None:
             raise self._refused("two sums are joined whose roundings have no order", IN_ORDER)
-        self._ensure_weights(self.sums.known[found.place - SUMS])
-        return found
+        self._ensure_weights(self.sums.known[total.place - SUMS])
+        return total
 
     def _compute_in(self, kind: Kind) -> None:
         """Sums are of this type from now on. InputError where others are of another one."""

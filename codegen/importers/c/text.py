@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 from pcpp.preprocessor import Action, OutputDirective, Preprocessor
 
-from codegen.errors import InputError, shown
+from codegen.errors import InputError, escape_text
 
 STANDARD = frozenset(
     """assert complex ctype errno fenv float inttypes iso646 limits locale math setjmp signal stdalign stdarg stdatomic
@@ -53,11 +53,11 @@ class _Reader(Preprocessor):
             self.define(each)
         self.kept.clear()
 
-    def refused(self, what: str, line: int, advice: str = ADVICE) -> InputError:
+    def make_error(self, what: str, line: int, advice: str = ADVICE) -> InputError:
         return InputError(what, f"{self.where}, line {line}" if line else self.where, advice)
 
     def on_error(self, file: str, line: int, msg: str) -> None:
-        raise self.refused(f"not C that is understood: {shown(msg)[:100]}", line)
+        raise self.make_error(f"not C that is understood: {escape_text(msg)[:100]}", line)
 
     def on_directive_handle(self, directive: Any, toks: Any, ifpassthru: bool, precedingtoks: Any) -> Any:
         self.directive = directive.lineno  # also of lines that no compiler meets: nothing is decided here
@@ -69,29 +69,29 @@ class _Reader(Preprocessor):
         """A line that a compiler meets: not one in a branch of #if that is not taken."""
         text = "".join(tok.value for tok in toks)
         if directive.value == "error":
-            raise self.refused(f"#error: {shown(text)[:80]}", directive.lineno)
+            raise self.make_error(f"#error: {escape_text(text)[:80]}", directive.lineno)
         if directive.value not in ("pragma", "line", "warning"):
-            raise self.refused(f"a line is not understood: #{shown(directive.value)}", directive.lineno)
+            raise self.make_error(f"a line is not understood: #{escape_text(directive.value)}", directive.lineno)
         self.contracts &= text.split() != ["STDC", "FP_CONTRACT", "OFF"]
         return True
 
     def on_include_not_found(self, is_malformed: bool, is_system_include: bool, curdir: str, includepath: str) -> Any:
-        raise self.refused(f"a header is not understood: {shown(includepath)}", self.directive)
+        raise self.make_error(f"a header is not understood: {escape_text(includepath)}", self.directive)
 
     def on_unknown_macro_in_defined_expr(self, tok: Any) -> Any:
         if self.missing and not tok.value.startswith("__") and not tok.value.endswith("_H"):
-            what = f"whether {shown(tok.value)} is defined may depend on {self.missing[0]}, which is not there"
-            raise self.refused(what, tok.lineno, "put the header beside the file, or take the test out")
+            what = f"whether {escape_text(tok.value)} is defined may depend on {self.missing[0]}, which is not there"
+            raise self.make_error(what, tok.lineno, "put the header beside the file, or take the test out")
         return False
 
     def on_unknown_macro_in_expr(self, ident: str) -> Any:
         if self.missing:
-            what = f"the macro {shown(ident)} is not known, {self.missing[0]} is not there"
-            raise self.refused(what, self.directive, "put the header beside the file")
+            what = f"the macro {escape_text(ident)} is not known, {self.missing[0]} is not there"
+            raise self.make_error(what, self.directive, "put the header beside the file")
         return 0
 
     def on_unknown_macro_function_in_expr(self, ident: str) -> Any:
-        raise self.refused(f"the macro {shown(ident)} is not known", self.directive)
+        raise self.make_error(f"the macro {escape_text(ident)} is not known", self.directive)
 
     def include(self, tokens: Any, original_line: Any) -> Any:
         """Reads a header that lies beside the file; others are skipped."""
@@ -108,21 +108,21 @@ class _Reader(Preprocessor):
             if re.search(rb"^\s*#\s*pragma\s+once\b", content, re.MULTILINE):
                 self.include_once[name] = None
             if self.include_depth > 20:
-                raise self.refused(f"the header {shown(name)} includes itself", self.directive)
+                raise self.make_error(f"the header {escape_text(name)} includes itself", self.directive)
             self.most += len(content)
-            yield from self.parsegen(_spliced(_decoded(content), f"{self.where}, {name}"), name, name)
+            yield from self.parsegen(_splice_lines(_decode_source(content), f"{self.where}, {name}"), name, name)
 
     def define(self, tokens: Any) -> Any:
         """Keeps a macro that is a whole number as a name."""
         self._forget(tokens)
         known = set(self.macros)
-        found = super().define(tokens)
+        defined = super().define(tokens)
         for name in set(self.macros) - known:
             macro = self.macros[name]
             text = "".join(tok.value for tok in macro.value)
             if macro.arglist is None and PLAIN.fullmatch(text.strip()) and abs(_value(text)) < 2**31:
                 self.kept[name] = _value(text)
-        return found
+        return defined
 
     def undef(self, tokens: Any) -> Any:
         """Forgets a macro."""
@@ -144,7 +144,7 @@ class _Reader(Preprocessor):
     def expand_macros(self, tokens: Any, expanding_from: Any = ()) -> Any:
         self.expansions += 1
         if max(self.expansions, len(tokens)) > self.most:
-            raise self.refused("macros expand to too much text", self.directive)
+            raise self.make_error("macros expand to too much text", self.directive)
         hidden = {name: self.macros.pop(name) for name in self.kept if name in self.macros}
         try:
             return super().expand_macros(tokens, list(expanding_from))
@@ -159,27 +159,27 @@ def _value(text: str) -> int:
     return sign * int(digits, 8 if octal else 0) if not octal or not set(digits) & set("89") else 2**31
 
 
-def _decoded(content: bytes) -> str:
+def _decode_source(content: bytes) -> str:
     return content.decode(errors="replace").replace("\r\n", "\n")
 
 
-def _spliced(text: str, where: str) -> str:
+def _splice_lines(text: str, where: str) -> str:
     """The text without backslashes at the ends of lines; each line begins where it did."""
-    found, open_ = list[str](), 0
+    lines, open_ = list[str](), 0
     for at, line in enumerate(text.split("\n")):
         if TRIGRAPH.search(line) or not line.expandtabs().isprintable() or re.search(r"\\\s+$", line):
             what = "a line has a trigraph, a letter that is not printed, or blanks after its last backslash"
             raise InputError(what, f"{where}, line {at + 1}", ADVICE)
         if open_:
-            found[at - open_] += line.removesuffix("\\")
-        found.append("" if open_ else line.removesuffix("\\"))
+            lines[at - open_] += line.removesuffix("\\")
+        lines.append("" if open_ else line.removesuffix("\\"))
         open_ = open_ + 1 if line.endswith("\\") else 0
-    return "\n".join(found)
+    return "\n".join(lines)
 
 
-def expanded(content: bytes, where: str, beside: Callable[[str], bytes | None]) -> Expanded:
+def expand_source(content: bytes, where: str, beside: Callable[[str], bytes | None]) -> Expanded:
     """The text as a compiler's parser meets it. InputError with its line for what is not understood."""
-    text = _spliced(_decoded(content), where)
+    text = _splice_lines(_decode_source(content), where)
     reader = _Reader(where, beside)
     reader.most += len(content)
     out = io.StringIO()
@@ -187,7 +187,7 @@ def expanded(content: bytes, where: str, beside: Callable[[str], bytes | None]) 
         reader.parse(text, where)
         reader.write(out)
     except (IndexError, AttributeError, AssertionError, TypeError) as error:  # of lines that pcpp does not expect
-        raise reader.refused(f"not C that is understood: {shown(error)[:80]}", reader.directive) from None
+        raise reader.make_error(f"not C that is understood: {escape_text(error)[:80]}", reader.directive) from None
     if out.tell() > MAX_LETTERS:
-        raise reader.refused("macros expand to too much text", 0)
+        raise reader.make_error("macros expand to too much text", 0)
     return Expanded(out.getvalue(), dict(reader.kept), tuple(dict.fromkeys(reader.missing)), reader.contracts)

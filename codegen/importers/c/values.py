@@ -95,7 +95,7 @@ class Array:
         if at < 0 or (self.type.length and at >= self.type.length):
             return None
         if at not in self.items:
-            self.items[at] = made(self.type.of, self.origin.then(at) if self.origin else None, self.fixed)
+            self.items[at] = make_object(self.type.of, self.origin.then(at) if self.origin else None, self.fixed)
         return self.items[at]
 
 
@@ -111,13 +111,13 @@ Object: TypeAlias = Cell | Array | Struct
 Value: TypeAlias = Number | Symbol | Condition | Text | Function | Reference | Struct | None
 
 
-def made(type_: Type, origin: Origin | None = None, fixed: str = "") -> Object:
+def make_object(type_: Type, origin: Origin | None = None, fixed: str = "") -> Object:
     """An object without a value; with an `origin`, one whose values come from the caller."""
     if isinstance(type_, Many):
         return Array(type_, {}, origin, fixed)
     if isinstance(type_, Record):
         each = type_.members.items()
-        return Struct(type_, {name: made(of, origin.then(name) if origin else None, fixed) for name, of in each})
+        return Struct(type_, {name: make_object(of, origin.then(name) if origin else None, fixed) for name, of in each})
     return Cell(type_, None, origin, fixed)
 
 

@@ -35,11 +35,11 @@ class Column(NamedTuple):
 
     def values(self, numbers: Float32) -> Any:
         """The column where the observation has these numbers."""
-        found: Any = numbers
+        column: Any = numbers
         with np.errstate(all="ignore"):
             for step in self.steps:
-                found = step(found)
-        return found
+                column = step(column)
+        return column
 
     def after(self, step: Step, *, kind: str = "", turned: bool = False) -> "Column":
         """The column after one more step; `turned`: one that never rises."""
@@ -57,46 +57,46 @@ class Call(NamedTuple):
     attributes: Mapping[str, Any]
     given: Sequence[Value | None]  # None: an input that is left out
 
-    def refused(self, what: str) -> InputError:
+    def make_error(self, what: str) -> InputError:
         """Why the node is not understood."""
         return InputError(what, self.node, ADVICE)
 
     def columns(self, place: int = 0) -> Columns:
         """An input that is columns."""
-        found = self.given[place] if place < len(self.given) else None
-        if not isinstance(found, tuple):
-            raise self.refused("a node works on constants alone")
-        return found
+        columns = self.given[place] if place < len(self.given) else None
+        if not isinstance(columns, tuple):
+            raise self.make_error("a node works on constants alone")
+        return columns
 
     def constant(self, place: int) -> np.ndarray:
         """An input that is a constant."""
-        found = self.given[place] if place < len(self.given) else None
-        if not isinstance(found, np.ndarray):
-            raise self.refused("a node mixes columns of the observation")
-        return found
+        constant = self.given[place] if place < len(self.given) else None
+        if not isinstance(constant, np.ndarray):
+            raise self.make_error("a node mixes columns of the observation")
+        return constant
 
     def places(self, place: int) -> list[int]:
         """An input that is a list of whole numbers."""
-        found = self.constant(place)
-        if found.ndim != 1 or found.dtype.kind != "i":
-            raise self.refused("a node needs a list of whole numbers")
-        return [int(each) for each in found.tolist()]
+        numbers = self.constant(place)
+        if numbers.ndim != 1 or numbers.dtype.kind != "i":
+            raise self.make_error("a node needs a list of whole numbers")
+        return [int(each) for each in numbers.tolist()]
 
     def of_kind(self, *kinds: str) -> Columns:
         """The first input, of one of these types."""
-        found = self.columns()
-        if any(each.kind not in kinds for each in found):
-            raise self.refused(f"a node works on {found[0].kind}")
-        return found
+        columns = self.columns()
+        if any(each.kind not in kinds for each in columns):
+            raise self.make_error(f"a node works on {columns[0].kind}")
+        return columns
 
     def each(self, numbers: Any, kind: str, columns: Sequence[Column]) -> list[Any]:
         """A number of this type for each column. InputError for numbers that are not finite, or do not fit."""
         numbers = np.asarray(numbers)
         flat = numbers.reshape(-1)
         if numbers.size not in (1, len(columns)) or numbers.shape[-1:] not in ((), (1,), (numbers.size,)):
-            raise self.refused(f"a constant of the shape {list(numbers.shape)} is no number for each column")
+            raise self.make_error(f"a constant of the shape {list(numbers.shape)} is no number for each column")
         if kind not in TYPES or flat.dtype != TYPES[kind] or not np.isfinite(flat).all():
-            raise self.refused(f"a constant is not finite, or no {kind}")
+            raise self.make_error(f"a constant is not finite, or no {kind}")
         return [flat[place % len(flat)] for place in range(len(columns))]
 
 
@@ -116,20 +116,20 @@ def _scaler(call: Call) -> Columns:
 def _factors(call: Call, numbers: Any, kind: str, columns: Columns) -> list[Any]:
     found = call.each(numbers, kind, columns)
     if not all(found):
-        raise call.refused("a factor is 0")
+        raise call.make_error("a factor is 0")
     return found
 
 
 def _with_constant(call: Call) -> tuple[Columns, np.ndarray, bool]:
     """The columns, the constant, and whether the constant stands first."""
     if len(call.given) != 2:
-        raise call.refused(f"a node has {len(call.given)} inputs, two are understood")
+        raise call.make_error(f"a node has {len(call.given)} inputs, two are understood")
     first = isinstance(call.given[0], np.ndarray)
     columns, constant = call.columns(int(first)), call.constant(int(not first))
     if columns[0].kind not in TYPES:
-        raise call.refused(f"a node works on {columns[0].kind}")
+        raise call.make_error(f"a node works on {columns[0].kind}")
     if constant.ndim > 2 or (constant.ndim == 2 and len(constant) != 1):
-        raise call.refused(f"a constant has the shape {list(constant.shape)}")
+        raise call.make_error(f"a constant has the shape {list(constant.shape)}")
     return columns, constant, first
 
 
@@ -156,7 +156,7 @@ def _mul(call: Call) -> Columns:
 def _div(call: Call) -> Columns:
     columns, constant, first = _with_constant(call)
     if first:
-        raise call.refused("a number is divided by a column, which neither rises nor falls throughout")
+        raise call.make_error("a number is divided by a column, which neither rises nor falls throughout")
     pairs = zip(columns, _factors(call, constant, columns[0].kind, columns), strict=True)
     return tuple(column.after(lambda x, c=number: x / c, turned=number < 0) for column, number in pairs)
 
@@ -177,7 +177,7 @@ def _clip(call: Call) -> Columns:
         else:
             continue
         if bound.ndim:
-            raise call.refused(f"a bound has the shape {list(bound.shape)}")
+            raise call.make_error(f"a bound has the shape {list(bound.shape)}")
         number = call.each(bound, kind, columns)[0]
         steps.append(_cut(cut, number))
     # runtimes differ in what becomes of a NaN
@@ -191,20 +191,21 @@ def _cut(cut: Any, number: Any) -> Step:
 def _imputer(call: Call) -> Columns:
     columns = call.of_kind(FLOAT)
     if not np.isnan(call.attributes.get("replaced_value_float", 0.0)) or "imputed_value_int64s" in call.attributes:
-        raise call.refused("a node replaces a number that may be observed, not only NaN")
+        raise call.make_error("a node replaces a number that may be observed, not only NaN")
     values = np.array(call.attributes.get("imputed_value_floats", ()), dtype=np.float32)
     return tuple(
-        column.after(_filled(value)) for column, value in zip(columns, call.each(values, FLOAT, columns), strict=True)
+        column.after(_make_fill(value))
+        for column, value in zip(columns, call.each(values, FLOAT, columns), strict=True)
     )
 
 
-def _filled(value: Any) -> Step:
-    def filled(numbers: Any) -> Any:
+def _make_fill(value: Any) -> Step:
+    def fill_missing(numbers: Any) -> Any:
         found = numbers.copy()
         found[np.isnan(found)] = value
         return found
 
-    return filled
+    return fill_missing
 
 
 # --- types and comparisons
@@ -213,7 +214,7 @@ def _filled(value: Any) -> Step:
 def _cast(call: Call) -> Columns:
     to, columns = call.attributes["to"], call.columns()
     if to not in TYPES:
-        raise call.refused(f"a Cast makes {to} of the observation")
+        raise call.make_error(f"a Cast makes {to} of the observation")
     return tuple(each.after(_as(TYPES[to]), kind=to) for each in columns)
 
 
@@ -231,7 +232,7 @@ def _binarizer(call: Call) -> Columns:
     )
 
 
-def _compared(compare: Callable[[Any, Any], Any], *, above: bool) -> Callable[[Call], Columns]:
+def _make_comparison(compare: Callable[[Any, Any], Any], *, above: bool) -> Callable[[Call], Columns]:
     """A comparison; `above`: one that holds for large numbers, with the column first."""
 
     def operator(call: Call) -> Columns:
@@ -253,13 +254,13 @@ def _not(call: Call) -> Columns:
 
 def _same(call: Call) -> Columns:
     if len(call.given) != 1:
-        raise call.refused(f"a node has {len(call.given)} inputs, one is understood")
+        raise call.make_error(f"a node has {len(call.given)} inputs, one is understood")
     return call.columns()
 
 
 def _flatten(call: Call) -> Columns:
     if call.attributes.get("axis", 1) != 1:
-        raise call.refused("a node changes what is an observation")
+        raise call.make_error("a node changes what is an observation")
     return call.columns()
 
 
@@ -267,32 +268,32 @@ def _reshape(call: Call) -> Columns:
     columns, shape = call.columns(), call.places(1)
     fits = len(shape) == 2 and shape[0] in (0, -1) and shape[1] in (len(columns), -1, 0)
     if not fits or shape == [-1, -1] or call.attributes.get("allowzero", 0):
-        raise call.refused("a node changes what is an observation")
+        raise call.make_error("a node changes what is an observation")
     return columns
 
 
 def _along_columns(call: Call, default: int | None = None) -> None:
     if call.attributes.get("axis", default) not in (1, -1):
-        raise call.refused("a node does not work along the columns")
+        raise call.make_error("a node does not work along the columns")
 
 
-def _picked(call: Call, places: Sequence[int]) -> Columns:
+def _pick_columns(call: Call, places: Sequence[int]) -> Columns:
     columns = call.columns()
     if any(not 0 <= each < len(columns) for each in places):
-        raise call.refused(f"a node picks columns that there are not, of {len(columns)}")
+        raise call.make_error(f"a node picks columns that there are not, of {len(columns)}")
     return tuple(columns[each] for each in places)
 
 
-def _extracted(call: Call) -> Columns:
+def _extract_columns(call: Call) -> Columns:
     places = call.constant(1)
     if places.dtype.kind != "i":
-        raise call.refused("a node needs a list of whole numbers")
-    return _picked(call, [int(each) for each in places.reshape(-1).tolist()])
+        raise call.make_error("a node needs a list of whole numbers")
+    return _pick_columns(call, [int(each) for each in places.reshape(-1).tolist()])
 
 
 def _gather(call: Call) -> Columns:
     _along_columns(call, 0)
-    return _picked(call, [place + len(call.columns()) * (place < 0) for place in call.places(1)])
+    return _pick_columns(call, [place + len(call.columns()) * (place < 0) for place in call.places(1)])
 
 
 def _slice(call: Call) -> Columns:
@@ -301,7 +302,7 @@ def _slice(call: Call) -> Columns:
         named = [call.places(place) if len(call.given) > place else None for place in (1, 2, 3)]
     steps = call.places(4) if len(call.given) > 4 else [1]
     if named[2] not in ([1], [-1]) or any(each is None or len(each) != 1 for each in (*named, steps)) or steps[0] < 1:
-        raise call.refused("a node does not select columns in their order")
+        raise call.make_error("a node does not select columns in their order")
     start, end = (int(each[0]) for each in named[:2] if each)
     return call.columns()[start : end : steps[0]]
 
@@ -310,9 +311,9 @@ def _concat(call: Call) -> Columns:
     _along_columns(call)
     parts = [call.columns(place) for place in range(len(call.given))]
     if len({column.kind for part in parts for column in part}) != 1:
-        raise call.refused("a node joins columns of several types")
+        raise call.make_error("a node joins columns of several types")
     if sum(map(len, parts)) > MAX_COLUMNS:
-        raise call.refused(f"a node makes more than {MAX_COLUMNS} columns")
+        raise call.make_error(f"a node makes more than {MAX_COLUMNS} columns")
     return tuple(column for part in parts for column in part)
 
 
@@ -323,7 +324,7 @@ OPERATORS: dict[tuple[str, str], tuple[frozenset[str], Callable[[Call], Columns]
         _imputer,
     ),
     (ML, "Binarizer"): (frozenset({"threshold"}), _binarizer),
-    (ML, "ArrayFeatureExtractor"): (frozenset(), _extracted),
+    (ML, "ArrayFeatureExtractor"): (frozenset(), _extract_columns),
     (MAIN, "Add"): (frozenset(), _add),
     (MAIN, "Sub"): (frozenset(), _sub),
     (MAIN, "Mul"): (frozenset(), _mul),
@@ -331,10 +332,10 @@ OPERATORS: dict[tuple[str, str], tuple[frozenset[str], Callable[[Call], Columns]
     (MAIN, "Neg"): (frozenset(), _neg),
     (MAIN, "Clip"): (frozenset({"min", "max"}), _clip),
     (MAIN, "Cast"): (frozenset({"to", "saturate", "round_mode"}), _cast),
-    (MAIN, "Greater"): (frozenset(), _compared(np.greater, above=True)),
-    (MAIN, "GreaterOrEqual"): (frozenset(), _compared(np.greater_equal, above=True)),
-    (MAIN, "Less"): (frozenset(), _compared(np.less, above=False)),
-    (MAIN, "LessOrEqual"): (frozenset(), _compared(np.less_equal, above=False)),
+    (MAIN, "Greater"): (frozenset(), _make_comparison(np.greater, above=True)),
+    (MAIN, "GreaterOrEqual"): (frozenset(), _make_comparison(np.greater_equal, above=True)),
+    (MAIN, "Less"): (frozenset(), _make_comparison(np.less, above=False)),
+    (MAIN, "LessOrEqual"): (frozenset(), _make_comparison(np.less_equal, above=False)),
     (MAIN, "Not"): (frozenset(), _not),
     (MAIN, "Identity"): (frozenset(), _same),
     (MAIN, "Flatten"): (frozenset({"axis"}), _flatten),
@@ -345,14 +346,14 @@ OPERATORS: dict[tuple[str, str], tuple[frozenset[str], Callable[[Call], Columns]
 }
 
 
-def followed(operator: tuple[str, str], call: Call) -> Columns:
+def apply_operator(operator: tuple[str, str], call: Call) -> Columns:
     """The columns that an operator of OPERATORS makes. InputError for what it may not do here."""
     known, run = OPERATORS[operator]
     for name in sorted(call.attributes.keys() - known):
-        raise call.refused(f"a node has the attribute {name!r}, which is not understood")
+        raise call.make_error(f"a node has the attribute {name!r}, which is not understood")
     columns = run(call)
     if not columns:
-        raise call.refused("a node makes no columns")
+        raise call.make_error("a node makes no columns")
     if len(columns) > MAX_COLUMNS or len(columns[0].steps) > MAX_STEPS:
-        raise call.refused(f"there are more than {MAX_COLUMNS} columns, or {MAX_STEPS} operators before the tree")
+        raise call.make_error(f"there are more than {MAX_COLUMNS} columns, or {MAX_STEPS} operators before the tree")
     return columns

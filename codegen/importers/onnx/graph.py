@@ -15,10 +15,29 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from codegen.errors import InputError, MissingToolError
-from codegen.importers.folding import Asked, Folded, folded
-from codegen.importers.onnx.columns import FLOAT, MAIN, MAX_COLUMNS, ML, OPERATORS, Call, Column, Columns, followed
-from codegen.importers.onnx.ensemble import ENSEMBLE, NUMBER, WHOLE, given_of, numbered_of
-from codegen.importers.onnx.tree import ADVICE, LABELS, MAX_FEATURES, MAX_TARGETS, REGRESSOR, TREES, grown_of, shown
+from codegen.importers.folding import Asked, Folded, fold_steps
+from codegen.importers.onnx.columns import (
+    FLOAT,
+    MAIN,
+    MAX_COLUMNS,
+    ML,
+    OPERATORS,
+    Call,
+    Column,
+    Columns,
+    apply_operator,
+)
+from codegen.importers.onnx.ensemble import ENSEMBLE, NUMBER, WHOLE, read_ensemble, read_given
+from codegen.importers.onnx.tree import (
+    ADVICE,
+    LABELS,
+    MAX_FEATURES,
+    MAX_TARGETS,
+    REGRESSOR,
+    TREES,
+    describe_node,
+    read_tree,
+)
 from codegen.ir import NO_FEATURE, Bool, Float32, GrownTree
 
 OPERATOR_TREES = (*TREES, ENSEMBLE)
@@ -74,23 +93,23 @@ def decision_tree(model: bytes, n_features: int = 0) -> OnnxTree:
         onnx.checker.check_model(loaded)
     except Exception as error:  # ValidationError, or what the parser of types raises
         raise InputError("not a valid ONNX model", str(error)[:200], "export it again") from None
-    found = _Flow(onnx, loaded.graph, n_features)
-    numbered = numbered_of if found.whole else given_of
-    read = numbered if found.tree.op_type == ENSEMBLE else grown_of
-    grown, labels, gives = read(onnx, found.tree, found.double)
-    gives = None if gives is None else _after(gives, found.values[found.output], found.tree)
-    n_columns = len(found.before) or found.width
+    flow = _Flow(onnx, loaded.graph, n_features)
+    numbered = read_ensemble if flow.whole else read_given
+    read = numbered if flow.tree.op_type == ENSEMBLE else read_tree
+    grown, labels, gives = read(onnx, flow.tree, flow.double)
+    gives = None if gives is None else _after(gives, flow.values[flow.output], flow.tree)
+    n_columns = len(flow.before) or flow.width
     last = int(grown.feature.max())
     if 0 < n_columns <= last:
         raise InputError(
-            f"the tree tests feature {last}, the input has {n_columns}", shown(found.tree), "export it again"
+            f"the tree tests feature {last}, the input has {n_columns}", describe_node(flow.tree), "export it again"
         )
-    whole = _folded(grown, found.before) if found.before else Folded(grown, True)
-    nan = whole.nan and found.nan
-    return OnnxTree(whole.tree, labels, found.width, found.input, found.output, nan, found.double, gives)
+    whole = _fold_columns(grown, flow.before) if flow.before else Folded(grown, True)
+    nan = whole.nan and flow.nan
+    return OnnxTree(whole.tree, labels, flow.width, flow.input, flow.output, nan, flow.double, gives)
 
 
-def _folded(grown: GrownTree, columns: Columns) -> Folded:
+def _fold_columns(grown: GrownTree, columns: Columns) -> Folded:
     """The tree over the observation itself."""
     split = np.flatnonzero(grown.feature != NO_FEATURE)
     tested, thresholds = grown.feature[split], grown.threshold[split]
@@ -106,21 +125,21 @@ def _folded(grown: GrownTree, columns: Columns) -> Folded:
 
     source = np.array([each.source for each in columns])[tested]
     rising = np.array([each.rising for each in columns])[tested]
-    return folded(grown, Asked(source, rising, passes))
+    return fold_steps(grown, Asked(source, rising, passes))
 
 
 def _after(gives: Float32, value: Value, tree: Any) -> Float32:
     """The numbers of the leaves after the operators behind the tree, as these compute them: [n_leaves, n_numbers]."""
     if not isinstance(value, Given):
         return gives
-    found: Float32 = np.stack([each.values(gives[:, each.source]) for each in value.columns], axis=1)
-    if not np.isfinite(found).all():
-        raise InputError("a leaf's number is not finite", shown(tree), "export it again")
+    numbers: Float32 = np.stack([each.values(gives[:, each.source]) for each in value.columns], axis=1)
+    if not np.isfinite(numbers).all():
+        raise InputError("a leaf's number is not finite", describe_node(tree), "export it again")
     for each in value.columns:
         stages = [each._replace(steps=each.steps[:n]).values(gives[:, each.source]) for n in range(len(each.steps) + 1)]
         if not each.nan and any((np.signbit(stage) & (stage == 0)).any() for stage in stages):
-            raise InputError("a number is cut at -0.0, of which runtimes keep either sign", shown(tree), ADVICE)
-    return found
+            raise InputError("a number is cut at -0.0, of which runtimes keep either sign", describe_node(tree), ADVICE)
+    return numbers
 
 
 def _type(onnx: Any, number: int) -> str:
@@ -138,7 +157,9 @@ def _ensure_understood(loaded: Any) -> None:
         raise InputError("the model defines operators of its own", repr(loaded.functions[0].name), ADVICE)
     for node in loaded.graph.node:
         if _operator(node) not in UNDERSTOOD:
-            raise InputError(f"the model has a node that is not understood: {node.op_type!r}", shown(node), ADVICE)
+            raise InputError(
+                f"the model has a node that is not understood: {node.op_type!r}", describe_node(node), ADVICE
+            )
     trees = [node.op_type for node in loaded.graph.node if node.op_type in OPERATOR_TREES]
     if len(trees) != 1:
         what = f"the model has {len(trees)} nodes {' or '.join(OPERATOR_TREES)}, one is needed"
@@ -146,8 +167,8 @@ def _ensure_understood(loaded: Any) -> None:
     versions = {each.version for each in loaded.opset_import if each.domain == ML}
     least, most = NEW_OPSETS if trees == [ENSEMBLE] else OLD_OPSETS
     if len(versions) != 1 or not least <= min(versions) <= most:
-        found = ", ".join(map(str, sorted(versions))) or "none"
-        what = f"version {found} of {ML} is not supported; {least} to {most} are"
+        present = ", ".join(map(str, sorted(versions))) or "none"
+        what = f"version {present} of {ML} is not supported; {least} to {most} are"
         raise InputError(what, "opset_import", "export it again")
 
 
@@ -167,17 +188,17 @@ class _Flow:
         self.values: dict[str, Value] = {}
         for tensor in graph.initializer:
             self.values[tensor.name] = self.array(tensor, tensor.name)
-        self.input, self.width = self.observed(graph)
+        self.input, self.width = self.read_input(graph)
         self.values[self.input] = OBSERVATION
         if not self.width:
             self.width = n_features
         if 0 < self.width <= MAX_COLUMNS and not self.double:
             self.values[self.input] = tuple(Column(place) for place in range(self.width))
         for node in graph.node:
-            self.values |= dict(zip(node.output, self.made(node), strict=False))
+            self.values |= dict(zip(node.output, self.follow_node(node), strict=False))
         self.output = self.label(graph)
 
-    def observed(self, graph: Any) -> tuple[str, int]:
+    def read_input(self, graph: Any) -> tuple[str, int]:
         """The input's name, and its width (0: not declared)."""
         if len(graph.input) != 1:
             raise InputError(f"the model has {len(graph.input)} inputs, one is needed", "graph.input", ADVICE)
@@ -211,13 +232,13 @@ class _Flow:
 
     def label(self, graph: Any) -> str:
         """The name of an output that is the label. InputError for outputs that are something else."""
-        found = {each.name: self.values.get(each.name, UNKNOWN) for each in graph.output}
-        for name, value in found.items():
+        outputs = {each.name: self.values.get(each.name, UNKNOWN) for each in graph.output}
+        for name, value in outputs.items():
             if not self.is_given(value) and not (isinstance(value, str) and value in KNOWN):
                 raise InputError(f"an output of the model is {_words(value)}", repr(name), ADVICE)
-        if sum(map(self.is_given, found.values())) > 1:
+        if sum(map(self.is_given, outputs.values())) > 1:
             raise InputError("the tree's numbers are given twice", "graph.output", "export one output")
-        label = next((name for name, value in found.items() if value != SCORES), None)
+        label = next((name for name, value in outputs.items() if value != SCORES), None)
         if label is None:
             raise InputError("no output of the model is the tree's label", "graph.output", ADVICE)
         return label
@@ -232,7 +253,7 @@ class _Flow:
             raise InputError(f"the tree's numbers are given as {kind}", "graph.output", "cast them to float32")
         return True
 
-    def made(self, node: Any) -> Sequence[Value]:
+    def follow_node(self, node: Any) -> Sequence[Value]:
         """What a node's outputs are."""
         attributes = {item.name: self.onnx.helper.get_attribute_value(item) for item in node.attribute}
         if _operator(node) == (MAIN, "Constant"):
@@ -240,14 +261,14 @@ class _Flow:
         given = [self.values.get(name, UNKNOWN) if name else None for name in node.input]
         texts = [each for each in given if isinstance(each, str)]
         if node.op_type in OPERATOR_TREES:
-            return self.decided(node, attributes, given)
+            return self.follow_tree(node, attributes, given)
         if node.op_type == "Reshape" and _flattens(given):
             return [FLAT]
         if not texts and _operator(node) in OPERATORS and len(node.output) == 1:
             return [self.of_numbers(node, attributes, given) or self.columns(node, attributes, given)]
         if len(given) != 1 or not texts:
-            raise InputError(f"a node has {len(given)} inputs, one is understood", shown(node), ADVICE)
-        return [self.passed(node, attributes, texts[0])]
+            raise InputError(f"a node has {len(given)} inputs, one is understood", describe_node(node), ADVICE)
+        return [self.follow_label(node, attributes, texts[0])]
 
     def constant(self, node: Any, attributes: Mapping[str, Any]) -> Value:
         """The value of a node Constant."""
@@ -256,7 +277,7 @@ class _Flow:
             return self.array(value, node.name)
         kinds = {"value_float": np.float32, "value_floats": np.float32, "value_int": np.int64, "value_ints": np.int64}
         if name not in kinds:
-            raise InputError("a constant is no array of numbers", shown(node), ADVICE)
+            raise InputError("a constant is no array of numbers", describe_node(node), ADVICE)
         return np.array(value, dtype=kinds[name])
 
     def of_numbers(self, node: Any, attributes: Mapping[str, Any], given: Sequence[Any]) -> Given | None:
@@ -264,7 +285,7 @@ class _Flow:
         if not any(isinstance(each, Given) for each in given):
             return None
         if any(isinstance(each, tuple) for each in given):
-            raise InputError("a node mixes the tree's numbers with the observation", shown(node), ADVICE)
+            raise InputError("a node mixes the tree's numbers with the observation", describe_node(node), ADVICE)
         nan = self.nan
         found = self.columns(node, attributes, [each.columns if isinstance(each, Given) else each for each in given])
         self.nan = nan  # a leaf's numbers are none
@@ -274,22 +295,24 @@ class _Flow:
         """The columns that an operator before the tree makes."""
         if "to" in attributes:
             attributes = {**attributes, "to": _type(self.onnx, attributes["to"])}
-        found = followed(_operator(node), Call(shown(node), attributes, given))
-        self.work += len(found) * (1 + len(found[0].steps))
-        self.nan &= all(column.nan for column in found)
+        columns = apply_operator(_operator(node), Call(describe_node(node), attributes, given))
+        self.work += len(columns) * (1 + len(columns[0].steps))
+        self.nan &= all(column.nan for column in columns)
         if self.work > MAX_WORK:
-            raise InputError("the operators before the tree are too many", shown(node), ADVICE)
-        return found
+            raise InputError("the operators before the tree are too many", describe_node(node), ADVICE)
+        return columns
 
-    def decided(self, node: Any, attributes: Mapping[str, Any], given: Sequence[Value | None]) -> Sequence[Value]:
+    def follow_tree(self, node: Any, attributes: Mapping[str, Any], given: Sequence[Value | None]) -> Sequence[Value]:
         """The outputs of the tree."""
         value = given[0] if len(given) == 1 else UNKNOWN
         if not isinstance(value, tuple) and not (isinstance(value, str) and value == OBSERVATION):
             what = value if isinstance(value, str) else "a constant"
-            raise InputError(f"a node works on {what}: {node.op_type!r}", shown(node), ADVICE)
+            raise InputError(f"a node works on {what}: {node.op_type!r}", describe_node(node), ADVICE)
         if isinstance(value, tuple):
             for other in sorted({column.kind for column in value} - {FLOAT}):
-                raise InputError(f"a node works on {other}: {node.op_type!r}", shown(node), "cast it to float32")
+                raise InputError(
+                    f"a node works on {other}: {node.op_type!r}", describe_node(node), "cast it to float32"
+                )
             untouched = tuple(Column(place) for place in range(self.width))
             self.before = () if value == untouched else value
         if node.op_type == REGRESSOR:
@@ -300,14 +323,14 @@ class _Flow:
         kinds = [words for name, words in LABELS.items() if name in attributes]
         return [*(kinds or [UNKNOWN]), SCORES]
 
-    def passed(self, node: Any, attributes: Mapping[str, Any], origin: str) -> Value:
+    def follow_label(self, node: Any, attributes: Mapping[str, Any], origin: str) -> Value:
         """What becomes of the tree's label or scores."""
         if origin == OBSERVATION and self.double:
             what = "operators work on float64 observations before the tree"
-            raise InputError(what, shown(node), "export it with a float32 input")
+            raise InputError(what, describe_node(node), "export it with a float32 input")
         if origin == OBSERVATION:
             what = "the model does not say how many features it takes, or takes too many"
-            raise InputError(what, shown(node), "give their names")
+            raise InputError(what, describe_node(node), "give their names")
         if node.op_type == "Identity" or (node.op_type in ("ZipMap", "Cast") and origin == SCORES):
             return origin
         if node.op_type == "Cast" and origin == NUMBER and _type(self.onnx, attributes["to"]) == "INT64":
@@ -316,8 +339,8 @@ class _Flow:
             to = _type(self.onnx, attributes["to"])
             if origin.endswith(f", {to}"):
                 return origin
-            raise InputError(f"a Cast makes {to} of {origin}", shown(node), "export the label as it is")
-        raise InputError(f"a node works on {origin}: {node.op_type!r}", shown(node), ADVICE)
+            raise InputError(f"a Cast makes {to} of {origin}", describe_node(node), "export the label as it is")
+        raise InputError(f"a node works on {origin}: {node.op_type!r}", describe_node(node), ADVICE)
 
 
 def _flattens(given: Sequence[Any]) -> bool:

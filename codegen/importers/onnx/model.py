@@ -14,7 +14,7 @@ import numpy as np
 
 from codegen import ir
 from codegen.agreement.readback import onnx_session
-from codegen.errors import InputError, MissingToolError, shown
+from codegen.errors import InputError, MissingToolError, escape_text
 from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers.onnx.graph import decision_tree
 from codegen.importers.origin import AGENT, Names, Origin, profile_of
@@ -48,33 +48,35 @@ def from_onnx(
 
 def origin_of(content: bytes, feature_names: Sequence[str] | None = None) -> Origin:
     """The tree of a model. InputError as for `from_onnx`."""
-    found = decision_tree(content, len(feature_names or ()))
-    if not found.n_features and feature_names is None:
+    tree = decision_tree(content, len(feature_names or ()))
+    if not tree.n_features and feature_names is None:
         raise InputError("the model does not say how many features it takes", "its input", "give their names")
-    place = {label: index for index, label in enumerate(found.labels)}
+    place = {label: index for index, label in enumerate(tree.labels)}
     run, replayed_by = _runner(content)
 
-    def said(rows: Floats) -> Any:
-        (answers,) = run([found.output], {found.input: rows})
+    def run_model(rows: Floats) -> Any:
+        (answers,) = run([tree.output], {tree.input: rows})
         return answers
 
     def act(rows: Floats) -> Int32:
-        return np.array([place[each] for each in said(rows).tolist()], dtype=np.int32)
+        return np.array([place[each] for each in run_model(rows).tolist()], dtype=np.int32)
 
-    numbers = FLOAT64 if found.double else FLOAT32
+    numbers = FLOAT64 if tree.double else FLOAT32
     origin = Origin(
         KIND,
-        found.grown,
-        found.labels,
+        tree.grown,
+        tree.labels,
         act,
         replayed_by,
-        n_features=found.n_features,
-        nan=found.nan,
+        n_features=tree.n_features,
+        nan=tree.nan,
         numbers=numbers,
         given=f"{numbers}, the type of its input",
     )
     return (
-        origin if found.gives is None else giving(origin, found.gives, lambda rows: said(rows).reshape(len(rows), -1))
+        origin
+        if tree.gives is None
+        else giving(origin, tree.gives, lambda rows: run_model(rows).reshape(len(rows), -1))
     )
 
 
@@ -86,4 +88,4 @@ def _runner(content: bytes) -> tuple[Callable[..., Any], str]:
         reference: Any = import_module("onnx.reference")
         return reference.ReferenceEvaluator(content).run, "the reference evaluator of ONNX"
     except Exception as error:  # onnxruntime's own classes, which have no common name
-        raise InputError("onnxruntime does not run the model", shown(error)[:200], "export it again") from None
+        raise InputError("onnxruntime does not run the model", escape_text(error)[:200], "export it again") from None

@@ -29,7 +29,7 @@ SUMS = (b"SUM", b"AVERAGE")  # of one tree, both are its number
 ADVICE = "export one decision tree, with no more than scalers and selections before it"
 
 
-def shown(node: Any) -> str:
+def describe_node(node: Any) -> str:
     """A node, for a person: every text is a repr, since names are anybody's."""
     operator = f"{node.domain}.{node.op_type}" if node.domain else node.op_type
     return f"operator {operator!r}, node {node.name!r}, output {list(node.output)!r}"
@@ -43,17 +43,17 @@ class Read(NamedTuple):
     gives: Float32 | None = None
 
 
-def grown_of(onnx: Any, node: Any, double: bool) -> Read:
+def read_tree(onnx: Any, node: Any, double: bool) -> Read:
     """The tree of a node. `double`: whether it compares float64."""
     if node.op_type == REGRESSOR:
         if double:
-            raise InputError("a regressor takes float64", shown(node), "export it with a float32 input")
+            raise InputError("a regressor takes float64", describe_node(node), "export it with a float32 input")
         return _numbers(_attributes(onnx, node, double))
     given = _attributes(onnx, node, double)
     labels = tuple(
         each.decode(errors="replace") if isinstance(each, bytes) else each for name in LABELS for each in given[name]
     )
-    return Read(_grown(given, lambda place, split: _classes(given, place, split, labels)), labels)
+    return Read(_build_tree(given, lambda place, split: _classes(given, place, split, labels)), labels)
 
 
 def _numbers(given: dict[str, Any]) -> Read:
@@ -62,19 +62,19 @@ def _numbers(given: dict[str, Any]) -> Read:
     base = np.array(given["base_values"] or [0.0] * n, dtype=np.float32)
     if not 1 <= n <= MAX_TARGETS or len(base) != n or (given["aggregate_function"] or b"SUM") not in SUMS:
         raise InputError("the tree's numbers are put together in a way that is not understood", "base_values", ADVICE)
-    found: list[Float32] = []
+    leaf_numbers: list[Float32] = []
 
     def leaves(place: dict[int, int], split: Bool) -> Any:
         numbers, listed = _weights(given, "target", place, split, n)
         if (listed[~split] != 1).any():
             raise InputError("a leaf has no number, or two for one target", "target_weights", "export it again")
-        found.append(numbers[~split].astype(np.float32) + base)
+        leaf_numbers.append(numbers[~split].astype(np.float32) + base)
         return np.cumsum(~split) - 1
 
-    grown = _grown(given, leaves)
-    if not np.isfinite(found[0]).all():
+    grown = _build_tree(given, leaves)
+    if not np.isfinite(leaf_numbers[0]).all():
         raise InputError("a leaf's number is not finite", "target_weights", "export it again")
-    return Read(grown, (), found[0])
+    return Read(grown, (), leaf_numbers[0])
 
 
 def _attributes(onnx: Any, node: Any, double: bool) -> dict[str, Any]:
@@ -88,39 +88,41 @@ def _attributes(onnx: Any, node: Any, double: bool) -> dict[str, Any]:
         tensor = given.pop(f"{name}_as_tensor", None)
         if tensor is None or name in given or tensor.external_data or tensor.data_type != onnx.TensorProto.DOUBLE:
             what = f"the model's input is DOUBLE, and the tree's {name} are no tensor of doubles"
-            raise InputError(what, shown(node), "export it with a float32 input")
+            raise InputError(what, describe_node(node), "export it with a float32 input")
         given[name] = onnx.numpy_helper.to_array(tensor).ravel().tolist()
     unknown = sorted(set(given) - read - HARMLESS)
     changing = [name for name in unknown if name.endswith("_as_tensor") or len(given[name])]
     if changing:
-        raise InputError(f"the tree has the attribute {changing[0]!r}, which is not understood", shown(node), ADVICE)
+        raise InputError(
+            f"the tree has the attribute {changing[0]!r}, which is not understood", describe_node(node), ADVICE
+        )
     transform = given.get("post_transform", b"NONE").decode(errors="replace")
     if transform != "NONE":
         raise InputError(
-            f"the tree's scores go through {transform!r}", shown(node), "export it with post_transform NONE"
+            f"the tree's scores go through {transform!r}", describe_node(node), "export it with post_transform NONE"
         )
     if any(given.get("nodes_missing_value_tracks_true", ())):
         raise InputError(
             "a node sends missing values to the left", "", "NaN always goes right here: convert a tree without this"
         )
-    found: dict[str, Any] = {name: given.get(name, []) for name in read}
-    if len({*found["nodes_treeids"], *found[f"{leaf}_treeids"]}) > 1:
-        raise InputError("the ensemble has several trees", shown(node), ADVICE)
+    attributes: dict[str, Any] = {name: given.get(name, []) for name in read}
+    if len({*attributes["nodes_treeids"], *attributes[f"{leaf}_treeids"]}) > 1:
+        raise InputError("the ensemble has several trees", describe_node(node), ADVICE)
     for names, like in (
         (NODE_LISTS, "nodes_values"),
         (leaf_lists, weights),
         (["nodes_treeids"], "nodes_values"),
     ):
         for name in names:
-            if len(found[name]) != len(found[like]) or not found[like]:
-                what = f"{name} has {len(found[name])} entries, {like} has {len(found[like])}"
-                raise InputError(what, shown(node), "export it again")
-    if all(found.get(name) for name in LABELS):
-        raise InputError("the tree has both integer and string labels", shown(node), "export it again")
-    return found
+            if len(attributes[name]) != len(attributes[like]) or not attributes[like]:
+                what = f"{name} has {len(attributes[name])} entries, {like} has {len(attributes[like])}"
+                raise InputError(what, describe_node(node), "export it again")
+    if all(attributes.get(name) for name in LABELS):
+        raise InputError("the tree has both integer and string labels", describe_node(node), "export it again")
+    return attributes
 
 
-def _grown(given: dict[str, Any], leaves: Callable[[dict[int, int], Bool], Any]) -> GrownTree:
+def _build_tree(given: dict[str, Any], leaves: Callable[[dict[int, int], Bool], Any]) -> GrownTree:
     """The tree. `leaves`: the action at each leaf, anything at splits, from places of nodes and which are splits."""
     modes = [mode.decode(errors="replace") for mode in given["nodes_modes"]]
     unknown = sorted(set(modes) - {LESS_EQUAL, LESS, LEAF})

@@ -73,8 +73,8 @@ def binary(m: Machine, kind: type[ast.operator], left: Any, right: Any) -> Any:
         if m.counts(left) and m.counts(right):
             return binary(m, kind, left, m.whole(right))
         if kind is ast.Mult and left.key == right.key:
-            return _converted(m, left).then(Step("square", lambda value: value * value, FOLDING))
-        joined = m.sums.added(left, right, minus=kind is ast.Sub) if kind in (ast.Add, ast.Sub) else None
+            return _convert_feature(m, left).then(Step("square", lambda value: value * value, FOLDING))
+        joined = m.sums.add_features(left, right, minus=kind is ast.Sub) if kind in (ast.Add, ast.Sub) else None
         if joined is not None:
             m.sums.line = m.sums.line or m.line
             return joined
@@ -107,14 +107,14 @@ def _of_constants(m: Machine, kind: type[ast.operator], left: Any, right: Any) -
     if kind is ast.Mod and isinstance(left, str):
         return m.unread("a text is formatted", "write the text itself")
     try:
-        found = OPERATIONS[kind](left, right)
+        constant = OPERATIONS[kind](left, right)
     except ZeroDivisionError:
         return m.unread("a number is divided by 0", "mend it")
     except (TypeError, ValueError, OverflowError, KeyError):
         return m.unread("an operation on constants is not understood", "write the result itself")
-    if isinstance(found, complex) or (isinstance(found, int) and found.bit_length() > MAX_BITS):
+    if isinstance(constant, complex) or (isinstance(constant, int) and constant.bit_length() > MAX_BITS):
         return m.unread("a number is too large, or complex", "write the result itself")
-    return m.kept(found) if isinstance(found, list | tuple | str | set | dict) else found
+    return m.keep_value(constant) if isinstance(constant, list | tuple | str | set | dict) else constant
 
 
 def of_feature(m: Machine, kind: type[ast.operator], left: Any, right: Any) -> Any:
@@ -123,7 +123,7 @@ def of_feature(m: Machine, kind: type[ast.operator], left: Any, right: Any) -> A
     feature, number = (right, left) if turned else (left, right)
     if not _is_number(number):
         return m.unread("a feature is combined with something that is no number", TEST_ADVICE)
-    feature = _converted(m, feature)
+    feature = _convert_feature(m, feature)
     if kind is ast.Mult and number == 0 and isinstance(number, int) and m.counts(feature):
         return 0
     if not _usable(number, feature.value(1.0), kind):
@@ -138,11 +138,13 @@ def of_feature(m: Machine, kind: type[ast.operator], left: Any, right: Any) -> A
         return m.whole(feature) % number
     if kind is ast.FloorDiv and not turned and not whole and math.frexp(number)[0] == 0.5:
         m.finite = True  # of infinities Python gives NaN
-        return feature.then(Step(f"floor {number!r}", partial(_floored, number)))
+        return feature.then(Step(f"floor {number!r}", partial(_floor_quotient, number)))
     allowed = (ast.Add, ast.Sub, ast.Mult, *(() if turned else (ast.Div,)))
     if kind not in allowed and not (kind is ast.FloorDiv and whole and not turned):
-        return _refused(m, kind, turned)
-    apply = partial(_turned, OPERATIONS[kind], number) if turned else partial(_applied, OPERATIONS[kind], number)
+        return _refuse_operator(m, kind, turned)
+    apply = (
+        partial(_apply_left, OPERATIONS[kind], number) if turned else partial(_apply_right, OPERATIONS[kind], number)
+    )
     sign = FORMS.get(kind)
     form = ("c-" if kind is ast.Sub and turned else sign, number) if sign else None
     return feature.then(Step(f"{kind.__name__}{turned:d}{type(number).__name__}{number!r}", apply, sense, form=form))
@@ -158,16 +160,16 @@ def _power(number: Any, value: Any) -> Any:
         return math.inf if value > 0 or number % 2 == 0 else -math.inf
 
 
-def _floored(number: Any, value: Any) -> Any:
+def _floor_quotient(number: Any, value: Any) -> Any:
     """`value // number` for a power of 2, which rounds nothing; what is infinite stays so."""
     return value // number if math.isfinite(value) else value
 
 
-def _applied(function: Callable[[Any, Any], Any], number: Any, value: Any) -> Any:
+def _apply_right(function: Callable[[Any, Any], Any], number: Any, value: Any) -> Any:
     return function(value, number)
 
 
-def _turned(function: Callable[[Any, Any], Any], number: Any, value: Any) -> Any:
+def _apply_left(function: Callable[[Any, Any], Any], number: Any, value: Any) -> Any:
     return function(number, value)
 
 
@@ -186,7 +188,7 @@ def _usable(number: Any, sample: Any, kind: type[ast.operator]) -> bool:
         return False
 
 
-def _refused(m: Machine, kind: type[ast.operator], turned: bool) -> Unread:
+def _refuse_operator(m: Machine, kind: type[ast.operator], turned: bool) -> Unread:
     advice = {
         ast.Pow: f"give a whole number from 2 to {POWERS[-1]} as the power, or compare the feature itself",
         ast.FloorDiv: "write math.floor(x / c)",
@@ -197,7 +199,7 @@ def _refused(m: Machine, kind: type[ast.operator], turned: bool) -> Unread:
     return m.unread(f"{what} is not understood", advice.get(kind, TEST_ADVICE))
 
 
-def _converted(m: Machine, feature: Feature) -> Feature:
+def _convert_feature(m: Machine, feature: Feature) -> Feature:
     """The feature as the scalar that Python computes with."""
     return feature if feature.steps else feature.then(*step_of(m.arrays))
 
@@ -207,8 +209,8 @@ def _of_part(m: Machine, kind: type[ast.operator], left: Any, right: Any) -> Any
     turned = isinstance(right, Part)
     part: Part = right if turned else left
     sides = (left, Feature(-1, part.steps)) if turned else (Feature(-1, part.steps), right)
-    found = of_feature(m, kind, *(m.plain(each) if isinstance(each, Member) else each for each in sides))
-    return replace(part, steps=found.steps, scaled=True) if isinstance(found, Feature) else found
+    feature = of_feature(m, kind, *(m.plain(each) if isinstance(each, Member) else each for each in sides))
+    return replace(part, steps=feature.steps, scaled=True) if isinstance(feature, Feature) else feature
 
 
 def _elementwise(m: Machine, function: Callable[[Any, Any], Any], left: Any, right: Any) -> Any:
@@ -222,7 +224,7 @@ def _elementwise(m: Machine, function: Callable[[Any, Any], Any], left: Any, rig
         *(each if each is not None else [other] * length for each, other in zip(given, (left, right), strict=True)),
         strict=True,
     )
-    return m.kept(Array(function(a, b) for a, b in pairs))
+    return m.keep_value(Array(function(a, b) for a, b in pairs))
 
 
 def _of_extreme(m: Machine, kind: type[ast.operator], left: Any, right: Any) -> Any:
@@ -247,7 +249,7 @@ def unary(m: Machine, kind: type[ast.unaryop], value: Any) -> Any:
     if isinstance(value, Feature | Extreme) and kind is not ast.Invert:
         return value if kind is ast.UAdd else binary(m, ast.Mult, value, -1)
     if isinstance(value, Array):
-        return m.kept(Array(unary(m, kind, each) for each in value))
+        return m.keep_value(Array(unary(m, kind, each) for each in value))
     if isinstance(value, int) or (isinstance(value, float | np.number) and kind is not ast.Invert):
         return -value if kind is ast.USub else +value if kind is ast.UAdd else ~value  # type: ignore[operator]
     return value if isinstance(value, Unread) else m.unread("a sign stands before what is no number", TEST_ADVICE)
@@ -256,7 +258,7 @@ def unary(m: Machine, kind: type[ast.unaryop], value: Any) -> Any:
 # --- comparisons
 
 
-def compared(m: Machine, sign: str, left: Any, right: Any) -> Any:
+def compare_values(m: Machine, sign: str, left: Any, right: Any) -> Any:
     """What `left sign right` is: a test of a feature, a condition, or a constant."""
     m.count()
     if isinstance(left, Length) or isinstance(right, Length):
@@ -266,11 +268,11 @@ def compared(m: Machine, sign: str, left: Any, right: Any) -> Any:
         if isinstance(each, Unread):
             return each
     if isinstance(left, Array) or isinstance(right, Array):
-        return _elementwise(m, lambda a, b: compared(m, sign, a, b), left, right)
+        return _elementwise(m, lambda a, b: compare_values(m, sign, a, b), left, right)
     if isinstance(left, tuple | list) and isinstance(right, tuple | list) and sign in ("==", "!="):
         if len(left) != len(right):
             return sign == "!="
-        pairs = [compared(m, "==", a, b) for a, b in zip(left, right, strict=True)]
+        pairs = [compare_values(m, "==", a, b) for a, b in zip(left, right, strict=True)]
         return Condition(lambda: all(m.truth(each) for each in pairs) == (sign == "=="))
     if any(isinstance(each, Instance) for each in (left, right)):
         return (
@@ -297,7 +299,7 @@ def compared(m: Machine, sign: str, left: Any, right: Any) -> Any:
             if sign == "=="
             else left != right
             if sign == "!="
-            else m.needed(left if isinstance(left, Symbol) else right)
+            else m.require_value(left if isinstance(left, Symbol) else right)
         )
     try:
         return bool(SIGNS[sign](left, right))
@@ -308,15 +310,15 @@ def compared(m: Machine, sign: str, left: Any, right: Any) -> Any:
 def _two_compared(m: Machine, sign: str, left: Feature, right: Feature) -> Any:
     """A test of a difference, whose sign is that of the comparison, unless both are the same infinity."""
     if m.counts(left) and m.counts(right):
-        return compared(m, sign, left, m.whole(right))
-    found = m.sums.added(left, right, minus=True)
-    if found is None and left.place == right.place:
+        return compare_values(m, sign, left, m.whole(right))
+    difference = m.sums.add_features(left, right, minus=True)
+    if difference is None and left.place == right.place:
         advice = "solve it for the feature, and compare that with one number"
         return m.unread("two numbers that are computed of one feature are compared", advice)
-    if found is None:
+    if difference is None:
         return m.unread("two features are compared", SEVERAL.format("difference"))
     m.finite = True
-    return _with_number(m, found, sign, 0.0)
+    return _with_number(m, difference, sign, 0.0)
 
 
 def _with_number(m: Machine, feature: Feature, sign: str, number: Any) -> Any:
@@ -369,7 +371,7 @@ def _extreme_compared(m: Machine, extreme: Extreme, sign: str, number: Any) -> A
         parts = [_extreme_compared(m, extreme, each, number) for each in (within, beyond)]
         return Condition(lambda: (m.truth(parts[0]) and not m.truth(parts[1])) == (sign == "=="))
     one = any if extreme.least == (sign in ("<", "<=")) else all
-    tests = [compared(m, sign, each, number) for each in extreme.parts]
+    tests = [compare_values(m, sign, each, number) for each in extreme.parts]
     if m.paths is not None:
         m.paths.nan = False  # what Python takes for the least beside a NaN depends on their order
     return next((each for each in tests if isinstance(each, Unread)), None) or Condition(

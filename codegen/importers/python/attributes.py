@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
-from codegen.errors import shown
+from codegen.errors import escape_text
 from codegen.importers.python.machine import EXPRESSIONS, STATE_ADVICE, Machine, reads, step_of
 from codegen.importers.python.values import (
     Array,
@@ -54,12 +54,12 @@ def attribute_of(m: Machine, value: Any, name: str, node: ast.AST) -> Any:
     if isinstance(value, Symbol):
         return Symbol(f"{value.name}.{name}")
     if isinstance(value, Module):
-        found = value.members.get(name)
-        if found is None and value.name in ("enum", "dataclasses", "typing", "functools"):
+        member = value.members.get(name)
+        if member is None and value.name in ("enum", "dataclasses", "typing", "functools"):
             return Symbol(name)
         return (
-            found
-            if found is not None
+            member
+            if member is not None
             else m.unread(f"{value.name}.{name} is not known", "write what it computes with comparisons and numbers")
         )
     if isinstance(value, Part):
@@ -74,7 +74,7 @@ def attribute_of(m: Machine, value: Any, name: str, node: ast.AST) -> Any:
     if kind is not None and name in METHODS[kind]:
         return _method(value, name)
     if isinstance(value, Array) and name in ("tolist", *SAME):
-        return Bound(name, lambda m, node, given, named: m.kept([*value]))
+        return Bound(name, lambda m, node, given, named: m.keep_value([*value]))
     if isinstance(value, Array) and name in ("any", "all"):
         join = any if name == "any" else all
         return Bound(name, lambda m, node, given, named: join(m.truth(each) for each in value))
@@ -82,18 +82,20 @@ def attribute_of(m: Machine, value: Any, name: str, node: ast.AST) -> Any:
         return len(value) if name == "size" else (len(value),)
     if isinstance(value, int | float) and name in ("real", "item"):
         return value if name == "real" else Bound(name, lambda m, node, given, named: value)
-    what = "a number has no attributes" if isinstance(value, int | float) else f"'.{shown(name)}' is not understood"
+    what = (
+        "a number has no attributes" if isinstance(value, int | float) else f"'.{escape_text(name)}' is not understood"
+    )
     return m.unread(what, "write the number or the text itself")
 
 
 def _of_part(m: Machine, part: Part, name: str) -> Any:
     """An attribute of the observation: a method of arrays or dictionaries, or a field."""
 
-    def converted(m: Machine, node: ast.AST, given: list[Any], named: dict[str, Any]) -> Any:
+    def convert_part(m: Machine, node: ast.AST, given: list[Any], named: dict[str, Any]) -> Any:
         kind = conversion(m, [*given, *named.values()][0] if given or named else "float64")
         return kind if isinstance(kind, Unread) else replace(part, steps=part.steps + kind, array=True)
 
-    def got(m: Machine, node: ast.AST, given: list[Any], named: dict[str, Any]) -> Any:
+    def get_key(m: Machine, node: ast.AST, given: list[Any], named: dict[str, Any]) -> Any:
         return (
             m.inputs.enter(part, given[0], m.line)
             if given and isinstance(given[0], str)
@@ -107,9 +109,9 @@ def _of_part(m: Machine, part: Part, name: str) -> Any:
         step = Step("float", float)
         return Bound(name, lambda m, node, given, named: replace(part, steps=(*part.steps, step), array=False))
     if name in ("astype", "to"):
-        return Bound(name, converted)
+        return Bound(name, convert_part)
     if name == "get":
-        return Bound(name, got)
+        return Bound(name, get_key)
     if name in ("shape", "size"):
         return (Length(part),) if name == "shape" else Length(part)
     if name in ("ndim", "dtype"):
@@ -131,46 +133,46 @@ def _of_object(m: Machine, value: Instance | Class, name: str, node: ast.AST) ->
     if (id(value), name) in m.written:
         return m.written[id(value), name]
     if m.paths is not None and name in kind.kept and not isinstance(kind.find(name), Function):
-        what = f"'{shown(name)}' is remembered between calls: a method sets it"
+        what = f"'{escape_text(name)}' is remembered between calls: a method sets it"
         return m.unread(what, STATE_ADVICE)
     if isinstance(value, Instance) and name in value.attributes:
         return value.attributes[name]
-    found = kind.find(name)
+    member = kind.find(name)
     if name in ("__class__", "__name__"):
         return kind if name == "__class__" else kind.name
-    if found is None:
-        raise m.refused(node, f"'{shown(name)}' is not set on some path", "set it in __init__")
-    if not isinstance(found, Function):
-        return found
-    first = {"class": [kind], "static": []}.get(found.kind, [value] if isinstance(value, Instance) else [])
-    if found.kind == "property" and first:
-        return m.apply(found, first, {}, node)
-    return Bound(name, lambda m, node, given, named: m.apply(found, [*first, *given], named, node))
+    if member is None:
+        raise m.make_error(node, f"'{escape_text(name)}' is not set on some path", "set it in __init__")
+    if not isinstance(member, Function):
+        return member
+    first = {"class": [kind], "static": []}.get(member.kind, [value] if isinstance(value, Instance) else [])
+    if member.kind == "property" and first:
+        return m.apply(member, first, {}, node)
+    return Bound(name, lambda m, node, given, named: m.apply(member, [*first, *given], named, node))
 
 
 def _of_member(m: Machine, value: Member, name: str, node: ast.AST) -> Any:
     if name in ("value", "_value_", "name"):
         return value.name if name == "name" else value.value
-    found = value.kind.find(name)
-    if isinstance(found, Function):
-        if found.kind == "property":
-            return m.apply(found, [value], {}, node)
-        return Bound(name, lambda m, node, given, named: m.apply(found, [value, *given], named, node))
-    return m.unread(f"'.{shown(name)}' is not understood", "use .value or .name")
+    member = value.kind.find(name)
+    if isinstance(member, Function):
+        if member.kind == "property":
+            return m.apply(member, [value], {}, node)
+        return Bound(name, lambda m, node, given, named: m.apply(member, [value, *given], named, node))
+    return m.unread(f"'.{escape_text(name)}' is not understood", "use .value or .name")
 
 
 def _of_number(m: Machine, value: Feature, name: str) -> Any:
     if name in ("real", "item", "copy"):
         return value if name == "real" else Bound(name, lambda m, node, given, named: value)
-    return m.unread(f"'.{shown(name)}' of a feature is not understood", "compare the feature with a number")
+    return m.unread(f"'.{escape_text(name)}' of a feature is not understood", "compare the feature with a number")
 
 
 def _method(value: Any, name: str) -> Bound:
     """A method of a list, a dictionary or a text."""
 
-    def called(m: Machine, node: ast.AST, given: list[Any], named: dict[str, Any]) -> Any:
+    def handle_call(m: Machine, node: ast.AST, given: list[Any], named: dict[str, Any]) -> Any:
         if name in CHANGING:
-            m.changed(value, node)
+            m.ensure_fresh(value, node)
         if name == "extend" or name == "update":
             given = [list(given[0]) if not isinstance(given[0], dict) else given[0]]
             m.count(len(given[0]))
@@ -179,21 +181,21 @@ def _method(value: Any, name: str) -> Bound:
             if not isinstance(value, dict | str) and not all(isinstance(each, CONSTANT) for each in value):
                 return m.unread(f"'.{name}' looks for features or objects", "compare them one by one")
         elif name not in ("append", "insert", "setdefault", "add"):
-            given = [m.needed(each) for each in given]
+            given = [m.require_value(each) for each in given]
         if any(isinstance(each, str) and len(each) > MAX_TEXT for each in (value, *given)):
-            raise m.refused(node, "a text is too long", "make it shorter")
+            raise m.make_error(node, "a text is too long", "make it shorter")
         try:
             function: Callable[..., Any] = getattr(value, name)
-            found = function(*given, **named)
+            returned = function(*given, **named)
         except (ValueError, LookupError, TypeError, AttributeError):
-            raise m.refused(node, f"'.{name}' fails with what it is given here", "look it up before") from None
+            raise m.make_error(node, f"'.{name}' fails with what it is given here", "look it up before") from None
         if isinstance(value, dict) and name in ("keys", "values", "items"):
-            return list(found)
+            return list(returned)
         if name in CHANGING:
             m.weigh(value)
-        return m.kept(found) if isinstance(found, list | dict | set | str | tuple) else found
+        return m.keep_value(returned) if isinstance(returned, list | dict | set | str | tuple) else returned
 
-    return Bound(name, called)
+    return Bound(name, handle_call)
 
 
 @reads(EXPRESSIONS, ast.Attribute)

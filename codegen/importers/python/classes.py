@@ -11,7 +11,7 @@ import ast
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from codegen.errors import shown
+from codegen.errors import escape_text
 from codegen.importers.python.machine import CALLS, STATEMENTS, Machine, reads, text_of
 from codegen.importers.python.statements import decorator_of
 from codegen.importers.python.values import AUTO, Class, Factory, Function, Instance, Member, Scope, Symbol, Unread
@@ -40,22 +40,22 @@ def _class_of(m: Machine, node: ast.ClassDef, scope: Scope) -> Class | Unread:
     ]
     unread = [each for each in bases if isinstance(each, Unread)]
     if odd or unread or node.keywords:
-        what = f"the class {shown(node.name)} is built on {shown(odd[0]) if odd else 'what is not known'}"
+        what = f"the class {escape_text(node.name)} is built on {escape_text(odd[0]) if odd else 'what is not known'}"
         return m.unread(what, "write the function that decides on its own")
     members: dict[str, Any] = {}
     m.block(node.body, Scope(members, scope, of_class=True))
     if any(each in members for each in MAGIC):
-        return m.unread(f"the class {shown(node.name)} changes how attributes are found", "use plain attributes")
+        return m.unread(f"the class {escape_text(node.name)} changes how attributes are found", "use plain attributes")
     fields = tuple(name for each in own for name in each.fields)
     fields += tuple(
         each.target.id for each in node.body if isinstance(each, ast.AnnAssign) and isinstance(each.target, ast.Name)
     )
-    found = Class(node.name, own, members, fields=fields, kept=_kept(node).union(*(each.kept for each in own)))
-    found.enum = any(each in ENUMS for each in names) or any(each.enum for each in own)
-    found.mixed = any(each in MIXED for each in names) or any(each.mixed for each in own)
-    if found.enum:
-        _ensure_members(found, text="StrEnum" in names)
-    return found
+    kind = Class(node.name, own, members, fields=fields, kept=_collect_state(node).union(*(each.kept for each in own)))
+    kind.enum = any(each in ENUMS for each in names) or any(each.enum for each in own)
+    kind.mixed = any(each in MIXED for each in names) or any(each.mixed for each in own)
+    if kind.enum:
+        _ensure_members(kind, text="StrEnum" in names)
+    return kind
 
 
 def _ensure_members(kind: Class, *, text: bool) -> None:
@@ -71,28 +71,28 @@ def _ensure_members(kind: Class, *, text: bool) -> None:
         kind.members[name] = seen.setdefault(repr(value), Member(kind, name, value))
 
 
-def _kept(node: ast.ClassDef) -> frozenset[str]:
+def _collect_state(node: ast.ClassDef) -> frozenset[str]:
     """Attributes of `self` that methods set, other than those that make the object."""
-    found: set[str] = set()
+    attributes: set[str] = set()
     for each in node.body:
         if isinstance(each, ast.FunctionDef) and each.name not in MAKERS and each.args.args:
             own = each.args.args[0].arg
-            found |= {
+            attributes |= {
                 inner.attr for inner in ast.walk(each)
                 if isinstance(inner, ast.Attribute) and isinstance(inner.ctx, ast.Store)
                 and isinstance(inner.value, ast.Name) and inner.value.id == own
             }  # fmt: skip
-    return frozenset(found)
+    return frozenset(attributes)
 
 
 def instance_of(m: Machine, kind: Class, given: Sequence[Any], named: Mapping[str, Any], node: ast.AST) -> Any:
     """What calling a class gives: an object, or a member of an Enum."""
     if kind.enum:
         value = m.whole(given[0])
-        found = [each for each in kind.members.values() if isinstance(each, Member) and value in (each, each.value)]
-        if not found:
-            raise m.refused(node, f"{text_of(node)} is no member", "look it up by a value that it has")
-        return found[0]
+        members = [each for each in kind.members.values() if isinstance(each, Member) and value in (each, each.value)]
+        if not members:
+            raise m.make_error(node, f"{text_of(node)} is no member", "look it up by a value that it has")
+        return members[0]
     made = Instance(kind)
     m.fresh[id(made)] = made
     if m.paths is None:
@@ -110,10 +110,10 @@ def instance_of(m: Machine, kind: Class, given: Sequence[Any], named: Mapping[st
             and name not in named
             and name not in dict(zip(kind.fields, given, strict=False))
         ):
-            raise m.refused(node, f"{text_of(node)} lacks {shown(name)}", "give it, or a default")
+            raise m.make_error(node, f"{text_of(node)} lacks {escape_text(name)}", "give it, or a default")
         made.attributes[name] = m.call(value.make, [], {}, node) if isinstance(value, Factory) else value
     if values or len(given) > len(kind.fields):
-        raise m.refused(node, f"{text_of(node)} does not fit the class {shown(kind.name)}", "mend it")
+        raise m.make_error(node, f"{text_of(node)} does not fit the class {escape_text(kind.name)}", "mend it")
     after = kind.find("__post_init__")
     if isinstance(after, Function):
         m.apply(after, [made], {}, node)

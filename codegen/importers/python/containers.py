@@ -12,10 +12,10 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
-from codegen.errors import shown
-from codegen.importers.python.expressions import decided
+from codegen.errors import escape_text
+from codegen.importers.python.expressions import eval_condition
 from codegen.importers.python.machine import EXPRESSIONS, UNCOUNTED, Machine, reads, text_of
-from codegen.importers.python.sequences import items_of, mapped
+from codegen.importers.python.sequences import items_of, map_part
 from codegen.importers.python.values import Array, Bound, Class, Instance, Length, Member, Part, Scope, Symbol, Unread
 
 
@@ -30,24 +30,24 @@ def _list(m: Machine, node: Any, scope: Scope) -> Any:
             items += list(more)
         else:
             items.append(m.eval(each, scope))
-    m.kept(items)
+    m.keep_value(items)
     if isinstance(node, ast.Set):
-        return m.kept({key_of(m, each) for each in items})
+        return m.keep_value({key_of(m, each) for each in items})
     return items if isinstance(node, ast.List) else tuple(items)
 
 
 @reads(EXPRESSIONS, ast.Dict)
 def _dict(m: Machine, node: ast.Dict, scope: Scope) -> Any:
-    found: dict[Any, Any] = {}
+    entries: dict[Any, Any] = {}
     for key, value in zip(node.keys, node.values, strict=True):
         if key is None:
-            more = m.needed(m.eval(value, scope))
+            more = m.require_value(m.eval(value, scope))
             if not isinstance(more, dict):
-                raise m.refused(node, f"{text_of(node)} is not understood", "write its items")
-            found |= more
+                raise m.make_error(node, f"{text_of(node)} is not understood", "write its items")
+            entries |= more
         else:
-            found[key_of(m, m.eval(key, scope))] = m.eval(value, scope)
-    return m.kept(found)
+            entries[key_of(m, m.eval(key, scope))] = m.eval(value, scope)
+    return m.keep_value(entries)
 
 
 def key_of(m: Machine, value: Any) -> Any:
@@ -57,7 +57,7 @@ def key_of(m: Machine, value: Any) -> Any:
         return tuple(key_of(m, each) for each in value)
     value = m.whole(value)
     if isinstance(value, list | dict | set):
-        raise m.refused(None, "a list is no key", "use numbers or texts")
+        raise m.make_error(None, "a list is no key", "use numbers or texts")
     return value
 
 
@@ -71,19 +71,19 @@ def _subscript(m: Machine, node: ast.Subscript, scope: Scope) -> Any:
     if isinstance(value, Part):
         return part_of(m, value, key, node)
     if isinstance(value, Class) and value.enum:
-        return value.members.get(key) or m.unread(f"{shown(str(key))} is no member", "name one")
+        return value.members.get(key) or m.unread(f"{escape_text(str(key))} is no member", "name one")
     if isinstance(value, tuple) and len(value) == 1 and isinstance(value[0], Length):
         return value[0]
     if isinstance(value, Symbol | Bound | Class):  # an annotation, such as list[int]
         return value
     if not isinstance(value, list | tuple | dict | str | range):
-        m.needed(value)
-        raise m.refused(node, f"{text_of(node)} is not understood", "look things up in lists and dictionaries")
+        m.require_value(value)
+        raise m.make_error(node, f"{text_of(node)} is not understood", "look things up in lists and dictionaries")
     try:
         return value[key] if isinstance(key, slice) else value[key_of(m, key)]
     except (LookupError, TypeError, ValueError):
         what = f"{text_of(node)} looks up what is not there"
-        raise m.refused(node, what, "clip the index, or give every key") from None
+        raise m.make_error(node, what, "clip the index, or give every key") from None
 
 
 def part_of(m: Machine, part: Part, key: Any, node: ast.AST) -> Any:
@@ -104,12 +104,12 @@ def part_of(m: Machine, part: Part, key: Any, node: ast.AST) -> Any:
         if not n and (not isinstance(high, int) or min(low, high) < 0 or step != 1):
             return m.unread(*UNCOUNTED)
         places = range(*key.indices(n or int(high or 0)))
-        found = [m.inputs.enter(part, place, m.line) for place in places]
-        return m.kept(Array(found)) if part.array else tuple(found)
+        parts = [m.inputs.enter(part, place, m.line) for place in places]
+        return m.keep_value(Array(parts)) if part.array else tuple(parts)
     key = m.whole(key)
     key = key.value if isinstance(key, Member) else key
     if isinstance(key, bool) or not isinstance(key, int | str):
-        raise m.refused(node, f"{text_of(node)} is not understood", "write x[0], or x['speed']")
+        raise m.make_error(node, f"{text_of(node)} is not understood", "write x[0], or x['speed']")
     if isinstance(key, int) and key < 0 and not m.inputs.length(part.path):
         what = f"{text_of(node)} counts from the end, and the file does not say how many features there are"
         return m.unread(what, "count from the front, or name all features: --features a,b,c")
@@ -130,20 +130,20 @@ def _comprehension(m: Machine, node: Any, scope: Scope) -> Any:
     if isinstance(first, Part) and not m.inputs.length(first.path) and isinstance(node, ast.ListComp):
         target = node.generators[0].target
         if isinstance(target, ast.Name) and len(node.generators) == 1 and not node.generators[0].ifs:
-            return mapped(m, first, lambda each: m.eval(node.elt, Scope({target.id: each}, scope)))
+            return map_part(m, first, lambda each: m.eval(node.elt, Scope({target.id: each}, scope)))
     items = items_of(m, first)
     if isinstance(items, Unread):
         return items
     if isinstance(node, ast.DictComp):
-        found: Any = {
+        entries: Any = {
             key_of(m, m.eval(node.key, inner)): m.eval(node.value, inner) for _ in _turns(m, node, inner, items)
         }
-        return m.kept(found)
+        return m.keep_value(entries)
     each = (m.eval(node.elt, inner) for _ in _turns(m, node, inner, items))
     return (
         each
         if isinstance(node, ast.GeneratorExp)
-        else m.kept(list(each) if isinstance(node, ast.ListComp) else {key_of(m, one) for one in each})
+        else m.keep_value(list(each) if isinstance(node, ast.ListComp) else {key_of(m, one) for one in each})
     )
 
 
@@ -153,7 +153,7 @@ def _turns(m: Machine, node: Any, scope: Scope, items: Any, depth: int = 0) -> I
     for each in items:
         m.count()
         assign(m, generator.target, each, scope)
-        if all(decided(m, test, scope) for test in generator.ifs):
+        if all(eval_condition(m, test, scope) for test in generator.ifs):
             if depth + 1 < len(node.generators):
                 yield from _turns(
                     m, node, scope, items_of(m, m.eval(node.generators[depth + 1].iter, scope)), depth + 1
@@ -170,26 +170,28 @@ def assign(m: Machine, target: ast.expr, value: Any, scope: Scope) -> None:
     if isinstance(target, ast.Name):
         scope.names[target.id] = value
     elif isinstance(target, ast.Tuple | ast.List):
-        _unpacked(m, target, value, scope)
+        _unpack_value(m, target, value, scope)
     elif isinstance(target, ast.Attribute):
         owner = m.eval(target.value, scope)
         if not isinstance(owner, Instance | Class):
-            raise m.refused(target, f"{text_of(target)} is set, which is no attribute of the file's", "remove the line")
+            raise m.make_error(
+                target, f"{text_of(target)} is set, which is no attribute of the file's", "remove the line"
+            )
         if m.paths is None:
             (owner.attributes if isinstance(owner, Instance) else owner.members)[target.attr] = value
         else:
             m.written[id(owner), target.attr] = value
     elif isinstance(target, ast.Subscript):
-        owner, key = m.needed(m.eval(target.value, scope)), m.whole(m.eval(target.slice, scope))
+        owner, key = m.require_value(m.eval(target.value, scope)), m.whole(m.eval(target.slice, scope))
         if isinstance(owner, Part) or not isinstance(owner, list | dict) or isinstance(key, slice):
-            raise m.refused(target, f"{text_of(target)} is set", "give it another name instead")
+            raise m.make_error(target, f"{text_of(target)} is set", "give it another name instead")
         try:
-            m.changed(owner, target)[key] = value
+            m.ensure_fresh(owner, target)[key] = value
         except (LookupError, TypeError):
-            raise m.refused(target, f"{text_of(target)} does not exist", "mend it") from None
+            raise m.make_error(target, f"{text_of(target)} does not exist", "mend it") from None
 
 
-def _unpacked(m: Machine, target: ast.Tuple | ast.List, value: Any, scope: Scope) -> None:
+def _unpack_value(m: Machine, target: ast.Tuple | ast.List, value: Any, scope: Scope) -> None:
     names = target.elts
     stars = [place for place, each in enumerate(names) if isinstance(each, ast.Starred)]
     if isinstance(value, Part):
@@ -208,9 +210,9 @@ def _unpacked(m: Machine, target: ast.Tuple | ast.List, value: Any, scope: Scope
     items = list(items)
     if stars:
         after = len(names) - stars[0] - 1
-        items[stars[0] : len(items) - after] = [m.kept(items[stars[0] : len(items) - after])]
+        items[stars[0] : len(items) - after] = [m.keep_value(items[stars[0] : len(items) - after])]
     if len(items) != len(names):
-        raise m.refused(target, f"{len(items)} values are given to {len(names)} names", "give each a name")
+        raise m.make_error(target, f"{len(items)} values are given to {len(names)} names", "give each a name")
     for each, item in zip(names, items, strict=True):
         assign(m, each.value if isinstance(each, ast.Starred) else each, item, scope)
 
@@ -221,10 +223,10 @@ def ensure_length(m: Machine, target: ast.AST, part: Part, names: list[ast.expr]
     if stars or part.offset:
         return
     if known and known != len(names):
-        raise m.refused(target, f"{len(names)} names for {known} features", "give each feature a name: a, b = x")
+        raise m.make_error(target, f"{len(names)} names for {known} features", "give each feature a name: a, b = x")
     m.inputs.widths[part.path] = len(names)
     if all(isinstance(each, ast.Name) for each in names):
         named = [each.id for each in names if isinstance(each, ast.Name)]
-        found = tuple(f"x{place}" if name == "_" else name for place, name in enumerate(named))
-        if len(set(found)) == len(found):
-            m.inputs.names.setdefault(part.path, found)
+        feature_names = tuple(f"x{place}" if name == "_" else name for place, name in enumerate(named))
+        if len(set(feature_names)) == len(feature_names):
+            m.inputs.names.setdefault(part.path, feature_names)

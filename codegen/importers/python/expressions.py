@@ -14,8 +14,8 @@ import math
 from dataclasses import replace
 from typing import Any
 
-from codegen.errors import shown
-from codegen.importers.python.arithmetic import COMPARISONS, binary, compared, unary
+from codegen.errors import escape_text
+from codegen.importers.python.arithmetic import COMPARISONS, binary, compare_values, unary
 from codegen.importers.python.library import BUILTINS
 from codegen.importers.python.machine import EXPRESSIONS, STATE_ADVICE, Machine, reads, text_of
 from codegen.importers.python.sequences import items_of
@@ -48,7 +48,7 @@ def _name(m: Machine, node: ast.Name, scope: Scope) -> Any:
         if node.id in each.names:
             return each.names[node.id]
         if node.id in each.local:
-            raise m.refused(node, f"{shown(node.id)!r} holds nothing on some path", "set it on every path")
+            raise m.make_error(node, f"{escape_text(node.id)!r} holds nothing on some path", "set it on every path")
     if node.id in BUILTINS:
         return BUILTINS[node.id]
     return Symbol(node.id)
@@ -62,17 +62,17 @@ def _walrus(m: Machine, node: ast.NamedExpr, scope: Scope) -> Any:
 
 @reads(EXPRESSIONS, ast.IfExp)
 def _choice(m: Machine, node: ast.IfExp, scope: Scope) -> Any:
-    return m.eval(node.body if decided(m, node.test, scope) else node.orelse, scope)
+    return m.eval(node.body if eval_condition(m, node.test, scope) else node.orelse, scope)
 
 
 @reads(EXPRESSIONS, ast.BinOp)
 def _binary(m: Machine, node: ast.BinOp, scope: Scope) -> Any:
     left, right = m.eval(node.left, scope), m.eval(node.right, scope)
     m.line = node.lineno
-    return _told(node, binary(m, type(node.op), left, right), left, right)
+    return _add_text(node, binary(m, type(node.op), left, right), left, right)
 
 
-def _told(node: ast.AST, found: Any, *given: Any) -> Any:
+def _add_text(node: ast.AST, found: Any, *given: Any) -> Any:
     """What cannot be said of a node, with its text."""
     if isinstance(found, Unread) and not any(found is each for each in given) and ": " not in found.what:
         return replace(found, what=f"{found.what}: {text_of(node)}")
@@ -92,26 +92,26 @@ def _unary(m: Machine, node: ast.UnaryOp, scope: Scope) -> Any:
 # --- conditions
 
 
-def decided(m: Machine, node: ast.expr, scope: Scope) -> bool:
+def eval_condition(m: Machine, node: ast.expr, scope: Scope) -> bool:
     """Whether a condition holds, of which no more is evaluated than decides it."""
     if isinstance(node, ast.BoolOp):
         m.count()
         every = isinstance(node.op, ast.And)
-        return (all if every else any)(decided(m, each, scope) for each in node.values)
+        return (all if every else any)(eval_condition(m, each, scope) for each in node.values)
     if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
         m.count()
-        return not decided(m, node.operand, scope)
+        return not eval_condition(m, node.operand, scope)
     value = m.eval(node, scope)
     m.line = node.lineno
     return m.truth(value)
 
 
 @reads(EXPRESSIONS, ast.BoolOp)
-def _joined(m: Machine, node: ast.BoolOp, scope: Scope) -> Any:
+def _eval_boolean(m: Machine, node: ast.BoolOp, scope: Scope) -> Any:
     """`a and b`: decided later, if nothing but truth can come of it."""
     if all(_is_condition(each, scope) for each in node.values):
         then = Scope(dict(scope.names), scope.parent, scope.local)
-        return Condition(lambda: decided(m, node, then))
+        return Condition(lambda: eval_condition(m, node, then))
     for each in node.values[:-1]:
         value = m.eval(each, scope)
         truth = m.truth(value)
@@ -133,23 +133,23 @@ def _is_condition(node: ast.expr, scope: Scope) -> bool:
 
 
 @reads(EXPRESSIONS, ast.Compare)
-def _compared(m: Machine, node: ast.Compare, scope: Scope) -> Any:
+def _eval_compare(m: Machine, node: ast.Compare, scope: Scope) -> Any:
     sides = [m.eval(each, scope) for each in (node.left, *node.comparators)]
     m.line = node.lineno
-    found = [
-        _told(node, _pair(m, operator, *pair), *pair)
+    tests = [
+        _add_text(node, _pair(m, operator, *pair), *pair)
         for operator, *pair in zip(node.ops, sides, sides[1:], strict=False)
     ]
-    if len(found) == 1:
-        return found[0]
-    unread = next((each for each in found if isinstance(each, Unread)), None)
-    return unread or Condition(lambda: all(m.truth(each) for each in found))
+    if len(tests) == 1:
+        return tests[0]
+    unread = next((each for each in tests if isinstance(each, Unread)), None)
+    return unread or Condition(lambda: all(m.truth(each) for each in tests))
 
 
 def _pair(m: Machine, operator: ast.cmpop, left: Any, right: Any) -> Any:
     sign = COMPARISONS.get(type(operator))
     if sign is not None:
-        return compared(m, sign, left, right)
+        return compare_values(m, sign, left, right)
     if isinstance(operator, ast.In | ast.NotIn):
         if isinstance(right, Part) and isinstance(left, str):  # `"speed" in obs`
             return isinstance(operator, ast.In)
@@ -157,8 +157,8 @@ def _pair(m: Machine, operator: ast.cmpop, left: Any, right: Any) -> Any:
         if isinstance(items, Unread):
             return items
         if isinstance(items, str):
-            return (m.needed(left) in items) == isinstance(operator, ast.In)
-        tests = [compared(m, "==", left, each) for each in items]
+            return (m.require_value(left) in items) == isinstance(operator, ast.In)
+        tests = [compare_values(m, "==", left, each) for each in items]
         return Condition(lambda: any(m.truth(each) for each in tests) == isinstance(operator, ast.In))
     same = _same(m, left, right)
     return same if isinstance(operator, ast.Is) or not isinstance(same, bool) else not same
@@ -190,13 +190,13 @@ def _call(m: Machine, node: ast.Call, scope: Scope) -> Any:
     for each in node.args:
         if isinstance(each, ast.Starred):
             more = items_of(m, m.eval(each.value, scope))
-            given += [m.needed(more)] if isinstance(more, Unread) else list(more)
+            given += [m.require_value(more)] if isinstance(more, Unread) else list(more)
         else:
             given.append(m.eval(each, scope))
     named = {}
     for each in node.keywords:
         value = m.eval(each.value, scope)
-        named |= {each.arg: value} if each.arg else m.needed(value) if isinstance(value, dict) else {}
+        named |= {each.arg: value} if each.arg else m.require_value(value) if isinstance(value, dict) else {}
     m.line = node.lineno
     if _is_told(function):
         m.notes[f"line {node.lineno}: {text_of(node)} is skipped"] = None
@@ -243,12 +243,12 @@ def _lambda(m: Machine, node: ast.Lambda, scope: Scope) -> Any:
 def defaults_of(m: Machine, takes: ast.arguments, scope: Scope) -> dict[str, Any]:
     """What parameters stand for where nothing is given."""
     places = [*takes.posonlyargs, *takes.args]
-    found = {
+    defaults = {
         each.arg: m.eval(value, scope)
         for each, value in zip(places[len(places) - len(takes.defaults) :], takes.defaults, strict=True)
     }
     pairs = zip(takes.kwonlyargs, takes.kw_defaults, strict=True)
-    return found | {each.arg: m.eval(value, scope) for each, value in pairs if value is not None}
+    return defaults | {each.arg: m.eval(value, scope) for each, value in pairs if value is not None}
 
 
 @reads(EXPRESSIONS, ast.JoinedStr)
@@ -262,9 +262,9 @@ def _text(m: Machine, node: ast.JoinedStr, scope: Scope) -> Any:
         if not isinstance(value, str | int) or (isinstance(value, float) and not math.isfinite(value)):
             return m.unread("a text is made of what is no constant", "write the text itself")
         parts.append(str(value))
-    return m.kept("".join(parts))
+    return m.keep_value("".join(parts))
 
 
 @reads(EXPRESSIONS, ast.Await, ast.Yield, ast.YieldFrom)
-def _paused(m: Machine, node: ast.AST, scope: Scope) -> Any:
-    raise m.refused(node, f"{text_of(node)} waits for something", STATE_ADVICE)
+def _refuse_pause(m: Machine, node: ast.AST, scope: Scope) -> Any:
+    raise m.make_error(node, f"{text_of(node)} waits for something", STATE_ADVICE)

@@ -16,7 +16,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from codegen.errors import InputError, shown
+from codegen.errors import InputError, escape_text
 from codegen.importers.python.machine import STATE_ADVICE, Machine, text_of
 from codegen.importers.python.values import Class, Function, Instance, Module, Scope, Unread
 
@@ -54,11 +54,11 @@ def file_of(parsed: ast.Module, machine: Machine) -> File:
     nodes = list(ast.walk(parsed))
     for node in nodes:
         if isinstance(node, ast.Name) and node.id in MAGIC:
-            raise machine.refused(node, f"{node.id!r} may change what names stand for", "remove it")
+            raise machine.make_error(node, f"{node.id!r} may change what names stand for", "remove it")
         annotation = getattr(node, "annotation", None) or getattr(node, "returns", None)
         for each in ast.walk(annotation) if isinstance(annotation, ast.AST) else ():
             if isinstance(each, ast.Call | ast.NamedExpr):
-                raise machine.refused(each, "an annotation calls or assigns something", "name types only")
+                raise machine.make_error(each, "an annotation calls or assigns something", "name types only")
     scope = Scope({"__name__": "policy"})
     for node in parsed.body:
         try:
@@ -70,7 +70,7 @@ def file_of(parsed: ast.Module, machine: Machine) -> File:
     for node in nodes:
         if isinstance(node, ast.Global):
             for name in node.names:
-                scope.names[name] = Unread(f"{shown(name)!r} may change between calls", STATE_ADVICE, node.lineno)
+                scope.names[name] = Unread(f"{escape_text(name)!r} may change between calls", STATE_ADVICE, node.lineno)
     inner = [part for node in nodes if isinstance(node, ast.FunctionDef) for part in node.body]
     return File(
         scope,
@@ -131,7 +131,7 @@ def deciders(file: File, wanted: str = "") -> list[Decider]:
         return [Decider(wanted, chosen)]
     made = {id(each.kind) for each in names.values() if isinstance(each, Instance)}
     made |= {id(base) for each in names.values() if isinstance(each, Class) for base in each.bases}
-    found: dict[str, Decider] = {}
+    by_name: dict[str, Decider] = {}
     for name, value in names.items():
         if isinstance(value, Class) and id(value) in made:
             continue
@@ -140,25 +140,25 @@ def deciders(file: File, wanted: str = "") -> list[Decider]:
             continue
         why = _idle(file.machine, decider)
         if why:
-            file.machine.notes[f"{shown(name)} is skipped: it {why}"] = None
-        elif not any(decider.function is each.function and decider.first == each.first for each in found.values()):
-            found[name] = decider
-    if isinstance(names.get(wanted), Class | Instance) and wanted in found:
-        return [found[wanted]]
-    used = {inner for name, each in found.items() for inner in _names(file, each) if inner != name}
-    roots = [each for name, each in found.items() if name not in used]
+            file.machine.notes[f"{escape_text(name)} is skipped: it {why}"] = None
+        elif not any(decider.function is each.function and decider.first == each.first for each in by_name.values()):
+            by_name[name] = decider
+    if isinstance(names.get(wanted), Class | Instance) and wanted in by_name:
+        return [by_name[wanted]]
+    used = {inner for name, each in by_name.items() for inner in _names(file, each) if inner != name}
+    roots = [each for name, each in by_name.items() if name not in used]
     whole = [
         each for each in roots if not any(isinstance(one, Class) and one in file.machine.made for one in each.first)
     ]
     roots = whole or roots  # a class whose objects the file makes is a part of something, if anything else decides
-    if not (roots or found):
+    if not (roots or by_name):
         unread = next((each for each in file.scope.names.values() if isinstance(each, Unread)), None)
         known = ", ".join(file.machine.notes)[:200]
         where = f"{file.machine.where}, line {unread.line}" if unread else file.machine.where
         what = unread.what if unread else "the file has no function that takes an observation and returns a decision"
         advice = unread.advice if unread else "write one function per agent: def agent(x): ..."
         raise InputError(what, where, f"{advice}{known and '; ' + known}")
-    return roots or list(found.values())
+    return roots or list(by_name.values())
 
 
 def _method(file: File, name: str, value: Class | Instance) -> Decider | None:
@@ -186,8 +186,8 @@ def _method(file: File, name: str, value: Class | Instance) -> Decider | None:
         return None
     if len(roots) > 1 and not usual:
         several = ", ".join(each.name for each in roots)
-        what = f"the class {shown(kind.name)} has several methods that may decide: {several}"
-        raise file.machine.refused(roots[1].node, what, "name the one that decides act")
+        what = f"the class {escape_text(kind.name)} has several methods that may decide: {several}"
+        raise file.machine.make_error(roots[1].node, what, "name the one that decides act")
     chosen = (usual or roots)[0]
     if chosen.kind == "static":
         return Decider(name, chosen)

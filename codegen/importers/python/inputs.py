@@ -8,7 +8,7 @@ Does not: know which of them decide anything.
 
 from dataclasses import dataclass, field, replace
 
-from codegen.errors import InputError, shown
+from codegen.errors import InputError, escape_text
 from codegen.importers.python.values import Part
 from codegen.importers.symbolic.program import Described
 
@@ -33,7 +33,7 @@ class Inputs:
     def number(self, path: tuple[int | str, ...], line: int) -> int:
         """The place of a path that is used as a number."""
         if path in self.inner:
-            raise self._refused(f"{text_of(path)} is used as a number and as a list of numbers", line)
+            raise self._make_error(f"{text_of(path)} is used as a number and as a list of numbers", line)
         return self.places.setdefault(path, len(self.places))
 
     def length(self, path: tuple[int | str, ...]) -> int:
@@ -44,23 +44,27 @@ class Inputs:
         """What stands at a key."""
         path = part.path
         if path in self.places:
-            raise self._refused(f"{text_of(path)} is used as a number and as a list of numbers", line)
+            raise self._make_error(f"{text_of(path)} is used as a number and as a list of numbers", line)
         if self.inner.setdefault(path, type(key)) is not type(key):
-            raise self._refused(f"{text_of(path)} is read by numbers and by names", line, "use one of both everywhere")
+            raise self._make_error(
+                f"{text_of(path)} is read by numbers and by names", line, "use one of both everywhere"
+            )
         if isinstance(key, int):
             n = self.length(path)
             if key < 0 and not n:
                 what = (
                     f"{text_of((*path, key))} counts from the end, and the file does not say how many numbers there are"
                 )
-                raise self._refused(what, line, "count from the front, or name all features: --features a,b,c")
+                raise self._make_error(what, line, "count from the front, or name all features: --features a,b,c")
             place = key + n if key < 0 else key + part.offset
             if not 0 <= place < (n or MAX_FEATURES):
-                raise self._refused(f"{text_of((*path, key))} is beyond the observation", line, f"it has {n} numbers")
+                raise self._make_error(
+                    f"{text_of((*path, key))} is beyond the observation", line, f"it has {n} numbers"
+                )
             key = place
         return replace(part, path=(*path, key), offset=0)
 
-    def described(self, plain: Described) -> Described:
+    def describe_inputs(self, plain: Described) -> Described:
         """The description with the features and their order."""
         used = {path[0] for path in self.places}
         if len(self.parameters) > 1 and all(len(path) == 1 for path in self.places) and not self.inner:
@@ -69,7 +73,7 @@ class Inputs:
         root = self.parameters[:1] if len(self.parameters) == 1 else tuple(used)[:1]
         if len(used) <= 1:
             return self._alone(root, plain)
-        names = [_named(path) for path in self.places]
+        names = [_join_path(path) for path in self.places]
         return replace(plain, places=range(len(names)), features=names, n_read=0, keyed=True)
 
     def _alone(self, root: tuple[int | str, ...], plain: Described) -> Described:
@@ -83,19 +87,21 @@ class Inputs:
             return replace(plain, places=places, features=names, n_features=n, n_read=last)
         known = {name: place for place, name in enumerate(names)}
         order = sorted(self.places, key=lambda path: known.get(str(path[1]), len(known)))
-        features = [*names] if all(len(path) == 2 for path in order) and names else [_named(path[1:]) for path in order]
-        features += [each for path in order if (each := _named(path[1:])) not in features]
-        places = [features.index(_named(path[1:])) for path in self.places]
+        features = (
+            [*names] if all(len(path) == 2 for path in order) and names else [_join_path(path[1:]) for path in order]
+        )
+        features += [each for path in order if (each := _join_path(path[1:])) not in features]
+        places = [features.index(_join_path(path[1:])) for path in self.places]
         return replace(plain, places=places, features=features, n_read=0, keyed=True)
 
-    def _refused(self, what: str, line: int, advice: str = "give each feature one name or place") -> InputError:
+    def _make_error(self, what: str, line: int, advice: str = "give each feature one name or place") -> InputError:
         return InputError(what, f"{self.where}, line {line}", advice)
 
 
-def _named(path: tuple[int | str, ...]) -> str:
+def _join_path(path: tuple[int | str, ...]) -> str:
     return ".".join(map(str, path))
 
 
 def text_of(path: tuple[int | str, ...]) -> str:
     """A path as Python."""
-    return shown(str(path[0])) + "".join(f"[{shown(repr(key))}]" for key in path[1:])
+    return escape_text(str(path[0])) + "".join(f"[{escape_text(repr(key))}]" for key in path[1:])

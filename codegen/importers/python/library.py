@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from codegen.importers.python import numbers, sequences
-from codegen.importers.python.arithmetic import binary, compared
+from codegen.importers.python.arithmetic import binary, compare_values
 from codegen.importers.python.attributes import attribute_of, conversion
 from codegen.importers.python.machine import Machine, step_of
 from codegen.importers.python.numbers import STEPS
@@ -60,7 +60,7 @@ def _where(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
         return m.unread("np.where without values is not understood", "write a if test else b")
     if isinstance(given[0], Array):
         sides = [each if isinstance(each, Array | list) else [each] * len(given[0]) for each in given[1:]]
-        return m.kept(Array(a if m.truth(test) else b for test, a, b in zip(given[0], *sides, strict=False)))
+        return m.keep_value(Array(a if m.truth(test) else b for test, a, b in zip(given[0], *sides, strict=False)))
     return given[1] if m.truth(given[0]) else given[2]
 
 
@@ -79,7 +79,7 @@ def _isinstance(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
         holds = any(each in (("dict", "Mapping") if keyed else ("list", "ndarray", "Sequence")) for each in names)
         m.notes[f"line {m.line}: the observation is taken for a {'dictionary' if keyed else 'list or array'}"] = None
         return holds
-    value = m.needed(m.plain(value))
+    value = m.require_value(m.plain(value))
     if isinstance(value, Feature):
         sample = np.dtype(m.arrays).type(1) if m.arrays and not value.steps else value.value(1.0)
         plain = any(isinstance(sample, each) for each in (int, float) if each.__name__ in names)
@@ -103,15 +103,15 @@ def _bool(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
 
 
 def _every(function: Callable[[Iterable[Any]], bool]) -> Call:
-    def called(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
+    def handle_call(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
         items = items_of(m, given[0]) if len(given) == 1 and not isinstance(given[0], Test | Condition) else given
         return items if isinstance(items, Unread) else function(m.truth(each) for each in items)
 
-    return called
+    return handle_call
 
 
 def _array(name: str) -> Call:
-    def called(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
+    def handle_call(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
         value, kind = (
             given[0],
             named.get("dtype", given[1] if len(given) > 1 and name in ("asarray", "array") else None),
@@ -123,14 +123,14 @@ def _array(name: str) -> Call:
             return steps if isinstance(steps, Unread) else replace(value, steps=value.steps + steps, array=True)
         if not isinstance(value, list | tuple):
             return m.plain(value)
-        return m.kept(
+        return m.keep_value(
             Array(
-                called(m, node, [each], named) if isinstance(each, list | tuple) else _element(m, each, kind)
+                handle_call(m, node, [each], named) if isinstance(each, list | tuple) else _element(m, each, kind)
                 for each in value
             )
         )
 
-    return called
+    return handle_call
 
 
 def _element(m: Machine, value: Any, kind: Any) -> Any:
@@ -144,14 +144,14 @@ def _element(m: Machine, value: Any, kind: Any) -> Any:
 def _best(largest: bool) -> Call:
     """np.argmax and np.argmin of constants."""
 
-    def called(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
+    def handle_call(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
         items = items_of(m, given[0])
         numbers = items if isinstance(items, Unread) else [m.plain(each) for each in items]
         if isinstance(numbers, Unread) or any(isinstance(each, Feature | Unread) for each in numbers):
             return m.unread("the largest of several features is asked", "compare each feature with a number")
         return numbers.index((max if largest else min)(numbers))
 
-    return called
+    return handle_call
 
 
 def _attribute(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
@@ -175,7 +175,7 @@ def _quiet(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
 
 def _operation(sign: str) -> Call:
     """operator.lt and its like."""
-    return lambda m, node, given, named: compared(m, sign, given[0], given[1])
+    return lambda m, node, given, named: compare_values(m, sign, given[0], given[1])
 
 
 def _named_tuple(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
@@ -187,9 +187,9 @@ def _named_tuple(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
     return Class(name, (), {}, fields=tuple(words))
 
 
-def _reduced(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
+def _reduce(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
     """functools.reduce."""
-    items = [*given[2:], *m.needed(items_of(m, given[1]))]
+    items = [*given[2:], *m.require_value(items_of(m, given[1]))]
     total = items[0] if items else m.unread("reduce() finds nothing", "give it a first value")
     for each in items[1:]:
         total = m.call(given[0], [total, each], {}, node)
@@ -211,7 +211,7 @@ def _partial(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
 
 def _steps(module: str) -> dict[str, Call]:
     """The functions of one number that a module has."""
-    return {name.rpartition(".")[2]: numbers.stepped(name) for name in STEPS if name.rpartition(".")[0] == module}
+    return {name.rpartition(".")[2]: numbers.make_step(name) for name in STEPS if name.rpartition(".")[0] == module}
 
 
 BUILTINS: dict[str, Any] = _bounds(
@@ -226,21 +226,21 @@ BUILTINS: dict[str, Any] = _bounds(
         "any": _every(any),
         "all": _every(all),
         "range": sequences.range_of,
-        "sorted": sequences.sorted_of,
-        "list": sequences.listed(lambda each=(): list(each)),
-        "tuple": sequences.listed(lambda each=(): tuple(each)),
-        "set": sequences.listed(lambda each=(): set(each)),
-        "frozenset": sequences.listed(lambda each=(): frozenset(each)),
-        "dict": sequences.listed(lambda each=(), **named: dict(each, **named)),
+        "sorted": sequences.sort_items,
+        "list": sequences.make_list_call(lambda each=(): list(each)),
+        "tuple": sequences.make_list_call(lambda each=(): tuple(each)),
+        "set": sequences.make_list_call(lambda each=(): set(each)),
+        "frozenset": sequences.make_list_call(lambda each=(): frozenset(each)),
+        "dict": sequences.make_list_call(lambda each=(), **named: dict(each, **named)),
         "next": sequences.next_of,
-        "enumerate": sequences.listed(enumerate),
-        "zip": sequences.listed(zip),
+        "enumerate": sequences.make_list_call(enumerate),
+        "zip": sequences.make_list_call(zip),
         "map": sequences.map_of,
-        "filter": sequences.filtered_of,
-        "reversed": sequences.listed(lambda each: iter(list(each)[::-1])),
-        "iter": sequences.listed(iter),
-        "str": numbers.fixed(str),
-        "divmod": numbers.fixed(divmod),
+        "filter": sequences.filter_items,
+        "reversed": sequences.make_list_call(lambda each: iter(list(each)[::-1])),
+        "iter": sequences.make_list_call(iter),
+        "str": numbers.make_constant_call(str),
+        "divmod": numbers.make_constant_call(divmod),
         "print": _quiet,
         "getattr": _attribute,
     },
@@ -256,7 +256,7 @@ MODULES: dict[str, Module] = {
         "math",
         _bounds(
             {
-                **{name: numbers.fixed(getattr(math, name)) for name in _MATH},
+                **{name: numbers.make_constant_call(getattr(math, name)) for name in _MATH},
                 **_steps("math"),
                 **{name: getattr(math, name) for name in ("pi", "e", "tau", "inf", "nan")},
                 "isnan": numbers.isnan(False),
@@ -269,25 +269,25 @@ MODULES: dict[str, Module] = {
         "numpy",
         _bounds(
             {
-                **{name: numbers.fixed(getattr(np, name)) for name in _NUMPY},
+                **{name: numbers.make_constant_call(getattr(np, name)) for name in _NUMPY},
                 **_steps("numpy"),
                 **{name: getattr(np, name) for name in ("pi", "e", "inf", "nan")},
                 **{name: Symbol(f"numpy.{name}") for name in _TYPES},
                 **{name: _array(name) for name in SAME},
-                **dict.fromkeys(("int64", "int32", "int_", "intp"), numbers.stepped("int")),
+                **dict.fromkeys(("int64", "int32", "int_", "intp"), numbers.make_step("int")),
                 **dict.fromkeys(("minimum", "fmin"), numbers.extreme(True, False)),
                 **dict.fromkeys(("maximum", "fmax"), numbers.extreme(False, False)),
                 **dict.fromkeys(("min", "amin"), numbers.extreme(True, True)),
                 **dict.fromkeys(("max", "amax"), numbers.extreme(False, True)),
                 **dict.fromkeys(("any", "logical_or"), _every(any)),
                 **dict.fromkeys(("all", "logical_and"), _every(all)),
-                "round": numbers.stepped("numpy.rint"),
+                "round": numbers.make_step("numpy.rint"),
                 "clip": numbers.clip,
-                **{each.__name__: numbers.spaced(each) for each in (np.linspace, np.arange)},
+                **{each.__name__: numbers.make_spacing(each) for each in (np.linspace, np.arange)},
                 "sign": numbers.sign,
                 "where": _where,
-                "digitize": numbers.binned(None),
-                "searchsorted": numbers.binned(False),
+                "digitize": numbers.make_binning(None),
+                "searchsorted": numbers.make_binning(False),
                 "isnan": numbers.isnan(False),
                 "isfinite": numbers.isnan(True),
                 "argmax": _best(True),
@@ -304,15 +304,15 @@ MODULES: dict[str, Module] = {
         "bisect",
         _bounds(
             {
-                "bisect": numbers.binned(True),
-                "bisect_right": numbers.binned(True),
-                "bisect_left": numbers.binned(False),
+                "bisect": numbers.make_binning(True),
+                "bisect_right": numbers.make_binning(True),
+                "bisect_left": numbers.make_binning(False),
             },
             "bisect.",
         ),
     ),
     "collections": Module("collections", {"namedtuple": Bound("namedtuple", _named_tuple)}),
-    "functools": Module("functools", _bounds({"partial": _partial, "reduce": _reduced}, "")),
+    "functools": Module("functools", _bounds({"partial": _partial, "reduce": _reduce}, "")),
     "operator": Module(
         "operator",
         _bounds({name: _operation(sign) for name, sign in _SIGNS.items()}, "operator."),

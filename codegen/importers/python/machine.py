@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from codegen.errors import InputError, shown
+from codegen.errors import InputError, escape_text
 from codegen.floats import FLOAT64
 from codegen.importers.python.inputs import Inputs
 from codegen.importers.python.values import (
@@ -57,17 +57,17 @@ CALLS: dict[type, Callable[..., Any]] = {}  # what calling a value of a kind giv
 def reads(table: dict[type[ast.AST], Handler], *kinds: type[ast.AST]) -> Callable[[Handler], Handler]:
     """Registers the handler of kinds of nodes."""
 
-    def registered(handler: Handler) -> Handler:
+    def register_handler(handler: Handler) -> Handler:
         table.update(dict.fromkeys(kinds, handler))
         return handler
 
-    return registered
+    return register_handler
 
 
 def text_of(node: ast.AST) -> str:
     """A node as Python, short enough for a line."""
     try:
-        text = shown(" ".join(ast.unparse(node).split()))
+        text = escape_text(" ".join(ast.unparse(node).split()))
     except ValueError:  # of integers with thousands of digits
         return repr(type(node).__name__)
     return text if len(text) <= MAX_SHOWN else f"{text[: MAX_SHOWN - 3]}..."
@@ -103,7 +103,7 @@ class Machine:
 
     # --- errors
 
-    def refused(self, node: ast.AST | None, what: str, advice: str) -> InputError:
+    def make_error(self, node: ast.AST | None, what: str, advice: str) -> InputError:
         """What is wrong at a node's line."""
         return InputError(what, f"{self.where}, line {getattr(node, 'lineno', self.line) or self.line}", advice)
 
@@ -111,13 +111,13 @@ class Machine:
         """What cannot be said of the present line."""
         return Unread(what, advice, self.line)
 
-    def needed(self, value: Any) -> Any:
+    def require_value(self, value: Any) -> Any:
         """The value. InputError where it cannot be said."""
         if isinstance(value, Unread):
             raise InputError(value.what, f"{self.where}, line {value.line}", value.advice)
         if isinstance(value, Symbol):
-            what = f"the name {shown(value.name)!r} is not defined in the file"
-            raise self.refused(None, what, "write the number or the text itself")
+            what = f"the name {escape_text(value.name)!r} is not defined in the file"
+            raise self.make_error(None, what, "write the number or the text itself")
         return value
 
     # --- evaluation
@@ -127,7 +127,7 @@ class Machine:
         self.count()
         handler = EXPRESSIONS.get(type(node))
         if handler is None:
-            raise self.refused(node, f"{text_of(node)} is not understood", TEST_ADVICE)
+            raise self.make_error(node, f"{text_of(node)} is not understood", TEST_ADVICE)
         return handler(self, node, scope)
 
     def count(self, more: int = 1) -> None:
@@ -137,9 +137,9 @@ class Machine:
             return
         self.steps += more
         if self.steps > MAX_STEPS:
-            raise self.refused(None, "the file does not end", MANY_PATHS)
+            raise self.make_error(None, "the file does not end", MANY_PATHS)
 
-    def kept(self, value: Any) -> Any:
+    def keep_value(self, value: Any) -> Any:
         """A new list, dictionary or object, which this path may change."""
         self.weigh(value)
         if not isinstance(value, str | tuple):
@@ -160,13 +160,13 @@ class Machine:
                 open_ += [*each, *each.values()]
         self.count(1 + (weight >> 4))
         if weight > MAX_ITEMS:
-            raise self.refused(None, f"a list or text has more than {MAX_ITEMS} parts", "make it shorter")
+            raise self.make_error(None, f"a list or text has more than {MAX_ITEMS} parts", "make it shorter")
 
-    def changed(self, value: Any, node: ast.AST) -> Any:
+    def ensure_fresh(self, value: Any, node: ast.AST) -> Any:
         """The value, which is about to be changed. InputError where that outlives the decision."""
         if self.paths is not None and id(value) not in self.fresh:
             what = f"{text_of(node)} changes something that outlives the decision"
-            raise self.refused(node, what, STATE_ADVICE)
+            raise self.make_error(node, what, STATE_ADVICE)
         return value
 
     # --- numbers and truth
@@ -187,46 +187,46 @@ class Machine:
         """Whether a test holds on this path."""
         assert self.paths is not None  # outside functions there are no features
         if test.feature.place < 0:  # of every number of an observation at once
-            raise self.refused(None, *UNCOUNTED)
+            raise self.make_error(None, *UNCOUNTED)
         self.paths.line = self.line
         return self.paths.holds(test)
 
     def truth(self, value: Any) -> bool:
         """Whether a value counts as true."""
         self.count()
-        value = self.needed(value)
+        value = self.require_value(value)
         if isinstance(value, Test):
             return self.holds(value)
         if isinstance(value, Condition):
             return value.ask()
         if isinstance(value, Part):
-            value = self.needed(self.plain(value))
+            value = self.require_value(self.plain(value))
         if isinstance(value, Feature):
             return self.holds(Test(value, "!=", 0))
         if isinstance(value, Member):
             return bool(value.value) if value.kind.mixed else True
         if isinstance(value, Extreme):
-            raise self.refused(None, "the least or the largest of several features is no condition", TEST_ADVICE)
+            raise self.make_error(None, "the least or the largest of several features is no condition", TEST_ADVICE)
         if isinstance(value, Function | Class | Instance | Module | Bound | Length):
             return True
         if isinstance(value, Array) and len(value) != 1:
-            raise self.refused(None, "an array is no condition", "use np.any or np.all")
+            raise self.make_error(None, "an array is no condition", "use np.any or np.all")
         return self.truth(value[0]) if isinstance(value, Array) else bool(value)
 
     def whole(self, value: Any) -> Any:
         """A concrete number: of a feature that is a whole number, one for each value that it may have."""
-        value = self.needed(self.plain(value))
+        value = self.require_value(self.plain(value))
         if not isinstance(value, Feature):
             return value
         if not self.counts(value):
             what = "a feature decides without being compared"
-            raise self.refused(None, what, "answers must be finitely many: compare the feature with numbers")
+            raise self.make_error(None, what, "answers must be finitely many: compare the feature with numbers")
         assert self.paths is not None
         low = self.paths.least(value)
         for number in range(int(low), int(low) + MAX_INDEX) if np.isfinite(low) else ():
             if self.holds(Test(value, "<=", number)):
                 return number
-        raise self.refused(None, "a whole number has too many values", "clip it first: min(max(i, 0), n - 1)")
+        raise self.make_error(None, "a whole number has too many values", "clip it first: min(max(i, 0), n - 1)")
 
     def counts(self, feature: Feature) -> bool:
         """Whether a feature is a whole number, which may be asked for its value."""
@@ -241,8 +241,8 @@ class Machine:
         if isinstance(called, Function):
             return self.apply(called, given, named, node)
         if isinstance(called, Instance):
-            found = called.kind.find("__call__")
-            return self.call(found, [called, *given], named, node)
+            method = called.kind.find("__call__")
+            return self.call(method, [called, *given], named, node)
         if type(called) in CALLS:
             return CALLS[type(called)](self, called, given, named, node)
         if isinstance(called, Unread):
@@ -250,24 +250,24 @@ class Machine:
         if isinstance(called, Symbol):
             if "random" in called.name.split("."):
                 return self.unread("a random number is drawn", "a tree decides alike each time: write the limits")
-            what = f"{shown(called.name)} is called, which the file does not define"
+            what = f"{escape_text(called.name)} is called, which the file does not define"
             return self.unread(what, "write what it computes into the file; math and numpy are known in part")
         return self.unread(f"{text_of(node)} is not understood", "call functions of the file, of math or of numpy")
 
     def apply(self, function: Function, given: Sequence[Any], named: Mapping[str, Any], node: ast.AST) -> Any:
         """What a function of the file returns."""
         if self.depth >= MAX_CALLS:
-            raise self.refused(node, f"calls are nested more than {MAX_CALLS} deep", "write recursion as tests")
-        scope = Scope(self.bound(function, given, named, node), function.scope, function.local)
+            raise self.make_error(node, f"calls are nested more than {MAX_CALLS} deep", "write recursion as tests")
+        scope = Scope(self.bind_arguments(function, given, named, node), function.scope, function.local)
         self.depth, line = self.depth + 1, self.line
         try:
             if isinstance(function.node, ast.Lambda):
                 return self.eval(function.node.body, scope)
             end = self.block(function.node.body, scope)
-            found = end.value if end else None
-            if self.paths is None and isinstance(found, Function | Instance):
+            returned = end.value if end else None
+            if self.paths is None and isinstance(returned, Function | Instance):
                 self.makers.add(function)
-            return found
+            return returned
         finally:
             self.depth, self.line = self.depth - 1, line
 
@@ -286,32 +286,32 @@ class Machine:
         handler = STATEMENTS.get(type(node))
         if handler is None:
             what = f"'{type(node).__name__.lower()}' is not understood"
-            raise self.refused(node, what, "use if, elif, else, match, for over a list, return and name = value")
+            raise self.make_error(node, what, "use if, elif, else, match, for over a list, return and name = value")
         try:
             return handler(self, node, scope)
         except (TypeError, LookupError, ArithmeticError, AttributeError, StopIteration) as error:
-            what = f"{text_of(node)} fails in a way that is not understood: {shown(error)[:80]}"
-            raise self.refused(node, what, TEST_ADVICE) from None
+            what = f"{text_of(node)} fails in a way that is not understood: {escape_text(error)[:80]}"
+            raise self.make_error(node, what, TEST_ADVICE) from None
 
-    def bound(
+    def bind_arguments(
         self, function: Function, given: Sequence[Any], named: Mapping[str, Any], node: ast.AST
     ) -> dict[str, Any]:
         """What the parameters of a function stand for in a call."""
-        takes, found = function.node.args, dict(function.defaults)
+        takes, bindings = function.node.args, dict(function.defaults)
         places = [each.arg for each in (*takes.posonlyargs, *takes.args)]
-        found |= dict(zip(places, given, strict=False))
+        bindings |= dict(zip(places, given, strict=False))
         rest, others = list(given[len(places) :]), dict(named)
-        found |= {name: others.pop(name) for name in list(others) if name in places or name in _keywords(takes)}
+        bindings |= {name: others.pop(name) for name in list(others) if name in places or name in _keywords(takes)}
         if takes.vararg:
-            found[takes.vararg.arg], rest = tuple(rest), []
+            bindings[takes.vararg.arg], rest = tuple(rest), []
         if takes.kwarg:
-            found[takes.kwarg.arg], others = others, {}
-        missing = [name for name in (*places, *_keywords(takes)) if name not in found]
+            bindings[takes.kwarg.arg], others = others, {}
+        missing = [name for name in (*places, *_keywords(takes)) if name not in bindings]
         if rest or others or missing:
-            raise self.refused(
-                node, f"{text_of(node)} does not fit the parameters of {shown(function.name)}", "mend it"
+            raise self.make_error(
+                node, f"{text_of(node)} does not fit the parameters of {escape_text(function.name)}", "mend it"
             )
-        return found
+        return bindings
 
 
 def _keywords(takes: ast.arguments) -> list[str]:

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from codegen.importers.python.arithmetic import compared
+from codegen.importers.python.arithmetic import compare_values
 from codegen.importers.python.machine import MAX_ITEMS, TEST_ADVICE, Machine, step_of
 from codegen.importers.python.sequences import Call, Given, Named, items_of
 from codegen.importers.python.values import (
@@ -32,7 +32,7 @@ from codegen.importers.symbolic.feature import FOLDING, RISING, Feature, Step
 UNKNOWN = "write what it computes with comparisons and numbers"
 
 
-def _saturated(function: Callable[[float], Any], value: Any) -> Any:
+def _apply_finite(function: Callable[[float], Any], value: Any) -> Any:
     """A whole number of a finite number; what is infinite, or NaN, stays so, where Python gives up."""
     return function(value) if math.isfinite(value) else value
 
@@ -48,16 +48,16 @@ STEPS: Mapping[str, tuple[Callable[[Any], Any], str]] = {  # of a feature
     "numpy.rint": (np.rint, RISING), "math.radians": (math.radians, RISING), "math.degrees": (math.degrees, RISING),
     "numpy.deg2rad": (np.deg2rad, RISING), "numpy.radians": (np.radians, RISING),
     "numpy.rad2deg": (np.rad2deg, RISING), "numpy.degrees": (np.degrees, RISING),
-    **{name: (partial(_saturated, function), RISING) for name, function in WHOLE.items()},
+    **{name: (partial(_apply_finite, function), RISING) for name, function in WHOLE.items()},
 }  # fmt: skip
 
 
-def stepped(name: str) -> Call:
+def make_step(name: str) -> Call:
     """A function of one number."""
     apply, sense = STEPS[name]
     plain = WHOLE.get(name, apply)
 
-    def called(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
+    def handle_call(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
         if (len(given) == 1 and isinstance(given[0], Part) and name.startswith("numpy.")) or (
             name == "float" and len(given) == 1 and isinstance(given[0], Part)
         ):
@@ -65,20 +65,22 @@ def stepped(name: str) -> Call:
                 given[0],
                 steps=(*given[0].steps, *step_of(m.arrays if not given[0].steps else ""), Step(name, apply, sense)),
             )
-        given = [m.needed(m.plain(each)) for each in given]
+        given = [m.require_value(m.plain(each)) for each in given]
         if given and isinstance(given[0], Extreme) and sense == RISING:
-            return Extreme(given[0].least, tuple(called(m, node, [each, *given[1:]], named) for each in given[0].parts))
+            return Extreme(
+                given[0].least, tuple(handle_call(m, node, [each, *given[1:]], named) for each in given[0].parts)
+            )
         if not given or not isinstance(given[0], Feature):
             return constant(m, node, plain, given, named)
         m.finite |= name in WHOLE
         if len(given) > 1 or named:
             if name != "round" or named or not isinstance(given[1], int):
                 return m.unread(f"{name} with further arguments is not understood", UNKNOWN)
-            apply_ = partial(_saturated, lambda value, digits=given[1]: round(value, digits))
+            apply_ = partial(_apply_finite, lambda value, digits=given[1]: round(value, digits))
             return _of(m, given[0]).then(Step(f"round{given[1]}", apply_))
         return _of(m, given[0]).then(Step(name, apply, sense))
 
-    return called
+    return handle_call
 
 
 def _of(m: Machine, feature: Feature) -> Feature:
@@ -97,16 +99,16 @@ def constant(m: Machine, node: ast.AST, function: Callable[..., Any], given: Giv
     if any(isinstance(each, str) and len(each) > 400 for each in given):
         return m.unread("a text is too long", "make it shorter")
     try:
-        found = function(*given, **named)
+        returned = function(*given, **named)
     except (TypeError, ValueError, ArithmeticError, LookupError):
         return m.unread("a function fails with the constants that it is given", "mend it")
-    return m.kept(Array(found.tolist())) if isinstance(found, np.ndarray) else found
+    return m.keep_value(Array(returned.tolist())) if isinstance(returned, np.ndarray) else returned
 
 
-def fixed(function: Callable[..., Any]) -> Call:
+def make_constant_call(function: Callable[..., Any]) -> Call:
     """A function of constants only."""
 
-    def called(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
+    def handle_call(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
         given = [m.plain(each) for each in given]
         unread = next((each for each in given if isinstance(each, Unread)), None)
         if unread is not None:
@@ -116,7 +118,7 @@ def fixed(function: Callable[..., Any]) -> Call:
             return m.unread(f"{name} of a feature is not understood", "compare the feature itself with a number")
         return constant(m, node, function, given, named)
 
-    return called
+    return handle_call
 
 
 # --- the least and the largest
@@ -126,7 +128,7 @@ def extreme(least: bool, builtin: bool) -> Call:
     """min, max and their like in numpy."""
     function: Any = (min if least else max) if builtin else np.minimum if least else np.maximum
 
-    def called(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
+    def handle_call(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
         key, default = named.get("key"), named.get("default")
         items = items_of(m, given[0]) if len(given) == 1 else given
         if isinstance(items, Unread):
@@ -140,7 +142,7 @@ def extreme(least: bool, builtin: bool) -> Call:
         if unread is not None or not parts:
             return unread or default
         if not all(isinstance(each, Feature | Extreme) for each in parts):
-            parts = _joined(m, function, parts)
+            parts = _join_constants(m, function, parts)
         if len(parts) == 1:
             return parts[0]
         return Extreme(
@@ -152,23 +154,23 @@ def extreme(least: bool, builtin: bool) -> Call:
             ),
         )
 
-    return called
+    return handle_call
 
 
-def _joined(m: Machine, function: Any, parts: Given) -> Given:
+def _join_constants(m: Machine, function: Any, parts: Given) -> Given:
     """The parts with all constants joined, and those joined with a sole feature."""
     features = [each for each in parts if isinstance(each, Feature | Extreme)]
-    constants = [m.needed(each) for each in parts if not isinstance(each, Feature | Extreme)]
+    constants = [m.require_value(each) for each in parts if not isinstance(each, Feature | Extreme)]
     try:
         number = function(*constants) if len(constants) > 1 else constants[0]
     except TypeError:
-        raise m.refused(None, "constants that have no order are compared", "compare numbers") from None
+        raise m.make_error(None, "constants that have no order are compared", "compare numbers") from None
     if len(features) != 1 or not isinstance(features[0], Feature):
         return [*features, number]
     if not isinstance(number, int | float | np.number):
-        raise m.refused(None, "a feature is compared with what is no number", TEST_ADVICE)
+        raise m.make_error(None, "a feature is compared with what is no number", TEST_ADVICE)
     first = isinstance(parts[0], Feature)
-    return [_of(m, features[0]).then(*_bounded(function, number, first))]
+    return [_of(m, features[0]).then(*_make_bound(function, number, first))]
 
 
 def _either(function: Any, number: Any, first: bool, value: Any) -> Any:
@@ -183,13 +185,13 @@ def clip(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
     }
     value, low, high = (values.get(name) for name in names)
     if isinstance(value, Part):
-        return _clipped(m, value, low, high)
+        return _clip_part(m, value, low, high)
     if isinstance(value, Array | list):
         lows, highs = (end if isinstance(end, Array | list) else [end] * len(value) for end in (low, high))
         if len(lows) != len(value) or len(highs) != len(value):
             return m.unread("numbers are clipped to more or fewer bounds than there are", "give a bound for each")
         parts = zip(map(m.plain, value), lows, highs, strict=True)
-        return m.kept(Array(clip(m, node, list(each), {}) for each in parts))
+        return m.keep_value(Array(clip(m, node, list(each), {}) for each in parts))
     value = m.plain(value)
     ends = [m.plain(bound) for bound in (low, high)]
     if isinstance(value, Feature) and all(isinstance(end, int | float | np.number) for end in ends):
@@ -205,19 +207,19 @@ def _within(low: Any, high: Any, value: Any) -> Any:
     return np.clip(value, low, high)
 
 
-def _clipped(m: Machine, part: Part, low: Any, high: Any) -> Any:
+def _clip_part(m: Machine, part: Part, low: Any, high: Any) -> Any:
     """Every number of an observation, clipped, as an array."""
     steps = () if part.array else step_of(m.arrays or "float64")
     for bound, function in ((low, np.maximum), (high, np.minimum)):
-        number = m.needed(m.plain(bound))
+        number = m.require_value(m.plain(bound))
         if number is not None and not isinstance(number, int | float | np.number):
             return m.unread("an observation is clipped by what is no number", "clip each number by itself")
         if number is not None:
-            steps += _bounded(function, number, True)
+            steps += _make_bound(function, number, True)
     return replace(part, steps=part.steps + steps, array=True)
 
 
-def _bounded(function: Any, number: Any, first: bool) -> tuple[Step]:
+def _make_bound(function: Any, number: Any, first: bool) -> tuple[Step]:
     """The least or the largest of a feature and a constant. `first`: the feature is named first."""
     name = f"{function.__name__}{first:d}{type(number).__name__}{number!r}"
     kind = "max" if function in (max, np.maximum) else "min"
@@ -225,10 +227,10 @@ def _bounded(function: Any, number: Any, first: bool) -> tuple[Step]:
     return (Step(name, partial(_either, function, number, first), form=(kind, number, keeps)),)
 
 
-def spaced(function: Callable[..., Any]) -> Call:
+def make_spacing(function: Callable[..., Any]) -> Call:
     """np.linspace and np.arange of constants."""
 
-    def called(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
+    def handle_call(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
         given = [m.whole(each) for each in given]
         numbers = [each for each in (*given, *named.values()) if isinstance(each, int | float)]
         low, high = (given[0], given[1]) if len(given) > 1 else (0, given[0] if given else 0)
@@ -240,23 +242,25 @@ def spaced(function: Callable[..., Any]) -> Call:
             return m.unread("a row of numbers is not understood, or too long", "write its numbers: [0.0, 0.5, 1.0]")
         return constant(m, node, function, given, named)
 
-    return called
+    return handle_call
 
 
 def sign(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
     """np.sign: decided."""
-    value = m.needed(m.plain(given[0]))
+    value = m.require_value(m.plain(given[0]))
     if isinstance(value, Feature | Extreme):
         if m.paths is not None:
             m.paths.nan = False  # numpy gives NaN
-        return 1 if m.truth(compared(m, ">", value, 0)) else -1 if m.truth(compared(m, "<", value, 0)) else 0
+        return (
+            1 if m.truth(compare_values(m, ">", value, 0)) else -1 if m.truth(compare_values(m, "<", value, 0)) else 0
+        )
     return constant(m, node, np.sign, [value], named)
 
 
-def binned(right: bool | None) -> Call:
+def make_binning(right: bool | None) -> Call:
     """np.digitize (None), bisect_right (True) and bisect_left (False): how many borders are not above a number."""
 
-    def called(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
+    def handle_call(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
         value, borders = (given[0], given[1]) if right is None else (given[1], given[0])
         side = named.get("right", given[2] if len(given) > 2 else False) is not True if right is None else right
         side = {"left": False, "right": True}.get(named.get("side", ""), side)
@@ -267,26 +271,29 @@ def binned(right: bool | None) -> Call:
         if numbers != sorted(numbers):
             return m.unread("borders are not in ascending order", "sort them")
         for place, border in enumerate(numbers):
-            if m.truth(compared(m, "<" if side else "<=", value, border)):
+            if m.truth(compare_values(m, "<" if side else "<=", value, border)):
                 return place
         return len(numbers)
 
-    return called
+    return handle_call
 
 
 def isnan(known: bool) -> Call:
     """math.isnan and its like: what they say of numbers; of a NaN the tree does not ask."""
 
-    def called(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
-        value = m.needed(m.plain(given[0]))
+    def handle_call(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
+        value = m.require_value(m.plain(given[0]))
         if isinstance(value, Feature):
             if m.paths is not None:
                 m.paths.nan = False
             if known:
                 return Condition(
-                    lambda: m.truth(compared(m, "<", value, math.inf)) and m.truth(compared(m, ">", value, -math.inf))
+                    lambda: (
+                        m.truth(compare_values(m, "<", value, math.inf))
+                        and m.truth(compare_values(m, ">", value, -math.inf))
+                    )
                 )
             return False
         return constant(m, node, math.isfinite if known else math.isnan, [value], {})
 
-    return called
+    return handle_call

@@ -30,7 +30,7 @@ Call = Callable[[Machine, ast.AST, Given, Named], Any]
 
 def items_of(m: Machine, value: Any) -> Any:
     """The parts of a list, a text, a dictionary, an Enum or an observation of known length."""
-    value = m.needed(value)
+    value = m.require_value(value)
     if isinstance(value, Part):
         n = m.inputs.length(value.path)
         if not n:
@@ -44,44 +44,44 @@ def items_of(m: Machine, value: Any) -> Any:
         return list(cast("set[Any]", value))
     if isinstance(value, list | tuple | str | range) or hasattr(value, "__next__"):
         return value
-    raise m.refused(None, "a loop goes over something that is no list", "loop over literals")
+    raise m.make_error(None, "a loop goes over something that is no list", "loop over literals")
 
 
-def listed(make: Callable[..., Any]) -> Call:
+def make_list_call(make: Callable[..., Any]) -> Call:
     """list, tuple, enumerate, zip and so on: lists of lists, or iterators over them, as Python makes them."""
 
-    def called(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
+    def handle_call(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
         items = [items_of(m, each) if not isinstance(each, int) else each for each in given]
         unread = next((each for each in items if isinstance(each, Unread)), None)
         try:
-            found = unread or make(*items, **named)
+            sequence = unread or make(*items, **named)
         except (TypeError, ValueError):
-            raise m.refused(node, "a list is made of what it cannot be made of", "write the list itself") from None
-        m.streams |= hasattr(found, "__next__")
-        return m.kept(found) if isinstance(found, list | dict | set | tuple) else found
+            raise m.make_error(node, "a list is made of what it cannot be made of", "write the list itself") from None
+        m.streams |= hasattr(sequence, "__next__")
+        return m.keep_value(sequence) if isinstance(sequence, list | dict | set | tuple) else sequence
 
-    return called
+    return handle_call
 
 
 def map_of(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
     """`map`: of lists, and of an observation of unknown length."""
     if isinstance(given[1], Part) and not m.inputs.length(given[1].path):
-        return mapped(m, given[1], lambda each: m.call(given[0], [each], {}, node))
+        return map_part(m, given[1], lambda each: m.call(given[0], [each], {}, node))
     items = [items_of(m, each) for each in given[1:]]
     unread = next((each for each in items if isinstance(each, Unread)), None)
     m.streams = True
     return unread or (m.call(given[0], list(each), {}, node) for each in zip(*items, strict=False))
 
 
-def mapped(m: Machine, part: Part, function: Callable[[Any], Any]) -> Any:
+def map_part(m: Machine, part: Part, function: Callable[[Any], Any]) -> Any:
     """The observation with each of its numbers, however many there are, replaced by what one step makes of it."""
-    found = function(Feature(-1, part.steps))
-    if isinstance(found, Feature) and found.place == -1:
-        return replace(part, steps=found.steps, array=False)
+    feature = function(Feature(-1, part.steps))
+    if isinstance(feature, Feature) and feature.place == -1:
+        return replace(part, steps=feature.steps, array=False)
     return m.unread(*UNCOUNTED)
 
 
-def filtered_of(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
+def filter_items(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
     """`filter`."""
     items = items_of(m, given[1])
     if isinstance(items, Unread):
@@ -114,7 +114,7 @@ def next_of(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
     return next(items, m.unread("next() finds nothing", "give a default"))
 
 
-def sorted_of(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
+def sort_items(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
     """`sorted`, by constant keys."""
     items = items_of(m, given[0])
     if isinstance(items, Unread):
@@ -122,7 +122,7 @@ def sorted_of(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
     items = list(items)
     keys = [m.whole(m.call(named["key"], [each], {}, node) if "key" in named else each) for each in items]
     order = sorted(range(len(items)), key=keys.__getitem__, reverse=bool(named.get("reverse")))
-    return m.kept([items[place] for place in order])
+    return m.keep_value([items[place] for place in order])
 
 
 def range_of(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:

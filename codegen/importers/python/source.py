@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from codegen.errors import InputError, shown
+from codegen.errors import InputError, escape_text
 from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers.origin import NOTHING, Origin, Said
 from codegen.importers.python.arithmetic import IN_ORDER
@@ -28,7 +28,7 @@ from codegen.importers.python.classes import instance_of
 from codegen.importers.python.file import ALONE, Decider, File, deciders, file_of
 from codegen.importers.python.inputs import MAX_FEATURES, Inputs
 from codegen.importers.python.machine import RETURN_ADVICE, Machine
-from codegen.importers.python.statements import follow, linked
+from codegen.importers.python.statements import follow, link_statements
 from codegen.importers.python.values import Class, Condition, Extreme, Instance, Member, Part, Scope, Symbol
 from codegen.importers.summed import rounds
 from codegen.importers.symbolic.affine import Affine, Given, Sums
@@ -36,7 +36,7 @@ from codegen.importers.symbolic.feature import Feature, Test
 from codegen.importers.symbolic.labels import Value
 from codegen.importers.symbolic.paths import Paths
 from codegen.importers.symbolic.program import OTHER, ROUND_IT, Described, origin_of
-from codegen.process.unwarned import unwarned
+from codegen.process.unwarned import silence_warnings
 
 KIND = "if/else Python"
 MAX_BITS = 1 << 12  # of a returned integer; Python writes out no more than some thousand digits
@@ -49,20 +49,20 @@ def from_python(text: bytes, where: str, said: Said = NOTHING) -> dict[str, Orig
     that is no such file.
     """
     try:
-        with unwarned():  # about spellings, which would stand on the screen
+        with silence_warnings():  # about spellings, which would stand on the screen
             parsed = ast.parse(text)
             compile(parsed, "file", "exec", dont_inherit=True)  # refuses what the grammar allows: a parameter twice
             file = file_of(parsed, Machine(where, said.arrays))
-            found = deciders(file, said.wanted)
-            return {each.name: _origin(file, each, said, len(found)) for each in found}
+            chosen = deciders(file, said.wanted)
+            return {each.name: _origin(file, each, said, len(chosen)) for each in chosen}
     except SyntaxError as error:
         advice = "Python must be able to read the file"
         place = where if error.lineno is None else f"{where}, line {error.lineno}"
-        raise InputError(f"not Python: {shown(error.msg)}", place, advice) from None
+        raise InputError(f"not Python: {escape_text(error.msg)}", place, advice) from None
     except (RecursionError, MemoryError):
         raise InputError("the file is nested too deeply", where, "simplify it first") from None
     except ValueError as error:  # such as a null byte
-        raise InputError(f"not Python: {shown(error)}", where, "Python must be able to read the file") from None
+        raise InputError(f"not Python: {escape_text(error)}", where, "Python must be able to read the file") from None
 
 
 def _origin(file: File, decider: Decider, said: Said, count: int) -> Origin:
@@ -73,12 +73,12 @@ def _origin(file: File, decider: Decider, said: Said, count: int) -> Origin:
         inputs.widths |= widths
         try:
             numbers, m = said.arrays or FLOAT64, follower.machine
-            return _ensure_said(origin_of(follower.run, m.where, follower.described, numbers, m.sums), said, m)
+            return _ensure_said(origin_of(follower.run, m.where, follower.describe_program, numbers, m.sums), said, m)
         except InputError as error:
             if len(inputs.widths) > len(widths):
                 widths = dict(inputs.widths)
                 continue
-            more = f"; or {ALONE.format(shown(decider.name))}" if count > 1 else ""
+            more = f"; or {ALONE.format(escape_text(decider.name))}" if count > 1 else ""
             raise InputError(error.what, error.where, f"{error.next_step}{more}") from None
 
 
@@ -97,7 +97,7 @@ class _Follower:
     def __init__(self, file: File, decider: Decider, said: Said) -> None:
         self.file, self.function, self.said = file, decider.function, said
         self.machine = m = copy.copy(file.machine)
-        m.where = f"{m.where}, function {shown(decider.name)}"
+        m.where = f"{m.where}, function {escape_text(decider.name)}"
         self.first = [self._object(m, each) for each in decider.first]
         takes = self.function.node.args
         places = [each.arg for each in (*takes.posonlyargs, *takes.args)][len(self.first) :]
@@ -129,11 +129,11 @@ class _Follower:
         if state is None:
             named = {each: Part((each,)) for each in self.keywords}
             named |= {each: Part((each,)) for each in self.names}
-            names = m.bound(function, self.first, named, function.node)
+            names = m.bind_arguments(function, self.first, named, function.node)
             body = function.node.body
             if isinstance(body, ast.expr):  # of a lambda
                 body = [ast.copy_location(ast.Return(body), body)]
-            state = linked(body, None), names
+            state = link_statements(body, None), names
         rest, names = state
         scope = Scope(dict(names), function.scope, function.local)
         value = follow(m, rest, scope, marks=self.file.simple)
@@ -146,7 +146,7 @@ class _Follower:
         if isinstance(value, Symbol):
             m.symbols.add(value.name)
             return value.name
-        value = m.needed(value)
+        value = m.require_value(value)
         if isinstance(value, Member):
             plain = value.value if isinstance(value.value, int | float | str) else value.name
             if not isinstance(plain, str) or plain != value.name:
@@ -157,7 +157,7 @@ class _Follower:
         if isinstance(value, np.generic):
             value = value.item()
         if self._gives(value):
-            return self._given(list(value) if isinstance(value, list | tuple) else [value])
+            return self._build_given(list(value) if isinstance(value, list | tuple) else [value])
         if isinstance(value, Feature | Part | Extreme):
             return m.whole(value)
         if isinstance(value, list | tuple) and value:
@@ -174,48 +174,52 @@ class _Follower:
             return False  # the observation itself
         if self.said.scores or not parts or any(isinstance(each, str | list | tuple) for each in parts):
             return False
-        found = [self.machine.plain(each) for each in parts if isinstance(each, Feature | Part)]
-        fractional = [each for each in found if not (isinstance(each, Feature) and self.machine.counts(each))]
+        numbers = [self.machine.plain(each) for each in parts if isinstance(each, Feature | Part)]
+        fractional = [each for each in numbers if not (isinstance(each, Feature) and self.machine.counts(each))]
         return bool(fractional or self.said.outputs)
 
-    def _given(self, parts: list[Any]) -> Any:
+    def _build_given(self, parts: list[Any]) -> Any:
         """What is given, as a form for each output."""
-        m, found = self.machine, list[Affine]()
+        m, forms = self.machine, list[Affine]()
         for each in parts:
-            value = m.needed(m.plain(each))
-            form = m.sums.returned(value) if isinstance(value, Feature) else None
+            value = m.require_value(m.plain(each))
+            form = m.sums.represent_output(value) if isinstance(value, Feature) else None
             if not isinstance(value, Feature | Extreme):
-                form = m.sums.given(number := self._number(value))
+                form = m.sums.represent_number(number := self._number(value))
                 if form is None:
-                    raise m.refused(None, OTHER.format(number, m.sums.numbers), ROUND_IT)
+                    raise m.make_error(None, OTHER.format(number, m.sums.numbers), ROUND_IT)
             if form is None:
                 what = m.sums.why if isinstance(value, Feature) else "what is returned is no sum of weighted features"
-                raise m.refused(None, what, IN_ORDER)
+                raise m.make_error(None, what, IN_ORDER)
             m.sums.line = m.sums.line or m.line
-            found.append(form)
-        return Given(found)
+            forms.append(form)
+        return Given(forms)
 
     def _number(self, value: Any) -> Any:
         m = self.machine
         value = m.whole(value)
         value = value.value if isinstance(value, Member) else value.item() if isinstance(value, np.generic) else value
         if isinstance(value, int) and value.bit_length() > MAX_BITS:
-            raise m.refused(None, "a number is too long for a name", "return a shorter one")
+            raise m.make_error(None, "a number is too long for a name", "return a shorter one")
         if not isinstance(value, int | float) or not math.isfinite(value):
             if value is None:
-                raise m.refused(None, "a path ends without a return, or returns None", "return an action on every path")
+                raise m.make_error(
+                    None, "a path ends without a return, or returns None", "return an action on every path"
+                )
             words = {dict: "a dictionary", str: "a text in a list", Instance: "an object"}
             what = words.get(type(value), f"{type(value).__name__.lower()}")
-            raise m.refused(None, f"what is returned is no label: {what}", RETURN_ADVICE)
+            raise m.make_error(None, f"what is returned is no label: {what}", RETURN_ADVICE)
         return value
 
-    def described(self) -> Described:
+    def describe_program(self) -> Described:
         """What is known once all paths were followed."""
         m = self.machine
         both = m.symbols & m.texts
         if both:
-            raise m.refused(
-                self.function.node, f"{shown(min(both))!r} is returned as a text and as a name", "return one of them"
+            raise m.make_error(
+                self.function.node,
+                f"{escape_text(min(both))!r} is returned as a text and as a name",
+                "return one of them",
             )
         order: list[Any] = [
             each.value if isinstance(each, ast.Constant) else ast.unparse(each)
@@ -224,21 +228,21 @@ class _Follower:
             or (isinstance(each, ast.Name | ast.Attribute) and m.symbols)
         ]
         for each in sorted(self.defaults):
-            m.notes[f"{shown(each)} is what its default says, unless --features names it"] = None
+            m.notes[f"{escape_text(each)} is what its default says, unless --features names it"] = None
         given = FLOATS_ONLY if m.long and not self.said.arrays else GIVEN[self.said.arrays]
-        last = max((_looked_at(node, m.inputs.parameters) for node in ast.walk(self.function.node)), default=-1)
+        last = max((_find_index(node, m.inputs.parameters) for node in ast.walk(self.function.node)), default=-1)
         plain = Described(
             KIND,
             given,
             [],
             order=order,
-            called=self._called(),
+            called=self._collect_names(),
             scores=self.said.scores,
             finite=m.finite,
             n_read=last + 1,
             notes=tuple(m.notes),
         )
-        return m.inputs.described(plain)
+        return m.inputs.describe_inputs(plain)
 
     def _constant(self, node: ast.expr) -> tuple[str, Any]:
         """The name of a constant of the file, or of a class, and the constant."""
@@ -250,9 +254,9 @@ class _Follower:
         kind = owner.kind if isinstance(owner, Instance) else owner
         return node.attr, kind.find(node.attr) if isinstance(kind, Class) else None
 
-    def _called(self) -> Mapping[Value, str]:
+    def _collect_names(self) -> Mapping[Value, str]:
         """What the source calls its numbers, where it uses a name for one as a value."""
-        found: dict[Value, str] = {}
+        names: dict[Value, str] = {}
         for node in self.file.nodes:
             parts = (
                 [node]
@@ -265,11 +269,11 @@ class _Follower:
             for each in (value for part in parts for value in _values(part)):
                 name, held = self._constant(each)
                 if isinstance(held, int | float) and not isinstance(held, bool) and held == held:
-                    found.setdefault(held, name)
-        return {**found, **self.machine.called}
+                    names.setdefault(held, name)
+        return {**names, **self.machine.called}
 
 
-def _looked_at(node: ast.AST, parameters: tuple[str, ...]) -> int:
+def _find_index(node: ast.AST, parameters: tuple[str, ...]) -> int:
     """The number by which a node looks at the observation, also where nothing comes of it; -1: it does not."""
     if isinstance(node, ast.Subscript) and isinstance(node.value, ast.Name) and node.value.id in parameters[:1]:
         key = node.slice.value if isinstance(node.slice, ast.Constant) else None

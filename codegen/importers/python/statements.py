@@ -11,10 +11,10 @@ import ast
 from collections.abc import Sequence
 from typing import Any
 
-from codegen.errors import InputError, shown
-from codegen.importers.python.arithmetic import binary, compared
+from codegen.errors import InputError, escape_text
+from codegen.importers.python.arithmetic import binary, compare_values
 from codegen.importers.python.containers import assign
-from codegen.importers.python.expressions import decided, defaults_of
+from codegen.importers.python.expressions import defaults_of, eval_condition
 from codegen.importers.python.library import MODULES
 from codegen.importers.python.machine import (
     STATE_ADVICE,
@@ -41,7 +41,7 @@ IDLE = ("cache", "lru_cache", "abstractmethod", "override", "final", "njit")
 MAX_TURNS = 100_000
 
 
-def linked(nodes: Sequence[ast.stmt], rest: Any) -> Any:
+def link_statements(nodes: Sequence[ast.stmt], rest: Any) -> Any:
     """Statements before what is still to be done, as pairs."""
     for node in reversed(nodes):
         rest = (node, rest)
@@ -57,7 +57,7 @@ def follow(m: Machine, rest: Any, scope: Scope, *, marks: bool) -> Any:
         if isinstance(node, ast.If):
             m.line = node.lineno
             m.count()
-            rest = linked(node.body if decided(m, node.test, scope) else node.orelse, after)
+            rest = link_statements(node.body if eval_condition(m, node.test, scope) else node.orelse, after)
             continue
         end = m.run(node, scope)
         if end is not None:
@@ -73,7 +73,7 @@ def _if(m: Machine, node: ast.If, scope: Scope) -> End | None:
     while isinstance(rest, ast.If):
         m.line = rest.lineno
         m.count()
-        nodes = rest.body if decided(m, rest.test, scope) else rest.orelse
+        nodes = rest.body if eval_condition(m, rest.test, scope) else rest.orelse
         if len(nodes) != 1 or not isinstance(nodes[0], ast.If):
             return m.block(nodes, scope)
         rest = nodes[0]
@@ -90,14 +90,14 @@ def _return(m: Machine, node: ast.Return, scope: Scope) -> End:
 @reads(STATEMENTS, ast.Pass, ast.Global)
 def _pass(m: Machine, node: ast.AST, scope: Scope) -> None:
     if isinstance(node, ast.Global):
-        raise m.refused(node, f"{text_of(node)} keeps something between calls", STATE_ADVICE)
+        raise m.make_error(node, f"{text_of(node)} keeps something between calls", STATE_ADVICE)
 
 
 @reads(STATEMENTS, ast.Expr)
 def _expression(m: Machine, node: ast.Expr, scope: Scope) -> None:
     value = m.eval(node.value, scope)
     if isinstance(value, Unread) and isinstance(node.value, ast.Call):
-        m.needed(value)
+        m.require_value(value)
 
 
 @reads(STATEMENTS, ast.Assert)
@@ -105,44 +105,44 @@ def _assert(m: Machine, node: ast.Assert, scope: Scope) -> None:
     """Taken to hold: it may say how many features there are."""
     value = m.eval(node.test, scope)
     if value is False:
-        raise m.refused(node, f"{text_of(node)} fails", "mend it")
+        raise m.make_error(node, f"{text_of(node)} fails", "mend it")
     if value is not True:
         m.notes[f"line {node.lineno}: {text_of(node)} is taken to hold"] = None
 
 
 @reads(STATEMENTS, ast.Raise)
 def _raise(m: Machine, node: ast.Raise, scope: Scope) -> None:
-    raise m.refused(node, "an error is raised on a path that may be taken", "return an action there")
+    raise m.make_error(node, "an error is raised on a path that may be taken", "return an action there")
 
 
 # --- assignments
 
 
 @reads(STATEMENTS, ast.Assign)
-def _assigned(m: Machine, node: ast.Assign, scope: Scope) -> None:
+def _run_assign(m: Machine, node: ast.Assign, scope: Scope) -> None:
     value = m.eval(node.value, scope)
     for target in node.targets:
         assign(m, target, value, scope)
 
 
 @reads(STATEMENTS, ast.AnnAssign)
-def _annotated(m: Machine, node: ast.AnnAssign, scope: Scope) -> None:
+def _run_annotation(m: Machine, node: ast.AnnAssign, scope: Scope) -> None:
     if node.value is not None:
         assign(m, node.target, m.eval(node.value, scope), scope)
 
 
 @reads(STATEMENTS, ast.AugAssign)
-def _augmented(m: Machine, node: ast.AugAssign, scope: Scope) -> None:
-    load = ast.copy_location(_loaded(node.target), node.target)
+def _run_augmented(m: Machine, node: ast.AugAssign, scope: Scope) -> None:
+    load = ast.copy_location(_load_target(node.target), node.target)
     left, right = m.eval(load, scope), m.eval(node.value, scope)
     m.line = node.lineno
     if isinstance(left, list) and not isinstance(left, Array) and isinstance(node.op, ast.Add):
-        m.changed(left, node).extend(m.needed(items_of(m, right)))
+        m.ensure_fresh(left, node).extend(m.require_value(items_of(m, right)))
         return
     assign(m, node.target, binary(m, type(node.op), left, right), scope)
 
 
-def _loaded(target: ast.expr) -> ast.expr:
+def _load_target(target: ast.expr) -> ast.expr:
     if isinstance(target, ast.Name):
         return ast.Name(target.id, ast.Load())
     if isinstance(target, ast.Attribute):
@@ -157,7 +157,7 @@ def _loaded(target: ast.expr) -> ast.expr:
 @reads(STATEMENTS, ast.For)
 def _for(m: Machine, node: ast.For, scope: Scope) -> End | None:
     items = items_of(m, m.eval(node.iter, scope))
-    for each in m.needed(items) if isinstance(items, Unread) else items:
+    for each in m.require_value(items) if isinstance(items, Unread) else items:
         m.count()
         assign(m, node.target, each, scope)
         end = m.block(node.body, scope)
@@ -171,16 +171,16 @@ def _while(m: Machine, node: ast.While, scope: Scope) -> End | None:
     for _ in range(MAX_TURNS):
         m.line = node.lineno
         try:
-            more = decided(m, node.test, scope)
+            more = eval_condition(m, node.test, scope)
         except InputError as error:
             what = f"a loop goes on until a feature says otherwise: {error.what}"
-            raise m.refused(node, what, "give the loop an end: for k in range(5)") from None
+            raise m.make_error(node, what, "give the loop an end: for k in range(5)") from None
         if not more:
             return m.block(node.orelse, scope)
         end = m.block(node.body, scope)
         if end is not None and end.kind != "continue":
             return end if end.kind == "return" else None
-    raise m.refused(node, "a loop does not end", "loop over literals")
+    raise m.make_error(node, "a loop does not end", "loop over literals")
 
 
 @reads(STATEMENTS, ast.Break, ast.Continue)
@@ -196,7 +196,7 @@ def _match(m: Machine, node: ast.Match, scope: Scope) -> End | None:
     subject = m.eval(node.subject, scope)
     for case in node.cases:
         m.line = case.pattern.lineno
-        if _matches(m, case.pattern, subject, scope) and (case.guard is None or decided(m, case.guard, scope)):
+        if _matches(m, case.pattern, subject, scope) and (case.guard is None or eval_condition(m, case.guard, scope)):
             return m.block(case.body, scope)
     return None
 
@@ -205,7 +205,7 @@ def _matches(m: Machine, pattern: ast.pattern, value: Any, scope: Scope) -> bool
     """Whether a value matches; names are set."""
     m.count()
     if isinstance(pattern, ast.MatchValue):
-        return m.truth(compared(m, "==", value, m.eval(pattern.value, scope)))
+        return m.truth(compare_values(m, "==", value, m.eval(pattern.value, scope)))
     if isinstance(pattern, ast.MatchSingleton):
         if isinstance(value, Test | Condition):
             value = m.truth(value)
@@ -221,13 +221,13 @@ def _matches(m: Machine, pattern: ast.pattern, value: Any, scope: Scope) -> bool
     if isinstance(pattern, ast.MatchSequence) and not any(isinstance(each, ast.MatchStar) for each in pattern.patterns):
         if isinstance(value, Part):
             m.inputs.widths.setdefault(value.path, len(pattern.patterns))
-        items = m.needed(items_of(m, value))
+        items = m.require_value(items_of(m, value))
         return len(items) == len(pattern.patterns) and all(
             _matches(m, each, item, scope) for each, item in zip(pattern.patterns, items, strict=True)
         )
     if isinstance(pattern, ast.MatchClass) and not pattern.patterns and not pattern.kwd_patterns:
         return True
-    raise m.refused(pattern, "a pattern is not understood", "match numbers, texts, names and lists of them")
+    raise m.make_error(pattern, "a pattern is not understood", "match numbers, texts, names and lists of them")
 
 
 # --- definitions and imports
@@ -239,8 +239,8 @@ def _function(m: Machine, node: ast.FunctionDef, scope: Scope) -> None:
     odd = next((each for each in names if each not in DECORATORS and each not in IDLE), None)
     kind = next((DECORATORS[each] for each in names if each in DECORATORS), "")
     outer = scope.parent if scope.of_class and scope.parent else scope
-    function = Function(node.name, node, outer, defaults_of(m, node.args, scope), kind, assigned_in(node))
-    what = f"the decorator {shown(odd)!r} may change the function" if odd else ""
+    function = Function(node.name, node, outer, defaults_of(m, node.args, scope), kind, collect_assigned(node))
+    what = f"the decorator {escape_text(odd)!r} may change the function" if odd else ""
     scope.names[node.name] = m.unread(what, "remove it") if odd else function
 
 
@@ -253,19 +253,19 @@ def decorator_of(node: ast.expr) -> str:
     return node.id if isinstance(node, ast.Name) else text_of(node)
 
 
-def assigned_in(node: ast.AST) -> frozenset[str]:
+def collect_assigned(node: ast.AST) -> frozenset[str]:
     """The names that a function assigns, which are local to it."""
-    found: set[str] = set()
+    names: set[str] = set()
     open_: list[ast.AST] = [*node.body] if isinstance(node, ast.FunctionDef) else []
     while open_:
         each = open_.pop()
         if isinstance(each, ast.Name) and isinstance(each.ctx, ast.Store):
-            found.add(each.id)
+            names.add(each.id)
         if isinstance(each, ast.FunctionDef | ast.ClassDef):
-            found.add(each.name)
+            names.add(each.name)
         elif not isinstance(each, ast.Lambda | ast.ListComp | ast.SetComp | ast.DictComp | ast.GeneratorExp):
             open_ += ast.iter_child_nodes(each)
-    return frozenset(found)
+    return frozenset(names)
 
 
 @reads(STATEMENTS, ast.Import, ast.ImportFrom)
@@ -280,8 +280,8 @@ def _import(m: Machine, node: Any, scope: Scope) -> None:
             if node.module == "math":
                 scope.names |= MODULES["math"].members
             elif node.module not in ("typing", "enum", "dataclasses", "__future__"):
-                raise m.refused(node, f"{text_of(node)} may give names other meanings", "import names one by one")
+                raise m.make_error(node, f"{text_of(node)} may give names other meanings", "import names one by one")
         else:
             known = MODULES.get(node.module or "")
-            found = known.members.get(each.name) if known else None
-            scope.names[each.asname or each.name] = found if found is not None else Symbol(each.asname or each.name)
+            member = known.members.get(each.name) if known else None
+            scope.names[each.asname or each.name] = member if member is not None else Symbol(each.asname or each.name)

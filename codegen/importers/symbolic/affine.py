@@ -59,7 +59,7 @@ class Affine(NamedTuple):
         """Whether it has a constant."""
         return any(place == CONSTANT for _, place in self.terms)
 
-    def negated(self) -> "Affine":
+    def negate(self) -> "Affine":
         """With all signs turned."""
         return Affine(tuple((-weight, place) for weight, place in self.terms), self.signed and len(self.terms) == 1)
 
@@ -103,7 +103,7 @@ class Sums:
             return None
         return Affine(((value, CONSTANT),)) if math.isfinite(value) else None
 
-    def given(self, number: Any) -> Affine | None:
+    def represent_number(self, number: Any) -> Affine | None:
         """A number of the program that is given as it is; None where sums cannot be it, as 0.1 among float32."""
         found = self.constant(number)
         return found if found is not None and found.terms[0][0] == number else None
@@ -111,28 +111,28 @@ class Sums:
     def of(self, feature: Feature) -> Affine | None:
         """The form of a feature; None where its steps are no terms."""
         if feature.place >= SUMS:
-            found: Affine | None = self.known[feature.place - SUMS]
+            form: Affine | None = self.known[feature.place - SUMS]
         else:
-            found = Affine(((1.0, feature.place),))
+            form = Affine(((1.0, feature.place),))
         for step in feature.steps:
-            if found is None:
+            if form is None:
                 return None
             if step.key == self.numbers:
                 continue  # a conversion to what it is already
-            found = self._stepped(found, step.form)
-        return found
+            form = self._apply_step(form, step.form)
+        return form
 
-    def returned(self, feature: Feature) -> Affine | None:
+    def represent_output(self, feature: Feature) -> Affine | None:
         """The form of what a program returns: it may end with minima and maxima by numbers. None: `why` has none."""
         steps, self.why = feature.steps, "what is returned is no sum of weighted features"
         first = len(steps)
         while first and (_cuts(steps[first - 1]) or steps[first - 1].key == self.numbers):
             first -= 1
-        found, cutting = self.of(Feature(feature.place, steps[:first])), steps[first:]
-        if found is None or not any(map(_cuts, cutting)):
-            return found
+        form, cutting = self.of(Feature(feature.place, steps[:first])), steps[first:]
+        if form is None or not any(map(_cuts, cutting)):
+            return form
         bounds = self._bounds(step for step in cutting if _cuts(step))
-        return None if bounds is None else found._replace(cut=Cut(bounds, cutting))
+        return None if bounds is None else form._replace(cut=Cut(bounds, cutting))
 
     def _bounds(self, cutting: Iterable[Step]) -> Bounds | None:
         """What minima and maxima, one after the other, leave of all numbers."""
@@ -153,22 +153,22 @@ class Sums:
                 low, high = cut(low, value), cut(high, value)
         return None if low == -math.inf else low, None if high == math.inf else high
 
-    def _stepped(self, found: Affine, form: tuple[Any, ...] | None) -> Affine | None:
+    def _apply_step(self, found: Affine, form: tuple[Any, ...] | None) -> Affine | None:
         """A form after `form`: an operation, and its number; "c-": the number minus the form."""
         number = None if form is None or form[0] in CUTTING else self.constant(form[1])
         if form is None or number is None:
             return None
         value = number.terms[0][0]
         if form[0] in ("*", "/"):
-            return self._scaled(found, value if form[0] == "*" else _reciprocal(value))
+            return self._scale_form(found, value if form[0] == "*" else _reciprocal(value))
         if form[0] == "c-":
-            return found.negated().plus(number)
-        return found.plus(number if form[0] == "+" else number.negated())
+            return found.negate().plus(number)
+        return found.plus(number if form[0] == "+" else number.negate())
 
-    def _scaled(self, found: Affine, factor: float | None) -> Affine | None:
+    def _scale_form(self, found: Affine, factor: float | None) -> Affine | None:
         """A product: of one input, or of a sum and a sign."""
         if factor in (1.0, -1.0):
-            return found if factor == 1 else found.negated()
+            return found if factor == 1 else found.negate()
         if factor is None or len(found.terms) != 1 or found.constant:
             return None
         weight, place = found.terms[0]
@@ -178,13 +178,13 @@ class Sums:
             return None  # zero, or subnormal
         return Affine(((factor * weight, place),))
 
-    def added(self, left: Feature, right: Feature, *, minus: bool) -> Feature | None:
+    def add_features(self, left: Feature, right: Feature, *, minus: bool) -> Feature | None:
         """The sum or difference of two features as a feature; None where it has no form."""
         one, other = self.of(left), self.of(right)
         if one is None or other is None:
             return None
-        found = one.plus(other.negated() if minus else other)
-        return None if found is None else Feature(self.place(found))
+        form = one.plus(other.negate() if minus else other)
+        return None if form is None else Feature(self.place(form))
 
     def place(self, found: Affine) -> int:
         """The place of a sum."""
@@ -196,14 +196,14 @@ class Sums:
 
     def column(self, place: int, columns: Sequence[Floats]) -> Floats:
         """The values of a sum for many observations, as doubles. `columns`: of the inputs, by place."""
-        return valued(self.known[place - SUMS].terms, columns, self.numbers)
+        return sum_terms(self.known[place - SUMS].terms, columns, self.numbers)
 
 
 def _cuts(step: Step) -> bool:
     return step.form is not None and step.form[0] in CUTTING
 
 
-def valued(terms: Terms, columns: Sequence[Floats], numbers: str) -> Floats:
+def sum_terms(terms: Terms, columns: Sequence[Floats], numbers: str) -> Floats:
     """The value of each sum, term after term, as doubles."""
     kind, count = np.dtype(numbers).type, len(columns[0]) if columns else 0
     total: Any = None

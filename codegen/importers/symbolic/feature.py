@@ -97,10 +97,10 @@ class Turns(NamedTuple):
 def turns_of(test: Test, numbers: str) -> Turns:
     """All turns of a test among the `numbers`."""
     last = LAST[numbers]
-    found = _exact(test, numbers) if not test.feature.steps else _searched(test, numbers)
+    candidates = _exact(test, numbers) if not test.feature.steps else _search_turns(test, numbers)
     first = answer = test.at(number(-last, numbers))
     turns: list[Turn] = []
-    for each in sorted(set(found)):
+    for each in sorted(set(candidates)):
         if -last <= each.place < last and test.at(number(each.place + 1, numbers)) != answer:
             answer = not answer
             turns.append(each)
@@ -114,36 +114,38 @@ def _exact(test: Test, numbers: str) -> list[Turn]:
     return [Turn(place(end(given), numbers), end(given)) for end in ends]
 
 
-def _searched(test: Test, numbers: str) -> list[Turn]:
+def _search_turns(test: Test, numbers: str) -> list[Turn]:
     """Where a comparison of steps may turn: where they pass the number, and where they turn themselves."""
     feature, given = test.feature, test.number
-    found: list[int] = []
+    places: list[int] = []
     for low, high, _ in pieces(feature, numbers):
-        found.append(high)
+        places.append(high)
         for sign in (operator.lt, operator.le):
-            found.append(_last(low, high, lambda at, sign=sign: sign(feature.value(number(at, numbers)), given)))
-    return [Turn(each, number(each, numbers)) for each in found]
+            places.append(_last(low, high, lambda at, sign=sign: sign(feature.value(number(at, numbers)), given)))
+    return [Turn(each, number(each, numbers)) for each in places]
 
 
 def pieces(feature: Feature, numbers: str) -> list[tuple[int, int, bool]]:
     """Stretches of places, first to last, on which the steps never fall (True) or never rise."""
-    found = [(-LAST[numbers], LAST[numbers], True)]
+    stretches = [(-LAST[numbers], LAST[numbers], True)]
     for count, step in enumerate(feature.steps):
         if step.sense == FALLING:
-            found = [(low, high, not rising) for low, high, rising in found]
+            stretches = [(low, high, not rising) for low, high, rising in stretches]
         before, parts = Feature(feature.place, feature.steps[:count]), list[tuple[int, int, bool]]()
         if step.sense == JUMPING:
-            found = [(start, end, True) for low, high, _ in found for start, end in _alike(before, numbers, low, high)]
+            stretches = [
+                (start, end, True) for low, high, _ in stretches for start, end in _alike(before, numbers, low, high)
+            ]
         if step.sense != FOLDING:
             continue
-        for low, high, rising in found:
+        for low, high, rising in stretches:
             middle = _last(low, high, lambda at, before=before: before.value(number(at, numbers)) < 0)
             for start, end in ((low, middle), (middle + 1, high)):
                 if start <= end:
                     negative = bool(before.value(number(start, numbers)) < 0)
                     parts.append((start, end, rising != negative))
-        found = parts
-    return found
+        stretches = parts
+    return stretches
 
 
 def _alike(feature: Feature, numbers: str, low: int, high: int) -> Iterator[tuple[int, int]]:

@@ -60,7 +60,7 @@ class Paths(ABC):
         while self._open:
             state, self._answers, self.known, self._parent, self._depth = self._open.pop()
             self._mark, self._given = (state, self.known), []
-            self.ended(run(self, state))
+            self.end_path(run(self, state))
 
     def mark(self, state: Any) -> None:
         """The program could go on from this state, which nothing changes any more."""
@@ -71,9 +71,9 @@ class Paths(ABC):
         """Counts the work. InputError beyond its limit."""
         self.steps += count
         if self.steps > MAX_STEPS:
-            raise self.refused("the program does not end, or has too many paths", MANY_PATHS)
+            raise self.make_error("the program does not end, or has too many paths", MANY_PATHS)
 
-    def refused(self, what: str, advice: str) -> InputError:
+    def make_error(self, what: str, advice: str) -> InputError:
         """What is wrong at the present line."""
         return InputError(what, f"{self.where}, line {self.line}" if self.line else self.where, advice)
 
@@ -86,7 +86,7 @@ class Paths(ABC):
         """The least that a feature is on this path."""
 
     @abstractmethod
-    def ended(self, value: Any) -> None:
+    def end_path(self, value: Any) -> None:
         """A path has returned a value."""
 
     def _fork(self, asked: tuple[int, float]) -> bool:
@@ -151,7 +151,7 @@ class Growth(Paths):
     def _within(self, feature: int, last: int) -> tuple[int, int]:
         return self.known.get(feature, (-last, last))
 
-    def ended(self, value: Any) -> None:
+    def end_path(self, value: Any) -> None:
         """A leaf."""
         self._node([NO_FEATURE, 0.0, NO_CHILD, NO_CHILD, self.values.setdefault(value, len(self.values))])
 
@@ -171,12 +171,12 @@ class Growth(Paths):
 
     def _split(self, asked: tuple[int, float]) -> int:
         if self._depth == MAX_DEPTH:
-            raise self.refused(f"the tree is deeper than {MAX_DEPTH} splits", "simplify it first")
+            raise self.make_error(f"the tree is deeper than {MAX_DEPTH} splits", "simplify it first")
         return self._node([*asked, NO_CHILD, NO_CHILD, NO_ACTION])
 
     def _node(self, row: list[float]) -> int:
         if len(self.rows) == MAX_NODES:
-            raise self.refused(f"the tree has more than {MAX_NODES} nodes", "simplify its conditions")
+            raise self.make_error(f"the tree has more than {MAX_NODES} nodes", "simplify its conditions")
         if self.rows:
             right = self._parent < 0
             self.rows[~self._parent if right else self._parent][3 if right else 2] = len(self.rows)
@@ -203,7 +203,7 @@ class Replay(Paths):
         self.known = self.known[holds if answer else ~holds]
         return answer
 
-    def ended(self, value: Any) -> None:
+    def end_path(self, value: Any) -> None:
         """The observations that came here return this."""
         for place in self.known.tolist():
             self.values[place] = value

@@ -15,7 +15,7 @@ from codegen.errors import InputError
 from codegen.floats import FLOAT64
 from codegen.importers.reading import SUMS, Origin
 from codegen.importers.summed import with_sums
-from codegen.importers.symbolic.affine import Affine, Bounds, Given, Sums, valued
+from codegen.importers.symbolic.affine import Affine, Bounds, Given, Sums, sum_terms
 from codegen.importers.symbolic.labels import Labels, Value, labels_of
 from codegen.importers.symbolic.paths import Growth, Replay, Run
 from codegen.ir import CONSTANT, Floats
@@ -64,7 +64,7 @@ def origin_of(
             replay.follow(run)
         return given.answers(replay.values, replay.columns, sums.numbers if sums else numbers)
 
-    found = Origin(
+    origin = Origin(
         kind=said.kind,
         grown=replace(
             grown,
@@ -88,8 +88,8 @@ def origin_of(
         notes=said.notes,
     )
     tests = tuple(each.terms for each in sums.known) if sums else ()
-    found = replace(found, bounds=given.bounds)
-    return with_sums(found, tests, given.vectors, said.places, sums.arithmetic if sums else "")
+    origin = replace(origin, bounds=given.bounds)
+    return with_sums(origin, tests, given.vectors, said.places, sums.arithmetic if sums else "")
 
 
 class _Values:
@@ -98,7 +98,7 @@ class _Values:
     def __init__(self, values: Sequence[Any], said: Described, where: str, sums: Sums | None) -> None:
         self._sums = sums
         if any(isinstance(each, Given) for each in values):
-            values = [self._given(each, where) for each in values]
+            values = [self._build_given(each, where) for each in values]
         vectors = [each for each in values if isinstance(each, Given)]
         lengths = {len(each.vector) for each in vectors}
         if len(lengths) > 1:
@@ -119,7 +119,7 @@ class _Values:
         self.labels = labels_of(values, [*said.order, *values], said.called, where, scores=said.scores)
         self.place = np.array([self.labels.place(value) for value in values], dtype=np.int32)
 
-    def _given(self, value: Any, where: str = "") -> Given:
+    def _build_given(self, value: Any, where: str = "") -> Given:
         """What a path gives; also of constant numbers, where others depend on features."""
         if isinstance(value, Given):
             return value
@@ -127,31 +127,31 @@ class _Values:
         if self._sums is None or any(isinstance(each, str | bool) for each in parts):
             what = "numbers that depend on features and labels are returned side by side"
             raise InputError(what, where, "return numbers on every path")
-        forms = [self._sums.given(each) for each in parts]
-        found = [each for each in forms if each is not None]
-        if len(found) < len(parts):
+        forms = [self._sums.represent_number(each) for each in parts]
+        exact_forms = [each for each in forms if each is not None]
+        if len(exact_forms) < len(parts):
             raise InputError(OTHER.format(parts[forms.index(None)], self._sums.numbers), where, ROUND_IT)
-        return Given(found)
+        return Given(exact_forms)
 
     def answers(self, values: Sequence[Any], columns: Sequence[Floats], numbers: str) -> Any:
         """The places of labels, or the numbers given, for what each observation returned."""
         if not self.vectors:
             return np.array([self.labels.place(value) for value in values], dtype=np.int32)
-        found = np.zeros((len(values), len(self.vectors[0])))
+        outputs = np.zeros((len(values), len(self.vectors[0])))
         rows_of = dict[Any, list[int]]()
         for place, each in enumerate(values):
             rows_of.setdefault(each, []).append(place)
         for each, rows in rows_of.items():
-            vector = self._given(each)
+            vector = self._build_given(each)
             for output, form in enumerate(vector.vector):
                 given = [column[rows] for column in columns] or [np.zeros(len(rows))]
-                found[rows, output] = _cut(form, valued(form.terms, given, numbers), numbers)
-        return found
+                outputs[rows, output] = _cut(form, sum_terms(form.terms, given, numbers), numbers)
+        return outputs
 
 
 def _bounds(vectors: Sequence[Sequence[Affine]], where: str) -> tuple[Bounds, ...]:
     """What each output is cut to; () where nothing is. InputError where one is cut in some branches only."""
-    found: list[Bounds] = []
+    bounds: list[Bounds] = []
     for forms in zip(*vectors, strict=True):
         known = {
             (None, None) if each.cut is None else each.cut.bounds for each in forms if each.cut or not _alone(each)
@@ -161,8 +161,8 @@ def _bounds(vectors: Sequence[Sequence[Affine]], where: str) -> tuple[Bounds, ..
         if known or any((low is not None and each < low) or (high is not None and each > high) for each in fixed):
             what = "a number is cut to bounds on some paths, and elsewhere to others or to none"
             raise InputError(what, where, "cut it in the same way on every path, or test the sum: if u > 2: return 2")
-        found.append((low, high))
-    return tuple(found) if any(each != (None, None) for each in found) else ()
+        bounds.append((low, high))
+    return tuple(bounds) if any(each != (None, None) for each in bounds) else ()
 
 
 def _alone(form: Affine) -> bool:

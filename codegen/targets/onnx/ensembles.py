@@ -64,7 +64,7 @@ def old_classes(onnx: Any, tree: ir.Tree, numbers: str, n_actions: int, rows: st
     runtimes read ensembles whose leaves name one class only as binary, and answer another class then.
     """
     attributes = _nodes(tree) | _classes(tree, max(n_actions, FEWEST_CLASSES))
-    more = _typed(onnx, attributes, ("nodes_values", "class_weights"), numbers)
+    more = _pack_doubles(onnx, attributes, ("nodes_values", "class_weights"), numbers)
     node = onnx.helper.make_node
     return [node("TreeEnsembleClassifier", [rows], [number, "scores"], domain=DOMAIN, post_transform="NONE", **more)]
 
@@ -79,7 +79,7 @@ def old_numbers(onnx: Any, tree: ir.Tree, numbers: str, rows: str, number: str) 
         "target_ids": [0] * len(leaves),
         "target_weights": tree.action[leaves].astype(float).tolist(),
     }
-    more = _typed(onnx, attributes, ("nodes_values", "target_weights"), numbers)
+    more = _pack_doubles(onnx, attributes, ("nodes_values", "target_weights"), numbers)
     more["n_targets"] = 1
     return [
         make("TreeEnsembleRegressor", [rows], ["weight"], domain=DOMAIN, post_transform="NONE", **more),
@@ -88,7 +88,9 @@ def old_numbers(onnx: Any, tree: ir.Tree, numbers: str, rows: str, number: str) 
     ]
 
 
-def _typed(onnx: Any, attributes: Mapping[str, list[Any]], named: tuple[str, str], numbers: str) -> dict[str, Any]:
+def _pack_doubles(
+    onnx: Any, attributes: Mapping[str, list[Any]], named: tuple[str, str], numbers: str
+) -> dict[str, Any]:
     """The attributes, with numbers of float64 where that is compared: they are tensors there."""
     if numbers != FLOAT64:
         return dict(attributes)

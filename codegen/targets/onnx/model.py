@@ -56,12 +56,14 @@ def _files(model: Model, profile: ir.PolicyProfile, *, old: bool) -> dict[str, b
         what = "writing ONNX needs the package onnx"
         raise MissingToolError(what, f"--target {target}", "pip install onnx") from None
     return {
-        f"{model.prefix}_{agent.lower}{'.old' if old else ''}.onnx": _serialized(onnx, model, agent, policy, old=old)
+        f"{model.prefix}_{agent.lower}{'.old' if old else ''}.onnx": _serialize_model(
+            onnx, model, agent, policy, old=old
+        )
         for agent, policy in zip(model.agents, profile.agents, strict=True)
     }
 
 
-def _serialized(onnx: Any, model: Model, agent: Agent, policy: ir.AgentPolicy, *, old: bool) -> bytes:
+def _serialize_model(onnx: Any, model: Model, agent: Agent, policy: ir.AgentPolicy, *, old: bool) -> bytes:
     helper, opsets = onnx.helper, NEW_OPSETS
     if old:
         opsets = OLD_OPSETS if policy.tree.compared == FLOAT32 and agent.single else DOUBLE_OPSETS
@@ -100,7 +102,7 @@ def _body(onnx: Any, policy: ir.AgentPolicy, *, old: bool) -> _Body:
     tree, adding = policy.tree, Adding(onnx, policy.tree.arithmetic)
     seen = adding.cast(INPUT) if tree.arithmetic == DOUBLE_SUMS else INPUT
     compared = tree.compared if tree.sums else policy.numbers
-    asked = INPUT if not tree.sums else adding.joined(seen, adding.tested(tree.sums, seen))
+    asked = INPUT if not tree.sums else adding.concat_columns(seen, adding.emit_sums(tree.sums, seen))
     leaf = "vector" if policy.outputs else OUTPUT
     if not old:
         chosen = ensembles.new(onnx, tree, compared, asked, leaf)
@@ -111,7 +113,7 @@ def _body(onnx: Any, policy: ir.AgentPolicy, *, old: bool) -> _Body:
     nodes = [*adding.nodes, *chosen]
     if policy.outputs:
         before = len(adding.nodes)
-        adding.given(policy, seen, leaf, NUMBERS)
+        adding.emit_outputs(policy, seen, leaf, NUMBERS)
         nodes += adding.nodes[before:]
     reshaped = any(node.op_type == "Reshape" for node in chosen)
     flat = [onnx.numpy_helper.from_array(np.array([-1], np.int64), "all_rows")] if reshaped else []

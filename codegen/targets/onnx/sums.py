@@ -16,28 +16,28 @@ import numpy as np
 
 from codegen import ir
 from codegen.errors import InputError
-from codegen.sums import CONSTANT, computed
+from codegen.sums import CONSTANT, choose_numbers
 
 
 class Adding:
     """The nodes and constants of one model's sums."""
 
     def __init__(self, onnx: Any, arithmetic: str) -> None:
-        self._onnx, self._numbers = onnx, computed(arithmetic)
+        self._onnx, self._numbers = onnx, choose_numbers(arithmetic)
         self.nodes: list[Any] = []
         self.constants: list[Any] = []
 
-    def tested(self, sums: Sequence[ir.Sum], seen: str) -> str:
+    def emit_sums(self, sums: Sequence[ir.Sum], seen: str) -> str:
         """The name of the values of sums, [N, n_sums], of the observations `seen`."""
-        return self._added(_places([list(sums)]), seen, None)
+        return self._add_terms(_places([list(sums)]), seen, None)
 
-    def given(self, policy: ir.AgentPolicy, seen: str, leaf: str, name: str) -> None:
+    def emit_outputs(self, policy: ir.AgentPolicy, seen: str, leaf: str, name: str) -> None:
         """What the leaf numbered `leaf` [N] gives, cut and rounded, as `name` [N, n_outputs]."""
         tree = policy.tree
         if any(bound == 0 and np.signbit(bound) for each in policy.outputs for bound in (each.low, each.high)):
             what = f"a bound of {policy.agent} is -0.0, for which onnxruntime's Where gives 0.0"
             raise InputError(what, "--target onnx", "let the bound be 0.0, or leave the target out")
-        value = self._added(_places([list(vector) for vector in tree.vectors]), seen, leaf)
+        value = self._add_terms(_places([list(vector) for vector in tree.vectors]), seen, leaf)
         low = [-np.inf if output.low is None else output.low for output in policy.outputs]
         high = [np.inf if output.high is None else output.high for output in policy.outputs]
         for bound, beyond in ((low, "Less"), (high, "Greater")):
@@ -51,11 +51,11 @@ class Adding:
         kind = self._onnx.helper.np_dtype_to_tensor_dtype(np.dtype(self._numbers))
         return self._node("Cast", seen, to=kind)
 
-    def joined(self, *names: str) -> str:
+    def concat_columns(self, *names: str) -> str:
         """Columns side by side."""
         return self._node("Concat", *names, axis=1)
 
-    def _added(self, places: "Sequence[_Place]", seen: str, leaf: str | None) -> str:
+    def _add_terms(self, places: "Sequence[_Place]", seen: str, leaf: str | None) -> str:
         one = self._constant(np.array(1, self._numbers))
         seen = self._node("Pad", seen, self._constant(np.array([0, 0, 0, 1], np.int64)), one)
         terms = [self._term(place, seen, leaf) for place in places]
@@ -68,10 +68,10 @@ class Adding:
         if leaf is None:
             feature = self._node("Gather", seen, self._constant(place.feature[0]), axis=1)
         else:
-            feature = self._node("GatherElements", seen, self._looked_up(place.feature, leaf), axis=1)
-        return self._node("Mul", feature, self._looked_up(place.weight.astype(self._numbers), leaf))
+            feature = self._node("GatherElements", seen, self._look_up_row(place.feature, leaf), axis=1)
+        return self._node("Mul", feature, self._look_up_row(place.weight.astype(self._numbers), leaf))
 
-    def _looked_up(self, table: Any, leaf: str | None) -> str:
+    def _look_up_row(self, table: Any, leaf: str | None) -> str:
         """A row of a table for each observation, by its leaf; or the only row."""
         return self._constant(table[0]) if leaf is None else self._node("Gather", self._constant(table), leaf, axis=0)
 

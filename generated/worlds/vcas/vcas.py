@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 
 from codegen.floats import FLOAT32
-from codegen.importers.scikit import grown_from_sklearn
+from codegen.importers.scikit import read_sklearn_tree
 from codegen.ir import AgentPolicy, PolicyProfile, Provenance, Tree, act
-from codegen.lowering.deploy import deployed
+from codegen.lowering.deploy import deploy_tree
 from codegen.paths import in_preorder
 from codegen.policy_json import dumps
 from maviper.worlds import find
@@ -202,7 +202,7 @@ def fitted(table: Table) -> Tree:
         tree = DecisionTreeClassifier(max_leaf_nodes=LEAVES, random_state=0)
         tree.fit(np.concatenate(x), np.concatenate(y), sample_weight=weights)
         actions = tree.classes_[np.argmax(tree.tree_.value[:, 0], axis=1)]
-        subtrees.append(deployed(grown_from_sklearn(tree.tree_, actions)))
+        subtrees.append(deploy_tree(read_sklearn_tree(tree.tree_, actions)))
     return joined(subtrees)
 
 

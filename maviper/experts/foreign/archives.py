@@ -71,10 +71,10 @@ def part(archive: zipfile.ZipFile, name: str, most: int) -> bytes:
     if archive.getinfo(name).compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
         raise ValueError(f"{name} is compressed in an unknown way")
     with archive.open(name) as file:
-        found = file.read(most + 1)
-    if len(found) > most:
+        content = file.read(most + 1)
+    if len(content) > most:
         raise ValueError(f"{name} is larger than {most} bytes")
-    return found
+    return content
 
 
 def state_dict(data: bytes, most: int) -> dict[str, Float32]:
@@ -101,7 +101,7 @@ def _tensors(archive: zipfile.ZipFile, most: int) -> dict[str, Float32]:
     if order in files and part(archive, order, 16) != b"little":
         raise NotPlainError("its bytes are in another order")
     room, storages = most, dict[str, bytes]()
-    found: dict[str, Float32] = {}
+    tensors: dict[str, Float32] = {}
     for name, tensor in _index(part(archive, f"{folder}/{INDEX}", MAX_INDEX)).items():
         if not isinstance(name, str) or not isinstance(tensor, _Tensor):
             raise NotPlainError(f"{str(name)[:80]} is no tensor")
@@ -111,8 +111,8 @@ def _tensors(archive: zipfile.ZipFile, most: int) -> dict[str, Float32]:
         file = tensor.storage.file
         if file not in storages:
             storages[file] = part(archive, f"{folder}/data/{file}", most - sum(map(len, storages.values())))
-        found[name] = _numbers(tensor, storages[file])
-    return found
+        tensors[name] = _numbers(tensor, storages[file])
+    return tensors
 
 
 def _numbers(tensor: _Tensor, data: bytes) -> Float32:
@@ -170,18 +170,18 @@ class _Machine:
             case "TUPLE":
                 stack.append(tuple(self._since_mark()))
             case "TUPLE1" | "TUPLE2" | "TUPLE3":
-                stack.append(tuple(self._popped(len(stack) - int(name[-1]))))
+                stack.append(tuple(self._pop_above(len(stack) - int(name[-1]))))
             case "EMPTY_DICT":
                 stack.append({})
             case "SETITEM":
-                self._fill(self._popped(len(stack) - 2))
+                self._fill(self._pop_above(len(stack) - 2))
             case "SETITEMS":
                 self._fill(self._since_mark())
             case "BINPERSID":
                 stack.append(_storage(stack.pop()))
             case "REDUCE":
-                what, given = self._popped(len(stack) - 2)
-                stack.append(_made(what, given))
+                what, given = self._pop_above(len(stack) - 2)
+                stack.append(_make_object(what, given))
             case "BUILD":  # attributes of a dictionary, in which torch notes versions of modules
                 stack.pop()
                 _dictionary(stack[-1])
@@ -194,7 +194,7 @@ class _Machine:
             case _:
                 raise NotPlainError(f"it holds {name}, which no state dict needs")
 
-    def _popped(self, height: int) -> list[object]:
+    def _pop_above(self, height: int) -> list[object]:
         """What lies above a height, taken off."""
         if height < 0:
             raise NotPlainError("its index is damaged")
@@ -203,7 +203,7 @@ class _Machine:
         return items
 
     def _since_mark(self) -> list[object]:
-        return self._popped(self._marks.pop())
+        return self._pop_above(self._marks.pop())
 
     def _fill(self, items: Sequence[object]) -> None:
         """Puts names and what they mean into the dictionary on top."""
@@ -229,7 +229,7 @@ def _storage(given: object) -> _Storage:
             raise NotPlainError("it holds numbers of a type that only torch reads")
 
 
-def _made(what: object, given: object) -> object:
+def _make_object(what: object, given: object) -> object:
     """What stands for a call: an empty dictionary, or a tensor of (storage, offset, shape, strides, ...)."""
     match what, given:
         case _Name(text), () if text == DICTIONARY:

@@ -141,31 +141,31 @@ class LayersExpert:
         """As `Controller.act`: each agent's greedy action, or the numbers that it gives without noise."""
         del state
         if self.outputs in GIVING:
-            return in_columns([self.given(agent, observations[agent]) for agent in agents])
+            return in_columns([self.give_numbers(agent, observations[agent]) for agent in agents])
         return np.stack([np.argmax(self.values(observations[agent]), axis=1) for agent in agents], axis=1)
 
-    def given(self, agent: int, obs: Float32) -> Float32:
+    def give_numbers(self, agent: int, obs: Float32) -> Float32:
         """The numbers that an agent gives, within their bounds; [batch, n_outputs]."""
         low, high = bounds(self.world.outputs[agent])
-        found = self._forward(obs)
+        numbers = self._forward(obs)
         if self.outputs == SQUASHED:
-            found = low + (np.tanh(found) + 1) / 2 * (high - low)
-        return np.clip(found, low, high).astype(np.float32)
+            numbers = low + (np.tanh(numbers) + 1) / 2 * (high - low)
+        return np.clip(numbers, low, high).astype(np.float32)
 
     def values(self, obs: Float32) -> Float64:
         """Q of each action, or its log-probability; [batch, n_actions]."""
-        found = self._forward(obs)
+        scores = self._forward(obs)
         if self.outputs == Q:
-            return found
-        top = found.max(axis=1, keepdims=True)
-        return found - top - np.log(np.exp(found - top).sum(axis=1, keepdims=True))
+            return scores
+        top = scores.max(axis=1, keepdims=True)
+        return scores - top - np.log(np.exp(scores - top).sum(axis=1, keepdims=True))
 
     def _forward(self, obs: Float32) -> Float64:
-        found = np.asarray(obs if self.normalization is None else self.normalization(obs), np.float64)
+        activations = np.asarray(obs if self.normalization is None else self.normalization(obs), np.float64)
         hidden = ACTIVATIONS[self.activation]
         for place, (weight, bias) in enumerate(self._wide):
-            found = (hidden(found) if place else found) @ weight + bias
-        return found
+            activations = (hidden(activations) if place else activations) @ weight + bias
+        return activations
 
     def q(self, agent: int, observations: Sequence[Float32], state: Any, joint: Int, given: Int) -> Float64:
         """As `Expert.q`. Of logits, the log-probabilities: the weight V - min Q is then VIPER's for policies."""

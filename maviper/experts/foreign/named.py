@@ -69,8 +69,8 @@ def from_name(text: str, world: World | None) -> LayersExpert:
 def statistics(path: Path) -> Normalization:
     """The normalisation that a JSON file states: `mean`, `var`, and `clip` and `epsilon` where they are unusual."""
     try:
-        found = msgspec.json.decode(runs.read(path, MAX_STATISTICS), type=Statistics)
+        parsed = msgspec.json.decode(runs.read(path, MAX_STATISTICS), type=Statistics)
     except msgspec.DecodeError as error:
         advice = 'write {"mean": [...], "var": [...]}, with clip and epsilon where they are not 10 and 1e-8'
         raise InputError("not a file of normalisation statistics", f"{path}: {error}"[:200], advice) from None
-    return Normalization(found.mean, found.var, found.clip, found.epsilon)  # type: ignore[arg-type]
+    return Normalization(parsed.mean, parsed.var, parsed.clip, parsed.epsilon)  # type: ignore[arg-type]

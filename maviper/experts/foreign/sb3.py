@@ -78,14 +78,14 @@ def from_sb3(
     where = str(file)
     _ensure_spaces(data, world, where)
     algorithm, outputs = _algorithm(data, tensors, where)
-    found = _network(tensors, algorithm, where)
+    network = _network(tensors, algorithm, where)
     card = {
         "algorithm": f"{algorithm} of stable-baselines3 {data[VERSION]}".strip(),
         "steps": data.get("num_timesteps"),
     }
     normal = _normalization(data, normalization, algorithm, where)
     chosen = activation or _activation(data, outputs, where)
-    return LayersExpert(world, found, chosen, outputs, normal, card, digest)
+    return LayersExpert(world, network, chosen, outputs, normal, card, digest)
 
 
 def _read(path: Path) -> tuple[dict[str, Any], Tensors, str]:
@@ -175,19 +175,19 @@ def _ensure_bounds(space: Mapping[str, Any], world: World, where: str) -> None:
 
 def _class(space: Any) -> str:
     """The name of the class of a space that the JSON describes, or ""."""
-    found = re.fullmatch(r"<class '[\w.]+\.(\w+)'>", str(space.get(":type:", ""))) if isinstance(space, dict) else None
-    return found[1] if found else ""
+    match = re.fullmatch(r"<class '[\w.]+\.(\w+)'>", str(space.get(":type:", ""))) if isinstance(space, dict) else None
+    return match[1] if match else ""
 
 
 def _activation(data: Mapping[str, Any], outputs: str, where: str) -> str:
     given = data.get("policy_kwargs") or {}
     if "activation_fn" not in given:
         return USUAL[outputs]
-    found = re.fullmatch(r"<class 'torch\.nn\.modules\.activation\.(\w+)'>", str(given["activation_fn"]))
-    if not found or found[1].lower() not in ACTIVATIONS:
+    match = re.fullmatch(r"<class 'torch\.nn\.modules\.activation\.(\w+)'>", str(given["activation_fn"]))
+    if not match or match[1].lower() not in ACTIVATIONS:
         what = f"the policy's activation is {str(given['activation_fn'])[:60]}"
         raise InputError(what, where, f"known are {', '.join(ACTIVATIONS)}; state one of them: activation=NAME")
-    return found[1].lower()
+    return match[1].lower()
 
 
 def _normalization(

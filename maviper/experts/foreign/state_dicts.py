@@ -42,7 +42,9 @@ def from_torch(
     known = dict.fromkeys(name.rsplit(".", 2)[0] for name in tensors if name.count(".") >= 2)
     if net not in known:
         raise UnknownNameError("network", net, known, where)
-    found = layers(tensors, net, where)
-    if not found:
+    linear_layers = layers(tensors, net, where)
+    if not linear_layers:
         raise InputError("there are no layers under that name", f"{where}: {net}", "name what comes before `.0.weight`")
-    return LayersExpert(world, found, activation, outputs, normalization, {"algorithm": "torch state dict"}, digest)
+    return LayersExpert(
+        world, linear_layers, activation, outputs, normalization, {"algorithm": "torch state dict"}, digest
+    )

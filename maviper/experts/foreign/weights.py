@@ -128,7 +128,7 @@ def layers(tensors: Tensors, name: str, where: str) -> list[Linear]:
 
 def single(tensors: Tensors, name: str, where: str) -> Linear:
     """The one layer of that name."""
-    found = tensors.get(f"{name}.weight"), tensors.get(f"{name}.bias")
-    if found[0] is None or found[1] is None or (found[0].ndim, found[1].ndim) != (2, 1):
+    layer = tensors.get(f"{name}.weight"), tensors.get(f"{name}.bias")
+    if layer[0] is None or layer[1] is None or (layer[0].ndim, layer[1].ndim) != (2, 1):
         raise InputError("a layer is missing", f"{where}: {name}", "the file is damaged, or of another library")
-    return Linear(found[0], found[1])
+    return Linear(layer[0], layer[1])

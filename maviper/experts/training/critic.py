@@ -14,7 +14,7 @@ from typing import Any
 import torch
 
 from codegen.ir import Float32
-from maviper.experts.training.nets import Adam, Nets, averaged
+from maviper.experts.training.nets import Adam, Nets, average_rows
 from maviper.experts.training.replay import Replay
 from maviper.experts.training.trainer import Trainer
 from maviper.worlds import World
@@ -75,24 +75,24 @@ class Fit(Trainer):
 
     def _greedy(self, seen: torch.Tensor) -> torch.Tensor:
         with torch.no_grad():
-            return (self.actor(self.joint.views(seen)) + self.joint.barred(seen)).argmax(2).T
+            return (self.actor(self.joint.views(seen)) + self.joint.mask_actions(seen)).argmax(2).T
 
     def _update(self) -> float:
         settings, joint = self.settings, self.joint
         batch = self.replay.sample(settings.batch, self.generator)
-        reward, goes_on = self.scaled(batch["reward"])[:, :, None], batch["goes_on"].T[:, :, None]
+        reward, goes_on = self.scale_rewards(batch["reward"])[:, :, None], batch["goes_on"].T[:, :, None]
         with torch.no_grad():
             then = joint.one_hot(self._greedy(batch["following"]))
             target = reward + settings.gamma * goes_on * self.slow(joint.critic_input(batch["following"], then))
         q = self.critic(joint.critic_input(batch["seen"], joint.one_hot(batch["acted"])))
-        loss = averaged((q - target).square(), batch["alive"].T).sum()
+        loss = average_rows((q - target).square(), batch["alive"].T).sum()
         self.optimiser.descend(loss, settings.learning_rate * (1 - 0.9 * self.progress))
         self.slow.copy_from(self.critic, settings.tau)
         return float(loss.detach())
 
     def tensors(self) -> dict[str, Float32]:
         """The critics alone, in the names and shapes of `network.NetworkExpert`."""
-        return self.joint.named_critics(self.critic)
+        return self.joint.export_critics(self.critic)
 
 
 def fit(

@@ -14,7 +14,7 @@ from torch import Tensor
 
 from codegen.ir import Float32
 from maviper.experts.network import ACTOR_CRITIC
-from maviper.experts.training.nets import Adam, Nets, averaged
+from maviper.experts.training.nets import Adam, Nets, average_rows
 from maviper.experts.training.replay import OffPolicy
 from maviper.worlds import World
 
@@ -75,14 +75,14 @@ class Maddpg(OffPolicy):
         settings, joint = self.settings, self.joint
         batch = self.replay.sample(settings.batch, self.generator)
         seen, following = batch["seen"], batch["following"]
-        reward, alive, goes_on = self.scaled(batch["reward"])[:, :, None], batch["alive"].T, batch["goes_on"].T
+        reward, alive, goes_on = self.scale_rewards(batch["reward"])[:, :, None], batch["alive"].T, batch["goes_on"].T
         rate = settings.learning_rate * (1 - (1 - settings.final_rate) * self.progress)
         with torch.no_grad():
             then = joint.one_hot(self._logits("actor.slow", following).argmax(2).T)
             later = self.nets["critic.slow"](joint.critic_input(following, then))
             target = reward + settings.gamma * goes_on[:, :, None] * later
         q = self.nets["critic"](joint.critic_input(seen, joint.one_hot(batch["acted"])))
-        loss = averaged((q - target).square(), alive).sum()
+        loss = average_rows((q - target).square(), alive).sum()
         self.optimisers["critic"].descend(loss, rate)
 
         logits = self._logits("actor", seen)
@@ -90,8 +90,8 @@ class Maddpg(OffPolicy):
         mask = torch.eye(joint.n_agents, device=self.device)[:, None, :, None]
         acted = self._straight_through(logits)[:, :, None, :] * mask + others[None] * (1 - mask)
         q = self.nets["critic"](joint.critic_input(seen, acted))
-        penalty = averaged((logits * (joint.forbidden == 0)).square(), alive)
-        self.optimisers["actor"].descend((-averaged(q, alive) + settings.logit_penalty * penalty).sum(), rate)
+        penalty = average_rows((logits * (joint.forbidden == 0)).square(), alive)
+        self.optimisers["actor"].descend((-average_rows(q, alive) + settings.logit_penalty * penalty).sum(), rate)
         for name in ("actor", "critic"):
             self.nets[f"{name}.slow"].copy_from(self.nets[name], settings.tau)
         return float(loss.detach())
@@ -105,4 +105,4 @@ class Maddpg(OffPolicy):
 
     def tensors(self) -> dict[str, Float32]:
         """As `Trainer.tensors`."""
-        return self.joint.named_actors(self.nets["actor"]) | self.joint.named_critics(self.nets["critic"])
+        return self.joint.export_actors(self.nets["actor"]) | self.joint.export_critics(self.nets["critic"])

@@ -18,10 +18,10 @@ from codegen.ir import Float32
 from maviper.episodes.play import Controller
 from maviper.experts.cards import IMITATION, REWARD, VALUES
 from maviper.experts.network import ACTOR
-from maviper.experts.scripted import scripted
+from maviper.experts.scripted import build_script
 from maviper.experts.training.imitation import Imitation
-from maviper.experts.training.nets import Adam, Nets, averaged
-from maviper.experts.training.opponents import Finished, Opponents, Past, Script, sampled
+from maviper.experts.training.nets import Adam, Nets, average_rows
+from maviper.experts.training.opponents import Finished, Opponents, Past, Script, sample_actions
 from maviper.experts.training.trainer import Trainer
 from maviper.worlds import World
 
@@ -90,7 +90,7 @@ class Mappo(Trainer):
         for name, nets in self.nets.items():
             self.optimisers[name] = Adam((nets,), settings.learning_rate, settings.gradient_norm)
         if settings.imitate_steps:
-            self.imitation = Imitation(world, joint, self.actor, scripted(world), self.generator)
+            self.imitation = Imitation(world, joint, self.actor, build_script(world), self.generator)
             self.optimisers["imitation"] = Adam((self.actor,), settings.imitate_rate, norm=5.0)
         self.meetings: list[Meeting] = []
         self.mine = np.ones((joint.n_agents, self.most_games), dtype=bool)  # who is played by the network where
@@ -111,9 +111,9 @@ class Mappo(Trainer):
             )
         return [joint.widths[self.world.members(team)[0]] for team in self.world.teams]
 
-    def _seen_by_all(self, joint: Tensor) -> Tensor:
+    def _arrange_joint(self, joint: Tensor) -> Tensor:
         """What values read, [n_agents, batch, n_obs]; alike for all who share a network."""
-        return self.joint.own_first(joint) if self.settings.shared else self.joint.shared(joint)
+        return self.joint.own_first(joint) if self.settings.shared else self.joint.share_observations(joint)
 
     def meet(self, experts: Sequence[Controller]) -> None:
         """As `Trainer.meet`."""
@@ -172,8 +172,8 @@ class Mappo(Trainer):
             observations = world.observe(state)
             seen.append(self.joint.tensor(observations))
             with torch.no_grad():
-                logits = self.actor(self.joint.views(seen[-1])) + self.joint.barred(seen[-1])
-            chosen = sampled(logits, self.rng)
+                logits = self.actor(self.joint.views(seen[-1])) + self.joint.mask_actions(seen[-1])
+            chosen = sample_actions(logits, self.rng)
             for opponents, theirs in self.meetings:
                 others = opponents.act(seen[-1], observations, state)
                 chosen = np.where(theirs[:, : len(state)], others, chosen)
@@ -201,7 +201,7 @@ class Mappo(Trainer):
         steps, n_games = acted.shape[:2]
         flat = played.seen.flatten(0, 1)
         with torch.no_grad():
-            values = self.values(self._seen_by_all(flat))[..., 0].unflatten(1, (steps + 1, n_games))
+            values = self.values(self._arrange_joint(flat))[..., 0].unflatten(1, (steps + 1, n_games))
             before = self._log_probabilities(played.seen[:steps].flatten(0, 1), acted.flatten(0, 1))[0]
         advantages = self._advantages(rewards, values, playing, self._by_agent(played.goes_on))
         targets = (advantages + values[:, :steps]).flatten(1)
@@ -219,13 +219,13 @@ class Mappo(Trainer):
         for _ in range(settings.epochs):
             order = some[torch.randperm(len(some), generator=self.generator).to(joint.device)]
             for rows in order.split(settings.minibatch):
-                found = self.values(self._seen_by_all(points[rows]))[..., 0]
-                loss = averaged((found - targets[:, rows]).square(), playing[:, rows]).sum()
+                predictions = self.values(self._arrange_joint(points[rows]))[..., 0]
+                loss = average_rows((predictions - targets[:, rows]).square(), playing[:, rows]).sum()
                 self.optimisers["values"].descend(loss, rate)
                 total += float(loss.detach())
                 if self.teaches == REWARD:
                     gain = self._gain(points[rows], choices[rows], before[:, rows], advantages[:, rows], mine[:, rows])
-                    gain = averaged(gain, acting[:, rows]).sum()
+                    gain = average_rows(gain, acting[:, rows]).sum()
                     self.optimisers["actor"].descend(-gain, rate)
         return total / (settings.epochs * len(order.split(settings.minibatch)))
 
@@ -240,7 +240,7 @@ class Mappo(Trainer):
 
     def _log_probabilities(self, seen: Tensor, acted: Tensor) -> tuple[Tensor, Tensor]:
         """Of the actions taken, and the entropy, each [n_agents, batch]."""
-        logits = (self.actor(self.joint.views(seen)) + self.joint.barred(seen)).log_softmax(dim=2)
+        logits = (self.actor(self.joint.views(seen)) + self.joint.mask_actions(seen)).log_softmax(dim=2)
         chosen = logits.gather(2, acted.T[:, :, None])[..., 0]
         return chosen, -(logits.exp() * logits).sum(dim=2)
 
@@ -261,7 +261,7 @@ class Mappo(Trainer):
 
     def tensors(self) -> dict[str, Float32]:
         """As `Trainer.tensors`."""
-        return self.joint.named_actors(self.actor)
+        return self.joint.export_actors(self.actor)
 
     def memory(self) -> dict[str, Tensor]:
         """As `Trainer.memory`."""

@@ -48,9 +48,9 @@ class Nets:
 
     def __call__(self, x: Tensor) -> Tensor:
         """x: [n_agents, batch, inputs] -> [n_agents, batch, outputs]."""
-        return self.applied(self.parameters, x)
+        return self.apply_weights(self.parameters, x)
 
-    def applied(self, parameters: Sequence[Tensor], x: Tensor) -> Tensor:
+    def apply_weights(self, parameters: Sequence[Tensor], x: Tensor) -> Tensor:
         """The same with other weights than its own."""
         owned = parameters if self.owner is None else [parameter[self.owner] for parameter in parameters]
         w1, b1, w2, b2, w3, b3 = owned
@@ -64,7 +64,9 @@ class Nets:
             for mine, theirs in zip(self.parameters, other.parameters, strict=True):
                 mine.lerp_(theirs, share)
 
-    def named(self, agents: Sequence[str], net: str, inputs: Sequence[int], outputs: Sequence[int]) -> dict[str, Any]:
+    def export_weights(
+        self, agents: Sequence[str], net: str, inputs: Sequence[int], outputs: Sequence[int]
+    ) -> dict[str, Any]:
         """The weights in the names and shapes of `network.NetworkExpert`, padding cut off."""
         named: dict[str, Float32] = {}
         for index, agent in enumerate(agents):
@@ -146,7 +148,7 @@ class Joint:
                     asked[agent, action] = int(start) + place
         return asked, always
 
-    def barred(self, joint: Tensor) -> Tensor:
+    def mask_actions(self, joint: Tensor) -> Tensor:
         """What is added to logits in joint observations [batch, n_obs + 1]: FORBIDDEN for actions that an agent does
         not have, or that are illegal, else 0; [n_agents, batch or 1, n_actions]. Where none of its own is legal, an
         agent does not act, and all of them count.
@@ -167,12 +169,12 @@ class Joint:
         """[batch, n_obs + 1] -> [n_agents, batch, widest]."""
         return _columns(joint, self.view)
 
-    def shared(self, joint: Tensor) -> Tensor:
+    def share_observations(self, joint: Tensor) -> Tensor:
         """[batch, n_obs + 1] -> [n_agents, batch, n_obs]: everybody's critic sees everything."""
         return joint[:, : self.n_obs].expand(self.n_agents, -1, -1)
 
     def own_first(self, joint: Tensor) -> Tensor:
-        """As `shared`, but each agent's own observation comes first, then its team-mates', then the others'."""
+        """As `share_observations`, but each agent's own comes first, then its team-mates', then the others'."""
         return _columns(joint, self.order)
 
     def one_hot(self, acted: Tensor) -> Tensor:
@@ -182,19 +184,19 @@ class Joint:
     def critic_input(self, seen: Tensor, acted: Tensor) -> Tensor:
         """acted: [batch, n_agents, n_actions], or with a leading [n_agents] where the critics are asked differently."""
         flat = acted.flatten(-2).expand(self.n_agents, -1, -1)
-        return torch.cat([self.shared(seen), flat], dim=2)
+        return torch.cat([self.share_observations(seen), flat], dim=2)
 
-    def named_critics(self, critic: Nets) -> dict[str, Float32]:
+    def export_critics(self, critic: Nets) -> dict[str, Float32]:
         """Critics in the shapes of `network.NetworkExpert`: rows of actions that no agent has are left out."""
-        named = critic.named(self.agents, "critic", [self.critic_inputs] * self.n_agents, [1] * self.n_agents)
+        named = critic.export_weights(self.agents, "critic", [self.critic_inputs] * self.n_agents, [1] * self.n_agents)
         rows = [*range(self.n_obs)]
         for agent, choices in enumerate(self.choices):
             rows += range(self.n_obs + agent * self.n_actions, self.n_obs + agent * self.n_actions + choices)
         return {name: array[rows] if name.endswith("critic.1.weight") else array for name, array in named.items()}
 
-    def named_actors(self, actor: Nets, net: str = "actor") -> dict[str, Float32]:
+    def export_actors(self, actor: Nets, net: str = "actor") -> dict[str, Float32]:
         """Actors, or value networks, in the shapes of `network.NetworkExpert`."""
-        return actor.named(self.agents, net, self.widths, self.choices)
+        return actor.export_weights(self.agents, net, self.widths, self.choices)
 
 
 def _columns(joint: Tensor, chosen: Tensor) -> Tensor:
@@ -274,7 +276,7 @@ class Running:
         self.count, self.total, self.squares = map(np.array, parts)
 
 
-def averaged(values: Tensor, taken: Tensor) -> Tensor:
+def average_rows(values: Tensor, taken: Tensor) -> Tensor:
     """Each agent's mean over the rows in which it acts, [n_agents]. values: [n_agents, batch, ...]; taken: [n_agents,
     batch], 1 or 0.
     """

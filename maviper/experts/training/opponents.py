@@ -17,7 +17,7 @@ from codegen.errors import InputError
 from codegen.ir import Float32
 from maviper.episodes.play import Controller
 from maviper.experts import cards, store
-from maviper.experts.scripted import scripted
+from maviper.experts.scripted import build_script
 from maviper.experts.training.nets import Joint, Nets
 from maviper.experts.wrapped import Observing
 from maviper.worlds import World
@@ -62,8 +62,10 @@ class Past:
     def act(self, seen: Tensor, observations: Sequence[Float32], state: Any) -> Any:
         """As `Opponents.act`."""
         with torch.no_grad():
-            logits = self.actor.applied(self.versions[self.drawn], self.joint.views(seen)) + self.joint.barred(seen)
-        return sampled(logits, self.rng)
+            logits = self.actor.apply_weights(
+                self.versions[self.drawn], self.joint.views(seen)
+            ) + self.joint.mask_actions(seen)
+        return sample_actions(logits, self.rng)
 
     def memory(self) -> dict[str, Tensor]:
         """As `Opponents.memory`."""
@@ -111,7 +113,7 @@ def _by_reward_alone(world: World, name: str) -> Any:
     same = ("agents", "landmarks", "episode_steps")
     if any(getattr(played.spec, each) != getattr(world.spec, each) for each in same) or played.teams != world.teams:
         raise InputError("the expert plays another game", f"--against {name}: {played.name}, not {world.name}")
-    learned = cards.learned(expert.card)
+    learned = cards.count_steps(expert.card)
     if not learned or learned[cards.IMITATION] or expert.card["settings"].get("scripted"):
         advice = "choose an expert that learned by reward alone"
         raise InputError("the expert learned from a script, or does not say how", f"--against {name}", advice)
@@ -122,7 +124,7 @@ class Script:
     """The world's script."""
 
     def __init__(self, world: World) -> None:
-        self.script, self.agents = scripted(world), range(len(world.agents))
+        self.script, self.agents = build_script(world), range(len(world.agents))
 
     def begin(self, progress: float) -> None:
         """As `Opponents.begin`: nothing to do."""
@@ -139,7 +141,7 @@ class Script:
         """As `Opponents.remember`: nothing."""
 
 
-def sampled(logits: Tensor, rng: np.random.Generator) -> Any:
+def sample_actions(logits: Tensor, rng: np.random.Generator) -> Any:
     """An action for each row of logits [n_agents, batch, n_actions], drawn from their softmax, [n_agents, batch]."""
     numbers = logits.cpu().numpy()
     return np.argmax(numbers + rng.gumbel(size=numbers.shape), axis=2)

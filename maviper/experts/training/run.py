@@ -15,13 +15,13 @@ from typing import Any, NamedTuple, Unpack
 
 from codegen.errors import InputError
 from maviper.console import Console, LiveLine
-from maviper.episodes.measures import Estimate, shown
+from maviper.episodes.measures import Estimate, format_estimate
 from maviper.experts.recipes import Request, schedule
 from maviper.experts.training import train as training
 from maviper.files import resuming, runs
 from maviper.files.jobs import side_by_side
-from maviper.files.seeds import Scored, best_of, ensure_counts, folder_of, resumed
-from maviper.options import TrainOptions, requested
+from maviper.files.seeds import Scored, best_of, ensure_counts, folder_of, is_resumed
+from maviper.options import TrainOptions, make_request
 from maviper.worlds import World, find
 
 MAX_SEED = 2**32
@@ -32,17 +32,17 @@ def train_expert(name: str, folder: Path, console: Console, **options: Unpack[Tr
 
     The card says `stopped` where a training had to stop early.
     """
-    asked = requested(TrainOptions, options)
+    asked = make_request(TrainOptions, options)
     overrides: dict[str, Any] = {"seed": asked.seed}
     overrides |= {} if asked.steps is None else {"steps": asked.steps}
     overrides |= dict(_setting(text) for text in asked.settings)
-    request = Request(asked.algorithm, asked.recipe, overrides, asked.device, asked.against).checked()
+    request = Request(asked.algorithm, asked.recipe, overrides, asked.device, asked.against).validate()
     world = find(name)
     seeds = range(asked.seed, asked.seed + asked.seeds)
     ensure_counts(asked.seeds, asked.jobs)
     if not 0 <= seeds[0] <= seeds[-1] < MAX_SEED:
         raise InputError(f"seeds must be from 0 to {MAX_SEED - 1}, not {_seeds(seeds)}", "--seed, --seeds")
-    resuming.resumable(partial(runs.begun, folder))
+    resuming.resumable(partial(runs.holds_run, folder))
     console.line("training", f"{world.name}, {request.algorithm}, recipe {request.recipe}, {_seeds(seeds)}")
     console.line("", schedule(request, training.settings_of(world, request)))
     if len(seeds) == 1:
@@ -63,7 +63,7 @@ def _seeds(seeds: Sequence[int]) -> str:
 
 def _one(world: World, folder: Path, request: Request, resume: bool, console: Console) -> dict[str, Any]:
     with _Stages(console, resume) as stages:
-        return training.train(world, folder, request, stages.judged, resume, stages.show)
+        return training.train(world, folder, request, stages.keep_best, resume, stages.show)
 
 
 class _Stages:
@@ -81,12 +81,14 @@ class _Stages:
     def __exit__(self, *caught: object) -> None:
         self._open.close()
 
-    def judged(self, checkpoint: training.Checkpoint, total: int) -> None:
+    def keep_best(self, checkpoint: training.Checkpoint, total: int) -> None:
         """Keeps what a checkpoint scored, if it is the best so far."""
         del total
         if checkpoint.score > self.best:
             self.best = checkpoint.score
-            self._said = f"best {_measured(checkpoint.measured)}; return {_measured(checkpoint.returns)}"
+            self._said = (
+                f"best {_format_estimates(checkpoint.measured)}; return {_format_estimates(checkpoint.returns)}"
+            )
 
     def show(self, step: training.Step) -> None:
         """Shows how far a stage is."""
@@ -97,8 +99,8 @@ class _Stages:
         self._live.update(step.done, "  ".join(filter(None, (step.said, self._said))))
 
 
-def _measured(found: Mapping[str, Estimate]) -> str:
-    return ", ".join(f"{team} {shown(value)}" for team, value in found.items())
+def _format_estimates(found: Mapping[str, Estimate]) -> str:
+    return ", ".join(f"{team} {format_estimate(value)}" for team, value in found.items())
 
 
 class _Task(NamedTuple):
@@ -117,16 +119,16 @@ def _several(task: _Task, seeds: Sequence[int], jobs: int, console: Console) -> 
     folders = [folder_of(folder, seed) for seed in seeds]
     asked = [replace(request, overrides={**request.overrides, "seed": seed}) for seed in seeds]
     tasks = [
-        _Task(task.name, place, one, resumed(place, task.resume), task.quiet)
+        _Task(task.name, place, one, is_resumed(place, task.resume), task.quiet)
         for place, one in zip(folders, asked, strict=True)
     ]
-    best, card = best_of(folder, seeds, side_by_side(_beside, tasks, jobs), _scored, console.line)
+    best, card = best_of(folder, seeds, side_by_side(_beside, tasks, jobs), _read_score, console.line)
     kept = (training.EXPERT_FILE, training.CARD_FILE, training.CURVE_FILE)
     runs.write_all(folder, {file: (folder_of(folder, best) / file).read_bytes() for file in kept})
     return card
 
 
-def _scored(card: Mapping[str, Any]) -> Scored:
+def _read_score(card: Mapping[str, Any]) -> Scored:
     return Scored(card["score"], f", best after {card['steps']:,} steps, {card['seconds']:.0f} s", card["measured"])
 
 

@@ -80,13 +80,13 @@ def train(
     MissingToolError without torch; InputError for settings, a device or a folder that cannot be used, and for a
     training whose loss stops being a number before there is a checkpoint.
     """
-    request = request.checked()
+    request = request.validate()
     trainer_of, chosen = _trainer(request.algorithm), settings_of(world, request)
     _check_device(request.device)
     experts = _against(world, request)
     met = {name: expert.hash for name, expert in experts.items()}
     config = {**cards.config(world, request, chosen, _rule(world)), "against": met}
-    done = _prepared(folder, config, resume)
+    done = _prepare_folder(folder, config, resume)
     if done is not None:
         return done
     trainer = trainer_of.trainer(world, chosen, request.device)
@@ -110,7 +110,7 @@ def train(
 
 def settings_of(world: World, request: Request) -> Any:
     """The settings of a training, a dataclass; errors as those of `train`."""
-    algorithm = request.checked().algorithm
+    algorithm = request.validate().algorithm
     if world.masked and algorithm != MAPPO:
         advice = f"choose --algorithm {MAPPO}, and no other recipe than {DEFAULT}"
         raise InputError(f"{algorithm} takes no heed of illegal actions", world.name, advice)
@@ -169,7 +169,7 @@ def _rule(world: World) -> str:
     """How the expert is chosen, in words."""
     checkpoint, final = _episodes(world)
     score, again = "the mean over teams of the primary measure among experts (of a share, its log-odds)", ""
-    if judging.rated(world):
+    if judging.is_rated(world):
         score = (
             f"its rating against the {judging.N_RIVALS} best checkpoints before it in the same run (their ratings plus "
             "what it gains on them in every team's place)"
@@ -182,7 +182,7 @@ def _rule(world: World) -> str:
     )
 
 
-def _prepared(folder: Path, config: Mapping[str, Any], resume: bool) -> dict[str, Any] | None:
+def _prepare_folder(folder: Path, config: Mapping[str, Any], resume: bool) -> dict[str, Any] | None:
     """Makes sure that the folder is this run's; the card when the run is done already."""
     place = folder / CARD_FILE
     same = (*SAME, *(name for name in (cards.BEGINS_WITH,) if name in config))
@@ -221,7 +221,7 @@ class _Run:
             judged = self._judge(trainer.tensors(), measures.CHECKPOINT_SEEDS, _episodes(self.world)[0], self._rivals())
             self.seconds = before + time.monotonic() - started
             self._save(judged, logged)
-            returns = {m.team: found for m, found in judged.among.items() if m.name == RETURN}
+            returns = {m.team: estimate for m, estimate in judged.among.items() if m.name == RETURN}
             on_checkpoint(
                 Checkpoint(trainer.steps, judged.score, judged.primary(self.world), returns), trainer.settings.steps
             )
@@ -245,14 +245,14 @@ class _Run:
         return {**self.config, "networks": self.trainer.networks, **more}
 
     def _judge(self, tensors: Mapping[str, Float32], first: int, episodes: int, rivals: Sequence[Rival] = ()) -> Judged:
-        expert = store.built(self.world, tensors, {"world": self.world.name})
+        expert = store.build_expert(self.world, tensors, {"world": self.world.name})
         return judging.judge(self.world, expert, range(first, first + episodes), rivals)
 
     def _rivals(self) -> list[Rival]:
-        best = self._finalists()[: judging.N_RIVALS] if judging.rated(self.world) else []
-        return [Rival(self._saved(line["steps"]), line["score"]) for line in best]
+        best = self._finalists()[: judging.N_RIVALS] if judging.is_rated(self.world) else []
+        return [Rival(self._load_checkpoint(line["steps"]), line["score"]) for line in best]
 
-    def _saved(self, steps: int) -> NetworkExpert:
+    def _load_checkpoint(self, steps: int) -> NetworkExpert:
         data = runs.read(self._checkpoint(steps), store.MAX_BYTES)
         return store.decode(data, "checkpoint", self.world)
 
@@ -316,7 +316,7 @@ class _Run:
             raise InputError(f"the training {fault}", str(self.folder), "try a lower learning rate")
         episodes = _episodes(self.world)[1]
         learned = {line["steps"]: line["learned"] for line in self.lines}
-        finalists = {line["steps"]: self._saved(line["steps"]) for line in self._finalists()}
+        finalists = {line["steps"]: self._load_checkpoint(line["steps"]) for line in self._finalists()}
         self.on_step(Step(CHOOSING, 0, len(finalists)))
         seeds = range(measures.FINALIST_SEEDS, measures.FINALIST_SEEDS + episodes)
         score, steps = max(zip(judging.scores(self.world, list(finalists.values()), seeds), finalists, strict=True))
@@ -344,8 +344,8 @@ class _Run:
             wanted = replace(wanted, steps=min(wanted.steps, chosen.steps))
         steps: list[int] = []
 
-        def told(done: int, total: int, loss: float) -> None:
+        def tell_progress(done: int, total: int, loss: float) -> None:
             steps[:] = [done]
             self.on_step(Step(CRITIC, done, total, f"loss {loss:.3g}" if done else ""))
 
-        return critic.fit(self.world, actors, wanted, self.trainer.device, told), steps[0]
+        return critic.fit(self.world, actors, wanted, self.trainer.device, tell_progress), steps[0]

@@ -60,8 +60,8 @@ class Trainer(ABC):
         """Starts from the expert's actors, or value networks. InputError where they do not fit this training's."""
         agents, kind = self.world.agents, VALUE if self.networks == VALUE else ACTOR
         wanted = shapes(self.world, self.settings.hidden, kind)
-        found = {name: expert.tensors[name].shape for name in wanted if name in expert.tensors}
-        if found != wanted or any(nets.owner is not None for nets in self.nets.values()):
+        actual = {name: expert.tensors[name].shape for name in wanted if name in expert.tensors}
+        if actual != wanted or any(nets.owner is not None for nets in self.nets.values()):
             advice = "choose an expert of the same agents, with networks of their own of the same size and kind"
             raise InputError("the training cannot start from these networks", self.world.name, advice)
         for name, nets in self.nets.items():
@@ -77,7 +77,7 @@ class Trainer(ABC):
 
     @property
     def teaches(self) -> str:
-        """What the next `advance` teaches the actors by, as `cards.learned` names it."""
+        """What the next `advance` teaches the actors by, as `cards.count_steps` names it."""
         return REWARD
 
     @property
@@ -143,9 +143,9 @@ class Trainer(ABC):
         shape = len(observations[0]), self.joint.n_agents
         if not self.joint.masked:
             return self.rng.integers(self.joint.choices, size=shape)
-        return self.world.drawn(range(self.joint.n_agents), observations, self.rng.random(shape))
+        return self.world.draw_actions(range(self.joint.n_agents), observations, self.rng.random(shape))
 
-    def scaled(self, reward: Tensor) -> Tensor:
+    def scale_rewards(self, reward: Tensor) -> Tensor:
         """Rewards [batch, n_agents] by the scale of everything seen so far, [n_agents, batch]."""
         mean, deviation = (torch.from_numpy(part).float().to(self.device) for part in self.running.scale())
         return ((reward - mean) / deviation).T

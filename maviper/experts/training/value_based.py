@@ -14,7 +14,7 @@ from torch import Tensor
 
 from codegen.ir import Float32
 from maviper.experts.network import VALUE
-from maviper.experts.training.nets import Adam, Nets, averaged
+from maviper.experts.training.nets import Adam, Nets, average_rows
 from maviper.experts.training.replay import OffPolicy
 from maviper.worlds import World
 
@@ -72,17 +72,17 @@ class Vdn(OffPolicy):
         alive, goes_on = batch["alive"].T, batch["goes_on"].T  # who has left adds nothing to its team's value
         acting = ((self.teams @ alive) > 0).float()  # [n_teams, batch]
         sizes = self.teams.sum(dim=1, keepdim=True)
-        reward = (self.teams / sizes) @ (self.scaled(batch["reward"]) * alive)  # [n_teams, batch]
+        reward = (self.teams / sizes) @ (self.scale_rewards(batch["reward"]) * alive)  # [n_teams, batch]
         with torch.no_grad():
             best = self._q("value", batch["following"]).argmax(2, keepdim=True)
             then = self._q("value.slow", batch["following"]).gather(2, best)[..., 0]
             target = reward + settings.gamma * self.teams @ (then * goes_on)
         chosen = self._q("value", batch["seen"]).gather(2, batch["acted"].T[:, :, None])[..., 0] * alive
-        loss = averaged((self.teams @ chosen - target).square(), acting).sum()
+        loss = average_rows((self.teams @ chosen - target).square(), acting).sum()
         self.optimisers["value"].descend(loss, settings.learning_rate * (1 - 0.9 * self.progress))
         self.nets["value.slow"].copy_from(self.nets["value"], settings.tau)
         return float(loss.detach())
 
     def tensors(self) -> dict[str, Float32]:
         """As `Trainer.tensors`."""
-        return self.joint.named_actors(self.nets["value"], VALUE)
+        return self.joint.export_actors(self.nets["value"], VALUE)

@@ -19,7 +19,7 @@ import numpy as np
 from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, ROOT, Bool, Float32, Float64, GrownTree
 from codegen.lowering.deploy import SummedTree
 from maviper.extraction.growth.regression import Leaves
-from maviper.extraction.selection.stack import merged
+from maviper.extraction.selection.stack import merge_leaves
 from maviper.worlds.world import Int
 
 SWEEPS = 4  # at most, from the lowest splits to the root
@@ -49,8 +49,8 @@ class Labels:
 
     def actions(self, rows: Sequence[Int]) -> Int:
         """The most frequent label of each leaf's rows, [n_leaves]."""
-        found = [np.bincount(self.labels[each], self.counts[each], self.n_actions).argmax() for each in rows]
-        return np.array(found, dtype=np.int64)
+        majorities = [np.bincount(self.labels[each], self.counts[each], self.n_actions).argmax() for each in rows]
+        return np.array(majorities, dtype=np.int64)
 
     def losses(self, rows: Sequence[Int]) -> Float64:
         """As `Answers.losses`: the count of a point with another label."""
@@ -64,13 +64,13 @@ class Numbers:
     leaves: Leaves
     counts: Int
 
-    def given(self, rows: Sequence[Int]) -> Float64:
+    def fit_leaves(self, rows: Sequence[Int]) -> Float64:
         """What each leaf gives, [n_leaves, n_outputs, n_features + 1]."""
-        return np.array([self.leaves.fitted(each, self.counts[each]) for each in rows])
+        return np.array([self.leaves.fit_leaf(each, self.counts[each]) for each in rows])
 
     def losses(self, rows: Sequence[Int]) -> Float64:
         """As `Answers.losses`: squared distances in parts of the ranges, of clipped numbers."""
-        return np.array([self.leaves.off(each) for each in self.given(rows)]) * self.counts
+        return np.array([self.leaves.off(each) for each in self.fit_leaves(rows)]) * self.counts
 
 
 @dataclass(frozen=True)
@@ -135,23 +135,23 @@ class _Nodes:
         return [node for node in below or [ROOT] if node not in self.tests]
 
 
-def alternated(tree: GrownTree, obs: Float32, answers: Labels | Numbers) -> GrownTree:
+def optimise_tests(tree: GrownTree, obs: Float32, answers: Labels | Numbers) -> GrownTree:
     """The tree with tests of sums, its leaves fitted to the points that reach them. `obs`: [n, n_features]."""
     wide = obs.astype(np.float64)
     nodes, spread = _Nodes.of(tree, wide.shape[1]), wide.std(axis=0)
     price = TERM * float(answers.losses([np.arange(len(wide))]).sum())
     before = np.inf
     for _ in range(SWEEPS):
-        _pruned(nodes, wide)
-        total = _swept(nodes, wide, spread, answers, price)
+        _prune_nodes(nodes, wide)
+        total = _sweep_nodes(nodes, wide, spread, answers, price)
         if total >= before - price:
             break
         before = total
-    _pruned(nodes, wide)
-    return _grown(nodes, wide, answers)
+    _prune_nodes(nodes, wide)
+    return _build_tree(nodes, wide, answers)
 
 
-def _pruned(nodes: _Nodes, obs: Float64) -> None:
+def _prune_nodes(nodes: _Nodes, obs: Float64) -> None:
     """Takes away splits that all points pass on one side."""
     changed = True
     while changed:
@@ -169,7 +169,7 @@ def _pruned(nodes: _Nodes, obs: Float64) -> None:
                 break
 
 
-def _swept(nodes: _Nodes, obs: Float64, spread: Float64, answers: Answers, price: float) -> float:
+def _sweep_nodes(nodes: _Nodes, obs: Float64, spread: Float64, answers: Answers, price: float) -> float:
     """One way up; what the tree loses then, with the price of its terms."""
     rows, leaves = nodes.reaching(obs), nodes.leaves()
     losses = answers.losses([rows[leaf] for leaf in leaves])
@@ -177,11 +177,11 @@ def _swept(nodes: _Nodes, obs: Float64, spread: Float64, answers: Answers, price
     below = {leaf: losses[place] for place, leaf in enumerate(leaves)}
     for node in [*nodes.down()][::-1]:
         here, (one, other) = rows[node], (below.pop(nodes.left[node]), below.pop(nodes.right[node]))
-        found, swap = _better(nodes.tests[node], obs[here], one[here], other[here], spread, price)
-        nodes.tests[node] = found
+        better, swap = _better(nodes.tests[node], obs[here], one[here], other[here], spread, price)
+        nodes.tests[node] = better
         if swap:
             nodes.left[node], nodes.right[node], one, other = nodes.right[node], nodes.left[node], other, one
-        below[node] = np.where(found.left(obs), one, other)
+        below[node] = np.where(better.left(obs), one, other)
     return float(below[ROOT].sum()) + price * sum(test.terms for test in nodes.tests.values())
 
 
@@ -202,10 +202,10 @@ def _better(test: Test, obs: Float64, one: Float64, other: Float64, spread: Floa
         for sign in (1.0, -1.0) if np.count_nonzero(weights) == 1 else (1.0,):
             threshold, lost = _threshold(seen @ weights, sign * wanted)
             lost += (sign < 0) * float(wanted.sum())
-            found = Test(weights, threshold)
-            lost += _cost(found, price, len(cares) / np.count_nonzero(care))
+            candidate = Test(weights, threshold)
+            lost += _cost(candidate, price, len(cares) / np.count_nonzero(care))
             if lost < least - 1e-9 * price:
-                best, swapped, least = found, sign < 0, lost
+                best, swapped, least = candidate, sign < 0, lost
     return best, swapped
 
 
@@ -260,7 +260,7 @@ def _logistic(scaled: Float64, care: Float64) -> Float64:
     return fitted[:-1]
 
 
-def _grown(nodes: _Nodes, obs: Float64, answers: Labels | Numbers) -> GrownTree:
+def _build_tree(nodes: _Nodes, obs: Float64, answers: Labels | Numbers) -> GrownTree:
     """The tree, with leaves for the points that reach them."""
     rows, leaves, n = nodes.reaching(obs), nodes.leaves(), obs.shape[1]
     size = len(nodes.left)
@@ -277,9 +277,9 @@ def _grown(nodes: _Nodes, obs: Float64, answers: Labels | Numbers) -> GrownTree:
             tests.append(test.weights)
     numbers = isinstance(answers, Numbers)
     action[leaves] = range(len(leaves)) if numbers else answers.actions([rows[leaf] for leaf in leaves])
-    plain = merged(GrownTree(feature, threshold, left, right, action))
+    plain = merge_leaves(GrownTree(feature, threshold, left, right, action))
     if not tests and not numbers:
         return plain
-    given = answers.given([rows[leaf] for leaf in leaves]) if numbers else np.zeros((0, 0, n + 1))
+    given = answers.fit_leaves([rows[leaf] for leaf in leaves]) if numbers else np.zeros((0, 0, n + 1))
     arrays = plain.feature, plain.threshold, plain.left, plain.right, plain.action
     return SummedTree(*arrays, np.array(tests, np.float32).reshape(-1, n), given)

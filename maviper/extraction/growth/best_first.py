@@ -19,7 +19,7 @@ import numpy as np
 from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, Float64, GrownTree
 from maviper.extraction.growth.histogram import Bins, Codes
 from maviper.extraction.selection.progress import count_leaves
-from maviper.extraction.selection.stack import merged
+from maviper.extraction.selection.stack import merge_leaves
 from maviper.worlds.world import Int
 
 LEAST_GAIN = 1e-9  # of the purity of single points: below it a gain is rounding
@@ -70,7 +70,7 @@ class BestFirstTree:
         self.nodes: list[tuple[int, float, int, int, int]] = []  # feature, threshold, left, right, action
         self.open = [self._leaf(np.arange(len(vectors)), 0)]
 
-    def grown(self, max_leaves: int) -> GrownTree:
+    def grow_to(self, max_leaves: int) -> GrownTree:
         """The tree with at most so many leaves; of equal gains the older leaf is split."""
         while len(self.open) < max_leaves and self._grow():
             pass
@@ -80,13 +80,13 @@ class BestFirstTree:
         """The tree with at most so many leaves after siblings of one action are merged: splits that decide nothing
         yet, on which later ones may stand, cost no leaf.
         """
-        found = merged(self._tree())
+        largest = merge_leaves(self._tree())
         while self._grow():
-            tree = merged(self._tree())
+            tree = merge_leaves(self._tree())
             if count_leaves([tree]) > max_leaves:
                 break
-            found = tree
-        return found
+            largest = tree
+        return largest
 
     def _tree(self) -> GrownTree:
         return GrownTree(*(np.array(column) for column in zip(*self.nodes, strict=True)))

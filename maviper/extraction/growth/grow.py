@@ -51,7 +51,7 @@ class CartTree:
     def _fit(self, rows: Int, max_depth: int) -> Any:
         return cart(self.obs[rows], self.labels[rows], self.counts[rows], max_depth, self.seed)
 
-    def predicted_right(self) -> Bool:
+    def check_predictions(self) -> Bool:
         """Predict for all points: does the projected final tree act as the expert does? [n]"""
         if self._right is None:
             predicted = np.array(self.action)[self.place]
@@ -94,7 +94,7 @@ class CartTree:
 
     def tree(self) -> GrownTree:
         """The tree grown so far."""
-        return grown_tree(self.feature, self.threshold, self.children, self.action)
+        return build_tree(self.feature, self.threshold, self.children, self.action)
 
 
 def cart(obs: Float32, labels: Int, counts: Int, max_depth: int, seed: int) -> Any:
@@ -120,7 +120,7 @@ class Growing(Protocol):
         """How often its data set holds each point, [n]."""
         ...
 
-    def predicted_right(self) -> Bool:
+    def check_predictions(self) -> Bool:
         """Whether the projected final tree acts as the expert does, for all points [n]."""
         ...
 
@@ -152,7 +152,7 @@ def grow_jointly(
         for agent in team:
             keep = everything  # where there is nothing to ask
             if least_right > 0:
-                right = [member.predicted_right() | out for member, out in zip(team, absent, strict=True)]
+                right = [member.check_predictions() | out for member, out in zip(team, absent, strict=True)]
                 keep = np.sum(right, axis=0) >= least_right
             if kept is not None:
                 kept.append(float(agent.counts[keep].sum() / max(1, agent.counts.sum())))
@@ -170,7 +170,7 @@ def grow_shared(
     for _ in range(max_depth):
         keep = np.ones(n * members, dtype=bool)
         if least_right > 0:
-            right = tree.predicted_right().reshape(n, members) | ~alive
+            right = tree.check_predictions().reshape(n, members) | ~alive
             keep = np.repeat(right.sum(axis=1) >= least_right, members)
         if kept is not None:
             kept.append(float(tree.counts[keep].sum() / max(1, tree.counts.sum())))
@@ -178,7 +178,7 @@ def grow_shared(
     return [tree.tree()] * members
 
 
-def grown_tree(
+def build_tree(
     feature: Sequence[int], threshold: Sequence[float], children: Sequence[tuple[int, int]], action: Sequence[int]
 ) -> GrownTree:
     """A tree from lists over its nodes; `action` has an entry for splits too, which counts for nothing."""

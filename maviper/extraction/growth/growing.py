@@ -13,11 +13,11 @@ import numpy as np
 
 from codegen.ir import Bool, FeatureSpec, Float32, GrownTree
 from maviper.extraction.dataset import Dataset
-from maviper.extraction.growth.alternating import Labels, Numbers, alternated
+from maviper.extraction.growth.alternating import Labels, Numbers, optimise_tests
 from maviper.extraction.growth.best_first import BestFirstTree, gini
 from maviper.extraction.growth.grow import CartTree, Growing, grow_jointly, grow_shared
 from maviper.extraction.growth.histogram import Bins, Codes, HistogramTree
-from maviper.extraction.growth.regression import KINDS, Leaves, grown, testing
+from maviper.extraction.growth.regression import KINDS, Leaves, grow_tree, testing
 from maviper.extraction.settings import DIFFERENCES, EXACT, SUMS, Settings
 from maviper.worlds import World
 from maviper.worlds.world import Int
@@ -42,7 +42,7 @@ def _part(data: Dataset, agent: int, counts: Int) -> Part:
     return Part(agent, data.observations[agent], labels, counts, data.alive[:, agent])
 
 
-def pooled(data: Dataset, members: Sequence[int], counts: Mapping[int, Int] | Sequence[Int]) -> Part:
+def pool_points(data: Dataset, members: Sequence[int], counts: Mapping[int, Int] | Sequence[Int]) -> Part:
     """The points of agents that share a tree: of each point one row per member, so that later points stand behind."""
     obs = np.stack([data.observations[agent] for agent in members], axis=1)
     columns = np.stack([counts[agent] for agent in members], axis=1)
@@ -82,7 +82,9 @@ class Growth:
         """
         alive = data.alive[:, members]
         shared = bool(self.settings.share) and len(members) > 1
-        parts = [pooled(data, members, counts)] if shared else [_part(data, agent, counts[agent]) for agent in members]
+        parts = (
+            [pool_points(data, members, counts)] if shared else [_part(data, agent, counts[agent]) for agent in members]
+        )
         if self.settings.max_leaves or self.outputs:
             assert not least_right, "growth with votes goes level by level"
             if kept is not None:
@@ -116,13 +118,13 @@ class Growth:
             bins = Bins.of(part.obs[rows], len(rows) + 1)
             codes = bins.codes(part.obs[rows])
         else:
-            bins, codes = self._coded(part.agent, part.obs, part.alive)
+            bins, codes = self._code_points(part.agent, part.obs, part.alive)
             codes = codes[:, rows]
         if self.outputs:
             kind = KINDS[settings.leaf]
             leaves = kind(part.obs[rows], part.labels[rows], self.outputs[part.agent])
-            found = grown(leaves, part.counts[rows], codes, bins, settings.max_depth, settings.leaves)
-            return self._testing(part, found, leaves)
+            summed_tree = grow_tree(leaves, part.counts[rows], codes, bins, settings.max_depth, settings.leaves)
+            return self._testing(part, summed_tree, leaves)
         vectors = np.zeros((len(rows), self.n_actions[part.agent]))
         vectors[np.arange(len(rows)), part.labels[rows]] = part.counts[rows]
         tree = BestFirstTree(codes, vectors, bins, settings.max_depth, gini).deciding(settings.max_leaves)
@@ -135,7 +137,7 @@ class Growth:
         rows = np.flatnonzero(part.counts)
         counts, n_actions = part.counts[rows], self.n_actions[part.agent]
         answers = Numbers(leaves, counts) if leaves else Labels(part.labels[rows], counts, n_actions)
-        return alternated(tree, part.obs[rows], answers)
+        return optimise_tests(tree, part.obs[rows], answers)
 
     def _columns(self, agent: int, obs: Float32) -> Any:
         """What is tested, [n, n_columns]: features, then differences of two of them, as double sums have them."""
@@ -149,9 +151,9 @@ class Growth:
         depth, n_actions = self.settings.max_depth, self.n_actions[part.agent]
         if self.settings.splits == EXACT:
             return CartTree(obs, labels, counts, n_actions, depth, seed)
-        return HistogramTree(*self._coded(part.agent, obs, part.alive), labels, counts, n_actions, depth)
+        return HistogramTree(*self._code_points(part.agent, obs, part.alive), labels, counts, n_actions, depth)
 
-    def _coded(self, agent: int, obs: Float32, alive: Bool) -> tuple[Bins, Codes]:
+    def _code_points(self, agent: int, obs: Float32, alive: Bool) -> tuple[Bins, Codes]:
         """An agent's bins and the codes of all points; only new points are coded. Bins are of points in which it takes
         part, `alive`.
         """

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from codegen.ir import NO_CHILD, NO_FEATURE, Bool, Float32, Float64, GrownTree
-from maviper.extraction.growth.grow import grown_tree
+from maviper.extraction.growth.grow import build_tree
 from maviper.worlds.world import Int
 
 BINS = 256
@@ -45,10 +45,10 @@ class Bins:
 
     def codes(self, obs: Float32) -> Codes:
         """The bin of every observation, [n_features, n]."""
-        found = np.empty((obs.shape[1], len(obs)), dtype=np.int32)
-        for code, column, edges in zip(found, np.ascontiguousarray(obs.T), self.edges, strict=True):
+        codes = np.empty((obs.shape[1], len(obs)), dtype=np.int32)
+        for code, column, edges in zip(codes, np.ascontiguousarray(obs.T), self.edges, strict=True):
             code[...] = np.searchsorted(edges, column.astype(np.float64), side="left")
-        return found
+        return codes
 
 
 @dataclass(frozen=True)
@@ -91,7 +91,9 @@ def best_splits(codes: Codes, labels: Int, weights: Float64, slot: Int, n_slots:
     return Splits(feature, code, (best > -np.inf) & impure, totals.astype(np.float64))
 
 
-def projected(codes: Codes, labels: Int, weights: Float64, slot: Int, n_slots: int, n_actions: int, depth: int) -> Int:
+def project_trees(
+    codes: Codes, labels: Int, weights: Float64, slot: Int, n_slots: int, n_actions: int, depth: int
+) -> Int:
     """What trees of `depth`, one for each slot and fitted to its points, say of every point, [n].
 
     A point in slot -1 has no tree and gets -1, as do the points of a slot without weight.
@@ -134,13 +136,13 @@ class HistogramTree:
         place_of[self.open] = np.arange(len(self.open))
         return place_of[self.place]
 
-    def predicted_right(self) -> Bool:
+    def check_predictions(self) -> Bool:
         """Whether the projected final tree acts as the expert does, for all points [n]."""
         if self._right is None:
             predicted = np.array(self.action)[self.place]
             remaining = self.max_depth - self.level
             if self.open and remaining:  # a finished tree votes by its own leaves
-                said = projected(
+                said = project_trees(
                     self.codes, self.labels, self.counts, self._slots(), len(self.open), self.n_actions, remaining
                 )
                 predicted = np.where(said >= 0, said, predicted)
@@ -194,4 +196,4 @@ class HistogramTree:
 
     def tree(self) -> GrownTree:
         """The tree grown so far."""
-        return grown_tree(self.feature, self.threshold, self.children, self.action)
+        return build_tree(self.feature, self.threshold, self.children, self.action)

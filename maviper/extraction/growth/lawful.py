@@ -51,12 +51,12 @@ class _Completion:
         left, right, threshold = int(tree.left[node]), int(tree.right[node]), float(tree.threshold[node])
         action = self.asked.get(feature)
         if action is None:
-            sides = self._parted(here, feature, threshold)
+            sides = self._split_points(here, feature, threshold)
             return self._split(feature, threshold, ((left, sides[0], legal), (right, sides[1], legal)))
         if not 0 <= threshold < 1 or action in legal:  # decided before it is asked
             goes_left = threshold >= 1 or (threshold >= 0 and not legal[action])
             return self.below(left if goes_left else right, here, legal)
-        sides = self._parted(here, feature, LEGAL)  # one threshold says what any other in [0, 1) does
+        sides = self._split_points(here, feature, LEGAL)  # one threshold says what any other in [0, 1) does
         known = ({**legal, action: False}, {**legal, action: True})
         return self._split(feature, LEGAL, ((left, sides[0], known[0]), (right, sides[1], known[1])))
 
@@ -75,7 +75,7 @@ class _Completion:
             return self._choice(self._best(others, here), here, legal)
         feature = self.mask[action]
         assert feature is not None
-        place, illegal = self._leaf(NO_ACTION), self._parted(here, feature, LEGAL)[0]
+        place, illegal = self._leaf(NO_ACTION), self._split_points(here, feature, LEGAL)[0]
         left = self._choice(self._best(others, illegal), illegal, {**legal, action: False})
         self.rows[place] = (feature, LEGAL, left, self._leaf(action), NO_ACTION)
         return place
@@ -85,7 +85,7 @@ class _Completion:
         counts = np.bincount(self.known.labels[here], minlength=len(self.mask))
         return max(actions, key=lambda action: (counts[action], self.usual[action], -action))
 
-    def _parted(self, here: Int, feature: int, threshold: float) -> tuple[Int, Int]:
+    def _split_points(self, here: Int, feature: int, threshold: float) -> tuple[Int, Int]:
         # float32 against float64, as scikit-learn compares
         goes_left = self.known.observations[here, feature] <= np.float64(threshold)
         return here[goes_left], here[~goes_left]

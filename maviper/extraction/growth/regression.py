@@ -50,14 +50,14 @@ class Leaves(ABC):
         """How much of the labels' squares leaves explain, [...], by what their points add up to, [..., width]."""
 
     @abstractmethod
-    def fitted(self, rows: Int, counts: Int) -> Float64:
+    def fit_leaf(self, rows: Int, counts: Int) -> Float64:
         """The numbers that a leaf of these points gives, [n_outputs, n_features + 1], the constant last, in the
         outputs' units. `counts`: of the rows.
         """
 
     def off(self, given: Float64) -> Float64:
         """The squared distance of every point's labels to what a leaf gives, in parts of the ranges; [n]. `given`: as
-        of `fitted`.
+        of `fit_leaf`.
         """
         numbers = np.clip(self.obs @ given[:, :-1].T + given[:, -1], self.low, self.high)
         return np.square((numbers - self.low) / self.range - self.parts).sum(axis=1)
@@ -83,11 +83,11 @@ class ConstantLeaves(Leaves):
         """As `Leaves.purity`."""
         return np.square(total[..., 1:]).sum(axis=-1) / np.maximum(total[..., 0], 1)
 
-    def fitted(self, rows: Int, counts: Int) -> Float64:
-        """As `Leaves.fitted`, with weights of 0."""
-        found = np.zeros((self.parts.shape[1], self.obs.shape[1] + 1))
-        found[:, -1] = counts @ self.parts[rows] / counts.sum()
-        return self._in_units(found)
+    def fit_leaf(self, rows: Int, counts: Int) -> Float64:
+        """As `Leaves.fit_leaf`, with weights of 0."""
+        numbers = np.zeros((self.parts.shape[1], self.obs.shape[1] + 1))
+        numbers[:, -1] = counts @ self.parts[rows] / counts.sum()
+        return self._in_units(numbers)
 
 
 class LinearLeaves(Leaves):
@@ -112,7 +112,7 @@ class LinearLeaves(Leaves):
         answers = (self.points[:, :, None] * self.parts[:, None, :]).reshape(len(products), -1)
         return np.column_stack([products, answers]) * counts[:, None]
 
-    def _solved(self, total: Float64) -> tuple[Float64, Any]:
+    def _solve_ridge(self, total: Float64) -> tuple[Float64, Any]:
         """Products with the labels, and the weights, both [..., width, n_outputs]."""
         rows, columns = self.upper
         products = np.empty((*total.shape[:-1], self.width, self.width))
@@ -125,19 +125,19 @@ class LinearLeaves(Leaves):
 
     def purity(self, total: Float64) -> Float64:
         """As `Leaves.purity`."""
-        answers, weights = self._solved(total)
+        answers, weights = self._solve_ridge(total)
         return (answers * weights).sum(axis=(-1, -2))
 
-    def fitted(self, rows: Int, counts: Int) -> Float64:
-        """As `Leaves.fitted`; weights as float32 holds them. A label at a bound is met by any number beyond it, since
+    def fit_leaf(self, rows: Int, counts: Int) -> Float64:
+        """As `Leaves.fit_leaf`; weights as float32 holds them. A label at a bound is met by any number beyond it, since
         that is clipped: the ridge regression is one of the points that are not met yet, until these stay the same.
         """
         points, parts = self.points[rows], self.parts[rows]
         weights = np.stack([self._beyond(points, column, counts) for column in parts.T])
-        found = np.empty_like(weights)
-        found[:, :-1] = (weights[:, :-1] / self.scale * self.range[:, None]).astype(np.float32) / self.range[:, None]
-        found[:, -1] = weights[:, -1] - found[:, :-1] @ self.mean
-        return self._in_units(found)
+        numbers = np.empty_like(weights)
+        numbers[:, :-1] = (weights[:, :-1] / self.scale * self.range[:, None]).astype(np.float32) / self.range[:, None]
+        numbers[:, -1] = weights[:, -1] - numbers[:, :-1] @ self.mean
+        return self._in_units(numbers)
 
     def _beyond(self, points: Float64, labels: Float64, counts: Int) -> Float64:
         """The weights of one output, [width]: the best of some Newton steps."""
@@ -160,18 +160,18 @@ class LinearLeaves(Leaves):
 KINDS: dict[str, type[Leaves]] = {CONSTANT: ConstantLeaves, LINEAR: LinearLeaves}
 
 
-def grown(leaves: Leaves, counts: Int, codes: Codes, bins: Bins, max_depth: int, max_leaves: int) -> SummedTree:
+def grow_tree(leaves: Leaves, counts: Int, codes: Codes, bins: Bins, max_depth: int, max_leaves: int) -> SummedTree:
     """A tree with at most so many leaves that give numbers; it may test more columns than there are features, and
     names none of them. `counts`: [n]; `codes`: [n_columns, n].
     """
     vectors = leaves.vectors(counts)
     purity: Purity = leaves.purity
     growing = BestFirstTree(codes, vectors, bins, max_depth, purity, leaves.spread(counts), leaves.fewest)
-    tree, action = growing.grown(max_leaves), np.full(len(growing.nodes), -1)
+    tree, action = growing.grow_to(max_leaves), np.full(len(growing.nodes), -1)
     given: list[Any] = []
     for leaf in growing.open:
         action[leaf.node] = len(given)
-        given.append(leaves.fitted(leaf.rows, counts[leaf.rows]))
+        given.append(leaves.fit_leaf(leaf.rows, counts[leaf.rows]))
     assert (np.equal(action, -1) == (tree.feature != NO_FEATURE)).all()
     arrays = tree.feature, tree.threshold, tree.left, tree.right, action
     return SummedTree(*arrays, np.zeros((0, leaves.obs.shape[1]), np.float32), np.array(given))

@@ -50,13 +50,13 @@ class Replies:
         known = len(self._acting)
         fresh: Bool = np.ones(len(asked), dtype=bool)
         fresh[:known] = (self._acting != asked[:known]).any(axis=1)
-        found = np.concatenate([self._q, np.empty((len(asked) - known, len(self.joint)))])
+        q_values = np.concatenate([self._q, np.empty((len(asked) - known, len(self.joint)))])
         rows = np.flatnonzero(fresh)
         for part in parts(rows, len(asked), max(1, ROWS_AT_ONCE // len(self.joint))):
             seen = [each[part] for each in data.observations]
-            found[part] = self.expert.q(self.agent, seen, state[part], self.joint, asked[part])
-        self._acting, self._q = asked, found
-        return found
+            q_values[part] = self.expert.q(self.agent, seen, state[part], self.joint, asked[part])
+        self._acting, self._q = asked, q_values
+        return q_values
 
 
 def _of(q: Float64, actions: Int) -> Float64:

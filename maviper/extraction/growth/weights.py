@@ -81,7 +81,7 @@ def _weight(
     for rows, playing in in_play(world.alive(state), agent, others):
         # a value network's Q_i does not depend on what others do
         asked = playing if expert.centralized else []
-        for drawn, joint in _asked(world, expert, agent, asked, np.arange(len(labels))[rows]):
+        for drawn, joint in _iterate_questions(world, expert, agent, asked, np.arange(len(labels))[rows]):
             for part in parts(drawn, len(labels), max(1, ROWS_AT_ONCE // len(joint))):
                 seen = [each[part] for each in observations]
                 q = expert.q(agent, seen, state[part], joint, labels[part])
@@ -93,7 +93,9 @@ def _weight(
     return weights
 
 
-def _asked(world: World, expert: Expert, agent: int, others: list[int], rows: Int) -> Iterator[tuple[Int, Int]]:
+def _iterate_questions(
+    world: World, expert: Expert, agent: int, others: list[int], rows: Int
+) -> Iterator[tuple[Int, Int]]:
     """States by their rows, and the joint actions that Q is asked for in them.
 
     Where Q is measured by play and others have many joint actions, each state gets one of a few: as many as an agent

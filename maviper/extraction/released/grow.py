@@ -57,7 +57,7 @@ class _Growing:
                 said[here] = node.action if node.projected is None else node.projected.predict(self.obs[here])
         return np.equal(said, self.labels)
 
-    def made(self, rows: Int, depth: int, keep: Bool) -> _Node:
+    def make_node(self, rows: Int, depth: int, keep: Bool) -> _Node:
         """A node from the points that reach it, filtered; from all of them where none is left."""
         kept = rows[keep[rows]]
         rows = kept if kept.size else rows
@@ -70,7 +70,7 @@ class _Growing:
         where it has none.
         """
         if self.root is None or (level == 1 and self.root.left is None):
-            self.root = self.made(self.everything, 0, keep)
+            self.root = self.make_node(self.everything, 0, keep)
         stack = [self.root]
         while stack:
             node = stack.pop()
@@ -82,14 +82,14 @@ class _Growing:
                 stack += [node.right, node.left]
 
     def _split(self, node: _Node, keep: Bool) -> None:
-        found = best_split(self.obs[node.rows], self.labels[node.rows], self.counts[node.rows], self.n_actions)
-        if found is None:
+        split = best_split(self.obs[node.rows], self.labels[node.rows], self.counts[node.rows], self.n_actions)
+        if split is None:
             return
-        node.feature, node.threshold = found
+        node.feature, node.threshold = split
         goes_left = self.obs[node.rows, node.feature] < node.threshold
         parts = node.rows[goes_left], node.rows[~goes_left]
         if all(self.counts[part].sum() >= FEWEST for part in parts):
-            node.left, node.right = (self.made(part, node.depth + 1, keep) for part in parts)
+            node.left, node.right = (self.make_node(part, node.depth + 1, keep) for part in parts)
 
     def tree(self) -> GrownTree:
         """The tree grown so far; "less goes left" is "at most the float64 before it"."""
@@ -114,7 +114,7 @@ def best_split(obs: Float32, labels: Int, counts: Int, n_actions: int) -> tuple[
     """
     weights = np.eye(n_actions)[labels] * counts[:, None]
     totals = weights.sum(axis=0)
-    best, found = _purity(totals[None])[0] + 1e-9, None  # strictly better
+    best, split = _purity(totals[None])[0] + 1e-9, None  # strictly better
     for feature, column in enumerate(np.ascontiguousarray(obs.T)):
         order = np.argsort(column, kind="stable")
         values = column[order].astype(np.float64)
@@ -122,8 +122,8 @@ def best_split(obs: Float32, labels: Int, counts: Int, n_actions: int) -> tuple[
         purity = np.where(values[1:] > values[:-1], _purity(left) + _purity(totals - left), -np.inf)
         if len(purity) and purity.max() > best:
             place = int(purity.argmax())
-            best, found = purity[place], (feature, float((values[place] + values[place + 1]) / 2))
-    return found
+            best, split = purity[place], (feature, float((values[place] + values[place + 1]) / 2))
+    return split
 
 
 def _purity(counts: Float64) -> Float64:

@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 
 from codegen.errors import InputError
-from codegen.importers.scikit import grown_from_sklearn
+from codegen.importers.scikit import read_sklearn_tree
 from codegen.ir import Bool, Float32, Float64, GrownTree
 from maviper.episodes import measures
 from maviper.episodes.play import Controller, tree_policies
@@ -71,17 +71,19 @@ def maviper(asked: Extraction, everybody: Sequence[int], selection: Selection) -
     journal, examples = asked.journal, asked.examples
     weigh = partial(weights, world, expert, settings)
     warm_up = _warm_up(settings)
-    data = journal.met("warm-up", collect, world, expert, [expert] * len(everybody), everybody, warm_up, weigh).data
+    data = journal.remember_rollouts(
+        "warm-up", collect, world, expert, [expert] * len(everybody), everybody, warm_up, weigh
+    ).data
     for iteration in range(settings.iterations):
         step = f"{iteration:04d}"
         grown = journal.trees(f"{step}-trees", grow_teams, world, examples.before(world, data), settings, iteration)
         policies = tree_policies(agent_policies(world, grown))
         seeds = settings.rollout_episodes(iteration, WARM_UP)
-        met = journal.met(
+        met = journal.remember_rollouts(
             f"{step}-rollouts", collect, world, expert, [policies] * len(everybody), everybody, seeds, weigh
         )
         data = data + met.data
-        selection.met(met.values, met.fidelity)
+        selection.note_rollouts(met.values, met.fidelity)
         selection.offer(grown)
     return len(data)
 
@@ -128,15 +130,15 @@ def _team_weight_among(
     every = list(product(*(range(len(world.actions[other])) for other in others)))
     theirs = np.array(every, dtype=np.int64).reshape(len(every), len(others))
 
-    def averaged(ours: Int) -> Float64:
+    def average_q(ours: Int) -> Float64:
         joint = np.full((len(theirs), len(world.agents)), AS_GIVEN, dtype=np.int64)
         joint[:, others] = theirs
         joint[:, team] = ours
         return expert.q(agent, observations, state, joint, wanted).mean(axis=1)
 
     choices = product(*(range(len(world.actions[member])) for member in team))
-    worst = np.min([averaged(np.array(ours)) for ours in choices], axis=0)
-    return averaged(np.full(len(team), AS_GIVEN)) - worst
+    worst = np.min([average_q(np.array(ours)) for ours in choices], axis=0)
+    return average_q(np.full(len(team), AS_GIVEN)) - worst
 
 
 def _own_weight(
@@ -167,7 +169,7 @@ def grow_teams(world: World, data: Dataset, settings: Settings, iteration: int) 
     rng = np.random.default_rng([settings.seed, iteration])
     used = rng.permutation(len(data))[len(data) // SET_ASIDE :]
     columns = zip(data.weights.T, data.alive.T, strict=True)
-    counts = [_drawn(column, alive, used, settings.max_samples, rng) for column, alive in columns]
+    counts = [_draw_counts(column, alive, used, settings.max_samples, rng) for column, alive in columns]
     trees: dict[int, GrownTree] = {}
     for team in world.teams:
         members = world.members(team)
@@ -185,16 +187,16 @@ def grow_teams(world: World, data: Dataset, settings: Settings, iteration: int) 
     return [trees[agent] for agent in range(len(world.agents))]
 
 
-def _drawn(column: Float64, alive: Bool, used: Int, max_samples: int, rng: np.random.Generator) -> Int:
+def _draw_counts(column: Float64, alive: Bool, used: Int, max_samples: int, rng: np.random.Generator) -> Int:
     """How often each point is drawn: as many draws as points of positive weight among those used."""
-    found = np.zeros(len(column), dtype=np.int64)
+    counts = np.zeros(len(column), dtype=np.int64)
     mine = column[used]
     positive = int((mine > 0).sum())
     if positive:
-        found[used] = rng.multinomial(min(max_samples, positive), mine / mine.sum())
+        counts[used] = rng.multinomial(min(max_samples, positive), mine / mine.sum())
     else:  # the released code divides by zero here
-        found[used] = alive[used]
-    return found
+        counts[used] = alive[used]
+    return counts
 
 
 # --- one-hot trees: IVIPER and Imitation DT
@@ -210,25 +212,27 @@ def viper(asked: Extraction, agents: Sequence[int], selection: Selection) -> int
     def weigh(observations: tuple[Float32, ...], state: object, wanted: Int) -> Float64:
         return _own_weight(world, expert, observations, state, wanted, agent, moved=False)[:, None]
 
-    data = journal.met("warm-up", collect, world, expert, experts, [agent], _warm_up(settings), weigh).data
+    data = journal.remember_rollouts(
+        "warm-up", collect, world, expert, experts, [agent], _warm_up(settings), weigh
+    ).data
     mine = examples.of_teams(world.team_of(world.agents[agent]))
     for iteration in range(settings.iterations):
         step = f"{iteration:04d}"
         known = mine.before(world, data, agents)
-        tree = journal.trees(f"{step}-trees", _resampled_tree, world, known, settings, agent, iteration)
+        tree = journal.trees(f"{step}-trees", _grow_resampled, world, known, settings, agent, iteration)
         policies = among(world, agent_policies(world, tree, [agent]), experts)
         seeds = settings.rollout_episodes(iteration, WARM_UP)
-        met = journal.met(f"{step}-rollouts", collect, world, expert, policies, [agent], seeds, weigh)
+        met = journal.remember_rollouts(f"{step}-rollouts", collect, world, expert, policies, [agent], seeds, weigh)
         data = data + met.data
-        selection.met(met.values, met.fidelity)
+        selection.note_rollouts(met.values, met.fidelity)
         selection.offer(tree)
     return len(data)
 
 
-def _resampled_tree(world: World, data: Dataset, settings: Settings, agent: int, iteration: int) -> list[GrownTree]:
+def _grow_resampled(world: World, data: Dataset, settings: Settings, agent: int, iteration: int) -> list[GrownTree]:
     rng = np.random.default_rng([settings.seed, agent, iteration])
     everything = np.arange(len(data))
-    counts = _drawn(data.weights[:, 0], data.alive[:, agent], everything, settings.max_samples, rng)
+    counts = _draw_counts(data.weights[:, 0], data.alive[:, agent], everything, settings.max_samples, rng)
     rows = np.repeat(np.arange(len(data)), counts)
     rows = rng.permutation(rows)[len(rows) // SET_ASIDE :]  # split after resampling, so that duplicates leak
     kept = np.bincount(rows, minlength=len(data))
@@ -269,11 +273,11 @@ def _starts(world: World, expert: Expert, settings: Settings, iteration: int) ->
     played: list[Met] = []
     if iteration == 0:
         first = settings.episodes(measures.ROLLOUT_SEEDS).start
-        played.append(_played(world, expert, [first]))
+        played.append(_play_episodes(world, expert, [first]))
         wanted -= min(wanted, FREE_STEPS)
     at_once, wanted = world.games or max(1, wanted), max(1, wanted)
     parts = [world.start(min(at_once, wanted - done), rng) for done in range(0, wanted, at_once)]
-    state = parts[0] if len(parts) == 1 else type(parts[0]).joined(parts)
+    state = parts[0] if len(parts) == 1 else type(parts[0]).concatenate(parts)
     observations = world.observe(state)
     acted = labels(expert, observations, state)
     before = [met.data for met in played]
@@ -287,11 +291,11 @@ def _starts(world: World, expert: Expert, settings: Settings, iteration: int) ->
 
 def _episodes(world: World, expert: Expert, settings: Settings, iteration: int) -> Arrays:
     """Whole expert episodes: what the collector was to do."""
-    data = _played(world, expert, settings.rollout_episodes(iteration)).data
+    data = _play_episodes(world, expert, settings.rollout_episodes(iteration)).data
     return _arrays(data.observations, data.labels, data.alive)
 
 
-def _played(world: World, expert: Expert, seeds: Sequence[int]) -> Met:
+def _play_episodes(world: World, expert: Expert, seeds: Sequence[int]) -> Met:
     everybody = range(len(world.agents))
     zeros = lambda observations, state, acted: np.zeros(acted.shape)  # noqa: E731 - weights are not used here
     return collect(world, expert, [expert] * len(everybody), everybody, seeds, zeros)
@@ -321,4 +325,4 @@ def one_hot_tree(
         if 1 in known:
             said[:, output] = tree.value[:, output, int(np.flatnonzero(known == 1)[0])]
     action = np.where((said > 0.5).any(axis=1) | (not stays), said.argmax(axis=1), STAY)
-    return grown_from_sklearn(tree, action)
+    return read_sklearn_tree(tree, action)

@@ -16,7 +16,7 @@ import numpy as np
 from codegen.ir import Float32, Float64, GrownTree
 from maviper.episodes.measures import score
 from maviper.episodes.play import Controller, Episodes, in_columns, play
-from maviper.extraction.selection.stack import OneByOne, Stack, stacked
+from maviper.extraction.selection.stack import OneByOne, Stack, stack_trees
 from maviper.worlds import World
 from maviper.worlds.world import Int
 
@@ -96,7 +96,7 @@ class Arena:
             trees = {id(candidates[index][place]): candidates[index][place] for index in here}
             number = {key: k for k, key in enumerate(trees)}
             mine = np.array([number[id(candidates[index][place])] for index in here])
-            stacks[agent] = stacked(self.world, agent, list(trees.values())), mine[which]
+            stacks[agent] = stack_trees(self.world, agent, list(trees.values())), mine[which]
         team = _Stacked(stacks)
         everybody = range(len(self.world.agents))
         return play(self.world, [team if agent in stacks else self.expert for agent in everybody], start)
@@ -118,8 +118,8 @@ def halving(
     for number in range(rounds):
         each = episodes // (rounds * len(alive))
         if each:
-            found = scores(alive, each)
-            total[alive] += found.sum(axis=1)
+            fresh = scores(alive, each)
+            total[alive] += fresh.sum(axis=1)
             count[alive] += each
         weight = float(number == 0 < rounds - 1 or not count.any())
         mean = (total + weight * prior)[alive] / np.maximum((count + weight * believed)[alive], 1)
@@ -153,9 +153,9 @@ def halving_by_member(
         drawn = max(1, episodes // 2 // (heats * count * MATCHED))
         for _ in range(drawn):
             teams = np.stack([rng.permutation(mine) for mine in alive], axis=1)
-            found = scores(teams, MATCHED).sum(axis=1)
+            fresh = scores(teams, MATCHED).sum(axis=1)
             for member, mine in enumerate(teams.T):
-                total[member, mine] += found
+                total[member, mine] += fresh
         weight = float(number == 0)
         mean = (total + weight * prior) / np.maximum(drawn * MATCHED + weight * believed, 1)
         kept = max(left, (count + 1) // 2)

@@ -45,7 +45,7 @@ class Choice(ABC):
         self.rounds: list[int] = []  # the candidate that each agent takes, where each has its own
         self.found: Mapping[Measure, Estimate] = {}  # of the best: each team's primary measure
 
-    def met(self, values: Mapping[str, Float64]) -> None:
+    def note_rollouts(self, values: Mapping[str, Float64]) -> None:
         """Says what the last candidate (or, before the first, the expert) did in its rollouts: `values`, each team's
         primary measure.
         """
@@ -58,7 +58,7 @@ class Choice(ABC):
         """
 
     @abstractmethod
-    def chosen(self) -> list[list[GrownTree]]:
+    def choose_trees(self) -> list[list[GrownTree]]:
         """The best trees of each agent, the chosen one first; agents in the order of `agents`."""
 
     @property
@@ -66,19 +66,21 @@ class Choice(ABC):
         """The best one's mean ratio to the expert over teams, and the half width of its 95 % interval."""
         return self._ratio(self.found)
 
-    def _played(self, trees: Sequence[GrownTree]) -> dict[Measure, Float64]:
+    def _play_candidate(self, trees: Sequence[GrownTree]) -> dict[Measure, Float64]:
         """The measures and returns of the candidate's teams against experts, in each of the common episodes."""
         experts: list[Controller] = [self.asked.expert] * len(self.world.agents)
         controllers = among(self.world, agent_policies(self.world, trees, self.agents), experts)
         return measures.team_values(self.world, controllers, experts, common(self.asked), self.teams)
 
-    def _scored(self, trees: Sequence[GrownTree]) -> Arrays:
-        found = self._played(trees)
-        return {team: found[self.world.primary(team)] for team in self.teams}
+    def _compute_scores(self, trees: Sequence[GrownTree]) -> Arrays:
+        values = self._play_candidate(trees)
+        return {team: values[self.world.primary(team)] for team in self.teams}
 
     def _score(self, trees: Sequence[GrownTree]) -> Arrays:
         """The scores of the candidate that was added last."""
-        return self.asked.journal.arrays(f"{len(self.candidates) - 1:04d}-score{self.name}", self._scored, trees)
+        return self.asked.journal.arrays(
+            f"{len(self.candidates) - 1:04d}-score{self.name}", self._compute_scores, trees
+        )
 
     def _estimates(self, arrays: Arrays) -> dict[Measure, Estimate]:
         return measures.estimates({self.world.primary(team): arrays[team] for team in self.teams})
@@ -95,14 +97,14 @@ class Uniform(Choice):
     def offer(self, trees: Sequence[GrownTree]) -> float | None:
         """As `Choice.offer`."""
         self.candidates.append(list(trees))
-        found = self._estimates(self._score(trees))
-        reached, _ = self._ratio(found)
+        estimates = self._estimates(self._score(trees))
+        reached, _ = self._ratio(estimates)
         if reached > self._reached:
-            self.best, self._reached, self.found = len(self.candidates) - 1, reached, found
+            self.best, self._reached, self.found = len(self.candidates) - 1, reached, estimates
         return reached
 
-    def chosen(self) -> list[list[GrownTree]]:
-        """As `Choice.chosen`."""
+    def choose_trees(self) -> list[list[GrownTree]]:
+        """As `Choice.choose_trees`."""
         return [[tree] for tree in self.candidates[self.best]]
 
 
@@ -115,15 +117,15 @@ class ByReturn(Uniform):
         """As `Choice.offer`."""
         self.candidates.append(list(trees))
         arrays = self._score(trees)
-        found, (team,) = self._estimates(arrays), self.teams
+        estimates, (team,) = self._estimates(arrays), self.teams
         returned = float(arrays[_return(team)].mean())
         if returned > self._reached:
-            self.best, self._reached, self.found = len(self.candidates) - 1, returned, found
-        return self._ratio(found)[0]
+            self.best, self._reached, self.found = len(self.candidates) - 1, returned, estimates
+        return self._ratio(estimates)[0]
 
-    def _scored(self, trees: Sequence[GrownTree]) -> Arrays:
-        found, (team,) = self._played(trees), self.teams
-        return {team: found[self.world.primary(team)], _return(team): found[Measure(team, measures.RETURN)]}
+    def _compute_scores(self, trees: Sequence[GrownTree]) -> Arrays:
+        values, (team,) = self._play_candidate(trees), self.teams
+        return {team: values[self.world.primary(team)], _return(team): values[Measure(team, measures.RETURN)]}
 
 
 def _return(team: str) -> str:
@@ -140,8 +142,8 @@ class Raced(Choice):
         (self.team,) = self.teams
         self.warm: list[Float64] = []  # per candidate: scores in its rollouts
 
-    def met(self, values: Mapping[str, Float64]) -> None:
-        """As `Choice.met`."""
+    def note_rollouts(self, values: Mapping[str, Float64]) -> None:
+        """As `Choice.note_rollouts`."""
         if len(self.warm) < len(self.candidates):
             self.warm.append(values[self.team])
 
@@ -155,13 +157,13 @@ class Raced(Choice):
         self.found = self._estimates({self.team: self.warm[self.best]})
         return self._ratio(self._estimates({self.team: self.warm[-1]}))[0]
 
-    def chosen(self) -> list[list[GrownTree]]:
-        """As `Choice.chosen`."""
-        order = [int(place) for place in self.asked.journal.arrays(f"race{self.name}", self._raced)["order"]]
+    def choose_trees(self) -> list[list[GrownTree]]:
+        """As `Choice.choose_trees`."""
+        order = [int(place) for place in self.asked.journal.arrays(f"race{self.name}", self._run_race)["order"]]
         self.best = order[0]
         return [[self.candidates[place][index] for place in order] for index in range(len(self.agents))]
 
-    def _raced(self) -> Arrays:
+    def _run_race(self) -> Arrays:
         arena, warm = self._arena(), self._warm()
 
         def scores(arms: Int, episodes: int) -> Float64:
@@ -189,17 +191,17 @@ class Members(Raced):
     mates of other rounds, then the teams that the finalists can form.
     """
 
-    def chosen(self) -> list[list[GrownTree]]:
-        """As `Choice.chosen`."""
+    def choose_trees(self) -> list[list[GrownTree]]:
+        """As `Choice.choose_trees`."""
         if len(self.agents) == 1:
-            return super().chosen()
-        found = self.asked.journal.arrays(f"race{self.name}", self._membered)
-        orders = found["orders"].tolist()
+            return super().choose_trees()
+        race = self.asked.journal.arrays(f"race{self.name}", self._run_member_race)
+        orders = race["orders"].tolist()
         self.rounds = [order[0] for order in orders]
         self.best = self.rounds[0]
         return [[self.candidates[place][index] for place in order] for index, order in enumerate(orders)]
 
-    def _membered(self) -> Arrays:
+    def _run_member_race(self) -> Arrays:
         arena = self._arena()
 
         def scores(teams: Int, episodes: int) -> Float64:

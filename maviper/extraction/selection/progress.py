@@ -35,12 +35,12 @@ class Progress:
     @property
     def line(self) -> dict[str, float | int | str | None]:
         """As one line of a metrics file."""
-        found: dict[str, float | int | str | None] = {"stage": self.stage, "step": self.done, "score": self.score}
-        found |= {"best": self.best}
+        entry: dict[str, float | int | str | None] = {"stage": self.stage, "step": self.done, "score": self.score}
+        entry |= {"best": self.best}
         for name, estimate in self.measured.items():
             low, high = estimate.interval
-            found |= {f"best {name}": estimate.value, f"best {name} low": low, f"best {name} high": high}
-        return found | {"fidelity": self.fidelity, "leaves": self.leaves, **self.growth}
+            entry |= {f"best {name}": estimate.value, f"best {name} low": low, f"best {name} high": high}
+        return entry | {"fidelity": self.fidelity, "leaves": self.leaves, **self.growth}
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,7 @@ from maviper.extraction.growth.lawful import Labelled, lawful
 from maviper.extraction.journal import Arrays, pack_trees, unpack_trees
 from maviper.extraction.selection.arena import Arena, Candidate
 from maviper.extraction.selection.progress import REFINING, OnProgress, Progress, count_leaves
-from maviper.extraction.selection.stack import merged, reaching, with_leaf, with_new_split, with_split
+from maviper.extraction.selection.stack import merge_leaves, reaching, with_leaf, with_new_split, with_split
 from maviper.extraction.settings import Settings
 from maviper.files.jobs import side_by_side
 
@@ -61,7 +61,7 @@ class _Task:
     chosen: list[list[GrownTree]]  # per agent: its trees, the chosen one first
 
 
-def refined(
+def refine_trees(
     asked: Extraction, agents: Sequence[int], chosen: Sequence[list[GrownTree]], running: Running = QUIETLY
 ) -> tuple[Trees, dict[str, int]]:
     """The refined tree of each of `agents`, and the episodes it took. `chosen`: their trees, the chosen one first.
@@ -112,11 +112,11 @@ def _team(task: _Task, on_progress: OnProgress) -> tuple[Trees, int, Progress | 
         step = asked.journal.arrays(name, _round, arena, trees, others, limits, rng, asked.examples)
         trees = unpack_trees({name: array for name, array in step.items() if "." in name})
         arena.used, arena.played = int(step["used"][0]), int(step["played"][0])
-        found = {task.team: estimate(arena.primary, step["values"])}
+        estimates = {task.team: estimate(arena.primary, step["values"])}
         mean = float(score(arena.primary, step["values"]).mean())
-        last = Progress(REFINING, number + 1, total, mean, mean, found, None, count_leaves(trees))
+        last = Progress(REFINING, number + 1, total, mean, mean, estimates, None, count_leaves(trees))
         on_progress(last)
-    return [merged(tree) for tree in trees], arena.played, last
+    return [merge_leaves(tree) for tree in trees], arena.played, last
 
 
 def _round(
@@ -170,7 +170,7 @@ def refine_once(
     if not moves:  # too few observations for any
         return trees, arena.values[0]
     kept = np.array(
-        [examples.fulfilled(arena.world, dict(zip(arena.agents, one, strict=True))) for one in (trees, *moves)]
+        [examples.measure_claims(arena.world, dict(zip(arena.agents, one, strict=True))) for one in (trees, *moves)]
     )
     learned = KEPT * (kept[1:] - kept[0])[:, None]
     gains = np.zeros((len(moves), 0))
@@ -192,15 +192,15 @@ def proposals(
     arena: Arena, trees: Trees, others: Sequence[Trees], limits: Limits, rng: np.random.Generator
 ) -> list[Candidate]:
     """Teams that differ from `trees` in one tree, with tests at what the arena has seen in play."""
-    found: list[Candidate] = []
+    candidates: list[Candidate] = []
     for place, agent in enumerate(arena.agents):
         n_actions, mask = len(arena.world.actions[agent]), arena.world.mask(agent)
         changed = [*_changes(trees[place], arena.seen[place], n_actions, limits, rng)]
         if mask is not None:
             changed = [*_lawful(changed, trees[place], arena.seen[place], mask, limits)]
         for tree in changed + others[place]:
-            found.append([*trees[:place], tree, *trees[place + 1 :]])
-    return found
+            candidates.append([*trees[:place], tree, *trees[place + 1 :]])
+    return candidates
 
 
 def _lawful(
@@ -211,9 +211,9 @@ def _lawful(
     """
     known = Labelled(obs, tree.action[ir.apply(tree, obs)])
     for each in changed:
-        found = lawful(merged(each), mask, known)
-        if ir.depth(found).max() < limits.max_depth + len(mask):
-            yield found
+        legal_tree = lawful(merge_leaves(each), mask, known)
+        if ir.depth(legal_tree).max() < limits.max_depth + len(mask):
+            yield legal_tree
 
 
 def _changes(

@@ -11,7 +11,7 @@ import numpy as np
 
 from codegen.ir import Float64, GrownTree
 from maviper.episodes import measures
-from maviper.extraction.bundles import AGENT, TEAM, UNIFORM, grouped
+from maviper.extraction.bundles import AGENT, TEAM, UNIFORM, group_agents
 from maviper.extraction.extraction import Extraction, Running
 from maviper.extraction.journal import Arrays
 from maviper.extraction.selection.choices import Choice, common, kind_of
@@ -25,7 +25,7 @@ class Selection:
         self.asked, self.agents, self.running = asked, list(agents), running
         settings = asked.settings
         experts = asked.journal.arrays("expert", self._experts)
-        units = grouped(asked.world, settings.selection_by, agents)
+        units = group_agents(asked.world, settings.selection_by, agents)
         names = [""] if len(units) == 1 else [f"-{place}" for place in range(len(units))]
         kind = kind_of(settings)
         self.choices = [kind(asked, unit, experts, name) for unit, name in zip(units, names, strict=True)]
@@ -36,22 +36,22 @@ class Selection:
 
     def _experts(self) -> Arrays:
         asked = self.asked
-        found = measures.values(asked.world, [asked.expert] * len(asked.world.agents), common(asked))
-        return {team: found[asked.world.primary(team)] for team in asked.world.teams}
+        values = measures.values(asked.world, [asked.expert] * len(asked.world.agents), common(asked))
+        return {team: values[asked.world.primary(team)] for team in asked.world.teams}
 
-    def met(self, values: Mapping[str, Float64], fidelity: float) -> None:
+    def note_rollouts(self, values: Mapping[str, Float64], fidelity: float) -> None:
         """Says what the last candidate (or, before the first, the expert) did in its rollouts: `values`, each team's
         primary measure; `fidelity`, the share of actions that were the expert's.
         """
         self.fidelity = fidelity
         for choice in self.choices:
-            choice.met(values)
+            choice.note_rollouts(values)
 
     def underway(self, share: float, doing: str) -> None:
         """Says that a share of the work on the next candidate is done."""
         self.running.on_underway(Underway(self.offered + share, self.asked.settings.iterations, doing))
 
-    def grown(self, figures: Mapping[str, float]) -> None:
+    def note_growth(self, figures: Mapping[str, float]) -> None:
         """Says by name how the growth of the next candidate went."""
         self.growth = figures
 
@@ -88,12 +88,12 @@ class Selection:
         alone = self.asked.settings.selection_by == AGENT and len(self.choices) > 1
         return self.asked.world.agents[choice.agents[0]] if alone else team
 
-    def chosen(self) -> list[list[GrownTree]]:
+    def choose_trees(self) -> list[list[GrownTree]]:
         """The best trees of each agent, the chosen one first; agents in the order of `agents`."""
-        found = {}
+        trees = {}
         for choice in self.choices:
-            found |= dict(zip(choice.agents, choice.chosen(), strict=True))
-        return [found[agent] for agent in self.agents]
+            trees |= dict(zip(choice.agents, choice.choose_trees(), strict=True))
+        return [trees[agent] for agent in self.agents]
 
     @property
     def facts(self) -> dict[str, int]:

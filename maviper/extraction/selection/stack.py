@@ -72,14 +72,14 @@ class OneByOne:
     def act(self, which: Int, obs: Float32) -> Any:
         """As `Stack.act`, or [n, n_outputs]."""
         shape = (len(obs), len(self.policies[0].outputs)) if self.policies[0].outputs else len(obs)
-        found: Any = np.zeros(shape, np.float32 if self.policies[0].outputs else np.int64)
+        decisions: Any = np.zeros(shape, np.float32 if self.policies[0].outputs else np.int64)
         for place, policy in enumerate(self.policies):
             rows = np.flatnonzero(which == place)
-            found[rows] = ir.outputs(policy, obs[rows]) if policy.outputs else ir.act(policy, obs[rows])
-        return found
+            decisions[rows] = ir.outputs(policy, obs[rows]) if policy.outputs else ir.act(policy, obs[rows])
+        return decisions
 
 
-def stacked(world: World, agent: int, trees: Sequence[GrownTree]) -> Stack | OneByOne:
+def stack_trees(world: World, agent: int, trees: Sequence[GrownTree]) -> Stack | OneByOne:
     """Trees of an agent, to be asked at once."""
     if any(isinstance(tree, SummedTree) for tree in trees):
         return OneByOne([agent_policies(world, [tree], [agent])[0] for tree in trees])
@@ -129,7 +129,7 @@ def with_new_split(tree: GrownTree, leaf: int, feature: int, threshold: float, a
     return GrownTree(*arrays)
 
 
-def merged(tree: GrownTree) -> GrownTree:
+def merge_leaves(tree: GrownTree) -> GrownTree:
     """The tree without splits that decide nothing: equal sibling leaves become one, from the bottom up."""
     arrays = _copies(tree)
     feature, _, left, right, action = arrays

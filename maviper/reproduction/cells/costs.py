@@ -61,30 +61,30 @@ def key_of(cell: Cell) -> str:
 
 
 @cache
-def measured() -> Costs:
+def load_costs() -> Costs:
     """The table."""
     return tomllib.loads((resources.files("maviper.reproduction.cells") / FILE).read_text(encoding="utf-8"))
 
 
 def estimate(task: Task) -> float:
     """CPU seconds of a task, with what is spent on responders."""
-    rates = ((measured().get(f"effort {name}", {}), count) for name, count in task.effort.items() if count)
+    rates = ((load_costs().get(f"effort {name}", {}), count) for name, count in task.effort.items() if count)
     spent = sum(rows.get(str(BEGUN), 0.0) + rows.get(str(UNIT), 0.0) * count / UNIT for rows, count in rates)
-    return spent + (PLAYED if _played(task.cell) else _nearest(task.cell))
+    return spent + (PLAYED if _is_played(task.cell) else _nearest(task.cell))
 
 
-def guessed(cell: Cell) -> bool:
+def is_guessed(cell: Cell) -> bool:
     """Whether a cell's cost is derived from others'."""
-    return not _played(cell) and key_of(cell) not in measured()
+    return not _is_played(cell) and key_of(cell) not in load_costs()
 
 
-def _played(cell: Cell) -> bool:
-    return cell.leaves > 0 and cell.algorithm != RGMDT and key_of(cell) not in measured()
+def _is_played(cell: Cell) -> bool:
+    return cell.leaves > 0 and cell.algorithm != RGMDT and key_of(cell) not in load_costs()
 
 
 def _nearest(cell: Cell) -> float:
     """CPU seconds of a cell, or of the nearest one that was measured, times a factor."""
-    known = ((factor, other) for factor, other in _alike(cell) if key_of(other) in measured())
+    known = ((factor, other) for factor, other in _alike(cell) if key_of(other) in load_costs())
     factor, other = next(known, (1.0, None))
     return UNKNOWN if other is None else factor * _at(other)
 
@@ -100,23 +100,23 @@ def _alike(cell: Cell) -> Iterator[tuple[float, Cell]]:
     styles = [(1.0, cell.preset, cell.splits), (slow, PAPER, HISTOGRAM)]
     for (one, game), (two, algorithm), (three, preset, splits) in product(games, algorithms, styles):
         for leaves in dict.fromkeys((cell.leaves, 0)):
-            found = replace(cell, game=game, algorithm=algorithm, preset=preset, splits=splits, leaves=leaves)
-            yield one * two * three, found
+            similar = replace(cell, game=game, algorithm=algorithm, preset=preset, splits=splits, leaves=leaves)
+            yield one * two * three, similar
 
 
 def _at(cell: Cell) -> float:
     """The cost at the cell's depth; where one depth was measured, others have the proportions of deception's."""
-    known = measured()[key_of(cell)]
+    known = load_costs()[key_of(cell)]
     if len(known) > 1 or str(cell.depth) in known:
-        return _interpolated(known, cell.depth)
+        return _interpolate_depth(known, cell.depth)
     (depth,) = known
     rows = (
-        measured().get(key_of(replace(cell, game=MEASURED_GAME, algorithm=name))) for name in (cell.algorithm, IVIPER)
+        load_costs().get(key_of(replace(cell, game=MEASURED_GAME, algorithm=name))) for name in (cell.algorithm, IVIPER)
     )
     shape = next((row for row in rows if row and len(row) > 1 and cell.kind == EXTRACTION), {"0": 1.0})
-    return known[depth] * _interpolated(shape, cell.depth) / _interpolated(shape, int(depth))
+    return known[depth] * _interpolate_depth(shape, cell.depth) / _interpolate_depth(shape, int(depth))
 
 
-def _interpolated(known: Mapping[str, float], depth: int) -> float:
+def _interpolate_depth(known: Mapping[str, float], depth: int) -> float:
     depths = sorted(map(int, known))
     return float(np.interp(depth, depths, [known[str(each)] for each in depths]))

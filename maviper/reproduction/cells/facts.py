@@ -44,21 +44,21 @@ def of_profile(
         policy.agent: {"leaves": len(ir.leaves(policy.tree)), "depth": int(ir.depth(policy.tree).max())}
         for policy in profile.agents
     }
-    found: dict[str, Any] = {"trees": trees, "training": dict(profile.provenance.training)}
-    found["importances"] = _importances(world, expert, profile)
-    found["curve"] = _curve(curve, episodes)
+    facts: dict[str, Any] = {"trees": trees, "training": dict(profile.provenance.training)}
+    facts["importances"] = _importances(world, expert, profile)
+    facts["curve"] = _curve(curve, episodes)
     if cell.game in CLAIMED:
-        found[CLAIM] = _violating(profile, CLAIMED[cell.game])
-    return found
+        facts[CLAIM] = _violating(profile, CLAIMED[cell.game])
+    return facts
 
 
 def _curve(curve: Sequence[Progress], episodes: int) -> list[dict[str, Any]]:
     """Every round, with the rollout episodes up to it; `part` counts agents that are extracted one after the other."""
-    found: list[dict[str, Any]] = []
+    rounds: list[dict[str, Any]] = []
     for each in curve:
-        part = found[-1]["part"] + (each.done == 1) if found else 0
-        found.append({"part": part, "episodes": each.done * episodes, **each.line})
-    return found
+        part = rounds[-1]["part"] + (each.done == 1) if rounds else 0
+        rounds.append({"part": part, "episodes": each.done * episodes, **each.line})
+    return rounds
 
 
 def _violating(profile: PolicyProfile, team: str) -> dict[str, Any]:
@@ -80,15 +80,15 @@ def _violating(profile: PolicyProfile, team: str) -> dict[str, Any]:
 def _importances(world: World, expert: Expert, profile: PolicyProfile) -> dict[str, Any]:
     """Agent -> by feature, how much a tree's splits on it part its decisions, and how often it is tested."""
     seen = _common_states(world, expert)
-    found: dict[str, Any] = {}
+    by_agent: dict[str, Any] = {}
     for place, policy in enumerate(profile.agents):
         told = importances(policy, seen[place])
         names = [feature.name for feature in policy.features]
-        found[policy.agent] = {
+        by_agent[policy.agent] = {
             "impurity": dict(zip(names, map(float, told.decrease), strict=True)),
             "tested": dict(zip(names, map(float, told.tested), strict=True)),
         }
-    return found
+    return by_agent
 
 
 def _common_states(world: World, expert: Expert) -> tuple[Float32, ...]:

@@ -39,7 +39,7 @@ from maviper.reproduction.cells.cell import (
     settings_of,
     tool,
 )
-from maviper.reproduction.cells.responding import Asked, exploited
+from maviper.reproduction.cells.responding import Asked, exploit_teams
 from maviper.worlds import Measure, World
 
 EPISODES_FILE, FACTS_FILE, ERROR_FILE = "episodes.csv", "facts.json", "error.txt"
@@ -47,7 +47,7 @@ HEAD = "lineup,measure,episode,value\n"
 Files = dict[str, str]
 
 
-def made(task: Task, profiles: Mapping[str, bytes]) -> Made:
+def make_cell(task: Task, profiles: Mapping[str, bytes]) -> Made:
     """The files of a cell. `profiles`: algorithm -> the profile of the cell of `task.of`, as JSON."""
     from threadpoolctl import threadpool_limits  # pyright: ignore[reportMissingTypeStubs]
 
@@ -83,15 +83,15 @@ def lower_is_better(task: Task) -> list[str]:
 def _files(task: Task, profiles: Mapping[str, PolicyProfile]) -> Files:
     expert, world = task.source.read()
     if task.cell.kind == EXPERT:
-        rows = played(world, task.cell, {"expert": ([expert] * len(world.agents), tuple(world.teams))})
+        rows = play_lineups(world, task.cell, {"expert": ([expert] * len(world.agents), tuple(world.teams))})
         return {EPISODES_FILE: rows, FACTS_FILE: runs.as_json(facts.of_expert(expert, world))}
     if task.cell.kind == EXTRACTION:
-        return _extracted(task.cell, world, expert, profiles.get(task.cell.algorithm))
+        return _extract_cell(task.cell, world, expert, profiles.get(task.cell.algorithm))
     if task.cell.kind == CROSSPLAY:
         lineups = crossplay(world, expert, profiles)
-        return {EPISODES_FILE: played(world, task.cell, lineups), FACTS_FILE: runs.as_json({})}
+        return {EPISODES_FILE: play_lineups(world, task.cell, lineups), FACTS_FILE: runs.as_json({})}
     assert task.cell.kind == EXPLOITABILITY, task.cell
-    lines, told = exploited(Asked(task.cell, world, expert, profiles, task.effort))
+    lines, told = exploit_teams(Asked(task.cell, world, expert, profiles, task.effort))
     return {EPISODES_FILE: HEAD + "".join(lines), FACTS_FILE: runs.as_json(told)}
 
 
@@ -100,15 +100,15 @@ def _files(task: Task, profiles: Mapping[str, PolicyProfile]) -> Files:
 Lineups = dict[str, tuple[Sequence[Controller], tuple[str, ...]]]  # name -> who plays, whose measures are kept
 
 
-def played(world: World, cell: Cell, lineups: Lineups) -> str:
+def play_lineups(world: World, cell: Cell, lineups: Lineups) -> str:
     """Every line-up over the cell's episodes, as CSV: the measures and returns of the teams that are asked for."""
-    found: dict[tuple[int, ...], dict[Measure, Float64]] = {}
+    per_lineup: dict[tuple[int, ...], dict[Measure, Float64]] = {}
     lines = [HEAD]
     for name, (controllers, teams) in lineups.items():
         key = tuple(map(id, controllers))  # a line-up that has two names is played once
-        if key not in found:
-            found[key] = measures.values(world, controllers, cell.episodes)
-        for measure, values in found[key].items():
+        if key not in per_lineup:
+            per_lineup[key] = measures.values(world, controllers, cell.episodes)
+        for measure, values in per_lineup[key].items():
             if measure.team in teams:
                 start = f"{name},{measure.label},"
                 pairs = zip(cell.episodes, values.tolist(), strict=True)
@@ -148,12 +148,12 @@ def crossplay(world: World, expert: Expert, profiles: Mapping[str, PolicyProfile
 # --- extraction
 
 
-def _extracted(cell: Cell, world: World, expert: Expert, profile: PolicyProfile | None) -> Files:
+def _extract_cell(cell: Cell, world: World, expert: Expert, profile: PolicyProfile | None) -> Files:
     """An extraction, or what is there of it already under another name."""
     curve: list[Progress] = []
     profile = profile or _profile(cell, world, expert, Running(curve.append))
     told = facts.of_profile(cell, world, expert, profile, curve)
-    rows = played(world, cell, replacing(world, expert, profile))
+    rows = play_lineups(world, cell, replacing(world, expert, profile))
     return {
         runs.PROFILE_FILE: policy_json.dumps(profile),
         EPISODES_FILE: rows,

@@ -60,7 +60,7 @@ class Asked:
     presets: tuple[str, ...] = (PAPER,)
     seeds: int | None = None
 
-    def checked(self) -> "Asked":
+    def validate(self) -> "Asked":
         """The same; UnknownNameError or InputError for what there is not."""
         for kind, names, known in (
             ("game", self.games or (), GAMES),
@@ -102,17 +102,17 @@ class Plan:
 # --- experts
 
 
-def _rejoined(texts: Sequence[str]) -> list[str]:
+def _rejoin_names(texts: Sequence[str]) -> list[str]:
     """Names of experts; an option of the world before it belongs to that one, though a comma stands in between."""
-    found: list[str] = []
+    names: list[str] = []
     for text in texts:
-        game = found[-1].partition(",")[0].rpartition("=")[2] if found else ""
+        game = names[-1].partition(",")[0].rpartition("=")[2] if names else ""
         option, _, value = text.partition("=")
         if value and game in WORLDS and option in options_of(game) and not Path(value).exists():
-            found[-1] += f",{text}"
+            names[-1] += f",{text}"
         else:
-            found.append(text)
-    return found
+            names.append(text)
+    return names
 
 
 def experts_of(asked: Asked) -> tuple[list[Known], list[tuple[str, str]]]:
@@ -120,12 +120,12 @@ def experts_of(asked: Asked) -> tuple[list[Known], list[tuple[str, str]]]:
     games = asked.games or (GAMES if asked.tier != QUICK else (DECEPTION,))
     known: list[Known] = []
     missing: list[tuple[str, str]] = []
-    for text in _rejoined(asked.experts):
+    for text in _rejoin_names(asked.experts):
         if text in (MAPPO, MADDPG):
             for game in games:
                 name = game if text == MAPPO else f"{game}@{MADDPG}"
                 if name in store.SHIPPED:
-                    known.append(_known(text, name))
+                    known.append(_resolve_expert(text, name))
                 else:
                     train = f"maviper train {game} --algorithm {text} -o RUN"
                     missing.append((f"{text} for {game}", f"none is shipped; `{train}`, then --experts {text}=RUN"))
@@ -133,7 +133,7 @@ def experts_of(asked: Asked) -> tuple[list[Known], list[tuple[str, str]]]:
         label, _, where = text.partition("=")
         if not where or "," in label or Path(text).exists():  # no NAME=, but a world's option or a file's name
             label, where = "", text
-        one = _known(label or _family(where), where)
+        one = _resolve_expert(label or _family(where), where)
         if one.game.partition(",")[0] in games:
             known.append(one)
         else:
@@ -141,7 +141,7 @@ def experts_of(asked: Asked) -> tuple[list[Known], list[tuple[str, str]]]:
     if not known:
         reasons = "; ".join(f"{what}: {why}" for what, why in missing)
         raise InputError("there is no expert to reproduce with", "--experts", reasons)
-    return _told_apart(known), missing
+    return _tell_apart(known), missing
 
 
 def further(found: Sequence[Known]) -> list[Known]:
@@ -150,7 +150,7 @@ def further(found: Sequence[Known]) -> list[Known]:
     best = {one.hash for one in found}
     labels = {name: _family(name) for name in store.SHIPPED}
     names = [name for name, label in labels.items() if (name.partition("@")[0], label.rpartition("-")[0]) in families]
-    seeds = [_known(labels[name], name) for name in names]
+    seeds = [_resolve_expert(labels[name], name) for name in names]
     return [one for one in seeds if one.hash not in best]
 
 
@@ -162,7 +162,7 @@ def _family(text: str) -> str:
     return f"{MAPPO}-{kind}" if kind.isdigit() else kind or MAPPO
 
 
-def _known(label: str, text: str) -> Known:
+def _resolve_expert(label: str, text: str) -> Known:
     expert, world = find_expert(text)
     place, data = Path(text), b""
     if text not in store.SHIPPED and ":" not in text and place.exists():
@@ -175,7 +175,7 @@ def _known(label: str, text: str) -> Known:
     return Known(label, world.name, Source(text if not data else place.name, data, world.name), expert.hash or text)
 
 
-def _told_apart(found: Iterable[Known]) -> list[Known]:
+def _tell_apart(found: Iterable[Known]) -> list[Known]:
     """Experts of one label and one game get numbers; one that is named twice is one."""
     seen: dict[tuple[str, str], int] = {}
     told: list[Known] = []
@@ -189,16 +189,16 @@ def _told_apart(found: Iterable[Known]) -> list[Known]:
 # --- cells
 
 
-def planned(asked: Asked, register: str) -> Plan:
+def plan_cells(asked: Asked, register: str) -> Plan:
     """All cells for what is asked, those that others need first."""
-    found, left_out = experts_of(asked)
+    experts, left_out = experts_of(asked)
     tasks: dict[str, Task] = {}
-    for one in found:
+    for one in experts:
         for task in _tasks(asked, one, register, left_out):
             tasks.setdefault(task.id, task)
     if asked.tier == FULL:
         narrow = replace(asked, tier=USUAL, depths=(MAIN_DEPTH,), algorithms=asked.algorithms or COMPARED)
-        for one in further(found):
+        for one in further(experts):
             for task in _tasks(narrow, one, register, left_out):
                 if task.cell.kind != EXPLOITABILITY:
                     tasks.setdefault(task.id, task)
@@ -290,8 +290,8 @@ def _answers(asked: Asked, made: Sequence[Task], left_out: list[tuple[str, str]]
     if not alike:
         return []
     effort = {QUICK: responding.UNTRAINED, FULL: responding.MORE}.get(asked.tier, responding.USUAL)
-    if effort["steps"] and responding.untrained():
-        left_out.append(("networks that respond", responding.untrained()))
+    if effort["steps"] and responding.check_trainable():
+        left_out.append(("networks that respond", responding.check_trainable()))
         effort = {**effort, "steps": 0}
     return [
         replace(task, cell=replace(task.cell, kind=EXPLOITABILITY, algorithm=name), effort=effort)

@@ -32,7 +32,7 @@ MORE: Mapping[str, int] = {**USUAL, "steps": 1_024_000}
 CHOSEN_ON = ":chosen-on"
 
 
-def untrained() -> str:
+def check_trainable() -> str:
     """Why no network can be trained; "" where one can."""
     return "" if find_spec("torch") else "torch is not installed: pip install 'maviper[train]'"
 
@@ -53,23 +53,23 @@ class Asked:
         return self.profiles[self.cell.algorithm]
 
 
-def exploited(asked: Asked) -> tuple[list[str], dict[str, Any]]:
+def exploit_teams(asked: Asked) -> tuple[list[str], dict[str, Any]]:
     """Rows of episodes, and what is told of each team."""
     rows: list[str] = []
     told: dict[str, Any] = {}
     for team in asked.world.teams:
         with tempfile.TemporaryDirectory() as scratch:
-            found, chosen_on = _answered(asked, team, Path(scratch))
-        (measure,) = found.responding
-        for answer in found.tried:
+            outcome, chosen_on = _exploit_team(asked, team, Path(scratch))
+        (measure,) = outcome.responding
+        for answer in outcome.tried:
             rows += _rows(f"{team}:{answer.name}{CHOSEN_ON}", measure, answer, chosen_on)
-        for answer in {found.usual.name: found.usual, found.chosen.name: found.chosen}.values():
+        for answer in {outcome.usual.name: outcome.usual, outcome.chosen.name: outcome.chosen}.values():
             rows += _rows(f"{team}:{answer.name}", measure, answer, asked.cell.episodes)
-        told[team] = found.document()
+        told[team] = outcome.document()
     return rows, {"exploitability": told}
 
 
-def _answered(asked: Asked, team: str, scratch: Path) -> tuple[Any, range]:
+def _exploit_team(asked: Asked, team: str, scratch: Path) -> tuple[Any, range]:
     """The `Exploitability` of a team, and the episodes that its responder was chosen on."""
     # here, since not every version has them
     world, seed = asked.world, asked.cell.seed
@@ -81,8 +81,8 @@ def _answered(asked: Asked, team: str, scratch: Path) -> tuple[Any, range]:
     trees = [policy for profile in (asked.own, *others) for policy in profile.agents]
     learning = Learning(scratch, asked.effort["steps"], seed) if asked.effort["steps"] else None
     effort = Effort(learning, asked.effort["refinement"], seed=seed)
-    found = responders(frozen, asked.expert, players, trees, effort)
-    return exploitability(world, policies, team, found, CHOICE, asked.cell.episodes), CHOICE
+    candidates = responders(frozen, asked.expert, players, trees, effort)
+    return exploitability(world, policies, team, candidates, CHOICE, asked.cell.episodes), CHOICE
 
 
 def _rows(lineup: str, measure: Measure, answer: Any, episodes: range) -> list[str]:

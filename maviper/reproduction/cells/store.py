@@ -72,14 +72,14 @@ class Store:
     def documents(self) -> Iterator[tuple[str, Document]]:
         """Every cell that can be read, in the order of names."""
         for place in sorted(self.cells.glob("*/" + CELL_FILE)):
-            found = self.document(place.parent.name)
-            if found is not None:
-                yield place.parent.name, found
+            document = self.document(place.parent.name)
+            if document is not None:
+                yield place.parent.name, document
 
-    def done(self, id_: str) -> bool:
+    def is_done(self, id_: str) -> bool:
         """Whether a cell is finished."""
-        found = self.document(id_)
-        return found is not None and found.outcome == DONE
+        document = self.document(id_)
+        return document is not None and document.outcome == DONE
 
     def profile(self, id_: str) -> bytes:
         """The profile of a finished extraction."""
@@ -102,7 +102,7 @@ class Store:
         """Whether this process may make the cell now: nobody has finished it, and nobody alive is making it."""
         place = runs.folder(self.cells / id_)
         last = max((_number(each) for each in place.glob(CLAIM + "*")), default=-1)
-        if self.done(id_) or (last >= 0 and not _stale(place / f"{CLAIM}{last}")):
+        if self.is_done(id_) or (last >= 0 and not _stale(place / f"{CLAIM}{last}")):
             return False
         mine = place / f"{CLAIM}{last + 1}"
         with self._lock:
@@ -114,7 +114,7 @@ class Store:
             except OSError as error:
                 raise runs.unwritten(mine, error) from None
             self._held[id_] = mine
-        if self.done(id_):  # it was finished between the look and the claim
+        if self.is_done(id_):  # it was finished between the look and the claim
             self.release(id_)
             return False
         return True
@@ -151,7 +151,7 @@ def _machine() -> str:
 def _stale(place: Path) -> bool:
     try:
         owner, _, process = place.read_text(encoding="utf-8").strip().rpartition(" ")
-        if owner == _machine() and process.isdigit() and os.name == "posix" and _gone(int(process)):
+        if owner == _machine() and process.isdigit() and os.name == "posix" and _is_gone(int(process)):
             return True
         with tempfile.TemporaryFile(dir=place.parent) as fresh:  # its time is the file system's own
             return os.fstat(fresh.fileno()).st_mtime - place.stat().st_mtime > (STALE if process else NAMELESS)
@@ -161,7 +161,7 @@ def _stale(place: Path) -> bool:
         raise runs.unwritten(place, error) from None
 
 
-def _gone(process: int) -> bool:
+def _is_gone(process: int) -> bool:
     try:
         os.kill(process, 0)
     except ProcessLookupError:

@@ -35,7 +35,7 @@ class Kept:
     failed: dict[str, Document]
 
 
-def kept(store: Store, wanted: Collection[str], register: str) -> Kept:
+def find_finished(store: Store, wanted: Collection[str], register: str) -> Kept:
     """The finished cells of this version and register; of two about the same, the one that is `wanted` now."""
     finished: dict[Cell, tuple[str, Document]] = {}
     other = doubled = 0
@@ -79,10 +79,10 @@ def write(store: Store, cells: dict[str, Document]) -> Path:
 
 def _means(data: str) -> Iterator[tuple[str, str, list[float]]]:
     """Line-up, measure and the values of all its episodes, in the order of the file, sorted by name."""
-    found: dict[tuple[str, str], list[float]] = {}
+    by_lineup: dict[tuple[str, str], list[float]] = {}
     for row in csv.reader(io.StringIO(data.removeprefix(HEAD))):
-        found.setdefault((row[0], row[1]), []).append(float(row[3]))
-    return ((lineup, measure, values) for (lineup, measure), values in sorted(found.items()))
+        by_lineup.setdefault((row[0], row[1]), []).append(float(row[3]))
+    return ((lineup, measure, values) for (lineup, measure), values in sorted(by_lineup.items()))
 
 
 def _companions(store: Store, folder: Path, source: str, ids: Sequence[str]) -> None:

@@ -21,9 +21,9 @@ from codegen.ir import AgentPolicy, Meaning
 from codegen.lowering.lower import lower
 from codegen.lowering.render import comment
 from codegen.targets import onnx as models
-from verify.claims.formula import Acts, And, Formula, Linear, Not, Or, below, disjunction, for_goal, negated
+from verify.claims.formula import Acts, And, Formula, Linear, Not, Or, below, disjunction, for_goal, negate
 from verify.claims.region import Region
-from verify.claims.uncertified.starts import called
+from verify.claims.uncertified.starts import name_region
 from verify.exact import plain
 from verify.kinds import AnyClaim
 from verify.question import DecisionQuestion, Question
@@ -70,42 +70,42 @@ def text(question: DecisionQuestion, goal: str | None) -> str:
     lines = [
         f"; {comment(claim.shown)}: {comment(claim.written or claim.sentence)}",
         *([f"; assumed: {comment(claim.assumption)}"] if claim.assumption else []),
-        f"; region {comment(called(profile, question.region) or 'given')}; goal {goal or 'none'}; real arithmetic",
+        f"; region {comment(name_region(profile, question.region) or 'given')}; goal {goal or 'none'}; real arithmetic",
         "; sat: a world state violates the claim; unsat for every goal: it holds in the whole region",
         "(vnnlib-version <2.0>)",
         f"; {WORLD}: {model.prefix}_{WORLD}.onnx, which hands on the world state",
         *(f";   {at[name]} is {name}" for name in coordinates),
-        *_declared(WORLD, f"{STATE} real [{len(coordinates)}]", f"{STATE}_same real [{len(coordinates)}]"),
+        *_declare_network(WORLD, f"{STATE} real [{len(coordinates)}]", f"{STATE}_same real [{len(coordinates)}]"),
     ]
     for number, policy in enumerate(question.team):
         actions = ", ".join(f"{place} {action.name}" for place, action in enumerate(policy.actions))
         inputs = f"{OBSERVED}_{number} real [1, {len(policy.features)}]"
         lines += [
             f"; {policy.agent}: {called_in_files[policy.agent]}; actions {comment(actions)}",
-            *_declared(f"agent_{number}", inputs, f"{DECIDED}_{number} int64 [1]"),
+            *_declare_network(f"agent_{number}", inputs, f"{DECIDED}_{number} int64 [1]"),
         ]
     lines += [f"(assert {each})" for each in _region(question.region, goal, at)]
     for number, policy in enumerate(question.team):
         lines += [f"(assert {each})" for each in _reading(number, policy, goal, at, claim.eps)]
-    lines += ["; the claim fails", f"(assert {_written(for_goal(negated(question.formula), goal), at)})"]
+    lines += ["; the claim fails", f"(assert {_write_formula(for_goal(negate(question.formula), goal), at)})"]
     return "\n".join(lines) + "\n"
 
 
-def _declared(network: str, taken: str, given: str) -> list[str]:
+def _declare_network(network: str, taken: str, given: str) -> list[str]:
     return [f"(declare-network {network}", f"  (declare-input {taken})", f"  (declare-output {given})", ")"]
 
 
 def _region(region: Region, goal: str | None, at: Names) -> Iterator[str]:
     """What the region says of a world state, and where the goal is."""
     for name, (low, high) in region.box.items():
-        yield _compared("<=", [(Fraction(-1), at[name])], -low)
-        yield _compared("<=", [(Fraction(1), at[name])], high)
+        yield _write_comparison("<=", [(Fraction(-1), at[name])], -low)
+        yield _write_comparison("<=", [(Fraction(1), at[name])], high)
     for a, b, (low, high) in region.differences:
-        yield _compared("<=", [(Fraction(-1), at[a]), (Fraction(1), at[b])], -low)
-        yield _compared("<=", [(Fraction(1), at[a]), (Fraction(-1), at[b])], high)
+        yield _write_comparison("<=", [(Fraction(-1), at[a]), (Fraction(1), at[b])], -low)
+        yield _write_comparison("<=", [(Fraction(1), at[a]), (Fraction(-1), at[b])], high)
     for a, b, least in region.apart:
         sides = [{f"{a}.{axis}": -sign, f"{b}.{axis}": sign} for axis in "xy" for sign in (1, -1)]
-        yield _written(disjunction(*(below(side, -least) for side in sides)), at)
+        yield _write_formula(disjunction(*(below(side, -least) for side in sides)), at)
     if goal is not None:
         for axis in "xy":
             yield f"(== {at[f'{ir.GOAL}.{axis}']} {at[f'{goal}.{axis}']})"
@@ -122,43 +122,45 @@ def _reading(number: int, policy: AgentPolicy, goal: str | None, at: Names, eps:
         summed = [(-Fraction(weight), at[name]) for weight, name in feature.meaning.terms]
         off = [(Fraction(1), seen), *summed]
         if error:
-            yield _compared("<=", off, error)
-            yield _compared("<=", [(-weight, name) for weight, name in off], error)
+            yield _write_comparison("<=", off, error)
+            yield _write_comparison("<=", [(-weight, name) for weight, name in off], error)
         else:
-            yield _compared("==", off, Fraction(0))
+            yield _write_comparison("==", off, Fraction(0))
 
 
 def _function(meaning: Meaning, seen: str, at: Names, error: Fraction) -> str:
     """The value of a function of a sum: each that it can have, where it has it."""
     terms = [(Fraction(weight), at[name]) for weight, name in meaning.terms]
     opposite = [(-weight, name) for weight, name in terms]
-    above, under = _compared("<", opposite, error), _compared("<", terms, error)
+    above, under = _write_comparison("<", opposite, error), _write_comparison("<", terms, error)
     if meaning.function == "zero":
-        cases = [(1, [_compared("==", terms, Fraction(0))]), (0, [f"(or {under} {above})"])]
+        cases = [(1, [_write_comparison("==", terms, Fraction(0))]), (0, [f"(or {under} {above})"])]
     elif meaning.function == "positive":
-        cases = [(1, [above]), (0, [_compared("<=", terms, error)])]
+        cases = [(1, [above]), (0, [_write_comparison("<=", terms, error)])]
     else:
         cases = [(1, [above]), (-1, [under])]
-        cases.append((0, [_compared("<=", terms, error), _compared("<=", opposite, error)]))
+        cases.append((0, [_write_comparison("<=", terms, error), _write_comparison("<=", opposite, error)]))
     return " ".join(["(or", *(f"(and (== {seen} {value}.0) {' '.join(facts)})" for value, facts in cases)]) + ")"
 
 
-def _written(formula: Formula, at: Names) -> str:
+def _write_formula(formula: Formula, at: Names) -> str:
     """A formula whose negations stand before `Acts` only."""
     match formula:
         case Linear(terms, bound, strict):
-            return _compared("<" if strict else "<=", [(weight, at[name]) for weight, name in terms], bound)
+            return _write_comparison("<" if strict else "<=", [(weight, at[name]) for weight, name in terms], bound)
         case Acts(agent, action):
             return f"(== {at[f'{agent}:']} {action})"
         case Not(Acts(agent, action)):
             return f"(!= {at[f'{agent}:']} {action})"
         case And(parts) | Or(parts):
-            return _joined("and" if isinstance(formula, And) else "or", [_written(part, at) for part in parts], at)
+            return _join_parts(
+                "and" if isinstance(formula, And) else "or", [_write_formula(part, at) for part in parts], at
+            )
         case _:
             raise AssertionError(f"{formula} is no part of a claim for one goal")
 
 
-def _joined(word: str, parts: Sequence[str], at: Names) -> str:
+def _join_parts(word: str, parts: Sequence[str], at: Names) -> str:
     """And, or. Without parts: what is true, or false, of the first coordinate."""
     if len(parts) == 1:
         return parts[0]
@@ -166,7 +168,7 @@ def _joined(word: str, parts: Sequence[str], at: Names) -> str:
     return f"({word} {' '.join(parts)})" if parts else f"({'==' if word == 'and' else '<'} {first} {first})"
 
 
-def _compared(sign: str, terms: Terms, bound: Fraction) -> str:
+def _write_comparison(sign: str, terms: Terms, bound: Fraction) -> str:
     """`sum SIGN bound`. Where a number has no finite decimal, all are multiplied until they do."""
     numbers = [*(weight for weight, _ in terms), bound]
     finite = not any("/" in plain(number) for number in numbers)

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
 
-from codegen.errors import InputError, RefusedError, shown
+from codegen.errors import InputError, RefusedError, escape_text
 from codegen.ir import PolicyProfile
 from maviper.files import kinds, runs
 from maviper.files.profiles import find_profile
@@ -23,7 +23,7 @@ from verify.checker.episodes import forever
 from verify.checker.episodes.certificates import EpisodeCertificate
 from verify.checker.episodes.forever import LastingCertificate
 from verify.checker.reading import RejectedError
-from verify.claims.catalogue import left_out, opponents_words
+from verify.claims.catalogue import describe_left_out, opponents_words
 from verify.claims.claim import Parameter
 from verify.claims.formula import agents
 from verify.claims.observed import over
@@ -61,19 +61,21 @@ def check_file(
             raise InputError("the certificate is about one profile", "--against", "leave it out")
         from maviper.verification.files import systems
 
-        return Checked(*systems.checked(path, profile, world))
+        return Checked(*systems.check_certificate(path, profile, world))
     if world is not None:
         raise InputError("the certificate is not about a stated system", "--world", "leave it out")
     try:
         certified, about = _read(text, str(path)), find_profile(profile, beside=path)
         if isinstance(certified, Certificate):
             other = _second(certified, against, path)
-            closed, subject = certificate.accepted(certified, about, other), _subject(certified, about)
+            closed, subject = certificate.check_certificate(certified, about, other), _subject(certified, about)
         else:
-            closed, subject = certified.accepted(about), _episodes(certified, about)
+            closed, subject = certified.check(about), _episodes(certified, about)
     except RejectedError as error:
         raise RefusedError(
-            "the certificate is refused", f"{path}: {shown(error)}", "do not rely on it; run `maviper verify` again"
+            "the certificate is refused",
+            f"{path}: {escape_text(error)}",
+            "do not rely on it; run `maviper verify` again",
         ) from None
     return Checked(subject, closed, certified.size)
 
@@ -92,14 +94,14 @@ def _read(text: bytes, where: str) -> Certificate | EpisodeCertificate | Lasting
     kinds.ensure(text, where, kinds.CERTIFICATE.called, kinds.CERTIFICATE, kinds.EPISODE_CERTIFICATE)
     if kinds.kind_of(text) is kinds.EPISODE_CERTIFICATE:
         return forever.of_either(text, where).reading(FollowedProof)
-    found = certificate.from_json(text, where)
-    return replace(found, proofs={goal: FollowedProof(proof) for goal, proof in found.proofs.items()})
+    parsed = certificate.from_json(text, where)
+    return replace(parsed, proofs={goal: FollowedProof(proof) for goal, proof in parsed.proofs.items()})
 
 
 def _subject(found: Certificate, profile: PolicyProfile) -> str:
     """What was proved, from what was checked."""
     if found.against:
-        compared = ", ".join(certificate.compared_agents(found, profile))
+        compared = ", ".join(certificate.find_compared_agents(found, profile))
         return (
             f"{compared} act as in the second profile in {_place(found.region, profile)}, {found.semantics} arithmetic"
         )
@@ -108,9 +110,9 @@ def _subject(found: Certificate, profile: PolicyProfile) -> str:
     if found.claim is None and not agents(found.formula):
         claim += " that speaks of no agent's actions"
     if found.claim is None and found.eps:
-        claim += f", though every feature is off by up to {_shown(found.eps)}"
+        claim += f", though every feature is off by up to {_format_parameter(found.eps)}"
     if found.claim is not None:
-        claim += "".join(f", {name} {_shown(value)}" for name, value in found.claim.stated.items())
+        claim += "".join(f", {name} {_format_parameter(value)}" for name, value in found.claim.stated.items())
     claim += "" if found.view is None else f", {found.view},"
     place = f"{claim} in {_place(found.region, profile)}, {found.semantics} arithmetic"
     return place if found.claim is not None else f"{place}; the formula: {formula_words(found.formula, profile)}"
@@ -122,10 +124,10 @@ def _episodes(found: EpisodeCertificate | LastingCertificate, profile: PolicyPro
     own = f" {'from' if claim.apart else 'at'} {' '.join(claim.named)}" if claim.named else ""
     followed = sorted({" with ".join(group) for group in found.followed})
     steps = "for ever" if claim.ever else f"steps {claim.steps}"
-    said = f"{claim.name} of the {claim.team}{own}, {steps}, radius {_shown(claim.radius)}"
+    said = f"{claim.name} of the {claim.team}{own}, {steps}, radius {_format_parameter(claim.radius)}"
     opponents = any(profile.policy(agent).team != claim.team for group in found.followed for agent in group)
     others = f"followed: {', '.join(followed)}, {opponents_words(opponents)}"
-    apart = left_out(profile.world)
+    apart = describe_left_out(profile.world)
     about = f"{said}, from rest in {_place(found.region, profile)}, {found.semantics} arithmetic; {others}"
     return about + (f"; {apart}" if apart else "")
 
@@ -139,7 +141,7 @@ def _place(region: Region, profile: PolicyProfile) -> str:
     return f"a region of its own{f' ({bounds})' if bounds else ''}{goals}"
 
 
-def _shown(value: Parameter) -> str:
+def _format_parameter(value: Parameter) -> str:
     if isinstance(value, Fraction):
         return plain(value)
     return " ".join(value) if isinstance(value, tuple) else str(value)

@@ -16,13 +16,13 @@ from typing import Any
 
 import msgspec
 
-from codegen.errors import InputError, shown
+from codegen.errors import InputError, escape_text
 from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash
 from codegen.sum_rules import ensure_plain
 from maviper.files import kinds, runs
 from maviper.files.profiles import READER
-from maviper.verification.bench import replayed
+from maviper.verification.bench import replay_state
 from maviper.verification.files import episodes as episode_files
 from verify.claims.decisions import OWN, PLAIN, formula
 from verify.claims.formula import Acts, Formula, Goal, agents, atoms, coordinates
@@ -38,7 +38,7 @@ from verify.reports.decisions import deployed_facts
 from verify.reports.trajectories import counterexample
 from verify.semantics import MACHINE, REAL
 from verify.states.acting import REFERENCE
-from verify.states.real import Value, value_of, written_all
+from verify.states.real import Value, value_of, write_values
 from verify.states.state import State, error_name, true_at
 from verify.verdicts.decisions import DecisionResult
 
@@ -82,7 +82,7 @@ class Replayed:
     by step, and whether the claim fails in it.
     """
 
-    property: str  # its name where that is sure, see `named`
+    property: str  # its name where that is sure, see `name_formula`
     violated: bool
     actions: Mapping[str, str]  # of an episode: in order, with spaces between
     before: Mapping[str, str]  # what the file says that it did
@@ -104,8 +104,8 @@ def document(profile: PolicyProfile, result: DecisionResult, found: Counterexamp
         **view,
         "formula": formula_document(formula(result.question.profile, claim)),
         "goal": goal_text(found.state.goal),
-        "position": written_all(found.state.position),
-        "errors": written_all(found.state.errors),
+        "position": write_values(found.state.position),
+        "errors": write_values(found.state.errors),
         "actions": {view.agent: view.action for view in found.agents},
         **real,
         "explanation": {} if explanation is None else explanation.document(),
@@ -122,41 +122,41 @@ def replay(path: Path, profile: PolicyProfile, world: Path | None = None) -> Rep
     """
     data = runs.read(path, MAX_BYTES)
     if kinds.kind_of(data) is kinds.SYSTEM_COUNTEREXAMPLE:
-        return _replayed_statement(path, profile, world)
+        return _replay_statement(path, profile, world)
     ensure_plain(profile, READER)
     called = kinds.COUNTEREXAMPLE.called
     kinds.ensure(data, str(path), called, kinds.COUNTEREXAMPLE, kinds.EPISODE_COUNTEREXAMPLE)
     about_episode = kinds.kind_of(data) is kinds.EPISODE_COUNTEREXAMPLE
-    return _ensure_same(path, (_replayed_episode if about_episode else _replayed_state)(path, profile))
+    return _ensure_same(path, (_replay_episode if about_episode else _replay_state)(path, profile))
 
 
-def _replayed_statement(path: Path, profile: PolicyProfile, world: Path | None) -> Replayed:
+def _replay_statement(path: Path, profile: PolicyProfile, world: Path | None) -> Replayed:
     from maviper.verification.files import systems
 
-    found, claim, again, same, by_same = systems.replay(path, profile, world)
+    original, claim, again, same, by_same = systems.replay(path, profile, world)
     actions: dict[str, list[str]] = {} if again is None else counterexample(again)["actions"]
     return Replayed(
-        property=systems.called(claim),
+        property=systems.name_claim(claim),
         violated=again is not None,
         actions={agent: " ".join(names) for agent, names in actions.items()},
-        before={agent: " ".join(names) for agent, names in found.actions.items()},
+        before={agent: " ".join(names) for agent, names in original.actions.items()},
         by=(),
         same_policy=by_same,
         says=(PLAYED if again is None or again.seconds is None else FOLLOWED) + ("" if same else OTHER_SYSTEM),
     )
 
 
-def _replayed_state(path: Path, profile: PolicyProfile) -> Replayed:
+def _replay_state(path: Path, profile: PolicyProfile) -> Replayed:
     document, state, claim = read_counterexample(path, profile)
     origin, view = profile, None if document.view is None else view_from(document.view)
     profile = origin if view is None else over(origin, view)
     strange = sorted(set(document.actions) - {policy.agent for policy in profile.team(document.team)})
     if strange:
         what = "the counterexample is about another world"
-        raise InputError(what, f"{path}: {', '.join(map(shown, strange[:5]))}", ADVICE)
-    did = replayed(origin, view, claim, document.team, state, document.semantics)
+        raise InputError(what, f"{path}: {', '.join(map(escape_text, strange[:5]))}", ADVICE)
+    did = replay_state(origin, view, claim, document.team, state, document.semantics)
     return Replayed(
-        property=named(document.property, claim, document.team, profile),
+        property=name_formula(document.property, claim, document.team, profile),
         violated=not true_at(profile, claim, state, did.actions),
         actions={
             policy.agent: policy.actions[did.actions[policy.agent]].name for policy in profile.team(document.team)
@@ -168,21 +168,21 @@ def _replayed_state(path: Path, profile: PolicyProfile) -> Replayed:
     )
 
 
-def _replayed_episode(path: Path, profile: PolicyProfile) -> Replayed:
+def _replay_episode(path: Path, profile: PolicyProfile) -> Replayed:
     episode = episode_files.replay(path, profile)
-    found = episode.file
+    stored = episode.file
     return Replayed(
-        property=_words(found.claim, found.property),
+        property=_words(stored.claim, stored.property),
         violated=episode.violated,
         actions=episode.actions,
-        before=found.actions,
+        before=stored.actions,
         by=(REFERENCE, *episode.by),
-        same_policy=content_hash(profile) == found.profile,
+        same_policy=content_hash(profile) == stored.profile,
         says=f"replayed by {', '.join((REFERENCE, *episode.by))}",
     )
 
 
-def named(stated: str, claim: Formula, team: str, profile: PolicyProfile) -> str:
+def name_formula(stated: str, claim: Formula, team: str, profile: PolicyProfile) -> str:
     """What the formula of a file is called: a property's name where it is what that says, for any other what the file
     calls it, as the file's word.
     """
@@ -194,7 +194,7 @@ def named(stated: str, claim: Formula, team: str, profile: PolicyProfile) -> str
 
 
 def _words(name: str, stated: str) -> str:
-    return name if stated == name else f"{name} (in the file: '{shown(stated)}')"
+    return name if stated == name else f"{name} (in the file: '{escape_text(stated)}')"
 
 
 def _ensure_same(path: Path, found: Replayed) -> Replayed:
@@ -217,10 +217,10 @@ def _strange_parts(claim: Formula, team: str, profile: PolicyProfile) -> list[st
 
 
 def _read(path: Path) -> tuple[CounterexampleJson, State]:
-    document = runs.decoded(path, MAX_BYTES, CounterexampleJson, "not a counterexample", ADVICE)
+    document = runs.decode_file(path, MAX_BYTES, CounterexampleJson, "not a counterexample", ADVICE)
     if document.counterexample not in FORMS:
         raise InputError(
-            "a counterexample of another version", f"{path}: '{shown(document.counterexample[:40])}'", ADVICE
+            "a counterexample of another version", f"{path}: '{escape_text(document.counterexample[:40])}'", ADVICE
         )
     try:
         position, errors = (
@@ -228,11 +228,11 @@ def _read(path: Path) -> tuple[CounterexampleJson, State]:
         )
         _ = document.view and view_from(document.view)
     except ValueError as error:
-        raise InputError("not a counterexample", f"{path}: {shown(error)}", ADVICE) from None
+        raise InputError("not a counterexample", f"{path}: {escape_text(error)}", ADVICE) from None
     state = State(position, goal_of(document.goal), errors)
     semantics = MACHINE if document.counterexample == FORM else REAL
     if document.semantics != semantics or (semantics == MACHINE and (document.deployed or not state.floats)):
-        what = f"'{shown(document.semantics[:20])}' where {document.counterexample} is of {semantics} arithmetic"
+        what = f"'{escape_text(document.semantics[:20])}' where {document.counterexample} is of {semantics} arithmetic"
         raise InputError("not a counterexample", f"{path}: {what}", ADVICE)
     return document, state
 
@@ -248,13 +248,13 @@ def _value(stated: float | str) -> Value:
 
 def read_counterexample(path: Path, profile: PolicyProfile) -> tuple[CounterexampleJson, State, Formula]:
     """A file, the state and the formula in it, both known to a profile's world or its view. InputError otherwise."""
-    found, state = _read(path)
-    if found.view is not None:
-        profile = over(profile, view_from(found.view))
-    return found, state, known_formula(found.formula, found.team, [state], profile, path)
+    stored, state = _read(path)
+    if stored.view is not None:
+        profile = over(profile, view_from(stored.view))
+    return stored, state, check_formula(stored.formula, stored.team, [state], profile, path)
 
 
-def known_formula(
+def check_formula(
     document: dict[str, Any], team: str, states: Sequence[State], profile: PolicyProfile, path: Path
 ) -> Formula:
     """The formula of a file, if it and the world states are about what the profile's world has; else InputError."""
@@ -262,7 +262,7 @@ def known_formula(
         claim = read_formula(document)
     except (ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
         raise InputError(
-            "the counterexample's formula cannot be read", f"{path}: {shown(error)}"[:200], ADVICE
+            "the counterexample's formula cannot be read", f"{path}: {escape_text(error)}"[:200], ADVICE
         ) from None
     world = profile.world
     needed = set(positions(world))
@@ -279,8 +279,10 @@ def known_formula(
     strange = strange or _strange_parts(claim, team, profile)
     if strange or not members:
         what = ", ".join(strange[:5]) if members else f"no team {team}"
-        raise InputError("the counterexample is about another world", f"{path}: {shown(what)}", "give its profile")
+        raise InputError(
+            "the counterexample is about another world", f"{path}: {escape_text(what)}", "give its profile"
+        )
     for name, value in (pair for state in states for pair in (*state.position.items(), *state.errors.items())):
         if abs(value) > MAX_NUMBER:
-            raise InputError("not a counterexample", f"{path}: {shown(name)} is beyond {MAX_NUMBER}", ADVICE)
+            raise InputError("not a counterexample", f"{path}: {escape_text(name)} is beyond {MAX_NUMBER}", ADVICE)
     return claim

@@ -16,11 +16,11 @@ from typing import TYPE_CHECKING, Any
 
 import msgspec
 
-from codegen.errors import InputError, UnknownNameError, shown
+from codegen.errors import InputError, UnknownNameError, escape_text
 from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash
 from maviper.files import runs
-from maviper.verification.bench import replayed_course
+from maviper.verification.bench import replay_course
 from verify.claims.catalogue import ZONES, find_episode_claim, readable
 from verify.claims.claim import Parameter
 from verify.claims.episodes import EPISODE_CLAIMS, EpisodeClaim
@@ -74,21 +74,21 @@ def document(profile: PolicyProfile, result: EpisodeResult) -> dict[str, Any]:
         "property": claim.shown,
         "claim": claim.name,
         "team": claim.team,
-        "parameters": {name: _written(value) for name, value in _told(claim).items()},
+        "parameters": {name: _encode_parameter(value) for name, value in _list_parameters(claim).items()},
         "region": result.region.document(),
         "goal": goal_text(evidence.state.goal),
         "position": dict(evidence.state.position),
-        "actions": _named(profile, evidence.episode),
+        "actions": _name_actions(profile, evidence.episode),
         "explanation": {} if evidence.explanation is None else evidence.explanation.document(),
     }
 
 
-def _told(claim: EpisodeClaim) -> dict[str, Parameter]:
+def _list_parameters(claim: EpisodeClaim) -> dict[str, Parameter]:
     """The parameters that an episode breaks: of a claim for ever, as many steps as it takes."""
     return {**claim.parameters, "steps": claim.steps}
 
 
-def _named(profile: PolicyProfile, episode: Episode) -> dict[str, str]:
+def _name_actions(profile: PolicyProfile, episode: Episode) -> dict[str, str]:
     """Agent -> its actions by name, in order."""
     return {
         entity.name: " ".join(
@@ -98,7 +98,7 @@ def _named(profile: PolicyProfile, episode: Episode) -> dict[str, str]:
     }
 
 
-def _written(value: Parameter) -> int | str | list[str]:
+def _encode_parameter(value: Parameter) -> int | str | list[str]:
     if isinstance(value, tuple):
         return list(value)
     return value if isinstance(value, int) else str(value)
@@ -110,19 +110,21 @@ def replay(path: Path, profile: PolicyProfile) -> ReplayedEpisode:
     InputError when the file is damaged or speaks of what the profile does not have; DisagreementError when compiled C
     or environment take another course.
     """
-    found = _read(path)
-    claim = _claim(found, profile, path)
-    _ensure_known(found, profile, path)
+    stored = _read(path)
+    claim = _claim(stored, profile, path)
+    _ensure_known(stored, profile, path)
     playable(profile)
-    episode, by = replayed_course(profile, State(found.position, goal_of(found.goal)), claim.steps)
-    return ReplayedEpisode(found, fails(profile, claim, episode.coordinates), _named(profile, episode), by)
+    episode, by = replay_course(profile, State(stored.position, goal_of(stored.goal)), claim.steps)
+    return ReplayedEpisode(stored, fails(profile, claim, episode.coordinates), _name_actions(profile, episode), by)
 
 
 def _read(path: Path) -> EpisodeJson:
-    found = runs.decoded(path, MAX_BYTES, EpisodeJson, "not a counterexample", ADVICE)
-    if found.counterexample != FORM:
-        raise InputError("a counterexample of another version", f"{path}: '{shown(found.counterexample[:40])}'", ADVICE)
-    return found
+    stored = runs.decode_file(path, MAX_BYTES, EpisodeJson, "not a counterexample", ADVICE)
+    if stored.counterexample != FORM:
+        raise InputError(
+            "a counterexample of another version", f"{path}: '{escape_text(stored.counterexample[:40])}'", ADVICE
+        )
+    return stored
 
 
 def _claim(found: EpisodeJson, profile: PolicyProfile, path: Path) -> EpisodeClaim:
@@ -140,7 +142,7 @@ def _claim(found: EpisodeJson, profile: PolicyProfile, path: Path) -> EpisodeCla
         error.where = f"{path}: {error.where}" if error.where else str(path)
         raise
     except ValueError as error:
-        raise InputError("not a counterexample", f"{path}: {shown(error)}"[:200], ADVICE) from None
+        raise InputError("not a counterexample", f"{path}: {escape_text(error)}"[:200], ADVICE) from None
     return claim
 
 
@@ -168,7 +170,7 @@ def _ensure_known(found: EpisodeJson, profile: PolicyProfile, path: Path) -> Non
     ]
     if strange:
         what = "the counterexample is about another world"
-        raise InputError(what, f"{path}: {', '.join(map(shown, strange[:5]))}", ADVICE)
+        raise InputError(what, f"{path}: {', '.join(map(escape_text, strange[:5]))}", ADVICE)
     for name, value in found.position.items():
         if abs(value) > MAX_NUMBER:
             raise InputError("not a counterexample", f"{path}: {name} is beyond {MAX_NUMBER}", ADVICE)

@@ -20,7 +20,7 @@ from verify.question import Budgets
 from verify.verdicts.decisions import DecisionResult
 
 
-def repeated(asked: Asked, wanted: int | None) -> str:
+def repeat_command(asked: Asked, wanted: int | None) -> str:
     """The command line that repeats a question."""
     if wanted is None:
         return asked.command

@@ -22,7 +22,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from codegen.errors import InputError, shown
+from codegen.errors import InputError, escape_text
 from codegen.form.layout import layout
 from codegen.ir import GrownTree, PolicyProfile, Provenance
 from codegen.policy_json import content_hash
@@ -41,7 +41,7 @@ from verify.claims.region import Region, goal_of, goal_text
 from verify.claims.region_files import read_region
 from verify.claims.uncertified.documents import formula_document
 from verify.claims.uncertified.own import OwnFormula
-from verify.claims.uncertified.starts import called, observed_velocities
+from verify.claims.uncertified.starts import find_observed_velocities, name_region
 from verify.question import Question
 from verify.result import AnyResult
 from verify.semantics import MACHINE
@@ -99,9 +99,9 @@ class Failing:
         """The policy that failed last, where it lies beside a file; None where another one or none does."""
         for folder in reversed(self.folders):
             with suppress(InputError):
-                found = load(folder / runs.PROFILE_FILE)
-                if content_hash(found) == self.profiles[-1]:
-                    return found
+                profile = load(folder / runs.PROFILE_FILE)
+                if content_hash(profile) == self.profiles[-1]:
+                    return profile
         return None
 
 
@@ -172,7 +172,7 @@ def read_failing(paths: Sequence[Path], world: ParticleWorld) -> tuple[list[Fail
             if new is None:
                 raise InputError(f"the counterexample {ONLY_REAL}", str(file), ADVICE_REAL)
             key = new.claim.team, new.claim.statement
-            failing[key] = _joined(failing[key], new) if key in failing else new
+            failing[key] = _join_failing(failing[key], new) if key in failing else new
     if not failing:
         what = "claims about whole episodes or in real arithmetic do not say which deployed decision is wrong"
         raise InputError(what, "; ".join(skipped), "give counterexamples of claims about single decisions")
@@ -195,37 +195,39 @@ def _read(path: Path, policies: PolicyProfile) -> Failing | None:
     what = "a counterexample to a claim about single decisions"
     kinds.ensure(data, str(path), what, kinds.COUNTEREXAMPLE, kinds.STATES)
     if kinds.kind_of(data) is not kinds.STATES:
-        found, state, statement = counterexamples.read_counterexample(path, policies)
-        if found.view is not None:
+        stored, state, statement = counterexamples.read_counterexample(path, policies)
+        if stored.view is not None:
             raise InputError("a counterexample over observations", str(path), "extraction learns from world states")
         _ensure_floats(statement, path)
-        if found.semantics != MACHINE and (not state.floats or found.deployed is None or not found.deployed.violated):
+        if stored.semantics != MACHINE and (
+            not state.floats or stored.deployed is None or not stored.deployed.violated
+        ):
             return None
         eps = max((abs(Fraction(error)) for error in state.errors.values()), default=Fraction(0))
-        label = counterexamples.named(found.property, statement, found.team, policies)
-        claim = OwnFormula(found.team, statement=statement, eps=eps, label=label)
-        return Failing(claim, (state,), (found.profile,), (path.parent,))
-    written = runs.decoded(path, counterexamples.MAX_BYTES, StatesJson, "not a file of states", ADVICE)
+        label = counterexamples.name_formula(stored.property, statement, stored.team, policies)
+        claim = OwnFormula(stored.team, statement=statement, eps=eps, label=label)
+        return Failing(claim, (state,), (stored.profile,), (path.parent,))
+    written = runs.decode_file(path, counterexamples.MAX_BYTES, StatesJson, "not a file of states", ADVICE)
     try:
         eps, words = read_number(written.eps), shlex.split(written.command)
     except ValueError as error:
-        raise InputError("not a file of states", f"{path}: {shown(error)}", ADVICE) from None
+        raise InputError("not a file of states", f"{path}: {escape_text(error)}", ADVICE) from None
     if written.states != FORM:
-        raise InputError("a file of states of another version", f"{path}: '{shown(written.states[:40])}'", ADVICE)
+        raise InputError("a file of states of another version", f"{path}: '{escape_text(written.states[:40])}'", ADVICE)
     check_range("eps", eps)
     if words and words[:2] != ["maviper", "verify"]:
         raise InputError("not a file of states", f"{path}: its command is not `maviper verify`", ADVICE)
     ours, theirs = (plain_name(name)[0] for name in (world_name(policies.world), written.world))
     if ours != theirs:
-        raise InputError("the states are of another world", f"{path}: {shown(theirs[:80])}, not {ours}", ADVICE)
+        raise InputError("the states are of another world", f"{path}: {escape_text(theirs[:80])}, not {ours}", ADVICE)
     states = _points(written, path)
-    statement = counterexamples.known_formula(written.formula, written.team, states, policies, path)
+    statement = counterexamples.check_formula(written.formula, written.team, states, policies, path)
     _ensure_floats(statement, path)
-    region = read_region(written.bounds, policies.world, f"{path}: bounds", observed_velocities(policies))
-    label = counterexamples.named(written.property, statement, written.team, policies)
+    region = read_region(written.bounds, policies.world, f"{path}: bounds", find_observed_velocities(policies))
+    label = counterexamples.name_formula(written.property, statement, written.team, policies)
     claim = OwnFormula(written.team, statement=statement, eps=eps, label=label)
     region = replace(region, name=written.region)
-    region = replace(region, name=shown(called(policies, region)) or "given")
+    region = replace(region, name=escape_text(name_region(policies, region)) or "given")
     return Failing(claim, states, (written.profile,), (path.parent,), region, written.command)
 
 
@@ -252,7 +254,7 @@ def _points(written: StatesJson, path: Path) -> tuple[State, ...]:
     )
 
 
-def _joined(a: Failing, b: Failing) -> Failing:
+def _join_failing(a: Failing, b: Failing) -> Failing:
     """Both, each state once."""
     known = {(tuple(state.position.items()), state.goal, tuple(state.errors.items())) for state in a.states}
     further = [p for p in b.states if (tuple(p.position.items()), p.goal, tuple(p.errors.items())) not in known]

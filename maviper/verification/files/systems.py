@@ -13,10 +13,10 @@ from typing import Any
 
 import msgspec
 
-from codegen.errors import InputError, RefusedError, shown
+from codegen.errors import InputError, RefusedError, escape_text
 from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash
-from codegen.wording import counted
+from codegen.wording import format_count
 from maviper.files import runs
 from maviper.files.profiles import find_profile
 from maviper.verification.files.reading import FollowedProof, tell_shown
@@ -29,9 +29,9 @@ from verify.checker.systems import certificates as system_certificates
 from verify.checker.systems.enclosures import ensure_curves
 from verify.claims.formula_json import read_number
 from verify.flows.playing import FlowCourse
-from verify.flows.replay import replayed as flow_replayed
+from verify.flows.replay import replay_course as flow_replayed
 from verify.question import Question
-from verify.reach.replay import Course, is_start, replayed
+from verify.reach.replay import Course, is_start, replay_course
 from verify.reach.results import SystemCounterexample
 from verify.reach.rounded import truly
 from verify.reports import systems as report
@@ -40,7 +40,7 @@ from verify.subjects import ClosedLoop
 from verify.systems import documents
 from verify.systems.claims import SystemClaim
 from verify.systems.files import MAX_BYTES as MAX_WORLD_BYTES
-from verify.systems.given.formulas import named_inputs
+from verify.systems.given.formulas import name_inputs
 from verify.systems.given.played import as_played
 from verify.systems.properties import claims_in, claims_of
 from verify.systems.statement import Statement
@@ -83,23 +83,25 @@ class CounterexampleJson(msgspec.Struct, forbid_unknown_fields=True):
     rank: int = 0  # of a flow: which of the cases that hold a state is taken, in turn
 
 
-def checked(path: Path, profile: PolicyProfile | Path | None, world: Path | None) -> tuple[str, int, int, str]:
+def check_certificate(
+    path: Path, profile: PolicyProfile | Path | None, world: Path | None
+) -> tuple[str, int, int, str]:
     """What the certificate in a file proves, in words, its branches or boxes, its bytes, and what was counted.
     RefusedError when it does not hold.
 
     The pieces of the system are shown again from the rules of the file, then the proof is followed.
     """
-    found, statement = read_certificate(path, world)
+    certificate, statement = read_certificate(path, world)
     about = find_profile(profile, beside=path, sums=True)
-    closed = ensure_accepted(path, found.reading(FollowedProof), statement, about, told=tell_shown)
+    closed = ensure_accepted(path, certificate.reading(FollowedProof), statement, about, told=tell_shown)
     statement, about = as_played(statement, about)
     try:
-        curve = _of_curves(found.claim, statement, about, path.parent / PROPERTY_FILE)
+        curve = _of_curves(certificate.claim, statement, about, path.parent / PROPERTY_FILE)
     except RejectedError as error:
         advice = "do not rely on it; run `maviper verify` again"
-        raise RefusedError("an enclosure of the claim is refused", f"{path}: {shown(error)}", advice) from None
-    said = f"{curve or sentence(found.claim, statement, about)}, {report.sentence(statement.system)}"
-    return f"{called(found.claim)}: {said}", closed, found.size, found.unit
+        raise RefusedError("an enclosure of the claim is refused", f"{path}: {escape_text(error)}", advice) from None
+    said = f"{curve or sentence(certificate.claim, statement, about)}, {report.sentence(statement.system)}"
+    return f"{name_claim(certificate.claim)}: {said}", closed, certificate.size, certificate.unit
 
 
 def _of_curves(claim: SystemClaim, statement: Statement, profile: PolicyProfile, beside: Path) -> str:
@@ -112,20 +114,20 @@ def _of_curves(claim: SystemClaim, statement: Statement, profile: PolicyProfile,
             runs.read(beside, MAX_WORLD_BYTES).decode(errors="replace"), statement, profile, beside.name
         )
     for each in stated:
-        if each == claim and each.curved is None and named_inputs(each.written) != each.written:
+        if each == claim and each.curved is None and name_inputs(each.written) != each.written:
             return f"{each.sentence}: {' '.join(each.written.split())}"
         if each == claim and each.curved is not None:
             shown_again = ensure_curves(
                 each.curved.enclosures, {one.name: one.range for one in statement.system.variables}
             )
-            shown = f", by {counted(shown_again, 'enclosure')} shown again" if shown_again else ""
+            shown = f", by {format_count(shown_again, 'enclosure')} shown again" if shown_again else ""
             return f"{each.sentence}: {' '.join(each.written.split())}{shown}"
     return ""
 
 
-def called(claim: SystemClaim) -> str:
+def name_claim(claim: SystemClaim) -> str:
     """What a claim in a file is called: its kind, and its label as the file's word."""
-    return claim.name + (f" (in the file: '{shown(claim.label)}')" if claim.label else "")
+    return claim.name + (f" (in the file: '{escape_text(claim.label)}')" if claim.label else "")
 
 
 def replay(
@@ -134,7 +136,7 @@ def replay(
     """A counterexample of a file, the claim in it, the episode that breaks it again (None where none does), and whether
     the system and the profile are those that it was made of.
     """
-    document = runs.decoded(path, MAX_BYTES, CounterexampleJson, "not a readable counterexample", ADVICE)
+    document = runs.decode_file(path, MAX_BYTES, CounterexampleJson, "not a readable counterexample", ADVICE)
     statement = read(world or path.parent / WORLD_FILE)
     ensure_plays(profile, statement)
     statement, profile = as_played(statement, profile)
@@ -149,7 +151,7 @@ def replay(
             where = f"{path}: $.start: {statement.system.name}"
             raise InputError("the counterexample does not start where the world file has starts", where, ADVICE)
         if statement.system.flow is None or claim.about_decisions:
-            again = replayed(profile, statement.system, claim, Course(start, errors, document.pieces))
+            again = replay_course(profile, statement.system, claim, Course(start, errors, document.pieces))
             again = truly(statement, profile, claim, again) if again and statement.acting else again
         else:
             claim = replace(claim, at_samples=bool(document.at_samples))
@@ -157,6 +159,6 @@ def replay(
             course = FlowCourse(start, off, read_number(document.longer), document.way, document.rank)
             again = flow_replayed(profile, statement.system, claim, course)
     except (ValueError, LookupError, TypeError, ZeroDivisionError) as error:
-        raise InputError("not a readable counterexample", f"{path}: {shown(error)}", ADVICE) from None
+        raise InputError("not a readable counterexample", f"{path}: {escape_text(error)}", ADVICE) from None
     same = document.system == documents.content_hash(statement.system)
     return document, claim, again, same, document.profile == content_hash(profile)

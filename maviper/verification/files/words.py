@@ -21,7 +21,7 @@ LEFT_OUT = "... (whole in the certificate)"
 
 def formula_words(formula: Formula, profile: PolicyProfile) -> str:
     """A formula as text, cut where it is long."""
-    return _cut(_written(formula, profile))
+    return _cut(_write_formula(formula, profile))
 
 
 def region_words(region: Region, profile: PolicyProfile) -> str:
@@ -33,7 +33,7 @@ def _cut(text: str) -> str:
     return text if len(text) <= MOST else f"{text[:MOST]}{LEFT_OUT}"
 
 
-def _written(formula: Formula, profile: PolicyProfile) -> str:
+def _write_formula(formula: Formula, profile: PolicyProfile) -> str:
     match formula:
         case Linear(terms, bound, strict):
             parts = [name if weight == 1 else f"{plain(weight)} * {name}" for weight, name in terms]
@@ -43,10 +43,10 @@ def _written(formula: Formula, profile: PolicyProfile) -> str:
         case Goal(landmark):
             return f"goal == {landmark}"
         case Not(part):
-            return f"not ({_written(part, profile)})"
+            return f"not ({_write_formula(part, profile)})"
         case And(parts) | Or(parts):
             both = isinstance(formula, And)
-            written = [_written(part, profile) for part in parts]
+            written = [_write_formula(part, profile) for part in parts]
             joined = (" and " if both else " or ").join(written) or ("true" if both else "false")
             return f"({joined})" if len(written) > 1 else joined
 

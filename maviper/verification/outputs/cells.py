@@ -117,10 +117,10 @@ def ranges(policy: ir.AgentPolicy) -> tuple[Float64, Float64]:
     return ends[:, 0], ends[:, 1]
 
 
-def held(rows: Float64, low: Float64, high: Float64, numbers: str) -> ir.Floats:
+def clip_rows(rows: Float64, low: Float64, high: Float64, numbers: str) -> ir.Floats:
     """Observations [n, n_features] in the agent's numbers, within the ranges."""
-    found = rows.astype(numbers)
+    rounded = rows.astype(numbers)
     if numbers == FLOAT32:  # rounding may leave a range by one number
-        found = np.where(found > high, neighbour(found, -np.inf), found)
-        found = np.where(found < low, neighbour(found, np.inf), found)
-    return found
+        rounded = np.where(rounded > high, neighbour(rounded, -np.inf), rounded)
+        rounded = np.where(rounded < low, neighbour(rounded, np.inf), rounded)
+    return rounded

@@ -14,7 +14,7 @@ from codegen.check import ensure
 from codegen.errors import InputError, UnknownNameError
 from codegen.form.layout import layout
 from codegen.policy_json import content_hash, dumps
-from codegen.wording import counted
+from codegen.wording import format_count
 from maviper.files import runs
 from maviper.verification.files.certificates import AGAINST_FILE
 from maviper.verification.outputs.cells import ranges
@@ -76,8 +76,8 @@ class OutputsCompared:
     @property
     def files(self) -> dict[str, str]:
         """Both profiles and the report, name -> text."""
-        found = {runs.PROFILE_FILE: dumps(self.first), AGAINST_FILE: dumps(self.second)}
-        return {**found, REPORT_FILE: layout(self.facts) + "\n"}
+        files = {runs.PROFILE_FILE: dumps(self.first), AGAINST_FILE: dumps(self.second)}
+        return {**files, REPORT_FILE: layout(self.facts) + "\n"}
 
 
 def compare_outputs(
@@ -94,15 +94,17 @@ def compare_outputs(
 
 def _agent(first: ir.PolicyProfile, second: ir.PolicyProfile, agent: str, max_cells: int) -> Agent:
     one, other = _comparable(first, second, agent)
-    found = search(one, other, *ranges(one), max_cells)
-    if any(each.found for each in found.apart):
-        return Agent(agent, found, Verdict.VIOLATED, "")
+    comparison = search(one, other, *ranges(one), max_cells)
+    if any(each.found for each in comparison.apart):
+        return Agent(agent, comparison, Verdict.VIOLATED, "")
     if _same(one.tree, other.tree) and one.outputs == other.outputs:
-        return Agent(agent, found, Verdict.PROVED, "")
-    if found.exact and found.complete:
-        return Agent(agent, found, Verdict.PROVED, "")
-    why = "linear programs found no difference, which is no proof" if found.complete else "there are too many cells"
-    return Agent(agent, found, Verdict.UNKNOWN, why)
+        return Agent(agent, comparison, Verdict.PROVED, "")
+    if comparison.exact and comparison.complete:
+        return Agent(agent, comparison, Verdict.PROVED, "")
+    why = (
+        "linear programs found no difference, which is no proof" if comparison.complete else "there are too many cells"
+    )
+    return Agent(agent, comparison, Verdict.UNKNOWN, why)
 
 
 def _comparable(first: ir.PolicyProfile, second: ir.PolicyProfile, agent: str) -> tuple[ir.AgentPolicy, ir.AgentPolicy]:
@@ -138,12 +140,12 @@ def _facts(one: Agent) -> dict[str, Any]:
 
 
 def _apart(each: Apart) -> dict[str, Any]:
-    found = each.found
-    at = None if found is None else {"observation": list(found.seen), "leaves": list(found.leaves)}
+    example = each.found
+    at = None if example is None else {"observation": list(example.seen), "leaves": list(example.leaves)}
     return {
         "output": each.output,
         "unit": each.unit,
-        "difference": 0.0 if found is None else found.difference,
+        "difference": 0.0 if example is None else example.difference,
         "bound": each.most,
         "at": at,
     }
@@ -156,7 +158,7 @@ def _lines(one: Agent, policy: ir.AgentPolicy, second: ir.PolicyProfile) -> Iter
     if one.verdict is Verdict.UNKNOWN:
         yield one.verdict.value, f"{one.agent}: {one.reason}"
         return
-    looked = f"{counted(one.searched.cells, 'pair')} of leaves meet{'' if one.searched.complete else ', not all'}"
+    looked = f"{format_count(one.searched.cells, 'pair')} of leaves meet{'' if one.searched.complete else ', not all'}"
     yield "different", f"{one.agent}: {looked}"
     for each in one.searched.apart:
         if each.found is None:

@@ -15,7 +15,7 @@ from scipy.optimize import linprog
 
 from codegen import ir
 from codegen.ir import Float64
-from maviper.verification.outputs.cells import Cell, Plane, affine, cells, extremes, held
+from maviper.verification.outputs.cells import Cell, Plane, affine, cells, clip_rows, extremes
 
 NUDGES = (0.0, 1e-7, 1e-4, 1e-2)  # from an extreme towards the middle of its cell: rounding may lie beyond a tie
 
@@ -181,7 +181,9 @@ def _replay(first: ir.AgentPolicy, second: ir.AgentPolicy, cell: Cell, point: Fl
     middle = (cell.low + cell.high) / 2
     if cell.planes:
         middle = next(_points(cell, middle - point), middle)
-    rows = held(np.array([point + share * (middle - point) for share in NUDGES]), cell.low, cell.high, first.numbers)
+    rows = clip_rows(
+        np.array([point + share * (middle - point) for share in NUDGES]), cell.low, cell.high, first.numbers
+    )
     leaves = [ir.apply(policy.tree, rows) for policy in (first, second)]
     if first.outputs:
         given = [ir.outputs(policy, rows).astype(np.float64) for policy in (first, second)]

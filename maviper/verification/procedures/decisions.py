@@ -20,7 +20,7 @@ from maviper.verification.files.counterexamples import document
 from maviper.verification.files.places import zones_and_region
 from maviper.verification.procedures.procedure import Procedure
 from verify.certificates.decisions import to_json
-from verify.claims.uncertified.starts import called
+from verify.claims.uncertified.starts import name_region
 from verify.question import DecisionQuestion
 from verify.result import Verdict
 from verify.solver.encode import Query, query, reaching
@@ -32,16 +32,16 @@ from verify.verdicts.decisions import DecisionResult
 def _answer(question: DecisionQuestion, bench: Bench, region_file: str | None) -> DecisionResult:
     replays = state_replays(bench.made, question.profile, question.claim.team, bench.world)
 
-    def decided(asked: DecisionQuestion) -> DecisionResult:
-        return decisions.verify(asked, replays, bench.visited(asked.region), bench.skipped)
+    def decide(asked: DecisionQuestion) -> DecisionResult:
+        return decisions.verify(asked, replays, bench.count_visited(asked.region), bench.skipped)
 
-    result = decided(question)
+    result = decide(question)
     if region_file is None:
         return result
     from verify.extent.found import where as located  # imported here, as few ask where
 
     where = located(question, result.verdict, region_file)
-    inner = decided(question.within(where.part.region)) if where.part else None
+    inner = decide(question.within(where.part.region)) if where.part else None
     return replace(result, evidence=replace(result.evidence, where=where, verdict_in_largest_region=inner))
 
 
@@ -73,7 +73,7 @@ def _solver_files(number: int, question: DecisionQuestion) -> dict[str, str]:
             claim=f"{claim.shown}: {claim.written or claim.sentence}",
             assume=claim.assumption,
             leaf=not claim.per_state,
-            region=called(question.profile, question.region) or "given",
+            region=name_region(question.profile, question.region) or "given",
             goal=goal,
             semantics=question.semantics,
             exact=made.exact,

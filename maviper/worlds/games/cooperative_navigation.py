@@ -21,7 +21,7 @@ from maviper.worlds.games.particle import (
     SUCCESS,
     ParticleWorld,
     WorldState,
-    covered,
+    covers_targets,
     distances,
     mpe2_spec,
     planes,
@@ -50,10 +50,10 @@ class CooperativeNavigation(ParticleWorld):
         self.teams = {AGENTS: names}
         self.actions = tuple(ACTIONS for _ in names)
         base = [self._features(name) for name in names]
-        self.features, self.shown = self.extended(base, features), tuple(len(each) for each in base)
+        self.features, self.shown = self.extend_features(base, features), tuple(len(each) for each in base)
         lower = (Measure(AGENTS, name, lower_is_better=True) for name in ("D + collisions", "D", "collisions"))
         self.measures = (*lower, *(Measure(AGENTS, name, share=True) for name in SUCCESS))
-        self.spec = self.moved_by(physics, self.spec)
+        self.spec = self.apply_physics(physics, self.spec)
 
     def _features(self, agent: str) -> tuple[FeatureSpec, ...]:
         others = [name for name in self.agents if name != agent]
@@ -95,14 +95,14 @@ class CooperativeNavigation(ParticleWorld):
     def _collisions(self, state: WorldState) -> Float64:
         """With how many others each agent collides, [n_agents, batch]."""
         position = planes(state.position)
-        found = np.zeros((len(self.agents), len(state)))
+        collisions = np.zeros((len(self.agents), len(state)))
         sizes = np.array([agent.size for agent in self.spec.agents])
         for a, size in enumerate(sizes[:-1]):
             others = slice(a + 1, len(sizes))
             hit = distances(position[a], position[others]) < (size + sizes[others])[:, None]
-            found[a] += hit.sum(axis=0)
-            found[others] += hit
-        return found
+            collisions[a] += hit.sum(axis=0)
+            collisions[others] += hit
+        return collisions
 
     def values(self, states: Sequence[WorldState]) -> Float64:
         """D: mean over steps of the summed distance to the nearest agents. Collisions: mean over steps and agents.
@@ -115,7 +115,7 @@ class CooperativeNavigation(ParticleWorld):
         for squared in SQUARED_RADII:
             done = np.zeros(len(unhurt), dtype=bool)
             for state in states:
-                done |= covered(self._gaps(state) < squared)
+                done |= covers_targets(self._gaps(state) < squared)
             rows.append((done & unhurt).astype(np.float64))
         return np.stack(rows)
 

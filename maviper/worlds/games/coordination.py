@@ -46,7 +46,7 @@ class Decisions:
         return Decisions(self.hidden[rows], self.readings[rows], self.chosen[rows])
 
     @staticmethod
-    def joined(states: Sequence["Decisions"]) -> "Decisions":
+    def concatenate(states: Sequence["Decisions"]) -> "Decisions":
         """Several batches as one, in their order."""
         parts = ([getattr(state, name) for state in states] for name in ("hidden", "readings", "chosen"))
         return Decisions(*map(np.concatenate, parts))
@@ -93,7 +93,7 @@ class Coordination(World):
         options |= {"payoff": payoff, "agree": agree}
         names = tuple(f"agent_{index}" for index in range(agents))
         self.spec = motionless(NAME, REFERENCE, names, 1, unusual(Coordination, options))
-        _checked(options, self.name)
+        _check_options(options, self.name)
         self.teams = {AGENTS: names}
         self.kinds, self.signals, self.levels, self.rule = kinds, signals, levels, rule
         self.all_or_nothing, self.agree = payoff / 100, agree / 100
@@ -133,27 +133,27 @@ class Coordination(World):
 
     def likelihood(self, kind: int) -> Float64:
         """How likely each reading is in each hidden state, [n_cells hidden, n_cells read]; each row sums to 1."""
-        found: Float64 = np.ones((len(self.cells), len(self.cells)))
+        likelihood: Float64 = np.ones((len(self.cells), len(self.cells)))
         for signal, error in enumerate(self.errors[kind]):
             level = self.cells[:, signal]
-            found *= cast("Float64", np.where(level[:, None] == level[None], 1 - error, error / (self.levels - 1)))
-        return found
+            likelihood *= cast("Float64", np.where(level[:, None] == level[None], 1 - error, error / (self.levels - 1)))
+        return likelihood
 
     # --- playing
 
     def start(self, n: int, rng: np.random.Generator) -> Decisions:
         """`n` random hidden states with everybody's readings, from one generator."""
-        return self._drawn(rng.random((n, self._draws)))
+        return self._draw_states(rng.random((n, self._draws)))
 
     def start_from_seeds(self, seeds: Sequence[int] | Int) -> Decisions:
         """The start states of the reference environment after `reset(seed=...)`, one for each seed."""
-        return self._drawn(uniforms(np.asarray(seeds), self._draws))
+        return self._draw_states(uniforms(np.asarray(seeds), self._draws))
 
     @property
     def _draws(self) -> int:
         return 1 + len(self.agents) * self.signals
 
-    def _drawn(self, uniform: Float64) -> Decisions:
+    def _draw_states(self, uniform: Float64) -> Decisions:
         """From [batch, draws] numbers in [0, 1): the hidden state's first, then each agent's, signal by signal."""
         hidden = (uniform[:, 0] * len(self.cells)).astype(np.int64)
         drawn = uniform[:, 1:].reshape(len(uniform), len(self.agents), self.signals)
@@ -214,7 +214,7 @@ class Coordination(World):
         return parallel_env(**{**usual, **self.spec.options})
 
 
-def _checked(chosen: Mapping[str, Any], where: str) -> None:
+def _check_options(chosen: Mapping[str, Any], where: str) -> None:
     """InputError or UnknownNameError where options do not go together."""
     if chosen["rule"] not in RULES:
         raise UnknownNameError("rule", chosen["rule"], RULES, where)

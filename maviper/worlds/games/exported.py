@@ -80,7 +80,7 @@ class WorldEnv(ParallelEnv[str, Any, Any]):
         self._seed = int(self._rng.integers(*TRAINING)) if seed is None else int(seed)
         self._state = self.world.start_from_seeds([self._seed])
         self._steps, self.agents = 0, list(self.possible_agents)
-        return self._seen(self.agents), {agent: {} for agent in self.agents}
+        return self._observe_agents(self.agents), {agent: {} for agent in self.agents}
 
     def step(
         self, actions: Mapping[str, int]
@@ -100,7 +100,7 @@ class WorldEnv(ParallelEnv[str, Any, Any]):
         alive = self._of(acted, self.world.alive)
         cut = {agent: not ended[agent] and (not alive[agent] or self._steps >= self.max_cycles) for agent in acted}
         self.agents = [agent for agent in acted if not ended[agent] and not cut[agent]]
-        return self._seen(acted), rewards, ended, cut, {agent: {} for agent in acted}
+        return self._observe_agents(acted), rewards, ended, cut, {agent: {} for agent in acted}
 
     def render(self) -> npt.NDArray[np.uint8] | None:
         """The present state, [height, width, 3] uint8, as mpe2 draws it; None without a render mode.
@@ -126,7 +126,7 @@ class WorldEnv(ParallelEnv[str, Any, Any]):
             raise InputError(said, self.world.name, f"give it a whole number from 0 to {space.n - 1}")
         return int(given)
 
-    def _seen(self, agents: Sequence[str]) -> Seen:
+    def _observe_agents(self, agents: Sequence[str]) -> Seen:
         """Each agent's observation, [n_features] float32, in memory of its own."""
         seen = dict(zip(self.possible_agents, self.world.observe(self._state), strict=True))
         return {agent: np.array(seen[agent][0]) for agent in agents}

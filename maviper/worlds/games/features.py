@@ -10,7 +10,7 @@ from itertools import combinations
 
 import numpy as np
 
-from codegen.dynamics import accelerated, displaced
+from codegen.dynamics import step_position, step_velocity
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import GOAL, WEIGHTS, FeatureSpec, Meaning, WorldSpec
 
@@ -57,22 +57,24 @@ def farthest(spec: WorldSpec) -> float:
     place = speed = 0.0
     limit, force = top_speed(spec), max(entity.force for entity in spec.agents)
     for _ in range(spec.episode_steps):
-        place, speed = displaced(spec, place, speed), min(limit, accelerated(spec, speed, force))
+        place, speed = step_position(spec, place, speed), min(limit, step_velocity(spec, speed, force))
     return float(np.ceil(place * 10) / 10)
 
 
 # --- groups that a user may add
 
 
-def extended(
+def extend_features(
     features: Sequence[FeatureSpec], chosen: str, agent: str, mates: Sequence[str], spec: WorldSpec
 ) -> tuple[FeatureSpec, ...]:
     """An agent's features with those of the groups in `chosen`, without what it observes already."""
-    found = list(features)
+    all_features = list(features)
     for name in groups_of(chosen):
-        known = {feature.meaning for feature in found}
-        found += [feature for feature in GROUPS[name](features, agent, mates, spec) if feature.meaning not in known]
-    return tuple(found)
+        known = {feature.meaning for feature in all_features}
+        all_features += [
+            feature for feature in GROUPS[name](features, agent, mates, spec) if feature.meaning not in known
+        ]
+    return tuple(all_features)
 
 
 def groups_of(chosen: str) -> list[str]:
@@ -109,13 +111,13 @@ def _differences(
     """Differences between observed offsets along an axis: where one entity is, seen from another."""
     del mates, spec
     seen = [(feature, _offset(feature.meaning, agent)) for feature in features if feature.meaning]
-    found: list[FeatureSpec] = []
+    differences: list[FeatureSpec] = []
     for (a, of_a), (b, of_b) in combinations([(feature, name) for feature, name in seen if name], 2):
         if of_a[-2:] == of_b[-2:]:
             name = f"{of_a[:-2]}_{of_b[:-2]}_d{of_a[-1]}"
             meaning = Meaning(((1, of_a), (-1, of_b)))
-            found.append(FeatureSpec(name, a.unit, a.low - b.high, a.high - b.low, meaning))
-    return found
+            differences.append(FeatureSpec(name, a.unit, a.low - b.high, a.high - b.low, meaning))
+    return differences
 
 
 def _signs(features: Sequence[FeatureSpec], agent: str, mates: Sequence[str], spec: WorldSpec) -> list[FeatureSpec]:
@@ -157,14 +159,14 @@ def _coasting(features: Sequence[FeatureSpec], agent: str, mates: Sequence[str],
     axes, their sum and their difference. Team-mates' are left out.
     """
     places = {_offset(feature.meaning, agent): feature for feature in features if feature.meaning}
-    found: list[FeatureSpec] = []
+    coasting: list[FeatureSpec] = []
     if not spec.damping:  # nothing ever comes to rest
-        return found
+        return coasting
     for entity in (entity.name for entity in (*spec.landmarks, *spec.agents) if entity.name not in mates):
         if {f"{entity}.{axis}" for axis in "xy"} <= places.keys():
             ends = [_at_rest(places[f"{entity}.{axis}"], agent, axis, spec) for axis in "xy"]
-            found += [*ends, *_diagonals(f"{entity}_rest", *ends)]
-    return found
+            coasting += [*ends, *_diagonals(f"{entity}_rest", *ends)]
+    return coasting
 
 
 def _at_rest(offset: FeatureSpec, agent: str, axis: str, spec: WorldSpec) -> FeatureSpec:

@@ -22,7 +22,7 @@ from codegen.dynamics import MPE2, Motion
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import FORK, PHYSICS, ActionSpec, Bool, EntitySpec, FeatureSpec, Float32, Float64, WorldSpec
 from codegen.observe import Observer
-from maviper.worlds.games.features import COASTING, extended, groups_of
+from maviper.worlds.games.features import COASTING, extend_features, groups_of
 from maviper.worlds.world import FEATURES, Int, Options, World
 from verify.claims.matching import has_matching
 
@@ -65,7 +65,7 @@ class WorldState:
         return WorldState(self.position[rows], self.velocity[rows], self.goal[rows])
 
     @staticmethod
-    def joined(states: Sequence["WorldState"]) -> "WorldState":
+    def concatenate(states: Sequence["WorldState"]) -> "WorldState":
         """Several batches as one, in their order."""
         position = np.concatenate([planes(state.position) for state in states], axis=2)
         velocity = np.concatenate([planes(state.velocity) for state in states], axis=2)
@@ -82,7 +82,7 @@ def games(array: Float64) -> Float64:
     return array.transpose(2, 0, 1)
 
 
-def _drawn(
+def _draw_starts(
     seeds: Sequence[int] | Int, bounds: tuple[tuple[float, float], ...], n_goals: int
 ) -> tuple[Float64, NDArray[np.int64]]:
     """Positions between the entities' bounds, in planes, and goals: one generator for each seed."""
@@ -99,9 +99,11 @@ def _drawn(
 
 
 @lru_cache(maxsize=16)
-def _kept(seeds: range, bounds: tuple[tuple[float, float], ...], n_goals: int) -> tuple[Float64, NDArray[np.int64]]:
-    """As `_drawn`: the same episodes are played again and again, and to make generators is a fifth of playing them."""
-    return _drawn(seeds, bounds, n_goals)
+def _draw_cached(
+    seeds: range, bounds: tuple[tuple[float, float], ...], n_goals: int
+) -> tuple[Float64, NDArray[np.int64]]:
+    """As `_draw_starts`: the same episodes are played again and again; making generators is a fifth of playing them."""
+    return _draw_starts(seeds, bounds, n_goals)
 
 
 class ParticleWorld(World):
@@ -122,9 +124,9 @@ class ParticleWorld(World):
         """The start states of the reference environment after `reset(seed=...)`, one for each seed."""
         bounds = tuple(self._start_bounds(entity) for entity in self._entities)
         if isinstance(seeds, range) and len(seeds) <= KEPT_GAMES:
-            position, goal = _kept(seeds, bounds, len(self.spec.goals))
+            position, goal = _draw_cached(seeds, bounds, len(self.spec.goals))
         else:
-            position, goal = _drawn(seeds, bounds, len(self.spec.goals))
+            position, goal = _draw_starts(seeds, bounds, len(self.spec.goals))
         velocity = np.zeros((len(self.spec.agents), 2, len(seeds)))
         return WorldState(games(position.copy()), games(velocity), goal.copy())
 
@@ -148,7 +150,7 @@ class ParticleWorld(World):
     def _motion(self, quick: bool) -> Motion:
         return Motion(self._moving or self.spec, self.actions, quick, velocity_first=self._moving is not None)
 
-    def moved_by(self, physics: str, spec: WorldSpec) -> WorldSpec:
+    def apply_physics(self, physics: str, spec: WorldSpec) -> WorldSpec:
         """The spec of a world that moves by mpe2's `physics`, or by those of the authors' fork: velocities change
         first, and positions move with the new ones. What steps, proves or draws a world reads its spec, which can state
         mpe2's order alone. So the spec of the other one states no motion (a `dt` of 0): nothing can step it wrongly.
@@ -181,20 +183,22 @@ class ParticleWorld(World):
 
     # --- observations
 
-    def extended(self, base: Sequence[Sequence[FeatureSpec]], chosen: str) -> tuple[tuple[FeatureSpec, ...], ...]:
+    def extend_features(
+        self, base: Sequence[Sequence[FeatureSpec]], chosen: str
+    ) -> tuple[tuple[FeatureSpec, ...], ...]:
         """Each agent's features with those of the groups that the option `features` names. InputError for a group that
         adds nothing to any agent's.
         """
-        found = list(base)
+        per_agent = list(base)
         for group in groups_of(chosen):
             more: list[tuple[FeatureSpec, ...]] = []
-            for agent, features in zip(self.agents, found, strict=True):
+            for agent, features in zip(self.agents, per_agent, strict=True):
                 mates = [name for name in self.teams[self.team_of(agent)] if name != agent]
-                more.append(extended(features, group, agent, mates, self.spec))
-            if more == [tuple(features) for features in found]:
+                more.append(extend_features(features, group, agent, mates, self.spec))
+            if more == [tuple(features) for features in per_agent]:
                 raise InputError(f"the features '{group}' add nothing here", self.name, "leave them out")
-            found = more
-        return tuple(tuple(features) for features in found)
+            per_agent = more
+        return tuple(tuple(features) for features in per_agent)
 
     def coordinates(self, state: WorldState) -> Float64:
         """All world coordinates, [batch, n_coordinates], in the order of `spec.coordinates()`."""
@@ -232,18 +236,18 @@ def squared_distances(a: Float64, b: Float64) -> Float64:
     return gap[..., 0, :] + gap[..., 1, :]
 
 
-def covered(near: Bool) -> Bool:
+def covers_targets(near: Bool) -> Bool:
     """Whether every target has an agent of its own, [batch]. `near`: [n_agents, n_landmarks, batch], square."""
     possible = np.asarray(near.any(axis=0).all(axis=0))
     rows = np.flatnonzero(possible)
     if len(near) <= MAX_MATCHED:
         possible[rows] = has_matching(near[..., rows].transpose(2, 0, 1))
     else:
-        possible[rows] = [_matched_one(near[..., row]) for row in rows]
+        possible[rows] = [_covers_one(near[..., row]) for row in rows]
     return possible
 
 
-def _matched_one(near: Bool) -> bool:
+def _covers_one(near: Bool) -> bool:
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import maximum_bipartite_matching
 

@@ -25,7 +25,7 @@ from maviper.worlds.games.particle import (
     SUCCESS,
     ParticleWorld,
     WorldState,
-    covered,
+    covers_targets,
     distances,
     mpe2_spec,
     planes,
@@ -65,15 +65,15 @@ class PhysicalDeception(ParticleWorld):
         base = [self._features(agent) for agent in agents]
         self.shown = tuple(len(each) for each in base)
         if velocity:
-            base = self.extended(base, "velocity")
+            base = self.extend_features(base, "velocity")
         if shuffled and features:
             raise InputError("further features would show the order", "physical-deception,shuffled=1", "leave one out")
-        self._in_order = self.features = self.extended(base, features)
+        self._in_order = self.features = self.extend_features(base, features)
         if shuffled:
             self.shown = (0,) * len(agents)
             self.features = tuple(map(self._anonymous, self.features))
         self.measures = tuple(Measure(team, name, share=True) for name in SUCCESS for team in self.teams)
-        self.spec = self.moved_by(physics, self.spec)
+        self.spec = self.apply_physics(physics, self.spec)
 
     def _features(self, agent: str) -> tuple[FeatureSpec, ...]:
         seen = [entity.name for entity in self.spec.landmarks] + [name for name in self.agents if name != agent]
@@ -99,16 +99,16 @@ class PhysicalDeception(ParticleWorld):
         seen = super().observe(state)
         if "shuffled" not in self.spec.options:
             return seen
-        return tuple(self._shuffled(agent, mine, state) for agent, mine in enumerate(seen))
+        return tuple(self._shuffle_landmarks(agent, mine, state) for agent, mine in enumerate(seen))
 
-    def _shuffled(self, agent: int, seen: Float32, state: WorldState) -> Float32:
+    def _shuffle_landmarks(self, agent: int, seen: Float32, state: WorldState) -> Float32:
         marks = len(self.spec.landmarks)
         first = next(k for k, feature in enumerate(self.features[agent]) if feature.meaning is None)
         places = first + 2 * orders(planes(state.position)[-marks:, 0], agent)  # of each landmark's dx
         columns = np.stack([places, places + 1], axis=2).reshape(len(seen), -1)
-        found = seen.copy()
-        found[:, first : first + 2 * marks] = np.take_along_axis(seen, columns, axis=1)
-        return found
+        shuffled = seen.copy()
+        shuffled[:, first : first + 2 * marks] = np.take_along_axis(seen, columns, axis=1)
+        return shuffled
 
     def rewards(self, state: WorldState) -> Float64:
         """Adversary: minus its distance to the goal. Defenders: that distance minus the nearest defender's."""
@@ -136,16 +136,16 @@ class PhysicalDeception(ParticleWorld):
         """Adversary: within the radius of the goal at some step. Defenders: at some one step every target has a
         defender of its own within the radius.
         """
-        reached = np.stack([self._reached(state) for state in states])
+        reached = np.stack([self._reaches_goal(state) for state in states])
         return reached.any(axis=0).reshape(-1, reached.shape[-1]).astype(np.float64)
 
-    def _reached(self, state: WorldState) -> Bool:
+    def _reaches_goal(self, state: WorldState) -> Bool:
         """[n_radii, n_teams, batch]: which team is where it wants to be in a state."""
         n_agents = len(self.agents)
         position = planes(state.position)
         adversary = squared_distances(position[0], self.goal_position(state).T)
         gap = squared_distances(position[1:n_agents, None], position[None, n_agents:])
-        return np.stack([[adversary < squared, covered(gap < squared)] for squared in SQUARED_RADII])
+        return np.stack([[adversary < squared, covers_targets(gap < squared)] for squared in SQUARED_RADII])
 
     def reference_env(self) -> Any:
         """mpe2's parallel environment."""

@@ -74,22 +74,22 @@ class PredatorPrey(ParticleWorld):
         self.teams = {PREDATORS: hunters, PREY: hunted}
         self.observation = observation
         self.actions = tuple(ACTIONS for _ in self.agents)
-        layout = {"paper": self._paper, "released": self._released, "mpe2": self._mpe2}[observation]
+        layout = {"paper": self._paper, "released": self._build_released, "mpe2": self._mpe2}[observation]
         base = [layout(agent) for agent in self.agents]
-        self.features = self.extended(base, features)
+        self.features = self.extend_features(base, features)
         self.shown = tuple(len(each) if observation == "mpe2" else 0 for each in base)
         self.measures = (Measure(PREDATORS, TOUCHES), Measure(PREY, TOUCHES, lower_is_better=True))
         self.return_first = (PREY,)
         inside = Measure(PREY, "touches inside", lower_is_better=True, partial=True)
         self.beside = (Measure(PREY, "fine", lower_is_better=True), Measure(PREY, "inside", share=True), inside)
-        self.spec = self.moved_by(physics, self.spec)
+        self.spec = self.apply_physics(physics, self.spec)
 
     # --- observations
 
     def _others(self, agent: str) -> list[str]:
         return [name for name in self.agents if name != agent]
 
-    def _seen(self, agent: str, names: Sequence[str]) -> list[FeatureSpec]:
+    def _observe_entities(self, agent: str, names: Sequence[str]) -> list[FeatureSpec]:
         return [feature for name in names for feature in relative(name, agent, self.spec)]
 
     def _obstacles(self) -> list[str]:
@@ -100,28 +100,30 @@ class PredatorPrey(ParticleWorld):
         only), the comparison of the opponents' positions, and of the own team's.
         """
         mine = own(agent, self.spec)
-        positions = [_sign(feature) for feature in self._seen(agent, self._obstacles() + self._others(agent))]
+        positions = [
+            _sign(feature) for feature in self._observe_entities(agent, self._obstacles() + self._others(agent))
+        ]
         watched = self._others(agent) if agent in self.teams[PREY] else list(self.teams[PREY])
         velocities = [
-            _signed(f"{other}_dv{axis}", (1, f"{other}.v{axis}"), (-1, f"{agent}.v{axis}"))
+            _sign_feature(f"{other}_dv{axis}", (1, f"{other}.v{axis}"), (-1, f"{agent}.v{axis}"))
             for other in watched
             for axis in "xy"
         ]
         opponents, team = sorted(self.teams.values(), key=lambda members: agent in members)
         compared = [
-            _signed(f"{a}_{b}_{axis}", (1, f"{a}.{axis}"), (-1, f"{b}.{axis}"))
+            _sign_feature(f"{a}_{b}_{axis}", (1, f"{a}.{axis}"), (-1, f"{b}.{axis}"))
             for members in (opponents, team)
             for a, b in combinations(members, 2)
             for axis in "xy"
         ]
         return (*mine["position"], *mine["velocity"], *positions, *velocities, *compared)
 
-    def _released(self, agent: str) -> tuple[FeatureSpec, ...]:
+    def _build_released(self, agent: str) -> tuple[FeatureSpec, ...]:
         """Own velocity and position; whether these are positive: relative positions, velocities of other prey, the
         comparison of the opponents, and, once for each opponent, that of the own team.
         """
         mine = own(agent, self.spec)
-        numbers = self._seen(agent, self._obstacles() + self._others(agent))
+        numbers = self._observe_entities(agent, self._obstacles() + self._others(agent))
         for other in self.teams[PREY]:
             if other != agent:
                 numbers += velocity(other, f"{other}_", top_speed(self.spec))
@@ -137,7 +139,7 @@ class PredatorPrey(ParticleWorld):
     def _mpe2(self, agent: str) -> tuple[FeatureSpec, ...]:
         """Own velocity and position, relative positions, velocities of other prey."""
         mine = own(agent, self.spec)
-        seen = self._seen(agent, self._obstacles() + self._others(agent))
+        seen = self._observe_entities(agent, self._obstacles() + self._others(agent))
         for other in self.teams[PREY]:
             if other != agent:
                 seen += velocity(other, f"{other}_", top_speed(self.spec))
@@ -212,13 +214,13 @@ def outside(x: Float64) -> Float64:
     return price
 
 
-def _signed(name: str, *terms: tuple[float, str]) -> FeatureSpec:
+def _sign_feature(name: str, *terms: tuple[float, str]) -> FeatureSpec:
     return FeatureSpec(name, "sign", -1.0, 1.0, Meaning(terms, "sign"))
 
 
 def _sign(feature: FeatureSpec) -> FeatureSpec:
     assert feature.meaning is not None
-    return _signed(f"{feature.name}_sign", *feature.meaning.terms)
+    return _sign_feature(f"{feature.name}_sign", *feature.meaning.terms)
 
 
 def _positive(feature: FeatureSpec) -> FeatureSpec:

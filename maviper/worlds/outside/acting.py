@@ -79,10 +79,10 @@ def taking(choices: Choices) -> Callable[[Any], Any]:
         return int
     box, size = cast("spaces.Box", choices), width(choices)
 
-    def taken(given: Any) -> Any:
+    def clip_numbers(given: Any) -> Any:
         return np.clip(np.asarray(given[:size], box.dtype).reshape(box.shape), box.low, box.high)
 
-    return taken
+    return clip_numbers
 
 
 def random_actions(all_choices: Sequence[Choices], rng: np.random.Generator, steps: int) -> list[list[Any]]:

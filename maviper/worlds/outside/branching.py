@@ -32,12 +32,12 @@ class Past:
 Pasts = npt.NDArray[np.object_]  # [batch] of Past
 
 
-def started(seeds: Sequence[int]) -> Pasts:
+def start_pasts(seeds: Sequence[int]) -> Pasts:
     """The pasts of games that were just reset."""
     return _array([Past(None, int(seed)) for seed in seeds])
 
 
-def continued(pasts: Pasts, actions: Sequence[Sequence[int]]) -> Pasts:
+def continue_pasts(pasts: Pasts, actions: Sequence[Sequence[int]]) -> Pasts:
     """The pasts after one more step. `actions`: [batch][n_agents]."""
     return _array([Past(past, tuple(acted)) for past, acted in zip(pasts, actions, strict=True)])
 

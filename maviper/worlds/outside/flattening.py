@@ -33,14 +33,14 @@ Named = tuple[str, str]  # a number's name and unit
 
 def legal_names(names: Sequence[str], kind: str) -> tuple[str, ...]:
     """Names as a profile may have them, all different, each as much like the given one as it can be."""
-    found: dict[str, str] = {}
+    by_identifier: dict[str, str] = {}
     for name in names:
         legal = re.sub(r"[^A-Za-z0-9_-]+", "_", name)[:MAX_NAME]
         legal = legal if legal[:1].isalpha() else f"{kind}_{legal}"
         tries = (f"{legal}_{k}" if k > 1 else legal for k in count(1))
-        chosen = next(each for each in tries if identifier(each) not in found)
-        found[identifier(chosen)] = chosen
-    return tuple(found.values())
+        chosen = next(each for each in tries if identifier(each) not in by_identifier)
+        by_identifier[identifier(chosen)] = chosen
+    return tuple(by_identifier.values())
 
 
 def parts_of(space: spaces.Space, n_actions: int) -> tuple[spaces.Space, bool]:
@@ -113,12 +113,12 @@ def specs_of(names: Iterable[Named], box: spaces.Box) -> list[FeatureSpec]:
 
 def names_of(space: spaces.Space) -> list[Named]:
     """A legal name and a unit for each number of a flattened space, all names different."""
-    found = list(_named(space, ""))
+    found = list(_iterate_names(space, ""))
     names = legal_names([name for name, _ in found], "feature")
     return [(name, unit) for name, (_, unit) in zip(names, found, strict=True)]
 
 
-def _named(space: spaces.Space, under: str) -> Iterator[Named]:
+def _iterate_names(space: spaces.Space, under: str) -> Iterator[Named]:
     """`under`: the keys that lead to the space, joined."""
     from gymnasium.spaces import Box, Dict, Discrete, MultiDiscrete, Tuple
 
@@ -126,17 +126,17 @@ def _named(space: spaces.Space, under: str) -> Iterator[Named]:
         inner = space.spaces.items() if isinstance(space, Dict) else enumerate(space.spaces)
         for key, part in inner:
             name = str(key) if isinstance(space, Dict) else f"part_{key}"
-            yield from _named(part, f"{under}_{name}" if under else name)
+            yield from _iterate_names(part, f"{under}_{name}" if under else name)
         return
     if isinstance(space, Discrete):
-        yield from ((f"{_before(under)}is_{_signed(space.start + k)}", FLAG) for k in range(int(space.n)))
+        yield from ((f"{_before(under)}is_{_spell_number(space.start + k)}", FLAG) for k in range(int(space.n)))
         return
     places = product(*map(range, space.shape or ()))
     if isinstance(space, MultiDiscrete):  # one number per value of each part, side by side
         sizes, starts = np.ravel(space.nvec), np.ravel(space.start)
         for place, size, first in zip(places, sizes, starts, strict=True):
             where = _before("_".join(filter(None, (under, *map(str, place)))))
-            yield from ((f"{where}is_{_signed(int(first) + k)}", FLAG) for k in range(int(size)))
+            yield from ((f"{where}is_{_spell_number(int(first) + k)}", FLAG) for k in range(int(size)))
         return
     kind, unit = ("feature", "none") if isinstance(space, Box) else ("bit", FLAG)
     single = bool(under) and int(np.prod(space.shape or ())) == 1
@@ -147,5 +147,5 @@ def _before(under: str) -> str:
     return f"{under}_" if under else ""
 
 
-def _signed(number: int) -> str:
+def _spell_number(number: int) -> str:
     return f"{number}".replace("-", "minus_")

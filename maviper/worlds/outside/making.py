@@ -36,9 +36,9 @@ def import_maker(source: Source) -> Callable[..., Any]:
     """
     folder = str(Path.cwd())
     if source.module == GYMNASIUM:
-        from maviper.worlds.outside.single_agent import registered
+        from maviper.worlds.outside.single_agent import find_registered
 
-        return registered(source.function)
+        return find_registered(source.function)
     if source.module in _MAKERS:
         return _MAKERS[source.module](source.function)
     if folder not in sys.path:
@@ -77,17 +77,17 @@ def make_environment(function: Callable[..., Any], source: Source) -> Any:
             env = function(**options)
     except (Exception, SystemExit) as error:
         raise fault(error, source, source.function) from error
-    from maviper.worlds.outside.wrappers import wrapped
+    from maviper.worlds.outside.wrappers import wrap_environment
 
-    return wrapped(env, source.options.get(WRAP, "") if WRAP in mine else "", source)
+    return wrap_environment(env, source.options.get(WRAP, "") if WRAP in mine else "", source)
 
 
 def _parameters(function: Callable[..., Any]) -> list[str] | None:
     """The names of a function's keyword arguments, or None where it takes any, or Python cannot tell."""
     try:
-        found = inspect.signature(function).parameters.values()
+        parameters = inspect.signature(function).parameters.values()
     except (TypeError, ValueError):  # not written in Python
         return None
-    if any(each.kind is each.VAR_KEYWORD for each in found):
+    if any(each.kind is each.VAR_KEYWORD for each in parameters):
         return None
-    return [each.name for each in found if each.kind in (each.POSITIONAL_OR_KEYWORD, each.KEYWORD_ONLY)]
+    return [each.name for each in parameters if each.kind in (each.POSITIONAL_OR_KEYWORD, each.KEYWORD_ONLY)]

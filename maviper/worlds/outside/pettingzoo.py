@@ -35,20 +35,20 @@ from codegen.floats import FLOAT32
 from codegen.ir import CONSTANT, MAX_LENGTH, ActionSpec, Bool, FeatureSpec, OutputSpec, Sum, WorldSpec
 from codegen.sums import DOUBLE_SUMS
 from maviper.worlds.outside.acting import fault_of, outputs_of, random_actions, width
-from maviper.worlds.outside.branching import continued, copies_of, ensure_copies, started
+from maviper.worlds.outside.branching import continue_pasts, copies_of, ensure_copies, start_pasts
 from maviper.worlds.outside.flattening import legal_names
 from maviper.worlds.outside.making import import_maker, make_environment
 from maviper.worlds.outside.playing import MOMENTS, PAST, EnvStates, OutsideWorld
-from maviper.worlds.outside.processes import Copies, Copy, copies_at_once, undisturbed
+from maviper.worlds.outside.processes import Copies, Copy, copies_at_once, is_undisturbed
 from maviper.worlds.outside.sources import (
     MAX_STEPS,
     Source,
     action_names,
     attribute,
     parse_source,
+    read_legal_features,
     space,
     table,
-    told_legal,
 )
 from maviper.worlds.outside.together import Together, steps_alone
 from maviper.worlds.seeds import fold_seed
@@ -105,7 +105,7 @@ class PettingZooWorld(OutsideWorld):
     def _at_once(self, env: Any) -> tuple[int, bool | None]:
         """How many copies play at once, and whether each in a process of its own; None: to be tried."""
         here = attribute(env, "plays_here", self.source)
-        if here and undisturbed(self._copy(), Copy(env, self.source)):
+        if here and is_undisturbed(self._copy(), Copy(env, self.source)):
             return GAMES_HERE, False
         return copies_at_once(self._function, self.source), None
 
@@ -139,8 +139,8 @@ class PettingZooWorld(OutsideWorld):
         most = self.games_measured
         assert 0 < len(seeds) <= most, f"{len(seeds)} games asked of {most} copies"
         given = [fold_seed(int(seed)) for seed in seeds]
-        found = self._entered("reset", given)
-        return replace(found, pasts=started(given)) if self.branches else found
+        states = self._ask_copies("reset", given)
+        return replace(states, pasts=start_pasts(given)) if self.branches else states
 
     def step(self, state: EnvStates, actions: Int) -> EnvStates:
         """The next states; RuntimeError for any state but the newest, since the copies cannot go back. A branched state
@@ -153,15 +153,15 @@ class PettingZooWorld(OutsideWorld):
         if state.moment == PAST or state.moment != self._moment:
             raise RuntimeError("only the newest state of all games can be stepped: the copies have moved on")
         assert len(actions) == len(state)
-        found = self._entered("step", acted)
-        return found if state.pasts is None else replace(found, pasts=continued(state.pasts, acted))
+        states = self._ask_copies("step", acted)
+        return states if state.pasts is None else replace(states, pasts=continue_pasts(state.pasts, acted))
 
-    def _entered(self, verb: str, arguments: Sequence[Any]) -> EnvStates:
+    def _ask_copies(self, verb: str, arguments: Sequence[Any]) -> EnvStates:
         self._moment = PAST  # in case the copies fail
-        found = self._copies.ask(verb, arguments)
-        found = found if isinstance(found, EnvStates) else _states(found)
+        states = self._copies.ask(verb, arguments)
+        states = states if isinstance(states, EnvStates) else _states(states)
         self._moment = next(MOMENTS)
-        return replace(found, moment=self._moment)
+        return replace(states, moment=self._moment)
 
     def branch(self) -> None:
         """Lets states be branched from now on; InputError where the environment cannot be copied."""
@@ -170,7 +170,7 @@ class PettingZooWorld(OutsideWorld):
         ensure_copies(self._copy, self.name)
         self.branches = True
 
-    def branched(self, state: EnvStates) -> EnvStates:
+    def branch_states(self, state: EnvStates) -> EnvStates:
         """The same states with copies of their own, so that they can be stepped, once."""
         assert state.pasts is not None, "the world was not told to branch"
         return replace(state, copies=tuple(copies_of(state.pasts, self._copy)))
@@ -231,12 +231,12 @@ def faults(env: Any) -> Iterator[Fault]:
     for agent in agents:
         for kind, wrong in (("action", _action_fault), ("observation", _observation_fault)):
             try:
-                found = wrong(space(env, kind, agent))
+                flaw = wrong(space(env, kind, agent))
             except (Exception, SystemExit) as error:
                 said = f"{type(error).__name__}: {error}"
-                found = Fault(f"{kind}_space raised {said}", f"return the agent's space from {kind}_space(agent)")
-            if found:
-                yield Fault(f"{kind}s: {agent}: {found.what}", found.next_step)
+                flaw = Fault(f"{kind}_space raised {said}", f"return the agent's space from {kind}_space(agent)")
+            if flaw:
+                yield Fault(f"{kind}s: {agent}: {flaw.what}", flaw.next_step)
     with suppress(Exception):  # told above
         giving = [bool(width(space(env, "action", agent))) for agent in agents]
         if any(giving) and not all(giving):
@@ -310,7 +310,7 @@ def _features(env: Any, agent: Any, source: Source) -> tuple[FeatureSpec, ...]:
 
 def _actions(env: Any, agent: Any, source: Source) -> tuple[ActionSpec, ...]:
     names = action_names(env, agent, source)
-    legal = told_legal(env, agent, source) or tuple("" for _ in names)
+    legal = read_legal_features(env, agent, source) or tuple("" for _ in names)
     if len(legal) != len(names):
         what = f"`legal` names {len(legal)} features for the {len(names)} actions of {agent}"
         raise InputError(what, source.text, 'name one for each action, "" where it is always legal')

@@ -46,7 +46,7 @@ class EnvStates:
         return EnvStates(observations, self.rewards[rows], *ends, pasts=pasts)
 
     @staticmethod
-    def joined(states: Sequence["EnvStates"]) -> "EnvStates":
+    def concatenate(states: Sequence["EnvStates"]) -> "EnvStates":
         """Several batches as one, in their order."""
         observations = zip(*(state.observations for state in states), strict=True)
         parts = zip(*((state.rewards, state.done, state.terminated, state.acting) for state in states), strict=True)

@@ -25,8 +25,8 @@ from codegen.legality import Mask
 from maviper.worlds.outside.acting import random_actions, taking
 from maviper.worlds.outside.making import import_maker, make_environment
 from maviper.worlds.outside.silence import output_aside
-from maviper.worlds.outside.sources import Source, fault, parse_source, space, table, told_legal
-from maviper.worlds.world import Outcome, drawn_legally
+from maviper.worlds.outside.sources import Source, fault, parse_source, read_legal_features, space, table
+from maviper.worlds.world import Outcome, draw_legal
 
 BESIDE = "beside"  # the request that `_beside` answers
 PROBED = 10  # steps of an episode that is played alone, then beside another one
@@ -105,8 +105,8 @@ class Copy:
             if name in observations and (name in acted or name in live):
                 self._seen[index] = seen = single(observations[name])
                 if seen.shape != (size,):
-                    found = f"{name} observes an array of shape {seen.shape}, its space says ({size},)"
-                    raise InputError(found, self.source.text, "return what observation_space says")
+                    mismatch = f"{name} observes an array of shape {seen.shape}, its space says ({size},)"
+                    raise InputError(mismatch, self.source.text, "return what observation_space says")
         gained = [float(rewards.get(name, 0.0)) if name in acted else 0.0 for name in self.names]
         done, ended = ([name in which for name in self.names] for which in (self._ended, self._ended - self._cut))
         turn = getattr(self.env, "acting", None)
@@ -115,10 +115,10 @@ class Copy:
 
     def lawful(self, drawn: Sequence[Any], seen: Outcome) -> list[Any]:
         """Legal actions in place of drawn ones, agent by agent, after an outcome."""
-        found = zip(self.masks, seen.observations, drawn, strict=True)
+        triples = zip(self.masks, seen.observations, drawn, strict=True)
         return [
-            action if mask is None else int(drawn_legally(mask, obs[None], np.array([(action + 0.5) / len(mask)]))[0])
-            for mask, obs, action in found
+            action if mask is None else int(draw_legal(mask, obs[None], np.array([(action + 0.5) / len(mask)]))[0])
+            for mask, obs, action in triples
         ]
 
     def _parts(self, given: Any, verb: str, wanted: str) -> tuple[Any, ...]:
@@ -138,7 +138,7 @@ def single(given: Any) -> Float32:
 
 def _mask(env: Any, name: Any, source: Source, size: int) -> Mask | None:
     """The places of an agent's mask among its `size` features, if the environment says that it has one."""
-    legal, given = told_legal(env, name, source), table(env, "features", source).get(name)
+    legal, given = read_legal_features(env, name, source), table(env, "features", source).get(name)
     stated = [getattr(each, "name", "") for each in given] if isinstance(given, Sequence) else []
     places = {each: place for place, each in enumerate(stated or [f"feature_{k}" for k in range(size)])}
     return tuple(places.get(each) for each in legal) if legal else None  # "" for what is always legal
@@ -220,7 +220,7 @@ def _beside(one: Copy, other: Copy) -> tuple[float, bool]:
     return min(times), [each.bytes for each in alone] == [each.bytes for each in beside]
 
 
-def undisturbed(one: Copy, other: Copy) -> bool:
+def is_undisturbed(one: Copy, other: Copy) -> bool:
     """Whether copies play in one process as each would alone; False where they fail."""
     try:
         return _beside(one, other)[1]
@@ -293,12 +293,12 @@ def serve(pipe: Connection, text: str, folder: str) -> None:
             try:
                 copy = copy or Copy(make_environment(import_maker(source), source), source)
                 beside = request[0] == BESIDE
-                found = (
+                reply = (
                     _beside(copy, Copy(make_environment(import_maker(source), source), source))
                     if beside
                     else copy.ask(*request)
                 )
-                answer: tuple[bool, Any] = (False, found)
+                answer: tuple[bool, Any] = (False, reply)
             except InputError as error:
                 answer = (True, (error.what, error.where, error.next_step))
             pipe.send(answer)

@@ -42,7 +42,7 @@ ELSEWHERE = (  # environments that left Gymnasium or were never in it: how their
 )
 
 
-def registered(name: str) -> Callable[..., gymnasium.Env]:
+def find_registered(name: str) -> Callable[..., gymnasium.Env]:
     """What makes the environment with that Gymnasium id, `[MODULE:][NAMESPACE/]NAME-v1`; options are passed on.
 
     InputError for what is no id. What it makes raises InputError too where there is no such environment, or an old one,
@@ -58,12 +58,12 @@ def registered(name: str) -> Callable[..., gymnasium.Env]:
         try:
             return gymnasium.make(name, disable_env_checker=True, **given)
         except (gymnasium.error.Error, ImportError) as error:
-            raise _refused(name, error) from error
+            raise _refuse_name(name, error) from error
 
     return make
 
 
-def _refused(name: str, error: Exception) -> InputError | MissingToolError:
+def _refuse_name(name: str, error: Exception) -> InputError | MissingToolError:
     """Why there is no such environment, and where it is to be found."""
     from gymnasium import error as errors
 
@@ -77,7 +77,7 @@ def _refused(name: str, error: Exception) -> InputError | MissingToolError:
             advice = f"pip install {package}, then write gymnasium:{module}:{name}"
             return InputError("the environment belongs to another package", where, advice)
     if isinstance(error, errors.UnregisteredEnv):
-        known = _known()
+        known = _list_ids()
         near = get_close_matches(name, known, n=1)
         advice = (
             f"did you mean {near[0]}?"
@@ -88,7 +88,7 @@ def _refused(name: str, error: Exception) -> InputError | MissingToolError:
     return InputError(said, where, "install what it names, or name another version")
 
 
-def _known() -> list[str]:
+def _list_ids() -> list[str]:
     import gymnasium
 
     return [name for name in gymnasium.registry if "/" not in name]
@@ -108,13 +108,13 @@ class SingleAgent(ParallelEnv[str, Any, Any]):
         text = source.text
         self.env, self.metadata, self.as_it_is = env, {"name": text}, as_it_is
         self.possible_agents, self.agents = [AGENT], []
-        self._choices, self._first = _numbered(env.action_space, text)
+        self._choices, self._first = _number_actions(env.action_space, text)
         self._taken = taking(self._choices)
         self._advance, self._limit = _quick(env)
         self._elapsed = 0
         limit = getattr(env.spec, "max_episode_steps", None)
         self.max_cycles = limit if limit is None or limit > 0 else None
-        called = _described(env)
+        called = _find_description(env)
         choices = getattr(self._choices, "n", 0)
         self.action_names = {AGENT: called.actions} if called and len(called.actions) == choices else {}
         self.outputs: dict[str, list[OutputSpec]] = {}
@@ -194,13 +194,13 @@ def _quick(env: gymnasium.Env) -> tuple[Callable[[Any], tuple[Any, Any, Any, Any
     return env.step, None
 
 
-def _described(env: gymnasium.Env) -> Any:
+def _find_description(env: gymnasium.Env) -> Any:
     """The words for one of Gymnasium's own environments, or None."""
     entry = str(getattr(env.spec, "entry_point", ""))
     return DESCRIBED.get(str(getattr(env.spec, "name", ""))) if entry.startswith("gymnasium.envs.") else None
 
 
-def _numbered(space: spaces.Space, text: str) -> tuple[spaces.Space, int]:
+def _number_actions(space: spaces.Space, text: str) -> tuple[spaces.Space, int]:
     """The actions from 0, and what the first of them is in the environment; a Box as it is."""
     from gymnasium.spaces import Box, Discrete
 

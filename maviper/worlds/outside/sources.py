@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from codegen.errors import InputError, MaviperError
-from codegen.process.unwarned import unwarned
+from codegen.process.unwarned import silence_warnings
 
 GYMNASIUM = "gymnasium"  # the module whose functions are the ids of its registered environments
 SYSTEM = "system"  # the module whose functions are paths of world files
@@ -53,7 +53,7 @@ class Source:
         )
 
 
-def named_by_user(name: str) -> bool:
+def is_named_by_user(name: str) -> bool:
     """Whether a world's name is a `module:function`, not that of one of our games."""
     return ":" in name.split(",")[0]
 
@@ -129,7 +129,7 @@ def action_names(env: Any, agent: Any, source: Source) -> tuple[str, ...]:
     return names
 
 
-def told_legal(env: Any, agent: Any, source: Source) -> tuple[str, ...]:
+def read_legal_features(env: Any, agent: Any, source: Source) -> tuple[str, ...]:
     """The feature that says whether each action is legal, by the attribute `legal`; () where there are none."""
     names = _texts(table(env, "legal", source).get(agent, ()))
     if names is None:
@@ -146,5 +146,5 @@ def _texts(given: Any) -> tuple[str, ...] | None:
 
 def space(env: Any, kind: str, agent: Any) -> Any:
     """An agent's `action` or `observation` space, by method or, as older environments have it, from a mapping."""
-    with unwarned():
+    with silence_warnings():
         return getattr(env, f"{kind}_space")(agent)

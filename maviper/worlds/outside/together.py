@@ -1,7 +1,7 @@
 """A batch of games with one agent each, stepped in this process: what they show and pay, written into arrays.
 
 Does: resets and steps the copies one after the other, those whose episode goes on.
-Assumes: `step_alone` and copies that leave each other alone (`processes.undisturbed`); one output_aside for a batch.
+Assumes: `step_alone` and copies that leave each other alone (`processes.is_undisturbed`); one output_aside for a batch.
 Does not: step in other processes, or environments of several agents (processes.py).
 """
 
@@ -44,17 +44,17 @@ class Together:
             self._copies.append(Copy(self.make(), self.source))
             self._steps.append(self._copies[-1].env.step_alone)
         with output_aside():  # once for all of them: to enter and leave takes as long as a small game's step
-            self._last = self._started(arguments) if verb == "reset" else self._stepped(arguments)
+            self._last = self._start_games(arguments) if verb == "reset" else self._step_games(arguments)
         return self._last
 
-    def _started(self, seeds: Sequence[int]) -> EnvStates:
+    def _start_games(self, seeds: Sequence[int]) -> EnvStates:
         outcomes = [copy.answer("reset", seed) for copy, seed in zip(self._copies, seeds, strict=False)]
         self._live = list(range(len(seeds)))
         seen = np.array([outcome.observations[0] for outcome in outcomes])
         nobody = np.zeros((len(seeds), 1), bool)
         return EnvStates((seen,), np.zeros((len(seeds), 1)), nobody, nobody, ~nobody)
 
-    def _stepped(self, actions: Sequence[Sequence[Any]]) -> EnvStates:
+    def _step_games(self, actions: Sequence[Sequence[Any]]) -> EnvStates:
         last = self._last
         assert last is not None, "games are reset before they are stepped"
         seen, rewards = last.observations[0].copy(), np.zeros_like(last.rewards)
@@ -81,11 +81,11 @@ class Together:
 
     def _vector(self, shown: Any, place: int, shape: tuple[int, ...]) -> Float32:
         """An observation as float32; InputError for one of another shape."""
-        found = single(shown)
-        if found.shape != shape:
-            what = f"{self._copies[place].names[0]} observes an array of shape {found.shape}, its space says {shape}"
+        vector = single(shown)
+        if vector.shape != shape:
+            what = f"{self._copies[place].names[0]} observes an array of shape {vector.shape}, its space says {shape}"
             raise InputError(what, self.source.text, "return what observation_space says")
-        return found
+        return vector
 
     def close(self) -> None:
         """Ends all copies; the next reset starts fresh ones."""

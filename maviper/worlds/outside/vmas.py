@@ -45,7 +45,7 @@ class VmasWorld(OutsideWorld):
 
     def __init__(self, text: str) -> None:
         self.source = parse_source(text)
-        self._env = self._made(GAMES)
+        self._env = self._make_games(GAMES)
         agents = legal_names([agent.name for agent in self._env.agents], "agent")
         steps = self.source.options.get(MAX_STEPS)
         if steps is not None and (not isinstance(steps, int) or steps < 1):
@@ -60,12 +60,12 @@ class VmasWorld(OutsideWorld):
             seen = self._env.reset()
         self.features = tuple(self._features(agent, each) for agent, each in zip(agents, seen, strict=True))
         self.actions = tuple(
-            tuple(ActionSpec(name, None) for name in _called(agent, int(choices.n)))
+            tuple(ActionSpec(name, None) for name in _name_actions(agent, int(choices.n)))
             for agent, choices in zip(self._env.agents, self._env.action_space, strict=True)
         )
         self._moment = PAST
 
-    def _made(self, n_games: int) -> Any:
+    def _make_games(self, n_games: int) -> Any:
         """A batch of games of the scenario."""
         try:
             vmas = import_module("vmas")
@@ -125,7 +125,7 @@ class VmasWorld(OutsideWorld):
             )[:2]
         n = len(seeds)
         done = np.repeat(_array(ended)[:n, None] != 0, len(self.agents), axis=1)
-        return self._entered(tuple(self._rows(each, n) for each in seen), np.zeros(done.shape), done)
+        return self._enter_states(tuple(self._rows(each, n) for each in seen), np.zeros(done.shape), done)
 
     def step(self, state: EnvStates, actions: Int) -> EnvStates:
         """The next states; RuntimeError for any state but the newest. A game that has ended keeps its observations."""
@@ -138,11 +138,11 @@ class VmasWorld(OutsideWorld):
             seen, paid, ended, _, _ = self._env.step([column[:, None].copy() for column in acted.T])
         n, over = len(state), state.done
         rows = [self._rows(each, n) for each in seen]
-        found = tuple(np.where(over[:, [k]], state.observations[k], each) for k, each in enumerate(rows))
+        observations = tuple(np.where(over[:, [k]], state.observations[k], each) for k, each in enumerate(rows))
         rewards = np.stack([_array(each)[:n].reshape(n).astype(np.float64) for each in paid], axis=1)
-        return self._entered(found, np.where(over, 0.0, rewards), over | (_array(ended)[:n, None] != 0))
+        return self._enter_states(observations, np.where(over, 0.0, rewards), over | (_array(ended)[:n, None] != 0))
 
-    def _entered(self, observations: tuple[Float32, ...], rewards: Float64, done: Bool) -> EnvStates:
+    def _enter_states(self, observations: tuple[Float32, ...], rewards: Float64, done: Bool) -> EnvStates:
         self._moment = next(MOMENTS)
         return EnvStates(observations, rewards, done, done, ~done, self._moment)
 
@@ -154,16 +154,16 @@ class VmasWorld(OutsideWorld):
 
     def reference_env(self) -> Any:
         """A fresh batch of one game, as VMAS makes it."""
-        return self._made(1)
+        return self._make_games(1)
 
     def apart(self) -> VmasWorld:
         """The same world with a batch of its own, so that both can play."""
-        found = copy(self)
-        found._env, found._moment = self._made(GAMES), PAST
-        return found
+        twin = copy(self)
+        twin._env, twin._moment = self._make_games(GAMES), PAST
+        return twin
 
 
-def _called(agent: Any, n_actions: int) -> list[str]:
+def _name_actions(agent: Any, n_actions: int) -> list[str]:
     """Names of an agent's actions. Of three on each of two axes the first stays, as VMAS has it."""
     if list(agent.discrete_action_nvec) != [3, 3] or n_actions != 9:
         return [f"action_{k}" for k in range(n_actions)]

@@ -16,7 +16,7 @@ import numpy as np
 from pettingzoo import AECEnv, ParallelEnv
 from pettingzoo.utils.conversions import aec_to_parallel_wrapper, turn_based_aec_to_parallel_wrapper
 
-from codegen.errors import InputError, UnknownNameError, shown
+from codegen.errors import InputError, UnknownNameError, escape_text
 from codegen.ir import FeatureSpec
 from maviper.worlds.outside.described import FLAG
 from maviper.worlds.outside.flattening import (
@@ -31,33 +31,33 @@ from maviper.worlds.outside.flattening import (
     vector_space,
 )
 from maviper.worlds.outside.single_agent import SingleAgent
-from maviper.worlds.outside.sources import WRAP, Source, action_names, attribute, space, table, told_legal
+from maviper.worlds.outside.sources import WRAP, Source, action_names, attribute, read_legal_features, space, table
 
 PARALLEL, TURNS, FLATTEN, MASKS, RIVALS = "parallel", "turns", "flatten", "masks", "rivals"
 WRAPPERS = (PARALLEL, TURNS, FLATTEN, MASKS, RIVALS)
 SEPARATOR = "+"
 
 
-def asked_for(text: int | str) -> tuple[str, ...]:
+def parse_wrappers(text: int | str) -> tuple[str, ...]:
     """The wrappers that an option's value names; UnknownNameError for another."""
-    found = tuple(part for part in str(text).split(SEPARATOR) if part)
-    for name in found:
+    names = tuple(part for part in str(text).split(SEPARATOR) if part)
+    for name in names:
         if name not in WRAPPERS:
             raise UnknownNameError("wrapper", name, WRAPPERS, f"wrap={text}")
-    return found
+    return names
 
 
-def wrapped(env: Any, text: int | str, source: Source) -> ParallelEnv:
+def wrap_environment(env: Any, text: int | str, source: Source) -> ParallelEnv:
     """What a function made as a parallel environment, by the wrappers that `text` names. InputError where another one
     is needed, or where no wrapper helps.
     """
-    wrappers = asked_for(text)
-    found = _parallel(env, wrappers, source)
+    wrappers = parse_wrappers(text)
+    parallel = _parallel(env, wrappers, source)
     if FLATTEN in wrappers or MASKS in wrappers:
-        found = Flattened(found, MASKS in wrappers, source)
+        parallel = Flattened(parallel, MASKS in wrappers, source)
     if RIVALS in wrappers:
-        found.teams = {agent: [agent] for agent in found.possible_agents}  # type: ignore[attr-defined]
-    return found
+        parallel.teams = {agent: [agent] for agent in parallel.possible_agents}  # type: ignore[attr-defined]
+    return parallel
 
 
 def _parallel(env: Any, wrappers: Sequence[str], source: Source) -> ParallelEnv:
@@ -90,7 +90,7 @@ def in_parallel(env: AECEnv, wrappers: Sequence[str], source: Source) -> Paralle
 
 def _with(source: Source, way: str) -> str:
     """The text that asks for the environment, its agents acting in that way."""
-    asked = {part for part in asked_for(source.options.get(WRAP, "")) if part not in (PARALLEL, TURNS)}
+    asked = {part for part in parse_wrappers(source.options.get(WRAP, "")) if part not in (PARALLEL, TURNS)}
     options = {**source.options, WRAP: SEPARATOR.join([way, *sorted(asked)])}
     return Source(source.module, source.function, options).text
 
@@ -136,9 +136,9 @@ class Flattened(ParallelEnv[Any, Any, Any]):
         names = names_of(inner)
         legal = legal_names([*(name for name, _ in names), *(f"legal_{each}" for each in actions)], "feature")
         flags = legal[len(names) :] if masked else ()
-        self.legal[agent] = flags or told_legal(self.env, agent, self.source)
+        self.legal[agent] = flags or read_legal_features(self.env, agent, self.source)
         self._spaces[agent], self._legal[agent] = inner, (len(actions) if masked else 0)
-        self._boxes[agent] = _widened(box, self._legal[agent])
+        self._boxes[agent] = _widen_box(box, self._legal[agent])
         self.action_names[agent] = actions
         self.features[agent] = self._own(agent, box, names) + [
             FeatureSpec(name, FLAG, 0.0, 1.0, None) for name in flags
@@ -205,7 +205,7 @@ class Flattened(ParallelEnv[Any, Any, Any]):
             raise InputError(what, self.source.text, "give one in every reset and step, 1 where an action is legal")
         flags = np.ravel(mask)
         if flags.dtype.kind not in "biuf" or not np.isin(flags, (0, 1)).all():
-            what = f"{agent}'s {MASK} is {shown(flags.tolist())[:60]}"
+            what = f"{agent}'s {MASK} is {escape_text(flags.tolist())[:60]}"
             raise InputError(what, self.source.text, "give 1 where an action is legal, else 0")
         if not flags.any():
             self._stuck.add(agent)
@@ -220,7 +220,7 @@ class Flattened(ParallelEnv[Any, Any, Any]):
         self.env.close()
 
 
-def _widened(box: Any, n_flags: int) -> Any:
+def _widen_box(box: Any, n_flags: int) -> Any:
     from gymnasium.spaces import Box
 
     ends = np.zeros(n_flags, np.float32), np.ones(n_flags, np.float32)

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import msgspec
 
-from codegen.errors import InputError, RefusedError, UnknownNameError, shown
+from codegen.errors import InputError, RefusedError, UnknownNameError, escape_text
 from codegen.ir import PolicyProfile
 from maviper.files import runs
 from maviper.worlds.stated.systems import read
@@ -22,7 +22,7 @@ from verify.checker.covers import certificates as cover_certificates
 from verify.checker.covers.boxes import Watch
 from verify.checker.covers.certificates import AnyCertificate
 from verify.checker.decisions.certificates import MAX_BYTES
-from verify.checker.envelope import undamaged
+from verify.checker.envelope import ensure_readable
 from verify.checker.flows import certificates as flow_certificates
 from verify.checker.flows.certificates import FORM as FLOW_FORM
 from verify.checker.flows.certificates import FlowCertificate
@@ -32,7 +32,7 @@ from verify.checker.systems.enclosures import ensure_enclosed
 from verify.systems.claims import SystemClaim
 from verify.systems.given.played import as_played, with_copies
 from verify.systems.statement import Statement
-from verify.systems.words import spelled
+from verify.systems.words import spell_claim
 
 WORLD_FILE = "world.toml"  # beside certificates and counterexamples
 Certificate = AnyCertificate | FlowCertificate
@@ -73,7 +73,7 @@ def ensure_plays(profile: PolicyProfile, statement: Statement) -> None:
 def sentence(claim: SystemClaim, statement: Statement, profile: PolicyProfile) -> str:
     """A claim in words, with its numbers. Statement and profile: as proofs read them."""
     actions = {policy.agent: [action.name for action in policy.actions] for policy in profile.agents}
-    return spelled(claim, actions, {variable.name: variable.range for variable in statement.system.variables})
+    return spell_claim(claim, actions, {variable.name: variable.range for variable in statement.system.variables})
 
 
 def read_certificate(path: Path, world: Path | None = None) -> tuple[Certificate, Statement]:
@@ -82,7 +82,7 @@ def read_certificate(path: Path, world: Path | None = None) -> tuple[Certificate
     """
     text, where = runs.read_unpacked(path, MAX_BYTES), str(path)
     statement = read(world or path.parent / WORLD_FILE)
-    with undamaged(where):
+    with ensure_readable(where):
         form = msgspec.json.decode(text, type=_FormJson).certificate
     with _refusing(path):
         made = flow_certificates if form == FLOW_FORM else cover_certificates
@@ -107,8 +107,8 @@ def ensure_accepted(
     with _refusing(path):
         ensure_enclosed(statement, told)
         if isinstance(found, SystemCertificate):
-            return found.accepted(profile, statement.system)
-        return found.accepted(profile, statement.system, watch)
+            return found.check(profile, statement.system)
+        return found.check(profile, statement.system, watch)
 
 
 @contextmanager
@@ -118,7 +118,7 @@ def _refusing(path: Path) -> Generator[None]:
         yield
     except RejectedError as error:
         advice = "do not rely on it; run `maviper verify` again"
-        raise RefusedError("the certificate is refused", f"{path}: {shown(error)}", advice) from None
+        raise RefusedError("the certificate is refused", f"{path}: {escape_text(error)}", advice) from None
 
 
 class _FormJson(msgspec.Struct):

@@ -54,17 +54,17 @@ class RuleColumns:
                 rows[row] = self._one.holds({name: float(column[row]) for name, column in state.items()})
         return rows
 
-    def moved(self, state: Columns, actions: Mapping[str, Sequence[str]]) -> dict[str, Float64]:
-        """The next states for joint actions, [rows] by agent, without an error; as `MovingRule.moved` has each row."""
+    def move_states(self, state: Columns, actions: Mapping[str, Sequence[str]]) -> dict[str, Float64]:
+        """The next states for joint actions, [rows] by agent, without errors, each as by `MovingRule.move_state`."""
         known: dict[Expression, Float64] = {}
-        found = {name: _column(each, state, known) for name, each in self._rule.move.items()}
+        after = {name: _column(each, state, known) for name, each in self._rule.move.items()}
         for agent, taken in actions.items():
             for (of, action), effects in self._rule.effect.items():
                 rows = np.flatnonzero(np.array(taken) == action) if of == agent else np.zeros(0, dtype=np.int64)
                 for name, each in effects.items() if len(rows) else ():
                     some = {other: column.take(rows) for other, column in state.items()}
-                    found[name][rows] += _column(each, some, {})
-        return found
+                    after[name][rows] += _column(each, some, {})
+        return after
 
 
 def _column(expression: Expression, state: Columns, known: dict[Expression, Float64]) -> Float64:
@@ -88,11 +88,11 @@ def _column(expression: Expression, state: Columns, known: dict[Expression, Floa
             return _column(left, state, known) / below
         case Power() | Call():
             if expression not in known:
-                known[expression] = _asked(expression, state, known)
+                known[expression] = _evaluate_each(expression, state, known)
             return known[expression].copy()
 
 
-def _asked(expression: Power | Call, state: Columns, known: dict[Expression, Float64]) -> Float64:
+def _evaluate_each(expression: Power | Call, state: Columns, known: dict[Expression, Float64]) -> Float64:
     """The values of a power or of a function, number by number, as Python has them."""
     match expression:
         case Power(base, exponent):

@@ -48,7 +48,7 @@ def deviation(statement: Statement, steps: int | None = None) -> Deviation:
     steps = STEPS if steps is None else steps
     reference, moving = Reference(statement), Moving(statement)
     so_far = Deviation(placed=reference.placeable)
-    with reference.kept_quiet():
+    with reference.keep_quiet():
         _play(reference, moving, [RuleColumns(rule) for rule in statement.rules], so_far, steps)
     if not so_far.steps:
         began = f"{so_far.outside} steps of {statement.system.reference} began"
@@ -104,7 +104,7 @@ def _compare(moving: Moving, rules: Sequence[RuleColumns], so_far: Deviation, me
         rows = np.flatnonzero(holding[place])
         state = {name: column.take(rows) for name, column in before.items()}
         actions = {agent: [met[row].actions[agent] for row in rows.tolist()] for agent in met[0].actions}
-        moved = rule.moved(state, actions) if len(rows) else {}
+        moved = rule.move_states(state, actions) if len(rows) else {}
         fits, offs = np.ones(len(rows), dtype=np.bool_), [*offs, dict[str, Float64]()]
         for name, column in moved.items():
             off = offs[-1][name] = np.zeros(len(met))
@@ -127,10 +127,10 @@ def _compare(moving: Moving, rules: Sequence[RuleColumns], so_far: Deviation, me
     if beyond and not so_far.worst:
         place = int(first[beyond[0]])
         off = {name: float(column[beyond[0]]) for name, column in offs[place].items()}
-        so_far.worst = _told(rules[place], met[beyond[0]], off)
+        so_far.worst = _describe_worst(rules[place], met[beyond[0]], off)
 
 
-def _told(rule: RuleColumns, step: _Step, off: Floats) -> str:
+def _describe_worst(rule: RuleColumns, step: _Step, off: Floats) -> str:
     bounds = {name: rule.error.get(name, (0.0, 0.0)) for name in off}
     beyond = next(name for name, (low, high) in bounds.items() if not low <= off[name] <= high)
     state = ", ".join(f"{name} = {number:.6g}" for name, number in step.before.items())

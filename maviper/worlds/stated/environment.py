@@ -20,9 +20,9 @@ from pettingzoo import ParallelEnv  # pyright: ignore[reportMissingTypeStubs]
 from codegen.errors import InputError
 from codegen.ir import FeatureSpec
 from maviper.worlds.stated.flowing import FlowRule
-from maviper.worlds.stated.systems import Floats, Moving, drawn, read, start
+from maviper.worlds.stated.systems import Floats, Moving, draw_rule, read, start
 from verify.systems.language.expressions import function
-from verify.systems.observing import measured, nearest
+from verify.systems.observing import measure_feature, nearest
 from verify.systems.system import Affine, Feature, Measure
 
 if TYPE_CHECKING:
@@ -31,19 +31,19 @@ if TYPE_CHECKING:
     from verify.systems.statement import Statement
 
 
-def stated(path: str) -> Callable[[], StatedEnv]:
+def maker_of(path: str) -> Callable[[], StatedEnv]:
     """What makes the environment of a file."""
-    return partial(_made, path)
+    return partial(_make_environment, path)
 
 
-def _made(path: str) -> StatedEnv:
-    found = read(path)
-    if not found.moves:
+def _make_environment(path: str) -> StatedEnv:
+    statement = read(path)
+    if not statement.moves:
         raise InputError("the file does not say how the state moves", path, "add [dynamics.next]")
-    if found.gives:
-        what = f"{', '.join(found.gives)} gives numbers, and play of a world file takes actions"
+    if statement.gives:
+        what = f"{', '.join(statement.gives)} gives numbers, and play of a world file takes actions"
         raise InputError(what, path, "`maviper verify`, `maviper check` and `maviper replay` take such a file")
-    return StatedEnv(found, path)
+    return StatedEnv(statement, path)
 
 
 class StatedEnv(ParallelEnv[str, Any, Any]):
@@ -69,7 +69,7 @@ class StatedEnv(ParallelEnv[str, Any, Any]):
         ends = {
             name: np.array([(each.low, each.high) for each in of], np.float32) for name, of in self.features.items()
         }
-        self._boxes = {name: Box(found[:, 0], found[:, 1]) for name, found in ends.items()}
+        self._boxes = {name: Box(limits[:, 0], limits[:, 1]) for name, limits in ends.items()}
         self._choices = {name: Discrete(len(names)) for name, names in self.action_names.items()}
         self._rng = np.random.default_rng()
         self._steps = 0
@@ -90,7 +90,7 @@ class StatedEnv(ParallelEnv[str, Any, Any]):
         self.state, self._steps = start(self.statement, self._rng), 0
         self.agents = list(self.possible_agents)
         infos: dict[str, dict[str, Any]] = {agent: {} for agent in self.agents}
-        return self._seen(), infos
+        return self._observe_agents(), infos
 
     def step(  # pyright: ignore[reportIncompatibleMethodOverride]
         self, actions: Mapping[str, int]
@@ -98,24 +98,24 @@ class StatedEnv(ParallelEnv[str, Any, Any]):
         """One step: observations, rewards, terminations, truncations and infos."""
         acted = self.agents
         chosen = {agent: self.action_names[agent][actions[agent]] for agent in acted}
-        rule = drawn(self._moving.rules(self.state), self._rng)
+        rule = draw_rule(self._moving.rules(self.state), self._rng)
         if isinstance(rule, FlowRule) and any(rule.jitter):
-            after = rule.moved(self.state, chosen, float(self._rng.uniform(*rule.jitter)))
+            after = rule.move_state(self.state, chosen, float(self._rng.uniform(*rule.jitter)))
         else:
-            after = rule.moved(self.state, chosen)
+            after = rule.move_state(self.state, chosen)
         for name, (low, high) in rule.error.items():
             after[name] += self._rng.uniform(low, high)
         left = not self._moving.rules(after)
-        self.state = self._moving.clipped(after)  # pyright: ignore[reportIncompatibleMethodOverride]
+        self.state = self._moving.clip_state(after)  # pyright: ignore[reportIncompatibleMethodOverride]
         self._steps += 1
         cut = not left and self._steps >= self.max_cycles
         rewards = {agent: paid(self.state) for agent, paid in self._rewards.items()}
         if left or cut:
             self.agents = []
         infos: dict[str, dict[str, Any]] = {agent: {} for agent in acted}
-        return self._seen(), rewards, dict.fromkeys(acted, left), dict.fromkeys(acted, cut), infos
+        return self._observe_agents(), rewards, dict.fromkeys(acted, left), dict.fromkeys(acted, cut), infos
 
-    def _seen(self) -> dict[str, Any]:
+    def _observe_agents(self) -> dict[str, Any]:
         features = self.statement.system.features
         found: dict[str, Any] = {}
         for agent in self.possible_agents:
@@ -138,7 +138,7 @@ def _of(feature: Feature, state: Floats, exact: Mapping[str, Fraction]) -> np.fl
         case Feature(Affine(((name, factor),), constant), Measure.VALUE) if factor == 1 and not constant:
             return np.float32(state[name])  # the same in less time
         case _:
-            return nearest(measured(feature, exact))
+            return nearest(measure_feature(feature, exact))
 
 
 def _specs(statement: Statement, agent: str) -> list[FeatureSpec]:

@@ -42,7 +42,7 @@ class FlowRule:
         """Whether it says how a state moves that is this at a sample; without cases it does everywhere."""
         return self._piece is None or self._piece.holds({name: Fraction(number) for name, number in state.items()})
 
-    def held(self, actions: Mapping[str, str]) -> Floats:
+    def hold_inputs(self, actions: Mapping[str, str]) -> Floats:
         """The inputs' values for a joint action by names."""
         return {name: value for choice in actions.items() for name, value in self._held[choice].items()}
 
@@ -51,15 +51,15 @@ class FlowRule:
         known = {**state, **held}
         return {name: rate(known) for name, rate in self._rates.items()}
 
-    def jumped(self, state: Mapping[str, float], held: Mapping[str, float]) -> Floats:
+    def apply_jumps(self, state: Mapping[str, float], held: Mapping[str, float]) -> Floats:
         """The state at a sample after what jumps there."""
         known = {**state, **held}
         return {**state, **{name: value(known) for name, value in self._jumps.items()}}
 
-    def moved(self, state: Mapping[str, float], actions: Mapping[str, str], longer: float = 0.0) -> Floats:
+    def move_state(self, state: Mapping[str, float], actions: Mapping[str, str], longer: float = 0.0) -> Floats:
         """The state after a period that is so many seconds longer than stated, without errors."""
-        held, h = self.held(actions), (self.period + longer) / PARTS
-        now = self.jumped(state, held)
+        held, h = self.hold_inputs(actions), (self.period + longer) / PARTS
+        now = self.apply_jumps(state, held)
         for _ in range(PARTS):
             first = self.derivative(now, held)
             second = self.derivative(_along(now, first, h / 2), held)
@@ -68,21 +68,21 @@ class FlowRule:
             now = {x: now[x] + h / 6 * (first[x] + 2 * second[x] + 2 * third[x] + last[x]) for x in now}
         return now
 
-    def integrated(self, state: Mapping[str, float], actions: Mapping[str, str], times: Float64) -> Float64:
+    def integrate_states(self, state: Mapping[str, float], actions: Mapping[str, str], times: Float64) -> Float64:
         """The states at some times of a period, in order, [times, variables], by scipy's DOP853."""
         from scipy.integrate import solve_ivp  # half a second, which proofs and checks need not wait
 
-        held, names = self.held(actions), list(state)
+        held, names = self.hold_inputs(actions), list(state)
 
         def rate(_: float, numbers: Float64) -> Float64:
-            found = self.derivative(dict(zip(names, numbers.tolist(), strict=True)), held)
-            return np.array([found[name] for name in names])
+            rates = self.derivative(dict(zip(names, numbers.tolist(), strict=True)), held)
+            return np.array([rates[name] for name in names])
 
-        begun, span = np.array(list(self.jumped(state, held).values())), (0.0, float(times[-1]))
-        found = solve_ivp(rate, span, begun, "DOP853", t_eval=times, rtol=TOLERANCE, atol=TOLERANCE)
-        if not found.success:
+        begun, span = np.array(list(self.apply_jumps(state, held).values())), (0.0, float(times[-1]))
+        solution = solve_ivp(rate, span, begun, "DOP853", t_eval=times, rtol=TOLERANCE, atol=TOLERANCE)
+        if not solution.success:
             raise ArithmeticError(f"it grows beyond all bounds within {span[1]:g} s")
-        return np.asarray(found.y.T)
+        return np.asarray(solution.y.T)
 
 
 def flow_rules(flow: Flow) -> list[FlowRule]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from codegen.wording import counted
+from codegen.wording import format_count
 from maviper.worlds.findings import Finding, Mark
 from maviper.worlds.stated.flowing import flow_rules
 from maviper.worlds.stated.systems import start
@@ -22,7 +22,7 @@ ADVICE = "a shorter period, or slower motion: play integrates a period in 8 part
 UNDEFINED = "narrow the ranges: over them a derivative must be defined"
 
 
-def integrated(statement: Statement) -> Finding:
+def check_integration(statement: Statement) -> Finding:
     """How far play is from scipy's integration, over periods from starts and from anywhere in the ranges."""
     flow, rng = statement.system.flow, np.random.default_rng(SEED)
     assert flow is not None
@@ -34,8 +34,8 @@ def integrated(statement: Statement) -> Finding:
         chosen = {agent.name: str(rng.choice(list(agent.actions))) for agent in statement.agents}
         try:
             longer = float(rng.uniform(*rule.jitter)) if any(rule.jitter) else 0.0
-            after = rule.moved(state, chosen, longer)
-            ends = rule.integrated(state, chosen, np.array([rule.period + longer]))[-1].tolist()
+            after = rule.move_state(state, chosen, longer)
+            ends = rule.integrate_states(state, chosen, np.array([rule.period + longer]))[-1].tolist()
             exact = dict(zip(state, ends, strict=True))
         except (ArithmeticError, ValueError) as error:
             where = ", ".join(f"{name} = {value:.6g}" for name, value in state.items())
@@ -44,7 +44,7 @@ def integrated(statement: Statement) -> Finding:
             worst[name] = max(worst[name], abs(after[name] - value))
             least = max(least, abs(after[name] - value) / (1 + abs(value)))
     off = ", ".join(f"{name} {value:.2g}" for name, value in worst.items() if name not in flow.kept)
-    said = f"integration: {counted(PERIODS, 'period')} by scipy, of which play is off by at most {off}"
+    said = f"integration: {format_count(PERIODS, 'period')} by scipy, of which play is off by at most {off}"
     return Finding(Mark.OK, said) if least <= NEAR else Finding(Mark.MISSING, said, ADVICE)
 
 

@@ -15,11 +15,11 @@ import numpy as np
 
 from codegen.errors import InputError
 from codegen.ir import Float32
-from codegen.wording import counted
+from codegen.wording import format_count
 from maviper.worlds.outside.making import import_maker, make_environment
 from maviper.worlds.outside.processes import Copy
 from maviper.worlds.outside.silence import output_aside
-from maviper.worlds.outside.sources import GYMNASIUM, fault, named_by_user, parse_source
+from maviper.worlds.outside.sources import GYMNASIUM, fault, is_named_by_user, parse_source
 from maviper.worlds.stated.systems import Floats
 from verify.systems.statement import Statement
 from verify.systems.system import Affine, Measure
@@ -36,7 +36,7 @@ class Reference:
 
     def __init__(self, statement: Statement) -> None:
         self._statement, self._where = statement, statement.system.reference
-        if not named_by_user(self._where):
+        if not is_named_by_user(self._where):
             advice = "write gymnasium:ID or module:function"
             raise InputError("the reference is no environment that can be played", self._where, advice)
         source = parse_source(self._where)
@@ -45,19 +45,19 @@ class Reference:
         self.actions = {agent.name: tuple(agent.actions) for agent in statement.agents}
         self._names = [each.name for each in statement.system.variables]
         self._ensure_agents()
-        self._seen = {} if statement.state else _shown(statement)
+        self._seen = {} if statement.state else _locate_variables(statement)
         self._observations: Sequence[Float32] = ()
         self.playing = False
         self.placeable = bool(statement.state) and self._takes_states()
 
     def _ensure_agents(self) -> None:
         if len(self.actions) != len(self._copy.names):
-            what = f"{counted(len(self.actions), 'agent')}, and {len(self._copy.names)} in the reference"
+            what = f"{format_count(len(self.actions), 'agent')}, and {len(self._copy.names)} in the reference"
             raise InputError(what, self._where, "name the agents in the environment's order")
         for (agent, actions), own in zip(self.actions.items(), self._copy.names, strict=True):
             n = int(getattr(self._copy.env.action_space(own), "n", 0))
             if n != len(actions):
-                what = f"{agent} has {counted(len(actions), 'action')}, and {n} in the reference"
+                what = f"{agent} has {format_count(len(actions), 'action')}, and {n} in the reference"
                 raise InputError(what, self._where, "list all of them, in the environment's order")
 
     def _takes_states(self) -> bool:
@@ -67,7 +67,7 @@ class Reference:
         return not callable(getattr(self._holder(), self._statement.state)) and self.place(at)
 
     @contextmanager
-    def kept_quiet(self) -> Generator[None]:
+    def keep_quiet(self) -> Generator[None]:
         """What it prints meanwhile goes to standard error: to see to that at each step takes as long as a small one."""
         with output_aside():
             self._ask = self._copy.answer
@@ -125,7 +125,7 @@ class Reference:
         raise InputError(what, self._where, "state names the attribute that holds the variables in order")
 
 
-def _shown(statement: Statement) -> dict[str, tuple[int, int]]:
+def _locate_variables(statement: Statement) -> dict[str, tuple[int, int]]:
     """Which agent's which feature is each variable itself."""
     places: dict[str, tuple[int, int]] = {}
     for agent, features in enumerate(statement.system.features.values()):

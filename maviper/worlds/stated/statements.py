@@ -7,10 +7,10 @@ Does not: print or play.
 
 from collections.abc import Iterator
 
-from codegen.wording import counted
+from codegen.wording import format_count
 from maviper.worlds.findings import Finding, Mark
 from maviper.worlds.stated.deviation import deviation
-from maviper.worlds.stated.integrating import integrated
+from maviper.worlds.stated.integrating import check_integration
 from maviper.worlds.stated.reference import is_known
 from verify.checker.reading import RejectedError
 from verify.checker.systems.enclosures import ensure_enclosed
@@ -21,7 +21,7 @@ from verify.systems.statement import Statement
 NO_CLAIMS = "add [[property]], or give `maviper verify` a file of them"
 
 
-def stated(statement: Statement) -> Iterator[Finding]:
+def check_statement(statement: Statement) -> Iterator[Finding]:
     """What a file states."""
     system = statement.system
     yield Finding(Mark.OK, f"file: {system.name}, units fit, and every number is exact")
@@ -38,16 +38,16 @@ def stated(statement: Statement) -> Iterator[Finding]:
         yield Finding(Mark.MISSING, said, "add [dynamics.next] or [dynamics.flow] for claims about episodes")
         return
     if system.flow is not None:
-        told = f"{counted(len(system.flow.rates), 'derivative')}, a period of {plain(system.flow.period)} s"
-        yield Finding(Mark.OK, f"flow: {told}, {counted(system.steps, 'period')}")
-        yield integrated(statement)
+        told = f"{format_count(len(system.flow.rates), 'derivative')}, a period of {plain(system.flow.period)} s"
+        yield Finding(Mark.OK, f"flow: {told}, {format_count(system.steps, 'period')}")
+        yield check_integration(statement)
         return
     pieces = "one piece" if len(system.pieces) == 1 else f"{len(system.pieces)} pieces"
-    yield Finding(Mark.OK, f"dynamics: {pieces}, {counted(system.steps, 'step')}")
-    yield _enclosed(statement)
+    yield Finding(Mark.OK, f"dynamics: {pieces}, {format_count(system.steps, 'step')}")
+    yield _check_enclosures(statement)
 
 
-def _enclosed(statement: Statement) -> Finding:
+def _check_enclosures(statement: Statement) -> Finding:
     """Whether the checker shows that the pieces hold what the rules say."""
     try:
         shown = ensure_enclosed(statement)
@@ -56,21 +56,23 @@ def _enclosed(statement: Statement) -> Finding:
     return Finding(Mark.OK, f"enclosures: {shown} bounds shown" if shown else "enclosures: none, every rule is affine")
 
 
-def measured(statement: Statement, run: bool) -> Iterator[Finding]:
+def measure_reference(statement: Statement, run: bool) -> Iterator[Finding]:
     """How far a statement is from its reference. `run`: also where that is code that the file names."""
     name = statement.system.reference
     if not (run or is_known(name)):
         said = f"reference: {name} is code that the file names, and was not run"
         yield Finding(Mark.MISSING, said, "add --run-reference to run it and measure the statement")
         return
-    found = deviation(statement)
-    reach = ", ".join(f"{name} [{low:.2g}, {high:.2g}]" for name, (low, high) in found.off.items())
-    where = "all over the ranges" if found.placed else "where its episodes lead"
-    yield Finding(Mark.OK, f"reference: {name}, {found.steps} steps {where}, off by {reach}")
-    if found.outside:
-        yield Finding(Mark.MISSING, f"reference: {found.outside} steps began where nothing is stated")
-    if found.beyond:
+    measurement = deviation(statement)
+    reach = ", ".join(f"{name} [{low:.2g}, {high:.2g}]" for name, (low, high) in measurement.off.items())
+    where = "all over the ranges" if measurement.placed else "where its episodes lead"
+    yield Finding(Mark.OK, f"reference: {name}, {measurement.steps} steps {where}, off by {reach}")
+    if measurement.outside:
+        yield Finding(Mark.MISSING, f"reference: {measurement.outside} steps began where nothing is stated")
+    if measurement.beyond:
         advice = "widen the error of the variable, narrow its range, or mend the rule"
-        yield Finding(Mark.WRONG, f"reference: {found.beyond} steps beyond the stated error; {found.worst}", advice)
+        yield Finding(
+            Mark.WRONG, f"reference: {measurement.beyond} steps beyond the stated error; {measurement.worst}", advice
+        )
     else:
         yield Finding(Mark.OK, "error: no step is off by more than stated")

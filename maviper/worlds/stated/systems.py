@@ -16,7 +16,7 @@ import numpy as np
 
 from codegen.errors import InputError
 from maviper.files import kinds, runs
-from maviper.worlds.outside.sources import SYSTEM, named_by_user
+from maviper.worlds.outside.sources import SYSTEM, is_named_by_user
 from maviper.worlds.stated.flowing import FlowRule, flow_rules
 from verify.systems.files import MAX_BYTES, statement_of
 from verify.systems.language.expressions import function
@@ -45,7 +45,7 @@ def file_of(world: str | Path) -> Path:
     name = str(world)
     if name.startswith(f"{SYSTEM}:"):
         return Path(name.removeprefix(f"{SYSTEM}:"))
-    if not Path(name).exists() and named_by_user(name):
+    if not Path(name).exists() and is_named_by_user(name):
         what = "this world is played by its own code, which states no rules that a proof could use"
         advice = (
             "leave --world out: claims about observations hold in every world (`maviper properties new PROFILE`); "
@@ -78,13 +78,13 @@ class MovingRule:
     def _meets(self, exact: Mapping[str, Fraction]) -> bool:
         return all(half.holds(exact) for half in self._when)
 
-    def moved(self, state: Mapping[str, float], actions: Mapping[str, str]) -> Floats:
+    def move_state(self, state: Mapping[str, float], actions: Mapping[str, str]) -> Floats:
         """The next state for a joint action by names, without an error."""
-        found = {name: move(state) for name, move in self._move.items()}
+        after = {name: move(state) for name, move in self._move.items()}
         for choice in actions.items():
             for name, added in self._effect.get(choice, {}).items():
-                found[name] += added(state)
-        return found
+                after[name] += added(state)
+        return after
 
 
 AnyRule = MovingRule | FlowRule
@@ -105,18 +105,18 @@ class Moving:
 
     def rules(self, state: Mapping[str, float]) -> list[AnyRule]:
         """The rules that hold in a state: none outside the ranges, several on a border."""
-        return self.stated(state) if self.within(state) else []
+        return self.find_rules(state) if self.within(state) else []
 
-    def stated(self, state: Mapping[str, float]) -> list[AnyRule]:
+    def find_rules(self, state: Mapping[str, float]) -> list[AnyRule]:
         """The rules whose boxes hold a state: a rule without a box holds beyond the ranges too."""
         return [rule for rule in self._rules if rule.holds(state)]
 
-    def clipped(self, state: Mapping[str, float]) -> Floats:
+    def clip_state(self, state: Mapping[str, float]) -> Floats:
         """The state nearest to one in the ranges."""
         return {name: min(max(number, self.ranges[name][0]), self.ranges[name][1]) for name, number in state.items()}
 
 
-def drawn(rules: Sequence[AnyRule], rng: np.random.Generator) -> AnyRule:
+def draw_rule(rules: Sequence[AnyRule], rng: np.random.Generator) -> AnyRule:
     """One of the rules that hold in a state: the first, or any of those that differ from it in choices alone."""
     ways = [rule for rule in rules if rule.case == rules[0].case]
     return ways[int(rng.integers(len(ways)))] if len(ways) > 1 else ways[0]
@@ -149,13 +149,13 @@ def start(statement: Statement, rng: np.random.Generator) -> Floats:
 
 def box(statement: Statement) -> dict[str, Interval]:
     """The bounds of each variable that the start region states by itself."""
-    found = {each.name: each.range for each in statement.system.variables}
+    bounds = {each.name: each.range for each in statement.system.variables}
     for half in statement.system.start:
         match half.form.terms:
             case ((name, factor),):
-                low, high = found[name]
+                low, high = bounds[name]
                 end = -half.form.constant / factor
-                found[name] = (low, min(high, end)) if factor > 0 else (max(low, end), high)
+                bounds[name] = (low, min(high, end)) if factor > 0 else (max(low, end), high)
             case _:
                 pass
-    return found
+    return bounds

@@ -13,9 +13,9 @@ from fractions import Fraction
 import numpy as np
 
 from codegen.ir import PolicyProfile
-from maviper.worlds.stated.systems import AnyRule, Floats, Moving, box, drawn, start
+from maviper.worlds.stated.systems import AnyRule, Floats, Moving, box, draw_rule, start
 from verify.reach.replay import piece_of
-from verify.systems.observing import chosen
+from verify.systems.observing import choose_actions
 from verify.systems.statement import Statement
 from verify.systems.system import ensure_in_steps
 
@@ -51,20 +51,20 @@ class _Play:
             for step in range(self._steps + 1):
                 played.append(exact)
                 state = {name: float(number) for name, number in exact.items()}
-                rules = self._moving.stated(state)
+                rules = self._moving.find_rules(state)
                 if piece_of(self._system, exact) is None or not rules:
                     break
                 ahead = near[step + 1] if step + 1 < len(near) else None
                 joint = self._joint(exact)
-                rule = drawn(rules, rng) if ahead is None else _nearest(rules, state, joint, ahead)
-                state = _off(rule, rule.moved(state, joint), ahead, rng)
+                rule = draw_rule(rules, rng) if ahead is None else _nearest(rules, state, joint, ahead)
+                state = _off(rule, rule.move_state(state, joint), ahead, rng)
                 exact = {name: Fraction(number) for name, number in state.items()}
         except (OverflowError, ZeroDivisionError, ValueError):  # no float64 is near, or sin of such a number
             pass
         return played
 
     def _joint(self, state: State) -> dict[str, str]:
-        actions = chosen(self._system, self._profile, state)
+        actions = choose_actions(self._system, self._profile, state)
         return {policy.agent: policy.actions[actions[policy.agent]].name for policy in self._profile.agents}
 
 
@@ -72,15 +72,15 @@ def _nearest(rules: Sequence[AnyRule], state: Floats, joint: Mapping[str, str], 
     """The rule that comes nearest to a state: of equal ones the first."""
 
     def off(rule: AnyRule) -> float:
-        return max(abs(float(ahead[name]) - value) for name, value in rule.moved(state, joint).items())
+        return max(abs(float(ahead[name]) - value) for name, value in rule.move_state(state, joint).items())
 
     return rules[0] if len(rules) == 1 else min(rules, key=off)
 
 
 def _off(rule: AnyRule, after: Floats, near: Mapping[str, Fraction] | None, rng: np.random.Generator) -> Floats:
     """The next state with errors that the file states: as close as they come to a state, else drawn."""
-    found = dict(after)
+    shifted = dict(after)
     for name, (low, high) in rule.error.items():
         error = rng.uniform(low, high) if near is None else min(max(float(near[name]) - after[name], low), high)
-        found[name] += error
-    return found
+        shifted[name] += error
+    return shifted

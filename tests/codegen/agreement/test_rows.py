@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from codegen.agreement.rows import BLOCK, Kept, listed
+from codegen.agreement.rows import BLOCK, Kept, iterate_rows
 
 
 @pytest.mark.parametrize("numbers", ["float32", "float64"])
@@ -19,7 +19,7 @@ def test_rows_come_back_bit_by_bit(numbers, count):
         whole = np.concatenate(parts)
         assert list(kept) == ["a", "b"] and kept["a"].tobytes() == whole.tobytes() and kept["a"].dtype == numbers
         assert kept["b"].tobytes() == parts[-1].tobytes()
-        assert np.array(list(listed(kept["a"]))).tobytes() == whole.astype(float).tobytes()
+        assert np.array(list(iterate_rows(kept["a"]))).tobytes() == whole.astype(float).tobytes()
 
 
 def test_blocks_of_several_hold_the_same_rows_of_each():

@@ -5,9 +5,9 @@ import pytest
 
 from codegen import ir
 from codegen.floats import neighbour
-from codegen.importers.folding import LARGEST, Asked, folded
+from codegen.importers.folding import LARGEST, Asked, fold_steps
 from codegen.ir import GrownTree, Tree
-from codegen.lowering.deploy import deployed
+from codegen.lowering.deploy import deploy_tree
 
 ONE = np.float32
 STEPS = {
@@ -40,8 +40,8 @@ def test_a_folded_test_decides_as_the_steps(name, threshold):
         with np.errstate(all="ignore"):
             return step(numbers) <= np.float64(threshold)
 
-    made = folded(stump(threshold), Asked(np.array([2]), np.array([rising]), passes))
-    tree: Tree = deployed(made.tree)
+    made = fold_steps(stump(threshold), Asked(np.array([2]), np.array([rising]), passes))
+    tree: Tree = deploy_tree(made.tree)
     if not np.isfinite(tree.threshold).all():  # only -infinity is on one side, which no profile can say
         assert tree.threshold[0] == -np.inf
         return
@@ -61,12 +61,12 @@ def test_a_folded_test_decides_as_the_steps(name, threshold):
 def test_tests_that_cannot_fail_or_hold_disappear_from_the_middle_of_a_tree():
     grown = GrownTree([0, 1, -1, -1, -1], [9, 0.5, 0, 0, 0], [1, 3, -1, -1, -1], [2, 4, -1, -1, -1], [-1, -1, 2, 0, 1])
     tests = Asked(np.array([0, 1]), np.array([True, True]), lambda numbers: np.array([True, bool(numbers[1] <= 0.5)]))
-    tree = folded(grown, tests).tree
+    tree = fold_steps(grown, tests).tree
     assert tree.feature.tolist() == [1, -1, -1] and tree.action.tolist() == [-1, 0, 1]
-    assert folded(GrownTree([-1], [0], [-1], [-1], [1]), tests).tree.action.tolist() == [1]
+    assert fold_steps(GrownTree([-1], [0], [-1], [-1], [1]), tests).tree.action.tolist() == [1]
 
 
 def test_only_finite_numbers_count_where_infinite_ones_are_not_taken():
     tests = Asked(np.array([0]), np.array([True]), lambda numbers: numbers <= LARGEST)
-    assert folded(stump(0.0), tests, LARGEST).tree.action.tolist() == [0]
-    assert folded(stump(0.0), tests).tree.threshold[0] == LARGEST
+    assert fold_steps(stump(0.0), tests, LARGEST).tree.action.tolist() == [0]
+    assert fold_steps(stump(0.0), tests).tree.threshold[0] == LARGEST

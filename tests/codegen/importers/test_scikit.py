@@ -26,7 +26,7 @@ from sklearn.tree import DecisionTreeClassifier
 from codegen import ir, policy_json
 from codegen.agreement import probes, selfcheck
 from codegen.errors import InputError
-from codegen.importers.names import cleaned
+from codegen.importers.names import clean_names
 from codegen.importers.scikit import from_sklearn
 from codegen.targets import emit
 
@@ -266,7 +266,7 @@ def test_labels_whose_names_collide_are_refused(labels):
 
 @pytest.mark.parametrize("given", [["if", "IF", "i f", "", "ß"], ["x" * 90, "x" * 91], ["1", "_1", "1", "-1"]])
 def test_cleaned_names_are_legal_and_different(given):
-    found = cleaned(given, "x")
+    found = clean_names(given, "x")
     assert all(ir.NAME.fullmatch(name) for name in found)
     assert len({name.lower() for name in found}) == len(given)
 

@@ -13,7 +13,7 @@ from codegen.agreement import probes, selfcheck
 from codegen.check import ensure
 from codegen.errors import DisagreementError, ProfileError
 from codegen.lowering import passes
-from codegen.lowering.deploy import deployed
+from codegen.lowering.deploy import deploy_tree
 from codegen.region import RegionSpec
 from codegen.targets import USUAL, emit
 from tests.support.strategies import grown_trees
@@ -38,23 +38,23 @@ def acts(one, rows):
 
 @given(grown_trees(max_depth=5), st.integers(0, 99))
 def test_merging_and_reordering_keep_every_decision(grown, seed):
-    one, rng = deployed(grown), np.random.default_rng(seed)
+    one, rng = deploy_tree(grown), np.random.default_rng(seed)
     rows = asked(one, rng)
     seen = rng.normal(size=(200, N_FEATURES)).astype(np.float32)
-    merged = passes.merged(one)
-    better = passes.reordered(merged, seen)
+    merged = passes.merge_splits(one)
+    better = passes.reorder_tests(merged, seen)
     for other in (merged, better):
         assert (acts(other, rows) == acts(one, rows)).all()
         assert passes.difference(one, other, N_FEATURES) is None
     assert len(better.feature) <= len(merged.feature) <= len(one.feature)
     assert ir.depth(better).max() <= ir.depth(merged).max() <= ir.depth(one).max()
     assert average_tests(better, seen) <= average_tests(merged, seen)
-    assert passes.merged(merged).feature.tolist() == merged.feature.tolist()
+    assert passes.merge_splits(merged).feature.tolist() == merged.feature.tolist()
 
 
 @given(grown_trees(max_depth=4), grown_trees(max_depth=4), st.integers(0, 99))
 def test_a_difference_is_found_iff_there_is_one(first, second, seed):
-    one, other = deployed(first), deployed(second)
+    one, other = deploy_tree(first), deploy_tree(second)
     found = passes.difference(one, other, N_FEATURES)
     rows = np.concatenate([asked(one, np.random.default_rng(seed)), asked(other, np.random.default_rng(seed + 1))])
     if found is None:
@@ -65,10 +65,10 @@ def test_a_difference_is_found_iff_there_is_one(first, second, seed):
 
 @given(grown_trees(max_depth=4), st.data())
 def test_dropping_changes_only_what_dead_leaves_decide(grown, data):
-    one = deployed(grown)
+    one = deploy_tree(grown)
     leaves = ir.leaves(one).tolist()
     dead = data.draw(st.sets(st.sampled_from(leaves), max_size=len(leaves) - 1))
-    fewer = passes.dropped(one, dead)
+    fewer = passes.drop_leaves(one, dead)
     rows = asked(one, np.random.default_rng(0))
     alive = ~np.isin(ir.apply(one, rows), list(dead))
     assert (acts(fewer, rows[alive]) == acts(one, rows[alive])).all()
@@ -77,10 +77,10 @@ def test_dropping_changes_only_what_dead_leaves_decide(grown, data):
 
 def test_equal_sides_and_decided_tests_go():
     same = tree((0, 1.0, 1, 2), LEFT, LEFT)
-    assert passes.merged(same).feature.tolist() == [ir.NO_FEATURE]
+    assert passes.merge_splits(same).feature.tolist() == [ir.NO_FEATURE]
     # x0 <= 1 is known where x0 <= 0.5 held, and false where x0 > 2, NaN too
     twice = tree((0, 0.5, 1, 4), (0, 1.0, 2, 3), LEFT, RIGHT, (0, 0.25, 5, 6), UP, STAY)
-    found = passes.merged(twice)
+    found = passes.merge_splits(twice)
     assert found.feature.tolist() == [0, -1, -1] and found.action.tolist() == [-1, LEFT, STAY]
 
 
@@ -88,7 +88,7 @@ def test_a_rare_test_goes_last():
     # the first test is nearly always false, and the second decides nearly everything
     rare = tree((0, -5.0, 1, 4), (1, 0.0, 2, 3), LEFT, UP, (1, 0.0, 5, 6), LEFT, RIGHT)
     seen = np.random.default_rng(0).normal(size=(500, 2)).astype(np.float32)
-    found = passes.reordered(rare, seen)
+    found = passes.reorder_tests(rare, seen)
     assert found.feature[0] == 1 and len(found.feature) == 5
     assert average_tests(found, seen) < 1.6 < average_tests(rare, seen) == 2.0
 
@@ -97,9 +97,9 @@ def test_a_wrong_pass_is_caught(monkeypatch):
     one = tree((0, 1.0, 1, 2), LEFT, RIGHT)
     monkeypatch.setattr(passes, "_within", lambda node, box: RIGHT)
     with pytest.raises(DisagreementError, match="merge changes a decision"):
-        passes.merged(one)
+        passes.merge_splits(one)
     with pytest.raises(ValueError, match="every leaf is dead"):
-        passes.dropped(one, {1, 2})
+        passes.drop_leaves(one, {1, 2})
 
 
 def test_neighbouring_thresholds_and_nan_are_told_apart():

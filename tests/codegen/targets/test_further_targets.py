@@ -41,7 +41,7 @@ def test_further_targets_agree_on_random_profiles(profile):
 @pytest.mark.parametrize("name", NAMES)
 def test_a_solver_finds_the_functions_to_be_the_trees(name):
     profile = random_profile(name)
-    found = compile.asked(build(profile, ["smt"]))
+    found = compile.ask_solver(build(profile, ["smt"]))
     assert [item.agent for item in found] == [policy.agent for policy in profile.agents]
     assert not any(item.differences for item in found) and min(item.observations for item in found) > 100
 
@@ -81,7 +81,9 @@ DEFINED = {
 @pytest.mark.parametrize("style", ["nested", "ordered", "walk"])
 def test_all_names_in_code_are_of_the_list(profile, style):
     model = lower(profile, style=style)
-    listed = {name for agent in model.agents for name in names._listed(agent.names)} | set(names._listed(model.names))
+    listed = {name for agent in model.agents for name in names._iterate_names(agent.names)} | set(
+        names._iterate_names(model.names)
+    )
     modules = {*names.of_modules(agent.lower for agent in model.agents), *names.MODULE_TEAM_NAMES}
     files = emit(profile, ["c", "python", "javascript"], style=style)
     texts = {name.rpartition(".")[2]: text for name, text in files.items()} | {"harness": c.harness(model)}

@@ -6,7 +6,7 @@ import pytest
 from codegen import ir
 from codegen.agreement import probes, readback
 from codegen.check import ensure
-from codegen.lowering.deploy import deployed
+from codegen.lowering.deploy import deploy_tree
 from codegen.lowering.lower import lower
 from codegen.lowering.model import TILED
 from codegen.targets import emit
@@ -21,7 +21,7 @@ def specs(n_features):
 
 
 def full_tree(n_features, n_actions, depth, rng):
-    return deployed(random_tree(specs(n_features), n_actions, rng, depth))
+    return deploy_tree(random_tree(specs(n_features), n_actions, rng, depth))
 
 
 def batch_of(tree, n_features, n_actions=5):

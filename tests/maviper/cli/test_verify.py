@@ -35,8 +35,8 @@ def test_verdicts_alone_are_those_of_the_report(capsys, profile_file):
 
 def test_verdicts_alone_make_no_header_where_no_contact_asks_for_a_replay(capsys, monkeypatch, profile_file):
     made = []
-    header = build.written
-    monkeypatch.setattr(build, "written", lambda *asked: made.append(asked) or header(*asked))
+    header = build.emit_model
+    monkeypatch.setattr(build, "emit_model", lambda *asked: made.append(asked) or header(*asked))
     episodes = ("--property", "reaches", "--property", "covers", "--steps", "2")
     command(["verify", profile_file, *episodes, *TWO, "--verdict-only"])
     assert capsys.readouterr().out.count("\n") == 4 and not made

@@ -10,13 +10,13 @@ import pytest
 
 from codegen.errors import InputError, RefusedError
 from codegen.lowering import covering
-from codegen.lowering.covering import Boxes, Cover, Variable, lookup, merged
+from codegen.lowering.covering import Boxes, Cover, Variable, lookup, merge_boxes
 from codegen.lowering.lower import lower
 from codegen.lowering.watching import watch_cover
 from codegen.targets import emit, monitor
 from maviper import load, verify_system
 from maviper.compilation import covers
-from maviper.compilation.monitors import proved_by, watched_by
+from maviper.compilation.monitors import load_proof, lower_monitor
 from maviper.worlds.stated.certified import read_certificate
 from maviper.worlds.stated.systems import read
 from tests.support import monitors
@@ -52,8 +52,8 @@ def for_ever(tmp_path_factory):
 def made(folder, certificate):
     """Of a certificate the profile, what is proved, and the lowered monitor."""
     profile = load(folder / "profile.json")
-    proved = proved_by(folder / certificate, profile)
-    return profile, proved, watched_by(profile, lower(profile), proved)
+    proved = load_proof(folder / certificate, profile)
+    return profile, proved, lower_monitor(profile, lower(profile), proved)
 
 
 def said(cover, rows):
@@ -131,7 +131,7 @@ def test_a_forged_or_strange_certificate_is_refused(for_ever, tmp_path):
     def taken(**changed):
         edited = body | changed
         (tmp_path / "edited.json").write_text(json.dumps(edited | {"content_hash": body_hash(edited)}))
-        return proved_by(tmp_path / "edited.json", profile)
+        return load_proof(tmp_path / "edited.json", profile)
 
     assert taken().region.ever
     with pytest.raises(RefusedError, match="refused"):  # half of the cells are no invariant
@@ -217,7 +217,7 @@ def test_invariants_by_regions_and_symbolic_states_are_refused_with_the_reason(f
     for found, statement, said in ((regions, world, "knows one state"), (symbolic, tanks, "symbolic states")):
         with monkeypatch.context() as patched, pytest.raises(InputError, match=said):
             patched.setattr(covers, "read_certificate", lambda _, answer=(found, statement): answer)
-            covers.covered_by(for_ever / "certificate-1-always.json", load(for_ever / "profile.json"))
+            covers.load_cover(for_ever / "certificate-1-always.json", load(for_ever / "profile.json"))
 
 
 def test_nothing_is_rounded_where_boxes_are_joined():
@@ -232,7 +232,7 @@ def test_nothing_is_rounded_where_boxes_are_joined():
         pool = np.concatenate([pool, np.nextafter(pool, -np.inf), np.nextafter(pool, np.inf)])
         states = rng.choice(pool, (400, 2))
         wanted = boxes.holds(states)
-        assert (merged(boxes).holds(states) == wanted).all() and wanted.any()
+        assert (merge_boxes(boxes).holds(states) == wanted).all() and wanted.any()
         found = lookup([[boxes]], "here")
         told = [searched(found, state) for state in states]
         assert [inside for inside, _ in told] == wanted.tolist()
@@ -309,5 +309,5 @@ def test_a_list_is_kept_as_it_is_asked_about():
     folder = WORLDS / "crossing"
     profile, proved, _ = made(folder, "certificate-1-stays_in.json")
     found = certificates.from_json((folder / "certificate-1-stays_in.json").read_bytes())
-    swept = found.accepted(profile, read(folder / "world.toml").system)
+    swept = found.check(profile, read(folder / "world.toml").system)
     assert swept == sum(len(part.low) for parts in proved.region.steps for part in parts)

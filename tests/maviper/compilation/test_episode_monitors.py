@@ -10,7 +10,7 @@ from codegen.lowering.lower import lower
 from codegen.lowering.watching import watch_start
 from codegen.targets import emit, monitor
 from maviper import load
-from maviper.compilation.monitors import Proved, noisy, parted, proved_by, watched_by
+from maviper.compilation.monitors import Proved, load_proof, lower_monitor, noisy, split_targets
 from maviper.episodes.on_policy import on_policy
 from maviper.worlds.matching import matching_world
 from tests.benchmarks import monitor as benchmark
@@ -28,8 +28,8 @@ TWO = ("c", "python")
 def made():
     """A profile, what is proved of its episodes, and the lowered monitor."""
     profile = load(VERDICTS / "physical_deception" / "profile.json")
-    proved = proved_by(VERDICTS / "physical_deception" / NAME, profile)
-    return profile, proved.region, watched_by(profile, lower(profile), proved)
+    proved = load_proof(VERDICTS / "physical_deception" / NAME, profile)
+    return profile, proved.region, lower_monitor(profile, lower(profile), proved)
 
 
 def wanted_of(twin, rows, watched):
@@ -80,7 +80,7 @@ def test_noise_is_for_episodes_and_a_small_number(made):
     with pytest.raises(InputError, match="single states"):
         noisy(replace(proved, region=start.region), 0.008)
     with pytest.raises(InputError, match="only for the target monitor"):
-        parted(["c"], None, 0.008)
+        split_targets(["c"], None, 0.008)
 
 
 @pytest.mark.compile
@@ -111,7 +111,7 @@ def test_episodes_with_contacts_are_refused_with_the_reason(game):
     profile = load(VERDICTS / game / "profile.json")
     (certificate,) = (VERDICTS / game).glob("certificate-7-*.json.xz")
     with pytest.raises(InputError, match="push each other"):
-        watched_by(profile, lower(profile), proved_by(certificate, profile))
+        lower_monitor(profile, lower(profile), load_proof(certificate, profile))
 
 
 @pytest.mark.compile

@@ -17,7 +17,7 @@ from codegen.lowering.watching import watch
 from codegen.region import RegionSpec
 from codegen.targets import emit, monitor
 from maviper import load, manual
-from maviper.compilation.monitors import parted, proved_by
+from maviper.compilation.monitors import load_proof, split_targets
 from maviper.compilation.run import compile_and_prove
 from tests.benchmarks import monitor as benchmark
 from tests.support import monitors
@@ -81,7 +81,7 @@ def test_all_languages_say_what_the_region_says(tmp_path):
 
 def made(profile, certificate):
     """The module of a monitor."""
-    found = proved_by(certificate, profile)
+    found = load_proof(certificate, profile)
     watched = watch(profile, lower(profile), found.region, found.certificate, found.claim)
     (text,) = monitor.emit(watched, ["python"]).values()
     space = {}
@@ -195,7 +195,7 @@ def test_hashes_and_claim_are_in_the_code(proved):
 def test_other_certificates_are_refused(folder, certificate, said):
     profile = load(VERDICTS / folder / "profile.json")
     with pytest.raises(InputError, match=said):
-        proved_by(VERDICTS / certificate, profile)
+        load_proof(VERDICTS / certificate, profile)
 
 
 def test_a_proof_that_does_not_hold_is_refused(tmp_path):
@@ -207,7 +207,7 @@ def test_a_proof_that_does_not_hold_is_refused(tmp_path):
     body["proofs"].pop(next(iter(body["proofs"])))
     (tmp_path / "edited.json").write_text(json.dumps(body | {"content_hash": body_hash(body)}))
     with pytest.raises(RefusedError, match="refused"):
-        proved_by(tmp_path / "edited.json", load(PROVED.parent / "profile.json"))
+        load_proof(tmp_path / "edited.json", load(PROVED.parent / "profile.json"))
 
 
 def test_target_and_certificate_come_together():
@@ -216,8 +216,8 @@ def test_target_and_certificate_come_together():
         compile_and_prove(profile, ["python", "monitor"])
     with pytest.raises(InputError, match="only for the target monitor"):
         compile_and_prove(profile, ["python"], certificate=PROVED)
-    assert parted(["monitor", "json"], PROVED) == (True, ("json", "c"))  # C, where no language has a monitor
-    assert parted(["monitor", "rust"], PROVED) == (True, ("rust",))
+    assert split_targets(["monitor", "json"], PROVED) == (True, ("json", "c"))  # C, where no language has a monitor
+    assert split_targets(["monitor", "rust"], PROVED) == (True, ("rust",))
 
 
 @pytest.mark.compile
@@ -240,7 +240,7 @@ def test_the_program_of_the_manual_loses_its_sensor_and_falls_back(tmp_path):
     page = manual.page("flight")
     code, printed = page.partition("```c\n")[2].split("```\n", 1)
     profile = load(FOLDER / "profile.json")  # of the demo, which the page begins with
-    found = proved_by(FOLDER / PROVED.name, profile)
+    found = load_proof(FOLDER / PROVED.name, profile)
     model = lower(profile)
     watched = watch(profile, model, found.region, found.certificate, found.claim)
     for name, text in {**emit(profile, ["c"]), **monitor.emit(watched, ["c"]), "flight.c": code}.items():
@@ -260,7 +260,7 @@ def test_the_program_of_the_manual_loses_its_sensor_and_falls_back(tmp_path):
 def test_every_game_has_monitors_of_its_proofs(game, tmp_path):
     profile = load(VERDICTS / game / "profile.json")
     certificate = next((VERDICTS / game).glob("certificate-1-*.json"))
-    spec = proved_by(certificate, profile).region
+    spec = load_proof(certificate, profile).region
     texts, watched = files(profile, spec, ["c", "python"])
     rows = asked(profile, spec, watched, 400, 3)
     twin, wanted = Twin(profile, spec, watched), []

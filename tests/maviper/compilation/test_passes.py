@@ -60,10 +60,10 @@ def test_what_no_state_of_the_region_reaches_is_dropped_and_nothing_else(wide, r
     assert kept.feature.tolist() == [3, -1, -1] and kept.action.tolist() == [-1, DOWN, UP]
     assert loads(dumps(found.profile)).region == found.profile.region
     states, _ = sample(read_region(TEXT, wide.world, "near.toml"), wide.world, 20_000, 0)
-    from verify.states.state import chosen
+    from verify.states.state import choose_actions
 
     for old, new in zip(wide.agents, found.profile.agents, strict=True):
-        assert (chosen(old, states, wide.world) == chosen(new, states, wide.world)).all()
+        assert (choose_actions(old, states, wide.world) == choose_actions(new, states, wide.world)).all()
     assert compile.compile_profile(found.profile).complete
 
 

@@ -8,7 +8,7 @@ from codegen.lowering.lower import lower
 from codegen.lowering.watching import watch_inputs
 from codegen.sums import DOUBLE_SUMS, FLOAT64_SUMS
 from codegen.targets import emit, monitor
-from maviper.compilation.monitors import parted
+from maviper.compilation.monitors import split_targets
 from maviper.compilation.run import compile_and_prove
 from tests.support import monitors
 from tests.support.generated import FOLDER
@@ -91,7 +91,7 @@ def test_a_monitor_of_sums_takes_no_certificate():
     made = profile(policy(3, DOUBLE_SUMS))
     with pytest.raises(InputError, match="nothing is proved about sums"):
         compile_and_prove(made, ["python", "monitor"], certificate=PROVED)
-    assert parted(["monitor", "python"], None, sums=True) == (True, ("python",))
+    assert split_targets(["monitor", "python"], None, sums=True) == (True, ("python",))
     code = compile_and_prove(made, ["python", "monitor"])
     text = next(text for name, text in code.files.items() if name.endswith("_monitor.py"))
     assert "it proves    nothing" in text

@@ -14,7 +14,7 @@ from maviper.episodes import counting
 from maviper.episodes.counting import Counting, Ranges
 from maviper.page.document import document
 from maviper.page.page import contents_of
-from maviper.verification.observing import named_region
+from maviper.verification.observing import resolve_region
 from maviper.worlds import find
 from tests.support.pole import pole
 from tests.support.small import small_profile
@@ -42,7 +42,7 @@ def test_ranges_are_those_of_all_rows_in_whatever_batches(monkeypatch, kept):
         found.add(rows[place : place + size])
         place += size
     finite = np.where(np.isfinite(rows), rows, np.nan)
-    for column, (least, low, high, most) in enumerate(found.seen()):
+    for column, (least, low, high, most) in enumerate(found.summarise()):
         assert (least, most) == (np.nanmin(finite[:, column]), np.nanmax(finite[:, column]))
         exact = np.nanpercentile(finite[:, column], [1, 99], method="nearest")
         if kept == 10_000:
@@ -53,7 +53,7 @@ def test_ranges_are_those_of_all_rows_in_whatever_batches(monkeypatch, kept):
 def test_what_was_never_finite_has_no_range():
     found = Ranges(1)
     found.add(np.full((3, 1), np.nan, dtype=np.float32))
-    assert Ranges(2).seen() == () == found.seen()
+    assert Ranges(2).summarise() == () == found.summarise()
 
 
 def test_games_of_other_people_are_looked_at_and_ours_state_their_ranges():
@@ -88,13 +88,13 @@ def test_ranges_that_are_none_are_refused(seen):
 def test_regions_over_observations_are_what_was_seen():
     viewed = Viewed(looked(), View())
     for name in ("start", "seen"):
-        region = named_region(viewed.profile, viewed, name)
+        region = resolve_region(viewed.profile, viewed, name)
         assert region.name == "seen" and region.box == {"angle": (Fraction(-1, 2), Fraction(3, 2)), "speed": (0, 2)}
-    assert named_region(viewed.profile, viewed, "ranges").box["angle"] == (-(10**9), 10**9)
+    assert resolve_region(viewed.profile, viewed, "ranges").box["angle"] == (-(10**9), 10**9)
     unseen = Viewed(pole("float32"), View())
-    assert named_region(unseen.profile, unseen, "start").name == "start"
+    assert resolve_region(unseen.profile, unseen, "start").name == "start"
     with pytest.raises(InputError, match="what was seen"):
-        named_region(unseen.profile, unseen, "seen")
+        resolve_region(unseen.profile, unseen, "seen")
 
 
 @pytest.mark.solver

@@ -49,7 +49,7 @@ def quick(monkeypatch):
 
 def met(world, expert=None, agents=(0, 1, 2)):
     expert = expert or Expert(world)
-    weigh = partial(weights, Extraction(world, expert, Settings().checked()), agents)
+    weigh = partial(weights, Extraction(world, expert, Settings().validate()), agents)
     return collect(world, expert, [expert] * 3, agents, range(10), weigh)
 
 
@@ -112,7 +112,7 @@ def test_only_steps_that_an_agent_took_are_drawn(relay):
     assert resample(np.zeros(4), alive, 100, rng).sum() == 2
     drawn = sum(resample(np.zeros(4), alive, 100, rng) for _ in range(100))
     assert (drawn > 0).tolist() == alive.tolist()
-    assert released._drawn(np.zeros(4), alive, np.arange(3), 100, rng).tolist() == [1, 0, 1, 0]
+    assert released._draw_counts(np.zeros(4), alive, np.arange(3), 100, rng).tolist() == [1, 0, 1, 0]
     experts = [Expert(relay)] * 3
     found = collect(relay, experts[0], experts, [0, 1, 2], range(5), lambda seen, state, acted: np.ones(acted.shape))
     assert (found.data.weights == found.data.alive).all()
@@ -183,7 +183,7 @@ def everything_met(world):
     parts = rollout(world, [Expert(world)] * 3, range(12))
     observations, states = zip(*(points(episodes) for episodes in parts), strict=True)
     seen = tuple(np.concatenate(each) for each in zip(*observations, strict=True))
-    return seen, type(states[0]).joined(states), np.concatenate([each.alive.reshape(-1, 3) for each in parts])
+    return seen, type(states[0]).concatenate(states), np.concatenate([each.alive.reshape(-1, 3) for each in parts])
 
 
 def test_weights_are_the_papers_formula_among_those_in_play(relay):
@@ -284,10 +284,10 @@ class Member:
     def __init__(self, obs, labels, *rest):
         self.labels, self.kept = labels, []
 
-    def predicted_right(self):
+    def check_predictions(self):
         return self.labels == 1
 
-    right = predicted_right
+    right = check_predictions
 
     def build(self, keep):
         self.kept.append(keep.tolist())
@@ -397,7 +397,7 @@ def critic_of(text, **more):
     joint, generator = Joint(world, "cpu"), __import__("torch").Generator().manual_seed(0)
     actor = Nets((joint.widest, 8, 8, joint.n_actions), joint.widths, generator, "cpu")
     settings = critic.Settings(**{"steps": 120, "games": 1, "updates": 2, "batch": 32, "hidden": 16, **more})
-    return critic.Fit(world, joint.named_actors(actor), settings, "cpu")
+    return critic.Fit(world, joint.export_actors(actor), settings, "cpu")
 
 
 def trained(trainer):

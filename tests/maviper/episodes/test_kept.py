@@ -13,7 +13,7 @@ def test_steps_come_back_in_their_order(steps, most):
     kept = _Kept(most)
     for each in seen:
         kept.add(each)
-    for agent, rows in enumerate(kept.joined()):
+    for agent, rows in enumerate(kept.concatenate()):
         assert rows.dtype == np.float32 and (rows == np.stack([each[agent] for each in seen])).all()
 
 

@@ -8,7 +8,7 @@ from codegen.errors import InputError
 from codegen.observe import observe
 from codegen.policy_json import dumps
 from maviper.cli.main import run as command
-from maviper.evaluation.decision import lines, observation_of, observed_in, room
+from maviper.evaluation.decision import lines, observation_of, observe_state, room
 from verify.states.path import path
 
 
@@ -48,7 +48,7 @@ def test_a_state_is_observed_as_everywhere(profile):
     rng = np.random.default_rng(1)
     given = dict(zip(names, rng.uniform(-1, 1, len(names)).tolist(), strict=True))
     goal = profile.world.goals[1]
-    seen = observed_in(profile, ",".join([*(f"{name}={value!r}" for name, value in given.items()), f"goal={goal}"]))
+    seen = observe_state(profile, ",".join([*(f"{name}={value!r}" for name, value in given.items()), f"goal={goal}"]))
     whole = given | {f"goal.{axis}": given[f"{goal}.{axis}"] for axis in "xy"}
     at = np.array([[whole[name] for name in profile.world.coordinates()]])
     for policy in profile.agents:
@@ -67,7 +67,7 @@ def test_what_is_no_observation_is_refused(profile, text):
 @pytest.mark.parametrize("text", ["agent_0.x=0", "goal=nowhere", "agent_9.x=0", "agent_0.x", ""])
 def test_what_is_no_state_is_refused(profile, text):
     with pytest.raises(InputError):
-        observed_in(profile, text)
+        observe_state(profile, text)
 
 
 def test_the_command_explains_one_decision(file, capsys):

@@ -18,7 +18,7 @@ from maviper.evaluation.crossplay import Stage, Uniform, cast, resample_means
 from maviper.evaluation.run import MAX_EPISODES, Contest, document, evaluate, request
 from maviper.experts import store
 from maviper.experts.measured import Measured
-from maviper.experts.scripted import scripted
+from maviper.experts.scripted import build_script
 from maviper.extraction.algorithms import extract
 from maviper.extraction.settings import Settings
 from maviper.worlds import Measure, find
@@ -41,7 +41,7 @@ def profile_file(profile, tmp_path):
 def other(request):
     """A world, its scripted expert, and a profile from a tiny extraction."""
     world = find(request.param)
-    script = Measured(world, scripted(world), horizon=1)
+    script = Measured(world, build_script(world), horizon=1)
     return world, script, extract(world, script, Settings(max_depth=2, iterations=1, rollouts=1, selection_episodes=2))
 
 
@@ -530,7 +530,7 @@ def test_prey_are_told_by_return_first_with_what_leaving_costs(capsys):
 
 def test_a_partial_measure_that_no_episode_knows(capsys):
     world = find("predator-prey")
-    script = scripted(world)
+    script = build_script(world)
     stage = crossplay.Stage(world, range(3))
     stage.play((script,) * 4)
     partial = next(measure for measure in world.beside if measure.partial)

@@ -97,7 +97,7 @@ def test_the_plan_is_about_rungs_experts_and_measures_that_there_are():
         assert len(pilot) == 3 and len(full) == 10 and not pilot & full and all(seeds)
         for cell in joint.cells_of(plan, [(label, "clone")], joint.FULL, ("equal", "paper"))[:36]:
             settings = joint.settings_of(plan, world, cell)
-            assert settings.resolved(world).refinement == 0 and settings.max_depth == cell[3]
+            assert settings.deal_budget(world).refinement == 0 and settings.max_depth == cell[3]
 
 
 def test_a_missing_expert_is_said_and_a_new_one_needs_no_change_of_the_plan(capsys):

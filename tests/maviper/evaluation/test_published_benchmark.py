@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from maviper.extraction.bundles import PARTS, bundle, grouped
+from maviper.extraction.bundles import PARTS, bundle, group_agents
 from maviper.extraction.settings import MAX_NUMBER
 from tests.benchmarks import compact, published
 from tests.benchmarks.paired import Paired
@@ -102,7 +102,7 @@ def test_the_factorial_has_both_algorithms_at_its_ends_and_equal_episodes():
     world, episodes = expert_of(group["game"], "maddpg")[1], set()
     found = {cell.algorithm: settings_of(register, world, cell) for cell in cells}
     for settings in found.values():
-        playing = len(grouped(world, settings.rollouts_by, range(3)))
+        playing = len(group_agents(world, settings.rollouts_by, range(3)))
         judged = 2 if settings.selection_by == "all" else 3  # teams, or agents
         rounds = playing * settings.rollouts + judged * settings.selection_episodes
         episodes.add(settings.iterations * rounds)
@@ -126,7 +126,7 @@ def test_the_learner_has_the_episodes_of_what_it_is_compared_with():
         assert set(group["seconds"]) == set(group["algorithms"]) == set(register["algorithms"])
         for cell in cells_of(register, {**group, "algorithms": list(register["algorithms"])})[:6]:
             settings, agents = settings_of(register, world, cell), range(len(world.agents))
-            rollouts = len(grouped(world, settings.rollouts_by, agents)) * settings.rollouts
+            rollouts = len(group_agents(world, settings.rollouts_by, agents)) * settings.rollouts
             judged = len(agents) if settings.selection_by == "agent" else len(world.teams)
             assert settings.iterations * rollouts == 2_400 and not settings.refinement
             assert 9_800 <= settings.iterations * judged * settings.selection_episodes <= 9_900

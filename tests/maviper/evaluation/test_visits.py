@@ -21,7 +21,7 @@ EPISODES = 12
 def test_visits_are_the_leaves_met_against_experts(profile, world, expert, monkeypatch):
     monkeypatch.setattr(held_out, "EVALUATION_EPISODES", EPISODES)
     bare = [replace(policy, tree=replace(policy.tree, visits=np.zeros(0))) for policy in profile.agents]
-    rows, counted = held_out.evaluated(world, bare, expert)
+    rows, counted = held_out.evaluate_trees(world, bare, expert)
     assert rows == held_out.evaluation(world, bare, expert)
     seeds = range(MEASUREMENT_SEEDS, MEASUREMENT_SEEDS + EPISODES)
     for policy in counted:
@@ -44,7 +44,7 @@ def test_those_who_have_left_visit_nothing(monkeypatch):
         ir.AgentPolicy(agent, relay.team_of(agent), features, actions, leaf)
         for agent, features, actions in zip(relay.agents, relay.features, relay.actions, strict=True)
     ]
-    _, counted = held_out.evaluated(relay, policies, Expert(relay))
+    _, counted = held_out.evaluate_trees(relay, policies, Expert(relay))
     (played, *rest) = rollout(relay, [Expert(relay)] * 3, range(MEASUREMENT_SEEDS, MEASUREMENT_SEEDS + 4))
     steps = sum(each.alive.sum(axis=(0, 1)) for each in [played, *rest])
     assert [int(policy.tree.visits[0]) for policy in counted] == steps.tolist()

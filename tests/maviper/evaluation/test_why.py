@@ -8,11 +8,11 @@ import pytest
 from codegen.errors import InputError
 from maviper.cli import main
 from maviper.episodes import measures
-from maviper.episodes.play import Policies, chosen, play
+from maviper.episodes.play import Policies, choose_actions, play
 from maviper.evaluation.crossplay import Uniform, cast
 from maviper.evaluation.why import causes, ensure_branched
 from maviper.experts.finding import find_expert
-from maviper.experts.scripted import scripted
+from maviper.experts.scripted import build_script
 from maviper.worlds import find
 from tests.support.two_bits import EITHER, RELAY, TENTHS, TwoBits
 
@@ -73,7 +73,7 @@ def slow(world, lineup, seeds):
         states = [*states, world.step(states[-1], acted)]
         while len(states) <= world.spec.episode_steps:
             now = states[-1]
-            states.append(world.step(now, chosen(lineup.expert, world.observe(now), now)))
+            states.append(world.step(now, choose_actions(lineup.expert, world.observe(now), now)))
         return worth(states, sum(world.rewards(state)[0] for state in states[1:]))
 
     members, found = world.members(lineup.team), []
@@ -84,7 +84,7 @@ def slow(world, lineup, seeds):
         own, ours = everybody[1], np.zeros((len(members), len(best)))
         for step in range(world.spec.episode_steps):
             now = own.states[step]
-            wanted = chosen(lineup.expert, world.observe(now), now)
+            wanted = choose_actions(lineup.expert, world.observe(now), now)
             base = finished(own.states[: step + 1], wanted)
             for place, member in enumerate(members):
                 acted = wanted.copy()
@@ -99,7 +99,7 @@ def slow(world, lineup, seeds):
 def test_terms_are_those_of_whole_branches(name, episodes):
     """Against scripts as the trees, of which the expert knows nothing."""
     expert, world = find_expert(name)
-    script, seeds = scripted(world), range(7_000_000, 7_000_000 + episodes)
+    script, seeds = build_script(world), range(7_000_000, 7_000_000 + episodes)
     team = list(world.teams)[-1]
     lineup = cast(world, team, [script] * len(world.agents), [expert] * len(world.agents), expert)
     found, wanted = causes(world, lineup, seeds), slow(world, lineup, seeds)
@@ -111,7 +111,7 @@ def test_terms_are_those_of_whole_branches(name, episodes):
 
 def test_a_team_of_one_has_no_shift_and_no_interaction():
     expert, world = find_expert("physical-deception@maddpg")
-    script = scripted(world)
+    script = build_script(world)
     lineup = cast(world, "adversaries", [script] * 3, [expert] * 3, expert)
     for row in causes(world, lineup, range(20)):
         assert row.gap == row.individual and (row.shift.value, row.interaction.value) == (0, 0)
@@ -119,7 +119,7 @@ def test_a_team_of_one_has_no_shift_and_no_interaction():
 
 def test_what_cannot_be_branched_is_refused():
     world = find("physical-deception")
-    script, chance = scripted(world), Uniform(world)
+    script, chance = build_script(world), Uniform(world)
     with pytest.raises(InputError, match="at random"):
         ensure_branched(world, cast(world, "defenders", [script] * 3, [chance] * 3, script))
     with pytest.raises(InputError, match="compare a team with an expert"):
@@ -142,7 +142,7 @@ class Fickle:
 
 def test_a_player_who_answers_otherwise_each_time_is_noticed():
     world = find("physical-deception")
-    script, fickle = scripted(world), Fickle()
+    script, fickle = build_script(world), Fickle()
     with pytest.raises(InputError, match="always alike"):
         causes(world, cast(world, "defenders", [script] * 3, [fickle] * 3, fickle), range(30))
 

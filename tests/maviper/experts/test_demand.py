@@ -7,7 +7,7 @@ import pytest
 
 from maviper.episodes.play import rollout
 from maviper.experts.demand import assignments, demand, roles
-from maviper.experts.scripted import FIXED_ROLES, scripted
+from maviper.experts.scripted import FIXED_ROLES, build_script
 from maviper.worlds import find
 
 SEEDS = range(8_000_000, 8_000_600)
@@ -17,7 +17,7 @@ class Swapped:
     """Another's team with its two defenders' landmarks exchanged: the other convention."""
 
     def __init__(self, world):
-        self.world, self.script = world, scripted(world)
+        self.world, self.script = world, build_script(world)
 
     def act(self, agents, observations, state):
         position = state.position.copy()
@@ -27,7 +27,7 @@ class Swapped:
 
 def test_two_conventions_do_not_fit_and_the_gap_says_so():
     world = find("physical-deception")
-    found = demand(world, {0: scripted(world), 1: Swapped(world), 2: scripted(world)}, 0, SEEDS)
+    found = demand(world, {0: build_script(world), 1: Swapped(world), 2: build_script(world)}, 0, SEEDS)
     team = found["team-mate of another seed"]["defenders"]
     assert team["measure"] == "success r=0.316" and team["own"] > 0.99
     assert team["mixed"]["1"] < 0.3 and team["mixed"]["2"] == team["own"]
@@ -35,7 +35,7 @@ def test_two_conventions_do_not_fit_and_the_gap_says_so():
 
 
 def played(world, *kind):
-    return rollout(world, [scripted(world, *kind)] * len(world.agents), SEEDS)[0]
+    return rollout(world, [build_script(world, *kind)] * len(world.agents), SEEDS)[0]
 
 
 def test_a_fixed_assignment_is_one_role_and_the_nearest_follows_the_state():
@@ -51,7 +51,7 @@ def test_a_fixed_assignment_is_one_role_and_the_nearest_follows_the_state():
 
 def test_the_assignment_is_that_of_least_distance_at_the_end():
     world = find("cooperative-navigation")
-    (episodes,) = rollout(world, [scripted(world)] * 3, SEEDS[:50])
+    (episodes,) = rollout(world, [build_script(world)] * 3, SEEDS[:50])
     names, taken = assignments(world, "agents", episodes)
     for row, position in enumerate(episodes.states[-1].position):
         apart = np.linalg.norm(position[:3, None] - position[None, 3:], axis=2)
@@ -64,7 +64,7 @@ def test_the_assignment_is_that_of_least_distance_at_the_end():
 
 def test_predators_hold_the_prey_that_they_were_nearest_to():
     world = find("predator-prey")
-    (episodes,) = rollout(world, [scripted(world)] * 4, SEEDS[:50])
+    (episodes,) = rollout(world, [build_script(world)] * 4, SEEDS[:50])
     names, taken = assignments(world, "predators", episodes)
     place = np.stack([state.position for state in episodes.states[1:]])
     for row in range(50):

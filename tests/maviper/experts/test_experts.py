@@ -12,15 +12,15 @@ import pytest
 
 from codegen.errors import InputError, UnknownNameError
 from maviper.episodes import measures
-from maviper.evaluation.players import shipped_expert
+from maviper.evaluation.players import find_shipped
 from maviper.experts import cards, store
 from maviper.experts.demand import demand
 from maviper.experts.expert import AS_GIVEN
 from maviper.experts.finding import find_expert
 from maviper.experts.measured import GAMMA, Measured
 from maviper.experts.network import ACTOR, VALUE, NetworkExpert
-from maviper.experts.scripted import scripted
-from maviper.worlds import built_in, find
+from maviper.experts.scripted import build_script
+from maviper.worlds import find, find_built_in
 from maviper.worlds.games.physical_deception import ADVERSARIES, DEFENDERS
 from maviper.worlds.games.predator_prey import PREDATORS, PREY
 
@@ -59,7 +59,7 @@ def test_cloned_navigation_reaches_its_target():
 
 def test_cloned_predator_prey_against_the_scripts():
     expert, world = store.load("predator-prey@clone")
-    ours, script = [expert] * 4, [scripted(world)] * 4
+    ours, script = [expert] * 4, [build_script(world)] * 4
     found, scripts = (measures.evaluate_teams(world, each, script, FRESH) for each in (ours, script))
     touches = {team: found[world.primary(team)].value / scripts[world.primary(team)].value for team in world.teams}
     assert touches[PREY] <= 0.80
@@ -167,7 +167,7 @@ def test_a_card_tells_by_what_its_expert_learned(name):
     values = settings["value_steps"] if imitated else 0
     ends = np.cumsum([imitated, values, settings["steps"]])
     spent = np.diff(np.minimum(ends, card["steps"]), prepend=0)
-    assert card["learned"] == cards.learned(expert.card) == dict(zip(kinds, spent, strict=True))
+    assert card["learned"] == cards.count_steps(expert.card) == dict(zip(kinds, spent, strict=True))
     said = cards.how_learned(expert.card)
     if values:
         assert f"{spent[0]:,} steps of imitating a script" in said and said.endswith(f"{spent[2]:,} of reward")
@@ -218,7 +218,7 @@ def networks(world, kind, seed=0, hidden=8):
 
 
 def test_value_networks_are_their_own_critics(world):
-    expert = store.built(world, networks(world, VALUE), {})
+    expert = store.build_expert(world, networks(world, VALUE), {})
     state = world.start(20, np.random.default_rng(0))
     observations = world.observe(state)
     given = expert.act(range(3), observations)
@@ -231,7 +231,7 @@ def test_value_networks_are_their_own_critics(world):
 
 
 def test_actors_alone_have_no_critic(world):
-    expert = store.built(world, networks(world, ACTOR), {"world": world.name})
+    expert = store.build_expert(world, networks(world, ACTOR), {"world": world.name})
     observations = world.observe(world.start(2, np.random.default_rng(0)))
     assert expert.act([2, 0], observations).shape == (2, 2)
     with pytest.raises(InputError, match="has no critic"):
@@ -260,7 +260,7 @@ def test_measured_q_is_the_discounted_return_of_a_branch(world, expert):
 def test_measured_q_prefers_what_the_script_does():
     """In navigation the script is close to the best, so its own action should rarely be beaten by far."""
     world = find("cooperative-navigation")
-    script = scripted(world)
+    script = build_script(world)
     state = world.start(200, np.random.default_rng(0))
     for _ in range(8):
         state = world.step(state, script.act(range(3), world.observe(state), state))
@@ -344,4 +344,4 @@ def test_an_installation_has_the_best_experts_and_says_where_the_others_are(monk
     assert store.load("physical-deception")[0].hash
     with pytest.raises(InputError, match=store.REPOSITORY):
         store.load("physical-deception@1")
-    assert shipped_expert(mine.hash, built_in("physical-deception")) is None
+    assert find_shipped(mine.hash, find_built_in("physical-deception")) is None

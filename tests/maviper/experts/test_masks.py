@@ -31,7 +31,7 @@ def test_a_network_takes_its_best_legal_action(tictactoe):
     tensors = {name: np.zeros(shape, np.float32) for name, shape in store.shapes(tictactoe, 4, "actor").items()}
     for agent in tictactoe.agents:
         tensors[f"{agent}.actor.3.bias"][[0, 4]] = 1, 2
-    expert = store.built(tictactoe, tensors, {})
+    expert = store.build_expert(tictactoe, tensors, {})
     (played,) = rollout(tictactoe, [expert] * 2, [0])
     turns = played.alive[:, 0].argmax(axis=1)
     assert turns[:3].tolist() == [0, 1, 0]
@@ -53,7 +53,7 @@ def test_learners_never_play_an_illegal_action_and_their_loss_knows_none(tictact
     seen = played.seen[:-1].flatten(0, 1)
     acted = torch.from_numpy(played.acted).flatten(0, 1)
     logits = trainer.actor(trainer.joint.views(seen))
-    barred = trainer.joint.barred(seen)
+    barred = trainer.joint.mask_actions(seen)
     for agent, features in enumerate(tictactoe.features):
         own = trainer.joint.views(seen)[agent][:, : len(features)].numpy()
         legal = legal_in(tictactoe.mask(agent), own)
@@ -91,7 +91,7 @@ def test_the_critic_is_asked_of_legal_actions_and_plays_no_longer_than_the_train
     monkeypatch.setattr(held_out, "EVALUATION_EPISODES", 8)
     monkeypatch.setattr(critic, "USUAL", 10 * critic.Settings.updates)
     drawn = []
-    monkeypatch.setattr(type(tictactoe), "drawn", lambda *given: drawn.append(1) or World.drawn(*given))
+    monkeypatch.setattr(type(tictactoe), "draw_actions", lambda *given: drawn.append(1) or World.draw_actions(*given))
     card = train.train(tictactoe, tmp_path, Request(overrides={**SMALL, "checkpoint_steps": 288}))
     assert drawn and 288 <= card["played"]["critic"] <= 288 + 9 * 32
     expert, _ = store.load(str(tmp_path), tictactoe)

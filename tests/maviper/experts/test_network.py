@@ -19,7 +19,7 @@ def random_expert(seed, hidden=16, scale=1.0):
         name: (scale * rng.normal(size=shape)).astype(np.float32)
         for name, shape in store.shapes(world, hidden, ACTOR).items()
     }
-    return store.built(world, tensors, {})
+    return store.build_expert(world, tensors, {})
 
 
 def observations(expert, seed, size=1.0):

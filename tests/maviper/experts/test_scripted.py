@@ -11,7 +11,7 @@ from codegen.errors import InputError
 from maviper.episodes import measures
 from maviper.episodes.play import Policies, play
 from maviper.experts import scripted as module
-from maviper.experts.scripted import HELD, HORIZON, PLANNED, Landing, scripted
+from maviper.experts.scripted import HELD, HORIZON, PLANNED, Landing, build_script
 from maviper.worlds import WorldState, find
 from maviper.worlds.games.particle import planes
 from maviper.worlds.games.physical_deception import ADVERSARIES, DEFENDERS
@@ -43,7 +43,7 @@ def sides(world, team, ours, theirs):
 @pytest.mark.parametrize("defenders", [2, 3])
 def test_defenders_always_split_up(defenders):
     world = find(f"physical-deception,defenders={defenders}")
-    found = measured(world, [scripted(world)] * len(world.agents), 500)
+    found = measured(world, [build_script(world)] * len(world.agents), 500)
     for radius in ("0.316", "0.1"):
         assert found[f"{DEFENDERS} success r={radius}"].value == 1
         assert found[f"{DEFENDERS} success r={radius}"].interval[0] >= 0.99
@@ -52,15 +52,15 @@ def test_defenders_always_split_up(defenders):
 def test_the_adversary_cannot_do_much_better_than_guess():
     """Defenders that cover every target tell it nothing; it still lands on one of them."""
     world = find("physical-deception")
-    found = measured(world, [scripted(world)] * 3, 1_000)
+    found = measured(world, [build_script(world)] * 3, 1_000)
     assert 0.5 <= found[f"{ADVERSARIES} success r=0.1"].value <= 0.7
-    still = measured(world, sides(world, ADVERSARIES, STILL, scripted(world)), 1_000)
+    still = measured(world, sides(world, ADVERSARIES, STILL, build_script(world)), 1_000)
     assert still[f"{ADVERSARIES} success r=0.1"].interval[1] < 0.1
 
 
 def test_navigation_lands_on_all_targets():
     world = find(SPREAD)
-    ours, still = measured(world, [scripted(world)] * 3, 500), measured(world, [STILL] * 3, 500)
+    ours, still = measured(world, [build_script(world)] * 3, 500), measured(world, [STILL] * 3, 500)
     assert ours["agents D + collisions"].interval[1] < 0.65
     assert still["agents D + collisions"].interval[0] > 2 * ours["agents D + collisions"].interval[1]
     assert ours["agents success r=0.1"].interval[0] > 0.5
@@ -68,14 +68,14 @@ def test_navigation_lands_on_all_targets():
 
 def test_navigation_runs_with_many_agents():
     world = find(f"{SPREAD},agents=24")
-    ours, still = measured(world, [scripted(world)] * 24, 10), measured(world, [STILL] * 24, 10)
+    ours, still = measured(world, [build_script(world)] * 24, 10), measured(world, [STILL] * 24, 10)
     assert ours["agents D"].interval[1] < still["agents D"].interval[0]
 
 
 @pytest.mark.parametrize("name", ["predator-prey", "predator-prey,predators=3,prey=1,observation=mpe2"])
 def test_pursuers_catch_and_fleers_get_away(name):
     world = find(name)
-    script, walk = scripted(world), random_walk(0)
+    script, walk = build_script(world), random_walk(0)
     touches = f"{PREDATORS} touches"
     nobody = measured(world, [walk] * len(world.agents), 500)[touches]
     hunted = measured(world, sides(world, PREDATORS, script, walk), 500)[touches]
@@ -94,7 +94,7 @@ def test_fleers_stay_in_the_arena():
         found = measured(world, [controller] * 4, 500)
         return -found[f"{PREY} return"].value - 10 * found[f"{PREY} touches"].value / 2
 
-    assert 0 <= border(scripted(world)) < 0.2 * border(random_walk(1))
+    assert 0 <= border(build_script(world)) < 0.2 * border(random_walk(1))
 
 
 # --- what they are made of
@@ -135,9 +135,9 @@ def test_held_actions_go_where_the_simulator_goes():
     state = moving_states(world, 40, seed=2)
     apart = np.linalg.norm(state.position[:, 0] - state.position[:, 1], axis=1) > 2
     state = state[apart]
-    script = scripted(world)
+    script = build_script(world)
     for agent in (0, 1):
-        found = script._held(agent, planes(state.position)[agent], planes(state.velocity)[agent])
+        found = script._hold_actions(agent, planes(state.position)[agent], planes(state.velocity)[agent])
         for action in range(5):
             here = state
             for _ in range(HELD):
@@ -150,14 +150,14 @@ def test_defenders_do_not_look_at_the_goal():
     state = moving_states(world, 100, seed=3)
     other = replace(state, goal=(state.goal + 1) % 3)
     seen = world.observe(state)
-    script = scripted(world)
+    script = build_script(world)
     assert (script.act(range(4), seen, state) == script.act(range(4), seen, other)).all()
 
 
 @pytest.mark.parametrize("name", ["physical-deception", SPREAD, "predator-prey"])
 def test_agents_can_be_asked_in_any_order(name):
     world = find(name)
-    script, state = scripted(world), moving_states(world, 50, seed=4)
+    script, state = build_script(world), moving_states(world, 50, seed=4)
     everybody = script.act(range(len(world.agents)), (), state)
     assert everybody.shape == (50, len(world.agents)) and everybody.min() >= 0 and everybody.max() <= 4
     assert (script.act([2, 0], (), state) == everybody[:, [2, 0]]).all()
@@ -166,7 +166,7 @@ def test_agents_can_be_asked_in_any_order(name):
 @pytest.mark.parametrize("name", ["physical-deception", SPREAD, "predator-prey"])
 def test_chunks_change_nothing(name, monkeypatch):
     world = find(name)
-    script, state = scripted(world), moving_states(world, 50, seed=5)
+    script, state = build_script(world), moving_states(world, 50, seed=5)
     everybody = range(len(world.agents))
     whole = script.act(everybody, (), state)
     monkeypatch.setattr(module, "GAMES_AT_ONCE", 7)
@@ -177,7 +177,7 @@ def test_chunks_change_nothing(name, monkeypatch):
 def test_the_same_episodes_again():
     world = find("predator-prey")
     start = world.start_from_seeds(range(50))
-    first, again = (play(world, [scripted(world)] * 4, start) for _ in range(2))
+    first, again = (play(world, [build_script(world)] * 4, start) for _ in range(2))
     assert (first.actions == again.actions).all()
 
 
@@ -186,7 +186,7 @@ def test_the_same_episodes_again():
 
 def test_a_script_has_no_critic():
     world = find(SPREAD)
-    script = scripted(world)
+    script = build_script(world)
     assert script.centralized and script.agents == world.agents and script.hash == ""
     assert script.card == {"algorithm": "scripted", "world": SPREAD}
     with pytest.raises(InputError, match="no critic"):
@@ -195,7 +195,7 @@ def test_a_script_has_no_critic():
 
 def test_there_is_no_script_for_other_worlds():
     with pytest.raises(InputError, match="no scripted expert") as error:
-        scripted(SimpleNamespace(name="tennis"))
+        build_script(SimpleNamespace(name="tennis"))
     assert "tennis" in str(error.value)
 
 
@@ -214,20 +214,20 @@ def test_roles_are_mixed_by_episode_and_in_the_share_that_is_asked_for():
     world = find(SPREAD)
     start = world.start_from_seeds(range(4_000))
     for share in ("0", "0.25", "1"):
-        mixed = scripted(world, f"mixed-roles-{share}")
+        mixed = build_script(world, f"mixed-roles-{share}")
         assert mixed.by_state(start).mean() == pytest.approx(float(share), abs=0.03)
     some = start[:300]
-    mixed = scripted(world, "mixed-roles-0.5")
+    mixed = build_script(world, "mixed-roles-0.5")
     which = mixed.by_state(some)
     played = play(world, [mixed] * 3, some)
     for state in played.states[::6]:
         assert (mixed.by_state(state) == which).all()
         actions = mixed.act(range(3), (), state)
         for rows, script in ((which, "scripted"), (~which, "fixed-roles")):
-            assert (actions[rows] == scripted(world, script).act(range(3), (), state[np.flatnonzero(rows)])).all()
+            assert (actions[rows] == build_script(world, script).act(range(3), (), state[np.flatnonzero(rows)])).all()
     assert 100 < which.sum() < 200
 
 
 def test_roles_are_mixed_in_navigation_alone():
     with pytest.raises(InputError, match="in cooperative navigation alone"):
-        scripted(find("physical-deception"), "mixed-roles-0.5")
+        build_script(find("physical-deception"), "mixed-roles-0.5")

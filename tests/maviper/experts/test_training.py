@@ -121,7 +121,7 @@ def without_scripts(monkeypatch):
             if isinstance(inside, (FunctionType, property)):
                 monkeypatch.setattr(each, name, raising)
     with pytest.raises(AssertionError, match="a script was asked"):
-        scripts.scripted(find("physical-deception"))
+        scripts.build_script(find("physical-deception"))
 
 
 @pytest.mark.train
@@ -311,7 +311,7 @@ class Always:
 def test_rivals_rate_a_checkpoint_by_what_it_gains_on_them():
     """Touches of predators a and prey b, written out: a gains on b what b loses."""
     world, seeds = find("predator-prey"), range(7_000_000, 7_000_200)
-    still, script = Always(0), scripts.scripted(world)
+    still, script = Always(0), scripts.build_script(world)
 
     def touches(predators, prey):
         lineup = [predators if agent in world.members("predators") else prey for agent in range(4)]
@@ -319,7 +319,7 @@ def test_rivals_rate_a_checkpoint_by_what_it_gains_on_them():
         return found[world.primary("predators")].value
 
     gain = touches(script, still) - touches(still, script)
-    assert judging.rated(world) and gain > 1
+    assert judging.is_rated(world) and gain > 1
     assert judging.advantage(world, script, still, seeds) == pytest.approx(gain)
     assert judging.judge(world, script, seeds).score == 0.0
     rivals = [judging.Rival(still, 2.0), judging.Rival(script, 5.0)]
@@ -331,8 +331,8 @@ def test_rivals_rate_a_checkpoint_by_what_it_gains_on_them():
 @pytest.mark.parametrize("name", ["physical-deception", "cooperative-navigation,agents=2"])
 def test_shares_and_a_single_team_are_judged_among_themselves(name):
     world, seeds = find(name), range(7_000_000, 7_000_200)
-    assert not judging.rated(world)
-    script, still = scripts.scripted(world), Always(0)
+    assert not judging.is_rated(world)
+    script, still = scripts.build_script(world), Always(0)
     better, worse = judging.scores(world, [script, still], seeds)
     assert better > worse and better == judging.judge(world, script, seeds, [judging.Rival(still, 9.0)]).score
 
@@ -555,7 +555,7 @@ def test_a_fitted_critic_predicts_the_returns_of_the_frozen_policy():
     expert = store.load("physical-deception")[0]
     actors = {name: tensor for name, tensor in expert.tensors.items() if ".actor." in name}
     chosen = Settings(steps=76_800, games=512, updates=60, hidden=32, learning_rate=4e-3, explore=0.3)
-    fitted = store.built(world, {**actors, **fit(world, actors, chosen, "cpu")}, {})
+    fitted = store.build_expert(world, {**actors, **fit(world, actors, chosen, "cpu")}, {})
     state = world.start(150, np.random.default_rng(4))
     observations = world.observe(state)
     given = expert.act(range(3), observations)
@@ -646,30 +646,30 @@ def test_settings_come_from_recipe_and_user(world):
         scripted: float = 0.0
         seed: int = 0
 
-    found = settings(find("cooperative-navigation,agents=4"), Request(overrides={"games": "20"}).checked(), Some)
+    found = settings(find("cooperative-navigation,agents=4"), Request(overrides={"games": "20"}).validate(), Some)
     assert found.games == 20 and found.shared == 1  # the game's recipe also where its options differ
-    cloned = Request(recipe="clone").checked()
+    cloned = Request(recipe="clone").validate()
     assert settings(find("cooperative-navigation,agents=4"), cloned, Some).imitate_steps == 2_048_000
     with pytest.raises(UnknownNameError, match="did you mean 'learning_rate'"):
-        settings(world, Request(overrides={"learning_rat": 1}).checked(), Some)
+        settings(world, Request(overrides={"learning_rat": 1}).validate(), Some)
     with pytest.raises(InputError, match="must be a whole number"):
-        settings(world, Request(overrides={"games": "many"}).checked(), Some)
+        settings(world, Request(overrides={"games": "many"}).validate(), Some)
     with pytest.raises(InputError, match="games must be from 1"):
-        settings(world, Request(overrides={"games": 0}).checked(), Some)
+        settings(world, Request(overrides={"games": 0}).validate(), Some)
     with pytest.raises(InputError, match="steps must be at least 250"):
-        settings(world, Request(overrides={"steps": 249}).checked(), Some)
+        settings(world, Request(overrides={"steps": 249}).validate(), Some)
     with pytest.raises(InputError, match="seed"):
-        settings(world, Request(overrides={"seed": 2**32}).checked(), Some)
+        settings(world, Request(overrides={"seed": 2**32}).validate(), Some)
 
 
 def test_unknown_algorithm_and_recipe():
     with pytest.raises(UnknownNameError, match="did you mean 'mappo'"):
-        Request("mapo").checked()
+        Request("mapo").validate()
     with pytest.raises(UnknownNameError, match="did you mean 'paper'"):
-        Request(recipe="papr").checked()
+        Request(recipe="papr").validate()
     with pytest.raises(InputError, match="no recipe for vdn"):
-        Request("vdn", "paper").checked()
+        Request("vdn", "paper").validate()
     with pytest.raises(InputError, match="vdn cannot imitate"):
-        Request("vdn", "clone").checked()
-    assert Request(recipe="paper").checked().algorithm == "maddpg"
-    assert Request(recipe="clone").checked().algorithm == "mappo"
+        Request("vdn", "clone").validate()
+    assert Request(recipe="paper").validate().algorithm == "maddpg"
+    assert Request(recipe="clone").validate().algorithm == "mappo"

@@ -13,14 +13,14 @@ from maviper.episodes.play import points, rollout
 from maviper.evaluation import held_out
 from maviper.experts.expert import AS_GIVEN, labels
 from maviper.experts.measured import Measured
-from maviper.experts.scripted import scripted
+from maviper.experts.scripted import build_script
 from maviper.extraction import fitted_q
 from maviper.extraction.algorithms import extract
 from maviper.extraction.bundles import ALGORITHMS, FITTED_Q, IMITATION, IVIPER, KNOWN, VIPER
 from maviper.extraction.dataset import Dataset
 from maviper.extraction.extraction import Extraction, Running
 from maviper.extraction.growth.grow import CartTree, grow_jointly
-from maviper.extraction.growth.histogram import BINS, Bins, HistogramTree, best_splits, projected
+from maviper.extraction.growth.histogram import BINS, Bins, HistogramTree, best_splits, project_trees
 from maviper.extraction.growth.weights import SAMPLED_JOINT, iviper_weights, joint_actions, maviper_weights
 from maviper.extraction.journal import Journal, unpack_trees
 from maviper.extraction.released import released
@@ -63,7 +63,7 @@ def test_every_algorithm_gives_a_profile_that_repeats(algorithm, preset, world, 
 @pytest.mark.parametrize("algorithm", ["maviper", "iviper", IMITATION, FITTED_Q])
 def test_every_game(name, algorithm):
     world = find(name)
-    expert = Measured(world, scripted(world), horizon=2)
+    expert = Measured(world, build_script(world), horizon=2)
     found = extract(world, expert, small(algorithm, iterations=1, rollouts=2, selection_episodes=4))
     assert len(found.agents) == len(world.agents)
     assert found.provenance.training["expert_algorithm"] == "scripted"
@@ -151,7 +151,7 @@ def test_many_agents_are_sampled():
 def test_where_play_measures_q_each_state_gets_one_row_of_a_latin_square(agents, monkeypatch):
     """No state is left out or asked twice, each of the others takes each action equally often, and own actions vary."""
     world = find(f"cooperative-navigation,agents={agents}")
-    expert = Measured.suited(world, scripted(world))
+    expert = Measured.for_world(world, build_script(world))
     state = world.start(23, np.random.default_rng(0))
     observations = world.observe(state)
     wanted = labels(expert, observations, state)
@@ -227,11 +227,11 @@ def test_projected_trees_fit_each_leaf_on_its_own(seed, depth):
     codes, rng = Bins.of(obs).codes(obs), np.random.default_rng(seed)
     slot = rng.integers(-1, 4, size=len(obs))
     counts = np.where(slot == 3, 0, counts).astype(float)
-    together = projected(codes, wanted, counts, slot, 4, 4, depth)
+    together = project_trees(codes, wanted, counts, slot, 4, 4, depth)
     assert (together[(slot == -1) | (slot == 3)] == -1).all()
     for k in range(3):
         here = np.flatnonzero(slot == k)
-        alone = projected(codes[:, here], wanted[here], counts[here], np.zeros(len(here), np.int64), 1, 4, depth)
+        alone = project_trees(codes[:, here], wanted[here], counts[here], np.zeros(len(here), np.int64), 1, 4, depth)
         assert (together[here] == alone).all() and (alone >= 0).all()
 
 
@@ -276,7 +276,7 @@ def test_a_finished_member_votes_by_the_tree_that_comes_out(splits, depth):
         trees = grow_jointly(members, depth, 1)
         for member, tree, seen in zip(members, trees, (obs, obs[:, ::-1]), strict=True):
             acts_right = tree.action[ir.apply(tree, np.ascontiguousarray(seen))] == wanted
-            assert (member.predicted_right() == acts_right).all() and not acts_right.all()
+            assert (member.check_predictions() == acts_right).all() and not acts_right.all()
 
 
 @pytest.mark.parametrize(("splits", "threshold"), [(EXACT, 15.0), (HISTOGRAM, 10.5)])
@@ -372,7 +372,7 @@ def test_metrics_tell_how_far_the_team_is_right_together(world, expert, tmp_path
     extract(world, expert, small("maviper", preset="paper"), Running(lambda step: lines.append(step.line)), journal)
     observations, labelled = [[], [], []], []
     for step, line in enumerate(lines):
-        met = journal.met(f"{step:04d}-rollouts", pytest.fail).data
+        met = journal.remember_rollouts(f"{step:04d}-rollouts", pytest.fail).data
         labelled += met.labels.tolist()
         for mine, seen in zip(observations, met.observations, strict=True):
             mine += seen.tolist()
@@ -405,11 +405,11 @@ def test_metrics_tell_how_far_the_team_is_right_together(world, expert, tmp_path
 def test_fitted_q_may_explore_while_it_collects(share, world, expert):
     """A uniform action is the expert's one time in five."""
     settings = small(FITTED_Q, explore=share, rollouts=40)
-    (played,) = fitted_q.collected(world, expert, settings)
+    (played,) = fitted_q.collect_episodes(world, expert, settings)
     observations, state = points(played)
     other = (played.actions.reshape(-1, 3) != labels(expert, observations, state)).mean()
     assert other == pytest.approx(share * 4 / 5, abs=0.02)
-    again = fitted_q.collected(world, expert, settings)[0].actions
+    again = fitted_q.collect_episodes(world, expert, settings)[0].actions
     assert (again == played.actions).all()
     with pytest.raises(InputError, match="only fitted-q explores"):
         small("maviper", explore=0.1)
@@ -442,7 +442,7 @@ def test_the_tree_of_actions_is_the_argmax_of_the_tree_of_q():
 
 def test_bins_are_ten():
     edges = np.array([[-5.0, -1.0, -0.75, 0.0, 0.99, 1.0, 7.0]], dtype=np.float32)
-    assert fitted_q.binned(edges).tolist() == [[0, 1, 2, 5, 8, 9, 9]]
+    assert fitted_q.bin_observations(edges).tolist() == [[0, 1, 2, 5, 8, 9, 9]]
 
 
 # --- settings
@@ -487,7 +487,7 @@ def test_in_the_papers_protocol_only_maviper_stops_early(algorithm, stops, world
 def test_the_papers_navigation_is_judged_by_distance(asked, best, monkeypatch):
     """The second round is nearer, the first one collides less."""
     world = find("cooperative-navigation,agents=2")
-    expert = Measured(world, scripted(world), horizon=2)
+    expert = Measured(world, build_script(world), horizon=2)
     distance, collisions = iter([0.9, 0.8]), iter([0.1, 0.3])
 
     def played(self, trees):
@@ -495,7 +495,7 @@ def test_the_papers_navigation_is_judged_by_distance(asked, best, monkeypatch):
         rows = {"D + collisions": near + hit, "D": near, "collisions": hit}
         return {measure: rows[measure.name] for measure in world.measures if measure.name in rows}
 
-    monkeypatch.setattr(KINDS["uniform"], "_played", played)
+    monkeypatch.setattr(KINDS["uniform"], "_play_candidate", played)
     sizes = {"iterations": 2, "rollouts": 1, "selection_episodes": 4, "max_depth": 1}
     found = extract(world, expert, Settings.of({"preset": "paper", **sizes, "measure": asked}, world)).provenance
     assert found.training["best_iteration"] == best

@@ -10,10 +10,10 @@ from maviper.evaluation import held_out
 from maviper.experts.finding import find_expert
 from maviper.extraction.algorithms import extract
 from maviper.extraction.growth import alternating
-from maviper.extraction.growth.alternating import Labels, Numbers, alternated
+from maviper.extraction.growth.alternating import Labels, Numbers, optimise_tests
 from maviper.extraction.growth.best_first import BestFirstTree, gini
 from maviper.extraction.growth.histogram import Bins
-from maviper.extraction.growth.regression import ConstantLeaves, LinearLeaves, grown
+from maviper.extraction.growth.regression import ConstantLeaves, LinearLeaves, grow_tree
 from maviper.extraction.settings import Settings
 
 SPAN = (OutputSpec("force", "N", -1.0, 1.0),)
@@ -41,7 +41,7 @@ def test_the_sum_that_decides_is_found(seed):
     obs, score, counts = points(seed)
     labels = np.where(score > 0.1, 2, 0)
     before = of_labels(obs, labels, counts, 4)
-    after = alternated(before, obs, Labels(labels, counts, 3))
+    after = optimise_tests(before, obs, Labels(labels, counts, 3))
     assert isinstance(after, SummedTree)
     assert wrong(after, obs, labels, counts) <= 0.01 * counts.sum() < 0.1 * counts.sum()
     assert wrong(before, obs, labels, counts) > 0.05 * counts.sum()
@@ -56,7 +56,7 @@ def test_a_tree_never_loses_more_than_before(seed):
     rng = np.random.default_rng(seed)
     labels = np.where(rng.random(len(obs)) < 0.2, rng.integers(3, size=len(obs)), np.digitize(score, [-0.4, 0.4]))
     before = of_labels(obs, labels, counts, 6)
-    after = alternated(before, obs, Labels(labels, counts, 3))
+    after = optimise_tests(before, obs, Labels(labels, counts, 3))
     price = alternating.TERM * float((counts * (labels != np.bincount(labels, counts).argmax())).sum())
     terms = sum(1 for each in before.feature if each >= 0)
     assert wrong(after, obs, labels, counts) <= wrong(before, obs, labels, counts) + price * terms + 1e-9
@@ -68,9 +68,9 @@ def test_numbers_that_change_along_a_sum(kind):
     obs, score, counts = points(3)
     labels = np.where(score > 0, 0.5 + 0.1 * obs[:, 2], -0.5).astype(np.float32)[:, None]
     leaves, bins = kind(obs, labels, SPAN), Bins.of(obs)
-    before = grown(leaves, counts, bins.codes(obs), bins, 6, 3)
+    before = grow_tree(leaves, counts, bins.codes(obs), bins, 6, 3)
     answers = Numbers(leaves, counts)
-    after = alternated(before, obs, answers)
+    after = optimise_tests(before, obs, answers)
 
     def lost(tree):
         leaf = tree.action[ir.apply(tree, obs)]
@@ -91,7 +91,7 @@ def test_one_sided_splits_go_and_swapped_sides_are_found():
         np.array([0, 0, -1, -1, -1]), np.array([5.0, 0.0, 0, 0, 0]), np.array([1, 2, -1, -1, -1]),
         np.array([4, 3, -1, -1, -1]), np.array([-1, -1, 0, 1, 1]),
     )  # fmt: skip
-    after = alternated(tree, obs, Labels(labels, counts, 2))
+    after = optimise_tests(tree, obs, Labels(labels, counts, 2))
     assert wrong(after, obs, labels, counts) == 0 and len(after.feature) == 3 and not isinstance(after, SummedTree)
 
 

@@ -6,7 +6,7 @@ from sklearn.tree import DecisionTreeClassifier
 
 from codegen import ir
 from codegen.errors import InputError
-from codegen.lowering.deploy import deployed
+from codegen.lowering.deploy import deploy_tree
 from maviper.evaluation import held_out
 from maviper.experts.finding import find_expert
 from maviper.extraction.algorithms import extract
@@ -33,16 +33,16 @@ def grown(obs, labels, counts):
 def test_labels_are_split_as_scikit_learn_splits_them(leaves):
     obs, labels, counts = points(leaves)
     theirs = DecisionTreeClassifier(max_leaf_nodes=leaves, random_state=0).fit(obs, labels, sample_weight=counts)
-    ours = grown(obs, labels, counts).grown(leaves)
-    assert len(ir.leaves(deployed(ours))) == theirs.get_n_leaves()
+    ours = grown(obs, labels, counts).grow_to(leaves)
+    assert len(ir.leaves(deploy_tree(ours))) == theirs.get_n_leaves()
     found = ours.action[ir.apply(ours, obs)]
     assert np.array_equal(found, theirs.predict(obs))
 
 
 def test_leaves_that_would_be_merged_are_not_counted():
     obs, labels, counts = points(7)
-    plain, merged = grown(obs, labels, counts).grown(8), grown(obs, labels, counts).deciding(8)
-    assert len(ir.leaves(deployed(merged))) == 8
+    plain, merged = grown(obs, labels, counts).grow_to(8), grown(obs, labels, counts).deciding(8)
+    assert len(ir.leaves(deploy_tree(merged))) == 8
 
     def right(tree):
         return counts[tree.action[ir.apply(tree, obs)] == labels].sum()

@@ -14,7 +14,7 @@ from maviper.cli import main
 from maviper.evaluation import held_out
 from maviper.experts.finding import find_expert
 from maviper.experts.measured import Measured
-from maviper.experts.scripted import scripted
+from maviper.experts.scripted import build_script
 from maviper.extraction.algorithms import extract
 from maviper.extraction.bundles import (
     AGENT,
@@ -35,7 +35,7 @@ from maviper.extraction.bundles import (
     VIPER,
     WEIGHTS,
     bundle,
-    grouped,
+    group_agents,
 )
 from maviper.extraction.extraction import Running
 from maviper.extraction.journal import NOTHING_KEPT, Journal
@@ -59,7 +59,7 @@ def games():
     deception = find("physical-deception")
     expert, coordination = find_expert("coordination,agents=3,kinds=2")
     return {
-        "deception": (deception, Measured(deception, scripted(deception), horizon=2)),
+        "deception": (deception, Measured(deception, build_script(deception), horizon=2)),
         "coordination": (coordination, expert),
     }
 
@@ -89,7 +89,7 @@ def test_every_name_says_every_part():
     for algorithm, selection in product(KNOWN, ("uniform", "return", "race")):
         assert set(bundle(algorithm, selection)) == set(PARTS)
         found = Settings.of({"algorithm": algorithm, "selection": selection})
-        assert found.changed == [] and Settings(algorithm=algorithm, selection=selection).checked().changed == []
+        assert found.changed == [] and Settings(algorithm=algorithm, selection=selection).validate().changed == []
     assert set(BUNDLES) == set(KNOWN)
 
 
@@ -177,7 +177,7 @@ def test_what_is_chosen_together_is_of_one_round(by, games, tmp_path):
     found = extract(world, expert, settings, journal=Journal(tmp_path))
     told = {name: value for name, value in found.provenance.training.items() if name.startswith("best_iteration")}
     assert len(told) == {AGENT: 3, MEMBER: 3, TEAM: 2, ALL: 1}[by]
-    for unit, place in zip(grouped(world, AGENT if by == MEMBER else by, range(3)), told.values(), strict=True):
+    for unit, place in zip(group_agents(world, AGENT if by == MEMBER else by, range(3)), told.values(), strict=True):
         arrays = Journal(tmp_path).arrays(f"{place - 1:04d}-trees", pytest.fail)
         for agent in unit:
             assert found.agents[agent].grown.threshold.tobytes() == arrays[f"{agent:03d}.threshold"].tobytes()
@@ -237,10 +237,10 @@ def test_a_budget_is_kept_by_every_combination(budget, rollouts_by, selection_by
     world = find("physical-deception")
     selection = RACE if selection_by == MEMBER else UNIFORM
     given = {"budget": budget, "rollouts_by": rollouts_by, "selection_by": selection_by, "selection": selection}
-    found = Settings.of({**given, "least_right": "0"}).resolved(world)
-    played = len(grouped(world, rollouts_by, range(3))) * found.iterations * found.rollouts
+    found = Settings.of({**given, "least_right": "0"}).deal_budget(world)
+    played = len(group_agents(world, rollouts_by, range(3))) * found.iterations * found.rollouts
     scored = {AGENT: 3, MEMBER: 2, TEAM: 2, ALL: 2}[selection_by] * found.iterations
-    expert = len(grouped(world, found.together, range(3)))
+    expert = len(group_agents(world, found.together, range(3)))
     assert 0.7 * budget <= played + (scored + expert) * found.selection_episodes <= budget
 
 

@@ -17,14 +17,14 @@ from codegen.agreement import probes, selfcheck
 from codegen.check import check
 from codegen.errors import InputError, UnknownNameError
 from codegen.intervals import Share
-from codegen.lowering.deploy import deployed
+from codegen.lowering.deploy import deploy_tree
 from maviper.episodes import measures, trees
 from maviper.episodes.measures import Mean
 from maviper.episodes.on_policy import ON_POLICY_EPISODES
 from maviper.episodes.play import Policies, play, points, tree_policies
-from maviper.evaluation.held_out import EVALUATION_EPISODES, Counting, measured_of
+from maviper.evaluation.held_out import EVALUATION_EPISODES, Counting, read_measure
 from maviper.experts.expert import AS_GIVEN, labels
-from maviper.experts.scripted import Scripted, scripted
+from maviper.experts.scripted import Scripted, build_script
 from maviper.extraction.algorithms import extract
 from maviper.extraction.dataset import resample
 from maviper.extraction.extraction import Running
@@ -89,7 +89,7 @@ def test_points_are_the_states_that_were_acted_on(world, expert):
     for seen, again in zip(observations, world.observe(state), strict=True):
         assert seen.tobytes() == again.tobytes()
     assert (labels(expert, observations, state) == episodes.actions.reshape(-1, 3)).all()
-    first = WorldState.joined([state[:7]])
+    first = WorldState.concatenate([state[:7]])
     assert first.position.tobytes() == world.start_from_seeds(range(7)).position.tobytes()
 
 
@@ -228,7 +228,7 @@ def test_deployed_trees_decide_as_scikit_learn_on_all_boundaries(world, depth):
     obs = (rng.integers(-40, 40, (3_000, 10)) / np.float32(7)).astype(np.float32)
     cart = DecisionTreeClassifier(max_depth=depth, random_state=0).fit(obs, rng.integers(5, size=3_000))
     grown = from_scikit_learn(cart)
-    policy = ir.AgentPolicy("agent_0", "defenders", features, world.actions[1], deployed(grown), grown)
+    policy = ir.AgentPolicy("agent_0", "defenders", features, world.actions[1], deploy_tree(grown), grown)
     rows = np.concatenate([probes.boundary(grown, features, rng), probes.random(features, 100_000, rng)])
     assert (ir.act(policy, rows) == cart.predict(rows)).all()
     assert selfcheck.check_grown(policy, rows).differences == 0
@@ -238,7 +238,7 @@ def test_deployed_trees_decide_as_scikit_learn_on_all_boundaries(world, depth):
 def test_deployment_keeps_every_float32_decision(grown):
     from tests.support.strategies import WORLD
 
-    policy = ir.AgentPolicy("agent_0", "defenders", WORLD.features[1], WORLD.actions[1], deployed(grown), grown)
+    policy = ir.AgentPolicy("agent_0", "defenders", WORLD.features[1], WORLD.actions[1], deploy_tree(grown), grown)
     rows = probes.random(policy.features, 200, np.random.default_rng(0))
     assert selfcheck.check_grown(policy, rows).differences == 0
 
@@ -336,12 +336,12 @@ def test_a_negative_return_is_no_divisor():
 )  # fmt: skip
 def test_bad_settings_are_refused(settings):
     with pytest.raises(InputError):
-        Settings(**settings).checked()
+        Settings(**settings).validate()
 
 
 def test_unknown_preset():
     with pytest.raises(UnknownNameError, match="did you mean 'paper'"):
-        Settings(preset="papper").checked()
+        Settings(preset="papper").validate()
 
 
 class Recorder:
@@ -527,7 +527,7 @@ def spread():
 def spread_run(spread):
     """A profile and the progress of each iteration."""
     settings, progress = Settings(max_depth=4, iterations=3, rollouts=40, selection_episodes=40), []
-    return extract(spread, Sure(scripted(spread)), settings, Running(progress.append)), progress
+    return extract(spread, Sure(build_script(spread)), settings, Running(progress.append)), progress
 
 
 @pytest.fixture(scope="module")
@@ -537,7 +537,7 @@ def spread_profile(spread_run):
 
 def test_a_sure_expert_weighs_every_point_alike(spread):
     state = spread.start(20, np.random.default_rng(0))
-    expert, observations = Sure(scripted(spread)), spread.observe(state)
+    expert, observations = Sure(build_script(spread)), spread.observe(state)
     wanted = labels(expert, observations, state)
     assert (maviper_weights(spread, expert, observations, state, wanted) == 1).all()
     others = (wanted + 1) % 5
@@ -548,10 +548,10 @@ def test_a_game_where_lower_is_better_is_extracted(spread, spread_profile):
     assert check(spread_profile) == ()
     found = spread_profile.provenance.evaluation
     for measure in spread.measures:
-        ours, theirs = measured_of(found, measure)
+        ours, theirs = read_measure(found, measure)
         assert found[f"{measure.label} low"] <= round(ours, 6) <= found[f"{measure.label} high"]
         assert np.isfinite(theirs)
-    ours, theirs = measured_of(found, spread.primary("agents"))
+    ours, theirs = read_measure(found, spread.primary("agents"))
     assert theirs < ours < 2.2, "no better than random actions"
     assert (ours, theirs) == (found["agents D + collisions"], found["agents expert D + collisions"])
 
@@ -563,7 +563,7 @@ def test_the_best_of_a_game_where_lower_is_better_is_the_lowest(spread, spread_r
     seeds = range(measures.SELECTION_SEEDS, measures.SELECTION_SEEDS + 40)
     distance = Measure("agents", "D", lower_is_better=True)  # the paper's measure
     trees = measures.evaluate(spread, [tree_policies(profile.agents)] * 3, seeds)[distance]
-    expert = measures.evaluate(spread, [scripted(spread)] * 3, seeds)[distance]
+    expert = measures.evaluate(spread, [build_script(spread)] * 3, seeds)[distance]
     assert max(values.values()) == pytest.approx(expert.value / trees.value)
 
 

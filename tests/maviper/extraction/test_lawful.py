@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from codegen import ir
 from codegen.errors import InputError
 from codegen.legality import illegal_leaves
-from codegen.lowering.deploy import deployed
+from codegen.lowering.deploy import deploy_tree
 from maviper.episodes.play import rollout
 from maviper.episodes.trees import agent_policies, among
 from maviper.evaluation import held_out
@@ -23,7 +23,7 @@ from maviper.extraction.selection.arena import Arena
 from maviper.extraction.selection.progress import REFINING
 from maviper.extraction.settings import Settings
 from maviper.worlds import find
-from maviper.worlds.world import drawn_legally, legal_in
+from maviper.worlds.world import draw_legal, legal_in
 from tests.support.lawful import Player
 
 ACTIONS = 4
@@ -65,7 +65,7 @@ def test_completed_trees_are_legal_and_change_nothing_else(tree, labels, masked)
     some = legal.any(axis=1)
     before, after = (each.action[ir.apply(each, obs)] for each in (tree, found))
     rows = np.arange(len(obs))
-    assert legal[rows, after][some].all() and not list(illegal_leaves(deployed(found), mask))
+    assert legal[rows, after][some].all() and not list(illegal_leaves(deploy_tree(found), mask))
     if not masked:  # else the mask's own thresholds are not halves
         assert (after == before)[legal[rows, before]].all()
 
@@ -83,12 +83,12 @@ def test_a_path_on_which_nothing_is_legal_ends_in_a_leaf():
     obs = np.array([[0, 0], [0, 1], [1, 0], [1, 1]], np.float32)
     found = lawful(tree, (0, 1), Labelled(obs, np.array([0, 1, 0, 0])))
     assert found.action[ir.apply(found, obs)][1:].tolist() == [1, 0, 0]
-    assert not list(illegal_leaves(deployed(found), (0, 1)))
+    assert not list(illegal_leaves(deploy_tree(found), (0, 1)))
 
 
 def test_draws_are_legal_and_even():
     obs = np.array([[9, 0, 1, 1]] * 3_000 + [[0, 0, 0, 0]] * 3, np.float32)
-    found = drawn_legally((0, 1, 2, 3), obs, np.random.default_rng(0).random(len(obs)))
+    found = draw_legal((0, 1, 2, 3), obs, np.random.default_rng(0).random(len(obs)))
     counts = np.bincount(found[:3_000], minlength=4)
     assert counts[1] == 0 and (abs(counts[[0, 2, 3]] - 1_000) < 100).all()
 
@@ -111,7 +111,7 @@ def test_pettingzoo_plays_the_trees_to_the_end(tictactoe, monkeypatch, algorithm
         trees = agent_policies(tictactoe, [policy.grown for policy in profile.agents])
         assert all(np.array_equal(a.tree.action, b.tree.action) for a, b in zip(trees, profile.agents, strict=True))
 
-        lineup = among(tictactoe, [profile.agents[seat]], [chance.started(range(tictactoe.games))] * 2)
+        lineup = among(tictactoe, [profile.agents[seat]], [chance.start_episodes(range(tictactoe.games))] * 2)
         (played, *_) = rollout(tictactoe, lineup, range(tictactoe.games))
         assert played.alive[0].tolist() == [[True, False]] * tictactoe.games  # one has the turn
         assert set(played.returns[0]) <= {-1.0, 0.0, 1.0} and (played.returns.sum(axis=0) == 0).all()
@@ -143,7 +143,7 @@ def test_refined_trees_are_legal_and_no_deeper_than_grown_ones(tictactoe, monkey
         moves = refine.proposals(ring, [policy.grown], [[]], refine.Limits(2), np.random.default_rng(0))
         assert len(moves) > 8
         for (tree,) in moves:
-            assert not list(illegal_leaves(deployed(tree), mask)) and ir.depth(tree).max() <= 2 + 8
+            assert not list(illegal_leaves(deploy_tree(tree), mask)) and ir.depth(tree).max() <= 2 + 8
 
 
 def test_an_expert_is_made_legal_by_its_q_or_refused(tictactoe):

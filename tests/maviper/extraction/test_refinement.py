@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from codegen import ir, policy_json
 from codegen.check import check
 from codegen.errors import InputError
-from codegen.lowering.deploy import deployed
+from codegen.lowering.deploy import deploy_tree
 from maviper.cli import main
 from maviper.episodes import measures
 from maviper.episodes.play import tree_policies
@@ -29,7 +29,7 @@ from maviper.extraction.released import released
 from maviper.extraction.selection import arena, refine
 from maviper.extraction.selection.arena import Arena, halving
 from maviper.extraction.selection.selection import Selection
-from maviper.extraction.selection.stack import Stack, merged, reaching, with_leaf, with_new_split, with_split
+from maviper.extraction.selection.stack import Stack, merge_leaves, reaching, with_leaf, with_new_split, with_split
 from maviper.extraction.settings import Settings
 from maviper.worlds import find
 from tests.support.strategies import grown_trees
@@ -62,16 +62,16 @@ def test_a_stack_decides_as_each_deployed_tree(trees):
     found = Stack.of(trees).act(which, rows)
     for index, tree in enumerate(trees):
         mine = which == index
-        at = deployed(tree)
+        at = deploy_tree(tree)
         assert (found[mine] == at.action[ir.apply(at, rows[mine])]).all()
 
 
 @given(TREES)
 def test_merging_changes_no_decision_and_leaves_nothing_to_merge(trees):
     for tree in trees:
-        small, rows = merged(tree), rows_near([tree])
+        small, rows = merge_leaves(tree), rows_near([tree])
         assert (small.action[ir.apply(small, rows)] == tree.action[ir.apply(tree, rows)]).all()
-        assert len(small.feature) <= len(tree.feature) and same(small, merged(small))
+        assert len(small.feature) <= len(tree.feature) and same(small, merge_leaves(small))
         for node in np.flatnonzero(small.feature != ir.NO_FEATURE):
             a, b = small.left[node], small.right[node]
             assert small.feature[a] >= 0 or small.feature[b] >= 0 or small.action[a] != small.action[b]
@@ -80,7 +80,7 @@ def test_merging_changes_no_decision_and_leaves_nothing_to_merge(trees):
 @given(grown_trees(n_features=3, max_depth=4))
 def test_rows_reach_the_nodes_on_their_path(tree):
     rows = rows_near([tree])
-    found, leaf = reaching(tree, rows), ir.apply(deployed(tree), rows)
+    found, leaf = reaching(tree, rows), ir.apply(deploy_tree(tree), rows)
     assert (found[ir.ROOT] == np.arange(len(rows))).all()
     at_leaves = [node for node in found if tree.feature[node] == ir.NO_FEATURE]
     assert sorted(np.concatenate([found[node] for node in at_leaves])) == list(range(len(rows)))
@@ -89,7 +89,7 @@ def test_rows_reach_the_nodes_on_their_path(tree):
         assert len(set(leaf[found[node]])) == 1, "one grown leaf is one deployed leaf"
         order[node] = leaf[found[node]][0]
     assert len(set(order.values())) == len(order)
-    assert max(ir.depth(tree)) == ir.depth(deployed(tree)).max()
+    assert max(ir.depth(tree)) == ir.depth(deploy_tree(tree)).max()
 
 
 @given(grown_trees(n_features=3, max_depth=3), st.data())
@@ -116,7 +116,7 @@ def test_changes_are_local(tree, data):
 def profile_of(tree):
     features = tuple(ir.FeatureSpec(f"f{k}", "none", -1e9, 1e9, None) for k in range(3))
     actions = tuple(ir.ActionSpec(f"a{k}", None) for k in range(5))
-    policy = ir.AgentPolicy("agent_0", "team", features, actions, deployed(tree), tree)
+    policy = ir.AgentPolicy("agent_0", "team", features, actions, deploy_tree(tree), tree)
     spec = find("cooperative-navigation,agents=1").spec
     return ir.PolicyProfile(spec, (policy,), ir.Provenance("x", "x", 0, "", "x"))
 
@@ -193,11 +193,11 @@ def test_a_race_is_won_against_experts_not_in_rollouts(quick, world, expert):
     good = extract(world, expert, Settings.of({**SMALL, "iterations": 6, "rollouts": 40, "refinement": 0}))
     trees = [policy.grown for policy in good.agents]
     race.offer([trees[0], *[constant(0)] * 2])
-    race.met({"adversaries": np.zeros(1_000), "defenders": np.ones(1_000)}, 0.5)
+    race.note_rollouts({"adversaries": np.zeros(1_000), "defenders": np.ones(1_000)}, 0.5)
     race.offer([constant(0), *trees[1:]])
-    race.met({"adversaries": np.ones(1_000), "defenders": np.zeros(1_000)}, 0.5)
+    race.note_rollouts({"adversaries": np.ones(1_000), "defenders": np.zeros(1_000)}, 0.5)
     race.offer([constant(0)] * 3)
-    race.chosen()
+    race.choose_trees()
     assert race.facts == {"stopped_after": 3, "best_iteration_adversaries": 1, "best_iteration_defenders": 2}
 
 
@@ -242,7 +242,7 @@ def test_refinement_raises_the_measure(world, expert, profile):
     settings = Settings(max_depth=3, refinement=4 * refine.round_cost())
     start = [[policy.grown] for policy in profile.agents[1:]]
     said = []
-    trees, facts = refine.refined(Extraction(world, expert, settings), [1, 2], start, Running(said.append))
+    trees, facts = refine.refine_trees(Extraction(world, expert, settings), [1, 2], start, Running(said.append))
     assert 0 < facts["refinement_episodes"] <= settings.refinement and len(said) == 4
     reached = []
     for team in ([trees[0] for trees in start], trees):
@@ -368,7 +368,7 @@ def test_each_team_takes_its_own_best(quick, world, expert):
     still = constant(0)
     race.offer([trees[0], still, still])
     race.offer([still, *trees[1:]])
-    chosen = race.chosen()
+    chosen = race.choose_trees()
     assert [mine[0] is tree for mine, tree in zip(chosen, trees, strict=True)] == [True] * 3
     assert race.facts == {"stopped_after": 2, "best_iteration_adversaries": 1, "best_iteration_defenders": 2}
 
@@ -380,7 +380,7 @@ def test_each_team_takes_its_own_best(quick, world, expert):
 @pytest.mark.parametrize("algorithm", ["maviper", "iviper", "viper"])
 def test_a_budget_is_kept(budget, algorithm, world):
     given_ = {"budget": budget, "algorithm": algorithm, "agent": "agent_0" if algorithm == "viper" else ""}
-    found = Settings.of(given_).resolved(world)
+    found = Settings.of(given_).deal_budget(world)
     runs, sides = (3, 1) if algorithm == "iviper" else (1, 1 if algorithm == "viper" else 2)
     spent = runs * found.iterations * found.rollouts
     spent += runs * (found.iterations * sides + 1) * found.selection_episodes

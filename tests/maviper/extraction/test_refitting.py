@@ -311,7 +311,7 @@ def test_every_algorithm_that_learns_from_labels_learns_from_them(world, expert,
     )
     plain, taught = extract(world, expert, settings), extract(world, expert, settings, examples=learned)
     share = [
-        learned.fulfilled(world, {world.agents.index(p.agent): p.grown for p in found.agents})
+        learned.measure_claims(world, {world.agents.index(p.agent): p.grown for p in found.agents})
         for found in (plain, taught)
     ]
     assert share[0] < 0.1 and share[1] > 0.8, share
@@ -342,7 +342,7 @@ def test_refinement_keeps_what_was_learned(world, expert, folder, monkeypatch):
     trees = [profile.policy(f"agent_{k}").grown for k in (0, 1)]
 
     def fulfilled(trees):
-        return learned.fulfilled(world, dict(zip([1, 2], trees, strict=True)))
+        return learned.measure_claims(world, dict(zip([1, 2], trees, strict=True)))
 
     monkeypatch.setattr(refine, "KEPT", 1e6)
     arena = Arena(world, expert, [1, 2], range(measures.REFINEMENT_SEEDS, measures.REFINEMENT_SEEDS + 10_000))

@@ -7,7 +7,7 @@ from sklearn.tree import DecisionTreeRegressor
 from codegen import ir, policy_json
 from codegen.errors import InputError
 from codegen.ir import OutputSpec
-from codegen.lowering.deploy import SummedTree, deployed
+from codegen.lowering.deploy import SummedTree, deploy_tree
 from maviper.cli import main
 from maviper.episodes.trees import agent_policies
 from maviper.evaluation import held_out
@@ -15,7 +15,7 @@ from maviper.experts.finding import find_expert
 from maviper.extraction.algorithms import extract
 from maviper.extraction.growth import regression
 from maviper.extraction.growth.histogram import Bins
-from maviper.extraction.growth.regression import RIDGE, ConstantLeaves, LinearLeaves, grown
+from maviper.extraction.growth.regression import RIDGE, ConstantLeaves, LinearLeaves, grow_tree
 from maviper.extraction.journal import Journal, pack_trees, unpack_trees
 from maviper.extraction.settings import Settings
 
@@ -42,7 +42,7 @@ def values(tree, obs):
 def test_constants_are_those_of_scikit_learn(leaves):
     obs, labels, counts = points(leaves)
     bins = Bins.of(obs, len(obs) + 1)
-    ours = grown(ConstantLeaves(obs, labels, SPANS), counts, bins.codes(obs), bins, 30, leaves)
+    ours = grow_tree(ConstantLeaves(obs, labels, SPANS), counts, bins.codes(obs), bins, 30, leaves)
     scale = np.array([8.0, 1.0])
     theirs = DecisionTreeRegressor(max_leaf_nodes=leaves, random_state=0).fit(obs, labels / scale, counts)
     assert len(ours.given) == theirs.get_n_leaves() == leaves
@@ -53,7 +53,7 @@ def test_linear_leaves_are_ridge_regressions_of_their_points():
     obs, labels, counts = points(1)
     bins = Bins.of(obs)
     wide = (OutputSpec("one", "N", -9.0, 9.0), OutputSpec("two", "N", -1.0, 2.0))  # no label is at a bound
-    tree = grown(LinearLeaves(obs, labels, wide), counts, bins.codes(obs), bins, 6, 4)
+    tree = grow_tree(LinearLeaves(obs, labels, wide), counts, bins.codes(obs), bins, 6, 4)
     assert len(tree.given) == 4 and tree.feature[0] == 0 and abs(tree.threshold[0]) < 0.1
     scaled = (obs - obs.mean(axis=0)) / obs.std(axis=0)
     leaf = tree.action[ir.apply(tree, obs)]
@@ -73,7 +73,7 @@ def test_numbers_beyond_a_bound_are_as_good_as_the_bound():
     obs = rng.uniform(-2, 2, (800, 3)).astype(np.float32)
     labels = np.clip(np.column_stack([12 * obs[:, 0] - 4 * obs[:, 1], 0.5 + obs[:, 2]]), [-4, 0], [4, 1])
     leaves = LinearLeaves(obs, labels.astype(np.float32), SPANS)
-    given = leaves.fitted(np.arange(800), np.ones(800, np.int64))
+    given = leaves.fit_leaf(np.arange(800), np.ones(800, np.int64))
     assert leaves.off(given).mean() < 1e-3
     assert abs(given[0, 0] - 12) < 1.5 and abs(given[1, 2] - 1) < 0.1
     plain = np.linalg.lstsq(np.column_stack([obs, np.ones(800)]), labels, rcond=None)[0].T
@@ -84,13 +84,13 @@ def test_a_tree_of_numbers_gives_the_same_when_deployed_and_when_written():
     obs, labels, counts = points(2)
     wide = np.column_stack([obs.astype(np.float64), obs[:, 0].astype(np.float64) - obs[:, 2]])
     bins = Bins.of(wide)
-    plain = grown(LinearLeaves(obs, labels, SPANS), counts, bins.codes(wide), bins, 6, 8)
+    plain = grow_tree(LinearLeaves(obs, labels, SPANS), counts, bins.codes(wide), bins, 6, 8)
     tree = regression.testing(plain, [(0, 2)], 3)
     assert isinstance(tree, SummedTree)
     kept = unpack_trees(pack_trees([tree]))[0]
     assert isinstance(kept, SummedTree) and np.array_equal(kept.given, tree.given)
     features = tuple(ir.FeatureSpec(name, "m", -9, 9, None) for name in "abc")
-    policy = ir.AgentPolicy("agent", "team", features, (), deployed(kept), outputs=SPANS)
+    policy = ir.AgentPolicy("agent", "team", features, (), deploy_tree(kept), outputs=SPANS)
     found = ir.outputs(policy, obs)
     assert np.allclose(found, np.clip(values(tree, obs), [-4, 0], [4, 1]), atol=1e-6)
     assert len(tree.tests) == 0 or tree.tests[0].tolist() == [1, 0, -1]

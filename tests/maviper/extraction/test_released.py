@@ -12,7 +12,7 @@ from maviper.episodes import measures
 from maviper.evaluation import held_out
 from maviper.experts.expert import labels
 from maviper.experts.measured import Measured
-from maviper.experts.scripted import scripted
+from maviper.experts.scripted import build_script
 from maviper.extraction.algorithms import extract
 from maviper.extraction.bundles import FITTED_Q, IVIPER_RESAMPLING
 from maviper.extraction.extraction import QUIETLY, Extraction
@@ -115,10 +115,10 @@ def test_a_node_is_made_of_the_kept_points_or_of_all():
     acted = np.array([0, 0, 0, 0, 0, 1, 1, 1])
     growing = _Growing(obs, acted, np.ones(8, dtype=int), 2, 2, 0)
     keep = np.arange(8) >= 5
-    assert growing.made(np.arange(8), 0, keep).rows.tolist() == [5, 6, 7]
-    assert growing.made(np.arange(8), 0, keep).action == 1
-    assert growing.made(np.arange(4), 1, keep).rows.tolist() == [0, 1, 2, 3]
-    assert growing.made(np.arange(8), 2, keep).projected is None, "there is nothing left to project at full depth"
+    assert growing.make_node(np.arange(8), 0, keep).rows.tolist() == [5, 6, 7]
+    assert growing.make_node(np.arange(8), 0, keep).action == 1
+    assert growing.make_node(np.arange(4), 1, keep).rows.tolist() == [0, 1, 2, 3]
+    assert growing.make_node(np.arange(8), 2, keep).projected is None, "there is nothing left to project at full depth"
 
 
 def test_votes_of_more_than_half_keep_a_point():
@@ -148,10 +148,10 @@ def test_each_teams_best_is_that_of_the_highest_return(world, expert, monkeypatc
         share = {"adversaries": np.array([0.0, 1.0]), "defenders": np.array([1.0, 1.0])}[team]
         return {world.primary(team): share, Measure(team, measures.RETURN): np.array([next(returns[team])])}
 
-    monkeypatch.setattr(ByReturn, "_played", played)
+    monkeypatch.setattr(ByReturn, "_play_candidate", played)
     trees = [[ir.GrownTree([-1], [0.0], [-1], [-1], [k])] * 3 for k in range(3)]
     assert not any(selection.offer(each) for each in trees), "nothing stops early"
-    assert [mine[0].action[0] for mine in selection.chosen()] == [1, 2, 2]
+    assert [mine[0].action[0] for mine in selection.choose_trees()] == [1, 2, 2]
     assert selection.facts == {"stopped_after": 3, "best_iteration_adversaries": 2, "best_iteration_defenders": 3}
 
 
@@ -259,4 +259,4 @@ def test_algorithms_that_weigh_own_actions_only_take_teams_of_any_size(algorithm
     world = find("cooperative-navigation,agents=6")
     sizes = {"iterations": 1, "rollouts": 1, "selection_episodes": 2, "max_depth": 1}
     settings = Settings.of({"preset": "released", "algorithm": algorithm, **sizes})
-    assert len(extract(world, Measured(world, scripted(world), horizon=1), settings).agents) == 6
+    assert len(extract(world, Measured(world, build_script(world), horizon=1), settings).agents) == 6

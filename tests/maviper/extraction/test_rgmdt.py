@@ -5,7 +5,7 @@ import pytest
 
 from codegen import ir, policy_json
 from codegen.errors import InputError
-from codegen.lowering.deploy import deployed
+from codegen.lowering.deploy import deploy_tree
 from maviper.cli import main
 from maviper.evaluation import held_out
 from maviper.evaluation.optimum import optimum, rules_of, worth
@@ -58,7 +58,7 @@ def cloud():
 
 def test_the_first_split_is_the_one_that_lowers_the_loss_most(cloud):
     obs, vectors = cloud
-    grown = BestFirstTree(Bins.of(obs).codes(obs), vectors, Bins.of(obs), 3).grown(2)
+    grown = BestFirstTree(Bins.of(obs).codes(obs), vectors, Bins.of(obs), 3).grow_to(2)
     tried = {
         (feature, cut): loss(vectors, obs[:, feature] <= cut)
         for feature in range(3)
@@ -71,7 +71,7 @@ def test_more_leaves_never_raise_the_loss_and_are_never_more_than_asked_for(clou
     obs, vectors = cloud
     losses = []
     for leaves in (1, 2, 3, 5, 8, 100):
-        tree = deployed(BestFirstTree(Bins.of(obs).codes(obs), vectors, Bins.of(obs), 6).grown(leaves))
+        tree = deploy_tree(BestFirstTree(Bins.of(obs).codes(obs), vectors, Bins.of(obs), 6).grow_to(leaves))
         assert len(ir.leaves(tree)) <= leaves
         leaf = ir.apply(tree, obs)
         losses.append(loss(vectors, leaf))
@@ -82,12 +82,14 @@ def test_more_leaves_never_raise_the_loss_and_are_never_more_than_asked_for(clou
 
 def test_depth_is_a_limit_too(cloud):
     obs, vectors = cloud
-    assert ir.depth(deployed(BestFirstTree(Bins.of(obs).codes(obs), vectors, Bins.of(obs), 2).grown(100))).max() == 2
+    assert (
+        ir.depth(deploy_tree(BestFirstTree(Bins.of(obs).codes(obs), vectors, Bins.of(obs), 2).grow_to(100))).max() == 2
+    )
 
 
 def test_equal_worth_makes_one_leaf(cloud):
     obs, vectors = cloud
-    assert len(BestFirstTree(Bins.of(obs).codes(obs), np.zeros_like(vectors), Bins.of(obs), 4).grown(9).feature) == 1
+    assert len(BestFirstTree(Bins.of(obs).codes(obs), np.zeros_like(vectors), Bins.of(obs), 4).grow_to(9).feature) == 1
 
 
 @pytest.mark.parametrize("table", [0, 1])

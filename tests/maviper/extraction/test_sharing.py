@@ -12,7 +12,7 @@ from maviper.experts.finding import find_expert
 from maviper.extraction.algorithms import extract
 from maviper.extraction.bundles import TEAM
 from maviper.extraction.dataset import Dataset
-from maviper.extraction.growth.growing import Growth, pooled
+from maviper.extraction.growth.growing import Growth, pool_points
 from maviper.extraction.settings import Settings
 from maviper.worlds import find
 
@@ -71,7 +71,7 @@ class Three:
 def test_without_votes_it_is_the_tree_of_one_agent_that_met_all_points(splits):
     data = random_points()
     counts = data.alive.astype(int).T
-    part = pooled(data, [0, 1, 2], counts)
+    part = pool_points(data, [0, 1, 2], counts)
     alone = Dataset((part.obs,) * 3, np.stack([part.labels] * 3, 1), np.ones((600, 3)), np.stack([part.alive] * 3, 1))
     settings = {"splits": splits, "max_depth": 4}
     shared = Growth(Three(), Settings(**settings, share=TEAM)).team([0, 1, 2], data, counts, [5] * 3, 0)
@@ -105,7 +105,7 @@ def test_a_vote_drops_a_point_for_all_who_share():
 )
 def test_what_cannot_share_is_refused(given, said):
     with pytest.raises(InputError, match=said):
-        Settings.of({"share": TEAM, **given}).checked()
+        Settings.of({"share": TEAM, **given}).validate()
 
 
 def test_unequal_spaces_are_refused():

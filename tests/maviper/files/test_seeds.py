@@ -5,7 +5,7 @@ import json
 import pytest
 
 from codegen.errors import InputError
-from maviper.files.seeds import Scored, best_of, ensure_counts, folder_of, resumed
+from maviper.files.seeds import Scored, best_of, ensure_counts, folder_of, is_resumed
 
 
 def test_the_first_of_the_best_is_kept_and_every_score_is_said(tmp_path):
@@ -31,7 +31,7 @@ def test_counts_out_of_their_range_are_refused():
 
 def test_a_seed_goes_on_only_where_it_had_begun(tmp_path):
     folder = folder_of(tmp_path, 3)
-    assert folder == tmp_path / "seed-3" and not resumed(folder, True)
+    assert folder == tmp_path / "seed-3" and not is_resumed(folder, True)
     folder.mkdir()
     (folder / "config.json").write_text("{}")
-    assert resumed(folder, True) and not resumed(folder, False)
+    assert is_resumed(folder, True) and not is_resumed(folder, False)

@@ -13,7 +13,7 @@ from codegen.importers.origin import Names, profile_of
 from codegen.importers.python.source import from_python
 from maviper.files.profiles import load
 from maviper.page.document import Contents, Shown, Stored, usual_claims
-from maviper.page.games import Recorded, about, shown_ranges
+from maviper.page.games import Recorded, about, bound_sliders
 from maviper.page.page import MAX_RULES, contents_of, page
 from tests.maviper.page.browsers import in_chromium, in_node, overhang
 from tests.support.odd_pages import with_trees
@@ -96,10 +96,10 @@ def test_no_committed_page_is_wider_than_a_small_screen(tmp_path):
 
 
 def test_many_agents_show_the_tree_of_one(tmp_path):
-    from maviper.worlds import built_in
+    from maviper.worlds import find_built_in
     from tests.hunting.teams import bare
 
-    world = built_in("cooperative-navigation,agents=20")
+    world = find_built_in("cooperative-navigation,agents=20")
     profile = bare(world.name)
     found = in_chromium(page(profile, Contents(usual_claims(profile))), SHOWN, [], tmp_path)
     assert found["open"] == 1 and found["trees"] == 1
@@ -218,14 +218,14 @@ def test_actions_have_signs_of_their_own(names, signs, tmp_path):
 def test_ranges_of_sliders_hold_every_test_and_what_was_seen():
     """A stated range where it is bounded; else thresholds and what was seen, with a margin within the stated range."""
     policy = pushed(-1e9, 1e9).agents[0]
-    (low, high), threshold = shown_ranges(policy)[0], float(policy.tree.threshold[0])
+    (low, high), threshold = bound_sliders(policy)[0], float(policy.tree.threshold[0])
     assert -10 < low < threshold < high < 10
-    ((low, high),) = shown_ranges(policy, np.array([[-40.0], [np.nan], [60.0]], np.float32))
+    ((low, high),) = bound_sliders(policy, np.array([[-40.0], [np.nan], [60.0]], np.float32))
     assert (low, high) == (-90.0, 110.0)
-    assert shown_ranges(pushed(-0.5, 0.5).agents[0]) == [(-0.5, 0.5)]
+    assert bound_sliders(pushed(-0.5, 0.5).agents[0]) == [(-0.5, 0.5)]
     looked = dataclasses.replace(pushed(-0.5, 0.5).agents[0], seen=((-0.1, -0.05, 0.05, 0.1),))
-    assert shown_ranges(looked) == [(pytest.approx(-0.2), pytest.approx(0.2))]  # half of what was seen beyond it
-    ((low, high),) = shown_ranges(pushed(0.0, 1e9).agents[0])
+    assert bound_sliders(looked) == [(pytest.approx(-0.2), pytest.approx(0.2))]  # half of what was seen beyond it
+    ((low, high),) = bound_sliders(pushed(0.0, 1e9).agents[0])
     assert low == 0 and threshold < high < 10
 
 

@@ -8,7 +8,7 @@ from codegen.agreement import sum_probes
 from codegen.importers.origin import Names, Said, profile_of
 from codegen.importers.python.source import from_python
 from maviper.page.document import Contents, usual_claims
-from maviper.page.games import about, shown_ranges
+from maviper.page.games import about, bound_sliders
 from maviper.page.outputs import outputs_data, plane
 from maviper.page.page import contents_of, page
 from tests.maviper.page.browsers import in_chromium, in_node
@@ -157,7 +157,7 @@ def test_the_point_of_a_slice_is_dragged(tmp_path):
       return fields.slice(0, 2).map((one) => Number(one.value));
     """
     profile = steering()
-    (low, _), (_, high), *_ = shown_ranges(profile.agents[0])
+    (low, _), (_, high), *_ = bound_sliders(profile.agents[0])
     found = in_chromium(page(profile, Contents()), script, [], tmp_path)
     assert found == pytest.approx([low, high], abs=1e-2)
 
@@ -169,7 +169,7 @@ def test_words_and_ranges_of_outputs():
         "It observes 4 numbers (x0, x1, x2, x3) and gives 2 numbers (force_x, force_y) at each step."
     )
     assert plane(policy) == (0, 1) and usual_claims(profile) == ()
-    ranges = shown_ranges(policy)
+    ranges = bound_sliders(policy)
     assert ranges[0][0] <= 0 <= 0.25 <= ranges[0][1] and ranges[1][0] <= -0.25  # each test can be turned by each
     data = outputs_data(policy, [(-1.0, 1.0)] * 4)
     assert [one["span"] for one in data] == [(-1.5, 1.5), (-1.5, 1.5)]

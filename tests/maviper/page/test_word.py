@@ -10,11 +10,11 @@ from codegen.ir import act
 from codegen.lowering.lower import lower
 from codegen.targets import monitor
 from maviper import load
-from maviper.compilation.monitors import proved_by, watched_by
+from maviper.compilation.monitors import load_proof, lower_monitor
 from maviper.episodes import measures
 from maviper.page.document import Contents, Shown, usual_claims
 from maviper.page.page import page
-from maviper.page.results import proved_claim, with_proof
+from maviper.page.results import load_claim, with_proof
 from maviper.page.stated import words
 from maviper.worlds.stated.certified import read_certificate
 from maviper.worlds.stated.environment import StatedEnv
@@ -48,7 +48,7 @@ def asked(profile, spec, count, seed):
 def test_the_word_is_the_monitors(tmp_path):
     folder = GENERATED / "verdicts" / "physical_deception"
     profile = committed("verdicts/physical_deception")
-    spec = proved_by(folder / "certificate-1-distinct_targets.json", profile).region
+    spec = load_proof(folder / "certificate-1-distinct_targets.json", profile).region
     w, given = asked(profile, spec, 400, 2)
     _, watched = files(profile, spec, ["python"])
     twin, wanted = Twin(profile, spec, watched), []
@@ -62,7 +62,7 @@ def test_the_word_is_the_monitors(tmp_path):
 @pytest.mark.parametrize("proved", [True, False])
 def test_the_word_stands_beside_a_claim_that_is_proved(proved, tmp_path):
     folder, profile = GENERATED / "proved_defenders", committed("proved_defenders")
-    spec = proved_by(folder / "certificate-1-distinct_targets.json", profile).region
+    spec = load_proof(folder / "certificate-1-distinct_targets.json", profile).region
     (claim, *_) = usual_claims(profile)
     html = page(profile, Contents((Shown(claim.claim, "PROVED", spec if proved else None),)))
     hidden, text, name = in_chromium(html, SHOWN, [], tmp_path)
@@ -76,9 +76,9 @@ def test_play_shows_the_claim_of_a_certificate(name):
     certificate = GENERATED / "verdicts" / "predator_prey" / f"certificate-{name}"
     if name == "7-keeps_apart.json.xz":
         with pytest.raises(InputError, match="push each other"):
-            proved_claim(profile, certificate)
+            load_claim(profile, certificate)
         return
-    shown = proved_claim(profile, certificate)
+    shown = load_claim(profile, certificate)
     assert shown.verdict == "PROVED in a region of its own" and shown.proved is not None
     text = page(profile, Contents((shown,)))
     assert '"region":{"bounds":[["' in text and "PROVED in a region" in text
@@ -100,11 +100,11 @@ def test_the_word_of_a_stated_system_is_the_monitors_at_each_step(name, tmp_path
     profile = load(certificate.parent / "profile.json")
     contents = with_proof(Contents(), profile, certificate)
     ((claim,), episode) = contents.told, contents.recorded
-    proved, (_, statement) = proved_by(certificate, profile), read_certificate(certificate)
+    proved, (_, statement) = load_proof(certificate, profile), read_certificate(certificate)
     env = StatedEnv(statement, "again")
     observed, _ = env.reset(measures.ON_POLICY_SEEDS)
     space = {}
-    watched = watched_by(profile, lower(profile), proved)
+    watched = lower_monitor(profile, lower(profile), proved)
     exec(compile(monitor.emit(watched, ["python"]).popitem()[1], "monitor", "exec"), space)
     found, wanted = space["Monitor"](), []
     while env.agents:
@@ -122,7 +122,7 @@ def test_the_word_of_a_stated_system_is_the_monitors_at_each_step(name, tmp_path
 
 def test_the_word_of_a_system_stays_where_a_state_is_not_vouched_for():
     certificate = GENERATED / "worlds" / "pendulum" / "certificate-1-stays_in.json"
-    cover = proved_by(certificate, load(certificate.parent / "profile.json")).region
+    cover = load_proof(certificate, load(certificate.parent / "profile.json")).region
     still = np.zeros((len(cover.steps) + 1, 4))
     assert words(cover, still) == ("OK",) * (len(cover.steps) - 1) + ("LEAVING", "OUTSIDE")
     fallen = still.copy()
@@ -163,7 +163,7 @@ def test_the_word_of_an_episode_of_a_game_is_the_monitors_at_each_step(tmp_path)
     profile = committed("verdicts/physical_deception")
     certificate = GENERATED / "verdicts" / "physical_deception" / "certificate-8-reaches.json"
     contents = with_proof(Contents(), profile, certificate)
-    proved = proved_by(certificate, profile)
+    proved = load_proof(certificate, profile)
     names = [policy.agent for policy in profile.agents]
     others = [at for at, name in enumerate(names) if name not in proved.region.followed]
     followed = names.index(min(proved.region.followed))
@@ -175,7 +175,7 @@ def test_the_word_of_an_episode_of_a_game_is_the_monitors_at_each_step(tmp_path)
     given = [[state, spec.goals[0], *way] for state, way in zip(at, [*ways, ways[0]], strict=True)]
     given[-1][0]["agent_0.x"] = float(np.nextafter(box["agent_0.x"][1], np.inf))  # no start of the proof
     told = in_node(page(profile, contents), FOLLOWED, given, tmp_path)
-    space, watched = {}, watched_by(profile, lower(profile), proved)
+    space, watched = {}, lower_monitor(profile, lower(profile), proved)
     exec(compile(monitor.emit(watched, ["python"]).popitem()[1], "monitor", "exec"), space)
     for states, acted, words_shown in told:
         found, wanted = space["Monitor"](), []

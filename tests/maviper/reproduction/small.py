@@ -28,7 +28,7 @@ def cheap(calls=None):
 
 
 def reproduced(folder, **options):
-    return run.reproduced(folder, run.request(options), QUIET)
+    return run.reproduce_paper(folder, run.request(options), QUIET)
 
 
 def contents(folder):

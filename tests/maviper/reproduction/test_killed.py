@@ -12,7 +12,7 @@ OTHERS = 12  # instants between the first and the last call
 
 @needs_fork
 def test_a_reproduction_killed_at_many_of_its_calls(tmp_path, monkeypatch):
-    for module, name, value in ((run, "made", cheap()), (run, "POLL", 0.02), (store, "NAMELESS", 0.05)):
+    for module, name, value in ((run, "make_cell", cheap()), (run, "POLL", 0.02), (store, "NAMELESS", 0.05)):
         monkeypatch.setattr(module, name, value)
     reproduced(tmp_path / "whole", **TINY)  # which also imports what a process imports once
     cut, total = killed_at(0, lambda: reproduced(tmp_path / "counted", **TINY))
@@ -24,7 +24,7 @@ def test_a_reproduction_killed_at_many_of_its_calls(tmp_path, monkeypatch):
         assert cut
         left = {place.parent.name for place in folder.rglob(CELL_FILE)}
         found.add(len(left))
-        assert all(Store(folder).done(cell) for cell in left)
+        assert all(Store(folder).is_done(cell) for cell in left)
         again = reproduced(folder, **TINY)
         assert again.made == len(again.plan.tasks) - len(left)
         assert set(contents(folder)) == set(whole)

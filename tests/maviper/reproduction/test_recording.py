@@ -32,7 +32,7 @@ MORE = ("maddpg-deception", "maddpg-predator-prey", "mappo-predator-prey")  # se
 def folder(tmp_path_factory):
     """Two games with their report."""
     found = tables.whole(tmp_path_factory.mktemp("finished"), (DECEPTION, NAVIGATION), (4,), seeds=5)
-    report.written(found)
+    report.write_report(found)
     return found
 
 
@@ -193,7 +193,7 @@ def test_summaries_say_what_the_claims_of_a_record_say(path):
     lines = path.with_name("summary.txt").read_text(encoding="utf-8").splitlines()
     for each in claims(path.parent.name):
         notes = "; ".join(text for text in (each["reason"], *each["notes"]) if text)
-        assert report.summed_up(each["verdict"], each["main"], each["id"], notes or each["says"]) in lines
+        assert report.summarise_claim(each["verdict"], each["main"], each["id"], notes or each["says"]) in lines
 
 
 # --- what the README says of them

@@ -61,11 +61,11 @@ def test_at_most_six_claims_are_never_compared_and_none_of_them_is_an_order():
 
 def test_measures_and_lineups_are_those_of_the_games():
     for claim in register.read().claims:
-        worlds = [find(game) for game in claim.wanted("game")]
+        worlds = [find(game) for game in claim.list_values("game")]
         labels = {each.label for world in worlds for each in world.measures}
         labels |= {f"{team} {RETURN}" for world in worlds for team in world.teams}
-        assert set(claim.wanted("measure")) <= labels
-        assert set(claim.wanted("lineup")) <= {team for world in worlds for team in world.teams}
+        assert set(claim.list_values("measure")) <= labels
+        assert set(claim.list_values("lineup")) <= {team for world in worlds for team in world.teams}
 
 
 def test_table_1_is_the_mean_of_tables_3_and_4_but_for_one_cell():

@@ -26,7 +26,7 @@ PARTS += ("leaves", "violations", "released", "splits", "reward")
 def folder(tmp_path_factory):
     """The default tier of two games, and the report on it."""
     found = tables.whole(tmp_path_factory.mktemp("report"), (DECEPTION, NAVIGATION), seeds=5)
-    report.written(found)
+    report.write_report(found)
     return found
 
 
@@ -98,7 +98,7 @@ def test_equal_tables_give_equal_bytes(folder, tmp_path):
     again = tmp_path / "again"
     shutil.copytree(folder, again)
     (again / report.FIGURES / "old.svg").write_text("of an earlier report")
-    report.written(again)
+    report.write_report(again)
 
     def files(place):
         return {path.relative_to(place): path.read_bytes() for path in place.rglob("*") if path.is_file()}
@@ -153,10 +153,10 @@ def test_trees_are_drawn_where_their_profile_is(tmp_path):
     place = tmp_path / "cells" / cell
     place.mkdir(parents=True)
     shutil.copy(PROFILE, place / "profile.json")
-    report.written(tmp_path)
+    report.write_report(tmp_path)
     assert part(tmp_path, "trees").count("<svg") == 3
     (place / "profile.json").write_text("{}")
-    report.written(tmp_path)
+    report.write_report(tmp_path)
     assert "<svg" not in part(tmp_path, "trees") and 'class="missing"' in part(tmp_path, "trees")
 
 
@@ -168,7 +168,7 @@ def test_budget_curves_hold_the_best_team_so_far(tmp_path):
         maker.facts = lambda world, name, depth, seed=seed: {"curve": history(name, 10 if seed else 2)}
         maker.extraction(DECEPTION, algorithm, 4, seed)
     maker.write()
-    report.written(tmp_path)
+    report.write_report(tmp_path)
     text = part(tmp_path, "budgets")
     # after 100, 250, 500, 1000 and 2500 episodes: the mean of both seeds' best
     wanted = [0.01, 0.02, (0.02 + 0.05) / 2, (0.02 + 0.10) / 2, (0.02 + 0.10) / 2]
@@ -192,7 +192,7 @@ def test_leaf_budgets_and_released_trees_have_the_expert_beside_them(tmp_path):
         maker.extraction(DECEPTION, "maviper", 4, seed, leaves=16)
         maker.extraction(DECEPTION, "maviper", 4, seed, preset="released", splits="exact")
     maker.write()
-    report.written(tmp_path)
+    report.write_report(tmp_path)
     number = r"<td>(0\.\d+) \[[^<]*</td>"
     ratio, trees, expert = re.search(rf"<td>16</td><td>MAVIPER</td>{number * 3}", part(tmp_path, "leaves")).groups()
     assert float(trees) / float(expert) == pytest.approx(float(ratio), abs=0.02)
@@ -206,7 +206,7 @@ def test_commands_name_the_experts_of_the_report(tmp_path):
         maker.expert(DECEPTION, label)
         maker.extraction(DECEPTION, "maviper", 4, 0, label)
     maker.write()
-    report.written(tmp_path)
+    report.write_report(tmp_path)
     commands = re.findall(r"maviper reproduce -o FOLDER[^<]*", page(tmp_path))
     assert len(commands) > 20 and all("--experts" in command for command in commands)
     assert "maviper reproduce -o FOLDER --full --experts maddpg,mine=EXPERT" in part(tmp_path, "leaves")
@@ -220,7 +220,7 @@ def test_a_ratio_to_nothing_is_no_number(tmp_path):
         0.0 * real(measure, *rest) if "r=0.1" in measure.name else real(measure, *rest)
     )
     tables.filled(maker, (DECEPTION,), (4,), ("mappo",))
-    report.written(tmp_path)
+    report.write_report(tmp_path)
     assert "defenders-success-r-0-1" not in " ".join(path.name for path in (tmp_path / "figures").glob("joint-*"))
     assert "<td>defenders success r=0.1</td><td>4</td><td>MAVIPER</td><td>–</td>" in part(tmp_path, "joint")
     found = recomputed(tmp_path)
@@ -233,7 +233,7 @@ def test_labels_are_text_wherever_they_stand(tmp_path):
     maker.expert(DECEPTION, label)
     maker.extraction(DECEPTION, "maviper", 4, 0, label)
     maker.write()
-    report.written(tmp_path)
+    report.write_report(tmp_path)
     assert "<b>" not in page(tmp_path) and "&lt;b&gt;" in page(tmp_path)
     for path in (tmp_path / report.FIGURES).glob("*.svg"):
         ET.parse(path)
@@ -241,7 +241,7 @@ def test_labels_are_text_wherever_they_stand(tmp_path):
 
 def test_an_empty_table_is_reported_as_one(tmp_path):
     (tmp_path / "cells.csv").write_text(",".join(COLUMNS) + "\n")
-    lines = report.written(tmp_path)
+    lines = report.write_report(tmp_path)
     assert lines[0].startswith("0 of 0 claims agree") and page(tmp_path).count("not run") >= len(PARTS)
 
 
@@ -265,4 +265,4 @@ def test_a_damaged_table_is_refused(tmp_path, name, old, new, fault):
     for path in tmp_path.glob(name):
         path.write_text(path.read_text().replace(old, new))
     with pytest.raises(InputError, match=fault):
-        report.written(tmp_path)
+        report.write_report(tmp_path)

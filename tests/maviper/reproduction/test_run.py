@@ -20,7 +20,7 @@ from maviper.reproduction import run
 from maviper.reproduction.cells import cell as cells
 from maviper.reproduction.cells import making
 from maviper.reproduction.cells.cell import CROSSPLAY, FAILED
-from maviper.reproduction.cells.plan import Asked, planned
+from maviper.reproduction.cells.plan import Asked, plan_cells
 from tests.maviper.reproduction.small import REAL, cheap, contents, reproduced
 
 GAME = {"games": ("physical-deception",), "depths": (4,), "seeds": 2}
@@ -30,7 +30,7 @@ GAME = {"games": ("physical-deception",), "depths": (4,), "seeds": 2}
 def calls(monkeypatch):
     """The cells that are made, in words; none costs anything."""
     found = []
-    monkeypatch.setattr(run, "made", cheap(found))
+    monkeypatch.setattr(run, "make_cell", cheap(found))
     return found
 
 
@@ -74,7 +74,7 @@ def test_a_cell_that_fails_is_told_the_rest_goes_on_and_it_is_tried_again(tmp_pa
             return cells.Made(task.id, document, {"error.txt": b"why"})
         return good(task, profiles)
 
-    monkeypatch.setattr(run, "made", made)
+    monkeypatch.setattr(run, "make_cell", made)
     asked = ["--games", "physical-deception", "--depths", "4", "--seeds", "1", "-o", str(tmp_path)]
     assert main.run(["reproduce", *asked]) == ExitCode.VIOLATED
     told = capsys.readouterr()
@@ -83,7 +83,7 @@ def test_a_cell_that_fails_is_told_the_rest_goes_on_and_it_is_tried_again(tmp_pa
     names = {row["algorithm"] for row in rows(tmp_path)}
     assert {"maviper", "imitation"} <= names and "iviper" not in names
     assert not [row for row in rows(tmp_path) if row["kind"] == CROSSPLAY]
-    monkeypatch.setattr(run, "made", good)
+    monkeypatch.setattr(run, "make_cell", good)
     assert main.run(["reproduce", *asked]) == ExitCode.DONE
     assert {"iviper", ""} <= {row["algorithm"] for row in rows(tmp_path)}
     assert not list(tmp_path.rglob("error.txt"))
@@ -94,17 +94,17 @@ def test_what_goes_wrong_inside_a_cell_is_its_outcome(monkeypatch):
         raise ZeroDivisionError("by nothing")
 
     monkeypatch.setattr(making, "_files", broken)
-    task = planned(Asked("quick"), "").tasks[1]
-    made = making.made(task, {})
+    task = plan_cells(Asked("quick"), "").tasks[1]
+    made = making.make_cell(task, {})
     assert (made.id, made.document.outcome) == (task.id, FAILED)
     assert made.document.message == "ZeroDivisionError: by nothing" and b"by nothing" in made.files["error.txt"]
 
 
 def test_a_worker_with_another_version_makes_no_cell(monkeypatch):
-    task = planned(Asked("quick"), "").tasks[1]
+    task = plan_cells(Asked("quick"), "").tasks[1]
     assert task.identity["tool"]
     monkeypatch.setattr(making, "tool", lambda: "maviper 0.0.1")
-    made = making.made(task, {})
+    made = making.make_cell(task, {})
     assert made.document.outcome == FAILED and "the worker has maviper 0.0.1" in made.document.message
 
 
@@ -114,7 +114,7 @@ def test_cells_of_another_version_are_ignored_with_a_note(tmp_path, calls, monke
     assert main.run(["reproduce", *asked]) == ExitCode.DONE
     old = {row["cell"] for row in rows(tmp_path)}
     monkeypatch.undo()
-    monkeypatch.setattr(run, "made", cheap())
+    monkeypatch.setattr(run, "make_cell", cheap())
     assert main.run(["reproduce", *asked]) == ExitCode.DONE
     assert f"{len(old)} cells of another version of maviper" in capsys.readouterr().err
     assert not old & {row["cell"] for row in rows(tmp_path)}
@@ -134,7 +134,7 @@ def test_plan_says_cells_and_cpu_time_and_touches_nothing(tmp_path, capsys):
     place = tmp_path / "none"
     assert main.run(["reproduce", "--quick", "--plan", "-o", str(place)]) == ExitCode.DONE
     lines = capsys.readouterr().out.splitlines()
-    count = len(planned(Asked("quick"), "").tasks)
+    count = len(plan_cells(Asked("quick"), "").tasks)
     assert lines[-1].startswith(f"{count} cells, 0 of them finished; ") and not place.exists()
     counts = [int(line.split()[0]) for line in lines[1:-1] if line.split()[1].isdigit()]
     assert sum(counts) == count and lines[0].split() == ["cells", "CPU", "s", "what"]
@@ -151,7 +151,7 @@ def test_a_cell_of_another_process_is_waited_for(tmp_path, calls, monkeypatch):
     from maviper.reproduction.cells.store import Store
 
     monkeypatch.setattr(run, "POLL", 0.05)
-    task = planned(run.request(GAME).asked, run._register()).tasks[1]
+    task = plan_cells(run.request(GAME).asked, run._register()).tasks[1]
     with Store(tmp_path) as other:
         assert other.claim(task.id)
         looks = []
@@ -183,7 +183,7 @@ def test_a_full_disk_ends_the_run_with_5_and_keeps_whole_files(tmp_path, calls, 
     assert not list(tmp_path.rglob("claim-*")) and not list(tmp_path.rglob("*.part"))
     count = len(calls)
     monkeypatch.undo()
-    monkeypatch.setattr(run, "made", cheap(calls))
+    monkeypatch.setattr(run, "make_cell", cheap(calls))
     assert main.run(["reproduce", *asked]) == ExitCode.DONE
     assert len(calls) == len(rows(tmp_path)) + 1 and count == 3  # the third could not be written
 

@@ -22,7 +22,7 @@ TURNED = dict(zip(ORDERED, reversed(ORDERED.values()), strict=True))
 
 
 def judge(folder, expert="mappo"):
-    found = verdicts.judged(Book(results.read(folder)), register.read(), expert)
+    found = verdicts.judge_claims(Book(results.read(folder)), register.read(), expert)
     return {verdict.claim.id: verdict for verdict in found}
 
 
@@ -192,7 +192,7 @@ def test_the_error_of_a_family_holds_for_all_its_words_together():
         errors = known.margin / 12 * np.sqrt(rng.chisquare(freedom, len(truth)) / freedom)
         values = truth + known.margin / 12 * rng.normal(size=len(truth))
         numbers = [Number("", (), Estimate(*pair, freedom), 10, 200) for pair in zip(values, errors, strict=True)]
-        said = verdicts.decided([verdicts.comparison(claim, "", number) for number in numbers], known)
+        said = verdicts.decide_family([verdicts.comparison(claim, "", number) for number in numbers], known)
         false = [("better", "worse")] * 5 + [("equal", "worse")] * 5
         wrong += any(each.word in words for each, words in zip(said, false, strict=True))
     assert wrong / rounds <= known.alpha + 3 * math.sqrt(known.alpha * (1 - known.alpha) / rounds)

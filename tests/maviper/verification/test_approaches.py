@@ -6,7 +6,7 @@ from codegen.errors import InputError
 from codegen.importers.origin import Names, profile_of
 from codegen.importers.python.source import from_python
 from maviper.verification.ask import VerifyOptions
-from maviper.verification.run import verified_system
+from maviper.verification.run import verify_world
 
 WORLD = """
 name = "walker"
@@ -33,7 +33,7 @@ def told(folder, text):
     """The facts and the report about one claim: the walker goes 0.1 m each step."""
     (folder / "walker.toml").write_text(f"{WORLD}\n[[property]]\n{text}\n")
     profile = profile_of(from_python(LEGS.encode(), "legs.py"), Names(actions=["rest", "walk"]))
-    done = verified_system(profile, VerifyOptions(world=folder / "walker.toml"))
+    done = verify_world(profile, VerifyOptions(world=folder / "walker.toml"))
     return done.document["results"][0], done.files["report.txt"]
 
 
@@ -71,4 +71,4 @@ def test_a_tree_of_another_name_is_told_how_to_be_imported(tmp_path):
     (tmp_path / "walker.toml").write_text(f"{WORLD}\n[[property]]\nname = 'reaches'\nregion.box.x = [0.4, 3]\n")
     other = profile_of(from_python(LEGS.replace("legs", "feet").encode(), "feet.py"), Names(actions=["rest", "walk"]))
     with pytest.raises(InputError, match=r"unknown agent 'feet'(.|\n)*known: legs; .* by --agents legs=FILE"):
-        verified_system(other, VerifyOptions(world=tmp_path / "walker.toml"))
+        verify_world(other, VerifyOptions(world=tmp_path / "walker.toml"))

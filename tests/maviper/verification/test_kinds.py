@@ -13,7 +13,7 @@ from maviper.page.results import page_of
 from maviper.verification import ask
 from maviper.verification.procedures import table
 from maviper.verification.procedures.procedure import Procedure
-from maviper.verification.run import posed, verified
+from maviper.verification.run import pose_questions, verify_questions
 from tests.support.small import small_profile
 from verify.claims import catalogue
 from verify.claims.claim import TeamClaim
@@ -107,9 +107,9 @@ def test_a_kind_of_claim_takes_an_entry_in_each_table(registered):
     profile = small_profile()
     team = profile.agents[1].team
     options = ask.VerifyOptions.about("short_names", "start", {"team": team, "steps": 9})
-    asked, stated = posed(profile, "profile.json", options.checked())
+    asked, stated = pose_questions(profile, "profile.json", options.validate())
     told = []
-    done = verified(profile, asked, options, told.append, stated)
+    done = verify_questions(profile, asked, options, told.append, stated)
     (result,) = done.results
     assert told == [result] and result.verdict is Verdict.PROVED
     assert asked[0].command.endswith(f"--property short_names --team {team} --region start --steps 9")

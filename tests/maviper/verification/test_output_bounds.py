@@ -12,7 +12,7 @@ from tests.support import summed
 from tests.support.giving import VARIABLES, tree, world
 from verify.result import Verdict
 from verify.systems.files import statement_of
-from verify.systems.observing import observed
+from verify.systems.observing import observe_state
 
 FEW, MANY, SAMPLES = 1, 12, 400
 NEAR = 0.02  # of the span, from the sampled extreme to a bound
@@ -28,7 +28,7 @@ def sampled(policy, seed):
         [
             ir.outputs(
                 policy,
-                observed(
+                observe_state(
                     system, policy, {name: Fraction(value) for name, value in zip(VARIABLES, row.tolist(), strict=True)}
                 ),
             )

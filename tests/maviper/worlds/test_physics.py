@@ -7,7 +7,7 @@ from codegen import policy_json
 from codegen.errors import InputError, UnknownNameError
 from maviper.cli import main
 from maviper.evaluation import held_out
-from maviper.evaluation.players import find_player, shipped_expert
+from maviper.evaluation.players import find_player, find_shipped
 from maviper.experts.finding import find_expert
 from maviper.extraction.algorithms import extract
 from maviper.extraction.settings import Settings
@@ -98,7 +98,7 @@ def test_experts_of_the_plain_game_play_there(text):
     expert, world = find_expert(text)
     plain, _ = find_expert(text.replace(f",{FORK}", ""))
     assert world.name == f"predator-prey,{FORK}" and expert.hash == plain.hash
-    player = shipped_expert(expert.hash, world)
+    player = find_shipped(expert.hash, world)
     assert player is not None and player.id == expert.hash
     assert find_player("predator-prey@maddpg", "--against", world)[1] is world
 

@@ -12,7 +12,7 @@ from codegen.dynamics import NEGLIGIBLE_MARGINS, PUSHED_AT_ONCE, PUSHING_MARGINS
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import Meaning
 from maviper.episodes.play import play
-from maviper.experts.scripted import scripted
+from maviper.experts.scripted import build_script
 from maviper.worlds import PhysicalDeception, WorldState, find
 from maviper.worlds.games import physical_deception
 from maviper.worlds.games.particle import SQUARED_RADII, place_entities
@@ -154,7 +154,7 @@ def test_whole_episodes_stay_with_mpe2_through_all_contacts(name, exact):
     course = [world.start_from_seeds(range(len(courses)))]
     for acted in actions:
         course.append(world.step(course[-1], acted, exact=exact))
-    assert len(world.agents) == 1 or (overlaps(world, WorldState.joined(course)) < 0).any()
+    assert len(world.agents) == 1 or (overlaps(world, WorldState.concatenate(course)) < 0).any()
     for seed, theirs in enumerate(courses):
         for step, found in enumerate(theirs):
             assert_equal(world, course[step + 1], seed, found, PROMISED[exact])
@@ -488,7 +488,7 @@ def test_navigations_measures_are_the_references(agents):
     reference = Reference(world)
     episodes = 6 if agents > 3 else 30
     start = world.start_from_seeds(range(episodes))
-    found = play(world, [scripted(world)] * agents, start)
+    found = play(world, [build_script(world)] * agents, start)
     values = dict(zip([measure.label for measure in world.measures], found.values, strict=True))
     successes = 0
     for row in range(episodes):
@@ -569,7 +569,7 @@ def test_every_touch_and_the_way_out_are_paid_for():
 def test_preys_return_is_five_a_touch_and_the_fine():
     """And an episode is inside where the fine is small; touches inside are those of such an episode alone."""
     world = find("predator-prey")
-    script = scripted(world)
+    script = build_script(world)
     episodes = play(world, [script] * 4, world.start_from_seeds(range(60)))
     fine, inside, touches_inside = world.values_beside(episodes.states[1:])
     touches, returns = episodes.values[0], episodes.returns[2:].mean(axis=0)
@@ -681,7 +681,7 @@ def test_slices_and_joins_of_batches(name):
         assert part.velocity.tobytes() == state.velocity[rows].tobytes() and (part.goal == state.goal[rows]).all()
         for seen, all_seen in zip(world.observe(part), world.observe(state), strict=True):
             assert seen.tobytes() == all_seen[rows].tobytes()
-    again = WorldState.joined([state[:7], state[7:8], state[8:]])
+    again = WorldState.concatenate([state[:7], state[7:8], state[8:]])
     for field in ("position", "velocity", "goal"):
         assert getattr(again, field).tobytes() == getattr(state, field).tobytes()
         assert getattr(again, field).shape == getattr(state, field).shape

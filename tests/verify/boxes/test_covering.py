@@ -44,7 +44,7 @@ def coverings(system, profile, claim, most=ENOUGH):
     """What covers one claim, until the budget ends."""
     search = Search(profile, system, [claim], Spending(most))
     with suppress(BudgetSpentError):
-        yield from (found.covering for found in search.found() if isinstance(found, CoveredClaims))
+        yield from (found.covering for found in search.iterate_covers() if isinstance(found, CoveredClaims))
 
 
 def first(system, profile, claim, most=ENOUGH):

@@ -32,7 +32,7 @@ def test_every_state_keeps_its_action(monkeypatch, at_once):
         tree = ModelTree(SYSTEM, one, COLUMNS)
         low = random.integers(-10, 10, (20, 3)) / 8
         boxes = Rows.of(low, low + random.integers(0, 8, (20, 3)) / 8)
-        parts = tree.acted(boxes)
+        parts = tree.split_at_tests(boxes)
         assert (parts.low <= parts.high).all()
         assert (parts.low >= low[parts.part]).all() and (parts.high <= boxes.high[parts.part]).all()
         for share in (0.0, 1.0, random.random((20, 3))):
@@ -40,13 +40,13 @@ def test_every_state_keeps_its_action(monkeypatch, at_once):
             for number, (point, action) in enumerate(zip(points, act(one, points), strict=True)):
                 holds = (parts.low <= point).all(axis=1) & (point <= parts.high).all(axis=1) & (parts.part == number)
                 assert (parts.joint[holds] == action).any()
-            alone = tree.acted(Rows.of(points, points))
+            alone = tree.split_at_tests(Rows.of(points, points))
             assert alone.part.tolist() == list(range(20)) and alone.joint.tolist() == act(one, points).tolist()
 
 
 def test_trees_of_one_leaf_and_of_sums():
     boxes = Rows.of(np.zeros((2, 3)), np.ones((2, 3)))
-    assert ModelTree(SYSTEM, policy("a", NAMES, ["p", "q"], 1), COLUMNS).acted(boxes).joint.tolist() == [1, 1]
+    assert ModelTree(SYSTEM, policy("a", NAMES, ["p", "q"], 1), COLUMNS).split_at_tests(boxes).joint.tolist() == [1, 1]
     summed = System("s", (), {"a": {"x": Feature(form(x=1, y=1))}}, (), ())
-    parts = ModelTree(summed, policy("a", ["x"], ["p", "q"], ((0, 0.5), 0, 1)), COLUMNS).acted(boxes)
+    parts = ModelTree(summed, policy("a", ["x"], ["p", "q"], ((0, 0.5), 0, 1)), COLUMNS).split_at_tests(boxes)
     assert sorted(parts.joint.tolist()) == [0, 0, 1, 1]

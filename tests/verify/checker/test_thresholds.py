@@ -19,7 +19,7 @@ from tests.faults import sharp_pairs
 from tests.support.meanings import meanings
 from tests.support.strategies import FLOAT32 as SINGLES
 from verify.checker import thresholds
-from verify.checker.thresholds import rounded_once, rounded_twice, sides
+from verify.checker.thresholds import find_double_end, find_twice_rounded_end, sides
 from verify.claims import formula
 from verify.semantics import MACHINE, REAL
 from verify.solver import encode
@@ -50,7 +50,7 @@ def spec(meaning):
 @given(st.one_of(NORMAL, st.sampled_from(EDGES)))
 def test_the_two_implementations_agree(threshold):
     threshold = float(np.float32(threshold))
-    for ours, theirs in ((rounded_once, encode.last_double), (rounded_twice, encode.half_line)):
+    for ours, theirs in ((find_double_end, encode.last_double), (find_twice_rounded_end, encode.half_line)):
         end = ours(threshold, FLOAT32)
         assert (end.value(), end.strict) == tuple(theirs(threshold, True))
 
@@ -61,9 +61,9 @@ def test_they_agree_around_powers_of_two(power, steps, sign):
     for _ in range(abs(steps)):
         threshold = np.nextafter(threshold, np.float32(math.copysign(math.inf, steps)))
     assume(np.isfinite(threshold) and (threshold == 0 or abs(threshold) >= 2.0**-126))
-    end = rounded_twice(float(threshold), FLOAT32)
+    end = find_twice_rounded_end(float(threshold), FLOAT32)
     assert (end.value(), end.strict) == tuple(encode.half_line(float(threshold), True))
-    end = rounded_once(float(threshold), FLOAT32)
+    end = find_double_end(float(threshold), FLOAT32)
     assert (end.value(), end.strict) == tuple(encode.last_double(float(threshold), True))
 
 
@@ -130,9 +130,9 @@ def test_float64_agents_round_once_or_not_at_all(threshold, b, steps):
     near = threshold
     for _ in range(abs(steps)):
         near = math.nextafter(near, math.inf if steps > 0 else -math.inf)
-    end, line = rounded_once(threshold, FLOAT64), encode.last_double(threshold, False)
+    end, line = find_double_end(threshold, FLOAT64), encode.last_double(threshold, False)
     assert (end.value(), end.strict) == tuple(line) == (Fraction(threshold), False)
-    end, line = rounded_twice(threshold, FLOAT64), encode.half_line(threshold, False)
+    end, line = find_twice_rounded_end(threshold, FLOAT64), encode.half_line(threshold, False)
     assert (end.value(), end.strict) == tuple(line)
     for a in (near + b, math.nextafter(near + b, math.inf), math.nextafter(near + b, -math.inf)):
         exact = Fraction(a) - Fraction(b)

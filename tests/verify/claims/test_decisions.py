@@ -13,10 +13,10 @@ from codegen.errors import InputError, UnknownNameError
 from tests.support.teams import team, towards
 from verify.claims.catalogue import find_property
 from verify.claims.decisions import PLAIN, NoDouble, formula
-from verify.claims.formula import FALSE, TRUE, And, Linear, Not, Or, below, holds, negated, normal
-from verify.claims.formula import given as once
+from verify.claims.formula import FALSE, TRUE, And, Linear, Not, Or, below, holds, negate, normal
+from verify.claims.formula import substitute_actions as once
 from verify.claims.uncertified.own import BUILT_IN
-from verify.claims.uncertified.starts import everywhere, observed_velocities
+from verify.claims.uncertified.starts import everywhere, find_observed_velocities
 from verify.claims.uncertified.values import Batch
 from verify.states.state import batch, sample
 
@@ -78,7 +78,7 @@ def test_formulas_say_what_definitions_say(profile, claim, at, actions):
     stated = formula(profile, claim)
     wanted = defined(profile, claim, at, actions)
     assert holds(stated, at, actions) is wanted
-    assert holds(negated(stated), at, actions) is not wanted
+    assert holds(negate(stated), at, actions) is not wanted
     assert holds(once(stated, actions), at, {}) is wanted
     columns = {name: np.array([float(value)]) for name, value in at.items()}
     chosen = {agent: np.array([action]) for agent, action in actions.items()}
@@ -88,9 +88,9 @@ def test_formulas_say_what_definitions_say(profile, claim, at, actions):
 def test_fixed_roles_keep_their_own_target_everywhere(profile):
     roles = team(profile, towards(1, 0), towards(0, 1))
     states, _ = sample(everywhere(profile), profile.world, 5_000, 0)
-    from verify.states.state import chosen
+    from verify.states.state import choose_actions
 
-    actions = {p.agent: chosen(p, states, profile.world) for p in roles.team(TEAM)}
+    actions = {p.agent: choose_actions(p, states, profile.world) for p in roles.team(TEAM)}
     swapped = find_property("own_target", roles, landmarks=("landmark_1", "landmark_0"))
     assert batch(states, profile.world).holds(formula(roles, swapped), actions).all()
     straight = find_property("own_target", roles)
@@ -101,8 +101,8 @@ def test_formulas_simplify_and_negate():
     atom = Linear(((Fraction(1), "a.x"),), Fraction(1))
     assert below({"a.x": 0}, 0) == TRUE and below({}, 0, strict=True) == FALSE
     assert normal(Not(Not(atom))) == atom
-    assert negated(And((atom, Or(())))) == TRUE
-    assert negated(atom) == Linear(((Fraction(-1), "a.x"),), Fraction(-1), strict=True)
+    assert negate(And((atom, Or(())))) == TRUE
+    assert negate(atom) == Linear(((Fraction(-1), "a.x"),), Fraction(-1), strict=True)
 
 
 def test_landmarks_of_own_target_are_checked(profile):
@@ -116,7 +116,7 @@ def test_landmarks_of_own_target_are_checked(profile):
 def test_observed_velocities_are_bounded_by_what_actions_can_cause(profile):
     from maviper.worlds import find
 
-    assert observed_velocities(profile) == () and all(not name.endswith("v.x") for name in everywhere(profile).box)
+    assert find_observed_velocities(profile) == () and all(not name.endswith("v.x") for name in everywhere(profile).box)
     spec = find("cooperative-navigation").spec
     from verify.claims.uncertified.starts import start_region
 

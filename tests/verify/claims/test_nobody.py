@@ -91,7 +91,7 @@ def test_no_claim_about_episodes_is_about_nobody(name):
             with pytest.raises(UnknownNameError, match="unknown team"):
                 ask()
         with pytest.raises(InputError, match="the profile has no team"):
-            episode_certificates.accepted(about_episodes(PAIR, claim), PAIR)
+            episode_certificates.check_certificate(about_episodes(PAIR, claim), PAIR)
 
 
 def test_nobody_keeps_apart_from_itself():
@@ -119,7 +119,7 @@ def test_every_agent_acts_in_an_episode():
     made = about_episodes(some, claim)
     followed = replace(made, parts=(ProofPart("", "", None, ("adversary_0", "agent_0", "agent_1"), b""),))
     with pytest.raises(RejectedError, match="agents that the profile does not have"):
-        episode_certificates.accepted(followed, some)
+        episode_certificates.check_certificate(followed, some)
 
 
 # --- files
@@ -161,7 +161,7 @@ def place(tmp_path):
 def test_no_certificate_is_about_nobody(place, capfd, name, property_name):
     made = about_nobody(name, property_name)
     with pytest.raises(InputError, match="the profile has no team"):
-        certificates.accepted(made, PAIR)
+        certificates.check_certificate(made, PAIR)
     (place / "c.json").write_text(decision_texts.to_json(made))
     code, said = checked_file(place, capfd)
     assert code == 2 and "the profile has no team" in said

@@ -13,7 +13,7 @@ from tests.support.teams import tree
 from verify.claims.observed import Raised, View, over, view_from
 from verify.claims.region import Region
 from verify.claims.uncertified.starts import everywhere
-from verify.claims.uncertified.views import ALL, Viewed, carried, shared_features
+from verify.claims.uncertified.views import ALL, Viewed, carry_region, select_features
 
 SPLIT = tree((0, 0.5, 1, 2), 0, 2)
 PAIR = blind({"a": SPLIT, "b": SPLIT}, {"a": ("angle", "spin"), "b": ("angle", "place")})
@@ -30,7 +30,7 @@ def test_one_agent_names_its_features_alone():
 def test_several_agents_have_their_own_but_what_they_share():
     assert names(over(PAIR, View())) == ["a.angle", "a.spin", "b.angle", "b.place"]
     assert names(over(PAIR, View(("angle",)))) == ["angle", "a.spin", "b.place"]
-    assert shared_features(PAIR, (ALL,)) == ("angle",)
+    assert select_features(PAIR, (ALL,)) == ("angle",)
 
 
 def test_a_view_is_a_sound_profile_with_the_ranges_of_features():
@@ -56,7 +56,7 @@ def test_a_copy_keeps_the_bounds_of_the_region():
     viewed = Viewed(PAIR, View((), Raised("a", "spin")))
     box = everywhere(over(PAIR, View())).box | {"a.spin": (Fraction(0), Fraction(1))}
     bounds = (Fraction(-1), Fraction(0))
-    found = carried(Region(box, (), (("a.angle", "a.spin", bounds),)), viewed)
+    found = carry_region(Region(box, (), (("a.angle", "a.spin", bounds),)), viewed)
     assert found.box["a_raised.spin"] == (0, 1)
     assert found.differences == (("a.angle", "a.spin", bounds), ("a.angle", "a_raised.spin", bounds))
 
@@ -75,7 +75,7 @@ def test_what_is_shared_has_one_range_and_unit(profile):
 
 def test_wrong_names_are_told():
     with pytest.raises(UnknownNameError, match="unknown feature 'angel'"):
-        shared_features(PAIR, ("angel",))
+        select_features(PAIR, ("angel",))
     with pytest.raises(InputError, match="only one agent observes spin"):
         over(PAIR, View(("spin",)))
     with pytest.raises(UnknownNameError, match="agent"):

@@ -18,17 +18,17 @@ from verify.claims.formula import FALSE, TRUE, And, Linear, Not, Or, conjunction
 from verify.claims.region import Region
 from verify.claims.uncertified.own import OwnFormula
 from verify.claims.uncertified.starts import start_region
-from verify.claims.uncertified.values import tightened, worth
+from verify.claims.uncertified.values import tighten_formula, worth
 from verify.counterexamples import uniqueness
-from verify.counterexamples.explanation import explained
-from verify.counterexamples.lines import along, around, closed
+from verify.counterexamples.explanation import explain_counterexample
+from verify.counterexamples.lines import along, around, line_between
 from verify.counterexamples.search import explain, violating_samples
 from verify.counterexamples.uniqueness import Unique, unique
 from verify.question import Budgets, Question, from_start
 from verify.result import Verdict
 from verify.solver.encode import elsewhere, there
 from verify.solver.solve import ask
-from verify.states.state import State, inside, leaves_at, observed, shortfall, violates
+from verify.states.state import State, inside, leaves_at, observe_state, shortfall, violates
 from verify.subjects import Game
 from verify.verdicts.decisions import verify
 from verify.zones import engine
@@ -63,7 +63,7 @@ def keeps(profile, claim, region, state, name, value):
 
 
 def why(profile, claim, region, state):
-    return explained(
+    return explain_counterexample(
         Question(Game(profile), claim, region, budgets=Budgets()),
         explain(from_start(profile, claim), state, {}),
     )
@@ -92,7 +92,7 @@ FORMULAS = st.recursive(
 @given(FORMULAS, BOUNDS)
 def test_a_formula_along_a_line_is_its_truth(asked, y):
     at = {"x": Fraction(0), "y": y}
-    found = along(asked, "x", at, closed(Fraction(-2), Fraction(2)))
+    found = along(asked, "x", at, line_between(Fraction(-2), Fraction(2)))
     assert list(found) == sorted(found) and all(low < high for low, high in found)
     for value in (Fraction(n, 24) for n in range(-60, 61)):
         within = any(low <= (value, 0) < high for low, high in found)
@@ -103,12 +103,12 @@ def test_a_gap_without_float64_numbers_is_no_gap():
     hole = Or(
         (Linear(((Fraction(1), "x"),), Fraction(1, 10), True), Linear(((Fraction(-1), "x"),), Fraction(-1, 10), True))
     )
-    line = along(hole, "x", {}, closed(Fraction(-1), Fraction(1)))
+    line = along(hole, "x", {}, line_between(Fraction(-1), Fraction(1)))
     assert len(line) == 2 and around(line, 0.0) == (-1.0, 1.0)  # 1/10 is no float64 number
     half = Or(
         (Linear(((Fraction(1), "x"),), Fraction(1, 2), True), Linear(((Fraction(-1), "x"),), Fraction(-1, 2), True))
     )
-    line = along(half, "x", {}, closed(Fraction(-1), Fraction(1)))
+    line = along(half, "x", {}, line_between(Fraction(-1), Fraction(1)))
     assert around(line, 0.0) == (-1.0, math.nextafter(0.5, 0)) and around(line, 0.75) == (math.nextafter(0.5, 1), 1.0)
 
 
@@ -148,7 +148,7 @@ def test_features_say_which_values_lead_to_the_same_leaf():
         for room in why(profile, claim, region, state).agents:
             policy = profile.policy(room.agent)
             names = [feature.name for feature in policy.features]
-            obs = observed(profile, policy, state)
+            obs = observe_state(profile, policy, state)
             leaf = int(ir.apply(policy.tree, obs)[0])
 
             def leaf_with(name, value, obs=obs, names=names, policy=policy):
@@ -182,7 +182,7 @@ def test_a_test_turns_when_what_it_measures_moves_by_its_room(profile):
                 assert turn.over == turn.step.value - turn.step.threshold and turn.room > 0
                 for share, stays in ((1 - 1e-6, True), (1 + 1e-6, False)):
                     moved = state.position[name] + turn.room * share * (1 if turn.step.left else -1) * sign
-                    value = observed(same, policy, State({**state.position, name: moved}, state.goal))[0, place]
+                    value = observe_state(same, policy, State({**state.position, name: moved}, state.goal))[0, place]
                     assert bool(value <= np.float32(turn.step.threshold)) == (turn.step.left == stays), turn
                     turned += not stays
     assert turned > 20
@@ -330,7 +330,9 @@ def test_worth_is_by_how_much_bounds_may_move(asked, x, y):
     if math.isinf(value):
         assert holds(asked, at, {}) == (value > 0)
         return
-    assert holds(tightened(asked, value - little), at, {}) and not holds(tightened(asked, value + little), at, {})
+    assert holds(tighten_formula(asked, value - little), at, {}) and not holds(
+        tighten_formula(asked, value + little), at, {}
+    )
     assert worth(Not(asked), at, {}) == -value
 
 

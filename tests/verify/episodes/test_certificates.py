@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 from codegen import ir
 from codegen.errors import InputError
-from codegen.lowering.deploy import deployed
+from codegen.lowering.deploy import deploy_tree
 from codegen.policy_json import content_hash
 from maviper import load
 from tests.support.episode_cases import arriving, on_lattice
@@ -27,13 +27,13 @@ from verify.certificates.episodes import to_json
 from verify.checker.envelope import body_hash, numbers
 from verify.checker.episodes import reading as episode_reading
 from verify.checker.episodes import walk as episodes
-from verify.checker.episodes.certificates import accepted, from_json
+from verify.checker.episodes.certificates import check_certificate, from_json
 from verify.checker.episodes.reading import CLAIM, EpisodeReading, ProofPart, matchings
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import find_claim
 from verify.claims.region import Region
 from verify.claims.uncertified.starts import everywhere, start_region
-from verify.episodes.certificates import LeftOpenError, NoCertificateError, made
+from verify.episodes.certificates import LeftOpenError, NoCertificateError, build_certificate
 from verify.episodes.composition import ZonesDecision, decide
 from verify.episodes.proof import EpisodeProver
 from verify.question import Budgets, Question
@@ -66,7 +66,7 @@ def random_middles(seed, most=0.5):
 
 
 def random_pair(profile, first, second, ties=False):
-    trees = [on_lattice(deployed(grown)) if ties else deployed(grown) for grown in (first, second)]
+    trees = [on_lattice(deploy_tree(grown)) if ties else deploy_tree(grown) for grown in (first, second)]
     assume(all(not (np.abs(each.threshold[each.threshold != 0]) < 2.0**-126).any() for each in trees))
     return with_trees({"agent_0": trees[0], "agent_1": trees[1]}, profile)
 
@@ -175,15 +175,15 @@ def test_proofs_are_found_for_what_zones_prove_and_only_for_what_holds(profile, 
         claim = find_claim(name, random, steps=steps)
         decided = decide(Question(Game(random), claim, region, budgets=Budgets(max_zones=20_000)))
         if decided.verdict is Verdict.PROVED:
-            certificate = made(Question(Game(random), claim, region), decided.parts)
+            certificate = build_certificate(Question(Game(random), claim, region), decided.parts)
             assert from_json(to_json(certificate)) == certificate
-            assert accepted(certificate, random) > 0
+            assert check_certificate(certificate, random) > 0
         whole = [ProofPart("", "", None, BOTH, b"")]
         try:  # also without asking the zones first
-            certificate = made(Question(Game(random), claim, region), whole, 20_000)
+            certificate = build_certificate(Question(Game(random), claim, region), whole, 20_000)
         except NoCertificateError:
             continue
-        assert accepted(certificate, random) > 0
+        assert check_certificate(certificate, random) > 0
         assert failures(random, claim, region, 2_000, seed) == 0
         assert failures(random, claim, region, 500, seed, 0.125) == 0 or side == 30
 
@@ -191,10 +191,10 @@ def test_proofs_are_found_for_what_zones_prove_and_only_for_what_holds(profile, 
 def test_a_certificate_comes_back_and_is_accepted(arrivers, proved):
     text = to_json(proved)
     assert to_json(from_json(text)) == text
-    assert from_json(text) == proved and accepted(proved, arrivers) > 10_000
+    assert from_json(text) == proved and check_certificate(proved, arrivers) > 10_000
     assert [part.followed for part in proved.parts] == [("agent_0",), ("agent_1",)]
     result = verify_episodes(Question(Game(arrivers), proved.claim, everywhere(arrivers)), {})
-    assert result.evidence.certificate == proved and result.evidence.branches == accepted(proved, arrivers)
+    assert result.evidence.certificate == proved and result.evidence.branches == check_certificate(proved, arrivers)
 
 
 def test_teams_that_need_a_matching_or_each_other(profile):
@@ -205,17 +205,17 @@ def test_teams_that_need_a_matching_or_each_other(profile):
     box |= {f"landmark_{number}.x": (Fraction(-3, 10), Fraction(3, 10)) for number in range(2)}
     shared = Region(box, ("landmark_0",), (), (("landmark_0", "landmark_1", Fraction(1, 2)),))
     certificate = certified(still, find_claim("covers", still), shared)
-    assert [part.agent for part in certificate.parts] == [""] and accepted(certificate, still) > 0
+    assert [part.agent for part in certificate.parts] == [""] and check_certificate(certificate, still) > 0
 
     pair = team(profile, tree((8, 0.25, 1, 2), RIGHT, STAY), tree(LEFT))
     places = {"agent_0": (0, 0), "agent_1": (1, 0), "landmark_0": (0.5, 0), "landmark_1": (0.5, 0)}
     region = centred(pair, Fraction(1, 100), places)
     certificate = certified(pair, find_claim("reaches", pair, steps=15, radius=Fraction(1, 5)), region)
     assert [part.followed for part in certificate.parts] == [BOTH, ("agent_1",)]
-    assert accepted(certificate, pair) > 0
+    assert check_certificate(certificate, pair) > 0
     alone = replace(certificate.parts[0], followed=BOTH[:1])
     with pytest.raises(RejectedError):
-        accepted(replace(certificate, parts=(alone, certificate.parts[1])), pair)
+        check_certificate(replace(certificate, parts=(alone, certificate.parts[1])), pair)
 
 
 def test_goals_that_are_read_have_proofs_of_their_own(profile):
@@ -224,14 +224,14 @@ def test_goals_that_are_read_have_proofs_of_their_own(profile):
     region = centred(seeker, Fraction(1, 100), places)
     claim = find_claim("reaches", seeker, steps=10)
     certificate = certified(seeker, claim, region)
-    assert accepted(certificate, seeker) > 0
+    assert check_certificate(certificate, seeker) > 0
     assert {part.goal for part in certificate.parts if part.agent == "agent_0"} == {"landmark_0", "landmark_1"}
     one = tuple(part for part in certificate.parts if part.goal != "landmark_1")
     with pytest.raises(RejectedError, match="goal landmark_1"):
-        accepted(replace(certificate, parts=one), seeker)
+        check_certificate(replace(certificate, parts=one), seeker)
     forall = tuple(replace(part, goal=None) for part in one)
     with pytest.raises(RejectedError):
-        accepted(replace(certificate, parts=forall), seeker)
+        check_certificate(replace(certificate, parts=forall), seeker)
 
 
 def test_the_committed_defenders_arrive_from_a_quarter_of_the_start_region():
@@ -239,7 +239,7 @@ def test_the_committed_defenders_arrive_from_a_quarter_of_the_start_region():
     box = {name: (low / 4, high / 4) for name, (low, high) in everywhere(committed).box.items()}
     region = Region(box, committed.world.goals)
     certificate = certified(committed, find_claim("reaches", committed), region)
-    assert accepted(certificate, committed) > 500 and {part.goal for part in certificate.parts} == {None}
+    assert check_certificate(certificate, committed) > 500 and {part.goal for part in certificate.parts} == {None}
 
 
 # --- mutations
@@ -268,7 +268,7 @@ def stands(certificate, profile):
     """Whether a certificate of any content, its hashes made to fit, is accepted."""
     certificate = replace(certificate, profile=content_hash(profile))
     try:
-        return accepted(from_json(to_json(certificate)), profile) >= 0
+        return check_certificate(from_json(to_json(certificate)), profile) >= 0
     except (RejectedError, InputError):
         return False
 
@@ -468,7 +468,7 @@ def renamed(certificate, name):
 def test_what_a_certificate_must_say(arrivers, proved):
     def refused(said, **changes):
         with pytest.raises((RejectedError, InputError), match=said):
-            accepted(replace(proved, **changes), arrivers)
+            check_certificate(replace(proved, **changes), arrivers)
 
     claim, region, part = proved.claim, proved.region, proved.parts[0]
     refused("the parts do not make up the claim", parts=proved.parts[:1])
@@ -502,16 +502,16 @@ def test_forms_without_contacts_are_refused_where_agents_collide(arrivers, prove
     colliding = tuple(replace(entity, collides=True) for entity in arrivers.world.agents)
     touching = replace(arrivers, world=replace(arrivers.world, agents=colliding))
     with pytest.raises(RejectedError, match="can push each other"):
-        accepted(replace(proved, profile=content_hash(touching)), touching)
+        check_certificate(replace(proved, profile=content_hash(touching)), touching)
     still = centred(touching, Fraction(1, 20), dict.fromkeys(ENTITIES, (0, 0)))
-    found = made(Question(Game(touching), find_claim("reaches", touching, steps=0), still), proved.parts)
-    assert found.form != proved.form and accepted(found, touching) > 0
+    found = build_certificate(Question(Game(touching), find_claim("reaches", touching, steps=0), still), proved.parts)
+    assert found.form != proved.form and check_certificate(found, touching) > 0
 
 
 def test_a_proof_that_is_too_long_is_told(arrivers, proved, monkeypatch):
     with pytest.raises(NoCertificateError, match="more than"):
-        made(Question(Game(arrivers), proved.claim, proved.region), proved.parts, 1_000)
-    monkeypatch.setattr("verify.verdicts.episodes.certificates.made", _too_long)
+        build_certificate(Question(Game(arrivers), proved.claim, proved.region), proved.parts, 1_000)
+    monkeypatch.setattr("verify.verdicts.episodes.certificates.build_certificate", _too_long)
     result = verify_episodes(Question(Game(arrivers), proved.claim, proved.region), {})
     assert (
         result.verdict is Verdict.PROVED
@@ -538,11 +538,11 @@ def test_a_part_that_is_too_large_hides_no_open_branch(arrivers, proved, order):
     """One agent's proof exceeds the limit, the other's fails."""
     swinging = team(arrivers, arriving(0), towards(1, 1))
     with pytest.raises(LeftOpenError):
-        made(Question(Game(swinging), proved.claim, proved.region), proved.parts[::order], 2_000)
+        build_certificate(Question(Game(swinging), proved.claim, proved.region), proved.parts[::order], 2_000)
 
 
 def test_a_control_is_judged_by_both_readings_too(arrivers, proved, monkeypatch):
-    monkeypatch.setattr("verify.question.shuffled", lambda profile, *_: team(profile, tree(STAY), tree(STAY)))
+    monkeypatch.setattr("verify.question.shuffle_leaves", lambda profile, *_: team(profile, tree(STAY), tree(STAY)))
     decided = iter(
         [
             decide(Question(Game(arrivers), proved.claim, proved.region)),
@@ -577,10 +577,10 @@ def test_the_adversary_may_do_anything(profile):
     pair = with_trees({"agent_0": tree((6, 0.0, 1, 2), RIGHT, UP), "agent_1": tree(STAY)}, profile)
     places = {"agent_0": (0, 0), "landmark_0": (0.3, 0.3), "agent_1": (0, 0), "landmark_1": (0, 0)}
     region = centred(pair, Fraction(1, 100), places)
-    assert accepted(certified(pair, find_claim("reaches", pair, steps=6), region), pair) > 0
+    assert check_certificate(certified(pair, find_claim("reaches", pair, steps=6), region), pair) > 0
     swinging = team(profile, towards(0, 0), towards(1, 1))
     with pytest.raises(NoCertificateError, match="left open"):
-        made(
+        build_certificate(
             Question(Game(swinging), find_claim("reaches", swinging), everywhere(swinging)),
             [ProofPart("", "", None, BOTH, b"")],
         )

@@ -18,7 +18,7 @@ from tests.support.teams import LEFT, RIGHT, STAY
 from verify.certificates.episodes import to_json
 from verify.checker.envelope import numbers
 from verify.checker.episodes import walk as episodes
-from verify.checker.episodes.certificates import PUSHED, accepted, from_json
+from verify.checker.episodes.certificates import PUSHED, check_certificate, from_json
 from verify.checker.episodes.contact_reading import ContactReading
 from verify.checker.episodes.reading import OpenBranchError, ProofPart
 from verify.checker.reading import RejectedError
@@ -62,7 +62,7 @@ def test_what_is_proved_has_a_certificate(cases):
     for profile, certificate in cases:
         text = to_json(certificate)
         assert certificate.form == PUSHED and from_json(text) == certificate and to_json(from_json(text)) == text
-        assert accepted(certificate, profile) > 0
+        assert check_certificate(certificate, profile) > 0
         assert failures(profile, certificate.claim, certificate.region, 2_000, seed=3) == 0
     names = [certificate.claim.name for _, certificate in cases]
     assert names == ["reaches", "keeps_apart", "keeps_apart", "reaches", "keeps_apart"]
@@ -71,7 +71,9 @@ def test_what_is_proved_has_a_certificate(cases):
 def test_a_verdict_shows_its_certificate(cases):
     profile, certificate = cases[2]
     result = verify_episodes(Question(Game(profile), certificate.claim, certificate.region), {})
-    assert result.evidence.certificate == certificate and result.evidence.branches == accepted(certificate, profile)
+    assert result.evidence.certificate == certificate and result.evidence.branches == check_certificate(
+        certificate, profile
+    )
     assert not result.evidence.uncertified and "over-approximated" in result.evidence.contacts
 
 
@@ -83,7 +85,7 @@ def test_opponents_as_in_the_profile_are_followed_in_the_proof():
     assert [part.followed for part in certificate.parts] == [("adversary_0", "agent_0")]
     alone = replace(certificate.parts[0], followed=("agent_0",))
     with pytest.raises(RejectedError):
-        accepted(replace(certificate, parts=(alone,)), profile)
+        check_certificate(replace(certificate, parts=(alone,)), profile)
 
 
 # --- mutations
@@ -93,7 +95,7 @@ def stands(certificate, profile):
     """Whether a certificate of any content, its hashes made to fit, is accepted."""
     certificate = replace(certificate, profile=content_hash(profile))
     try:
-        return accepted(from_json(to_json(certificate)), profile) >= 0
+        return check_certificate(from_json(to_json(certificate)), profile) >= 0
     except (RejectedError, InputError):
         return False
 
@@ -300,7 +302,7 @@ def test_what_a_certificate_must_say(cases):
 
     def refused(said, **changes):
         with pytest.raises((RejectedError, InputError), match=said):
-            accepted(replace(certificate, **changes), profile)
+            check_certificate(replace(certificate, **changes), profile)
 
     claim, part = certificate.claim, certificate.parts[0]
     assert (part.agent, part.landmark) == ("agent_0", "agent_1")

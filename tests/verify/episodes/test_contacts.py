@@ -17,17 +17,17 @@ from maviper.worlds.matching import matching_world
 from tests.support.contact_teams import HALF, HOMING, LANES, SPREAD, TAG, going
 from tests.support.contacts import around, escaped, played, random_team
 from tests.support.teams import LEFT, RIGHT, STAY, team, tree
-from verify.checker.episodes.certificates import accepted
+from verify.checker.episodes.certificates import check_certificate
 from verify.claims.catalogue import find_claim, sentence
 from verify.claims.uncertified.starts import everywhere
 from verify.episodes import contacts
 from verify.episodes.composition import decide
-from verify.episodes.unroll import grouped, strides
+from verify.episodes.unroll import build_group, strides
 from verify.episodes.zones import SCALE, Zones, starts
 from verify.question import Budgets, Question
 from verify.reports import report
 from verify.result import Verdict
-from verify.states.episodes import at_rest, coinciding, courses, fails, fulfilled, play
+from verify.states.episodes import at_rest, coinciding, courses, fails, meets_claim, play
 from verify.states.state import State, sample, state_at
 from verify.subjects import Game
 from verify.verdicts.episodes import verify_episodes
@@ -48,7 +48,7 @@ TURNING = tree((0, 0.3, 1, 2), RIGHT, LEFT)
 
 def failures(profile, claim, region, count, seed):
     coordinates, _ = sample(at_rest(region), profile.world, count, seed)
-    return int((~fulfilled(profile, claim, play(profile, coordinates, claim.steps)[0])).sum())
+    return int((~meets_claim(profile, claim, play(profile, coordinates, claim.steps)[0])).sum())
 
 
 def escapes(seed):
@@ -110,7 +110,7 @@ def test_speed_limits_of_bounds():
     rng = np.random.default_rng(0)
     low = rng.uniform(-3, 3, (300, 2))
     high = low + rng.uniform(0, 2, (300, 2))
-    least, most = contacts._limited(low, high, 1.3)
+    least, most = contacts._limit_speed(low, high, 1.3)
     for _ in range(50):
         velocity = low + (high - low) * rng.uniform(0, 1, (300, 2))
         velocity *= np.minimum(1, 1.3 / np.hypot(*velocity.T))[:, None]
@@ -260,11 +260,11 @@ def test_a_crowd_is_not_parted_without_end(monkeypatch):
     monkeypatch.setattr(contacts, "MAX_PARTS", 1 << 10)
     profile = random_team(TAG, 1, 0)
     agents = [policy.agent for policy in profile.agents]
-    group = grouped(profile, agents, None, [])
+    group = build_group(profile, agents, None, [])
     parts = starts(around(profile, Fraction(1, 5), np.zeros((6, 2))), profile.world)
-    first = np.array([part.projected(group.entities) for part in parts])
+    first = np.array([part.project(group.entities) for part in parts])
     begun = Zones.at_start(first, np.arange(len(first)), len(agents), group.tests, touching=True)
-    assert 100 < group.contacts.parted(begun, 0).count < 10 << 10
+    assert 100 < group.contacts.split_by_contact(begun, 0).count < 10 << 10
 
 
 # --- keeping apart without contacts, and what is refused
@@ -369,7 +369,7 @@ def test_a_proof_says_which_starts_it_leaves_out():
     claim = find_claim("reaches", profile, steps=0)
     result = verify_episodes(Question(Game(profile), claim, at_one_place(profile, "1/10")), {})
     assert result.verdict is Verdict.PROVED and "within 1e-150 of each other" in result.evidence.left_out
-    assert result.evidence.certificate is not None and result.evidence.branches == accepted(
+    assert result.evidence.certificate is not None and result.evidence.branches == check_certificate(
         result.evidence.certificate, profile
     )
     facts = report.document(profile, [result], [""])

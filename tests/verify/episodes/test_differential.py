@@ -13,13 +13,13 @@ from codegen.errors import InputError
 from tests.support.contacts import played
 from tests.support.teams import RIGHT, STAY, tree
 from verify.certificates.episodes import to_json
-from verify.checker.episodes.certificates import FORM, accepted, from_json
+from verify.checker.episodes.certificates import FORM, check_certificate, from_json
 from verify.checker.episodes.reading import ProofPart
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import find_claim
 from verify.claims.region import Region
 from verify.claims.uncertified.starts import everywhere
-from verify.episodes.certificates import NoCertificateError, made
+from verify.episodes.certificates import NoCertificateError, build_certificate
 from verify.episodes.composition import decide
 from verify.question import Budgets, Question
 from verify.result import Verdict
@@ -144,7 +144,7 @@ def disagreement(seed):
     own = [("", "")] if not claim.landmarks else zip(followed, claim.landmarks, strict=True)
     try:
         proved = found.parts if found.verdict is Verdict.PROVED else [ProofPart(*p, None, followed, b"") for p in own]
-        accepted(made(Question(Game(profile), claim, region), proved, 20_000), profile)
+        check_certificate(build_certificate(Question(Game(profile), claim, region), proved, 20_000), profile)
     except NoCertificateError as error:
         wrong = found.verdict is Verdict.PROVED and "answers" not in str(error)
         return f"proved by zones, {error}" if wrong else "", found.verdict
@@ -170,7 +170,7 @@ def answers(profile, claim, region):
     whole = [ProofPart("", "", None, ("agent_0",), b"")]
     try:
         return decide(Question(Game(profile), claim, region)).verdict, bool(
-            made(Question(Game(profile), claim, region), whole)
+            build_certificate(Question(Game(profile), claim, region), whole)
         )
     except NoCertificateError:
         return decide(Question(Game(profile), claim, region)).verdict, False
@@ -230,11 +230,13 @@ def test_what_is_not_zero_stays_so():
     profile = observing(profile, "agent_0", ("zero", SIGN[1]))
     claim = find_claim("covers", profile, TEAM, steps=6, radius=Fraction(3, 50))
     region = placed(profile, agent_0_x=NEAR, landmark_0_x=NEAR)
-    certificate = made(Question(Game(profile), claim, region), decide(Question(Game(profile), claim, region)).parts)
+    certificate = build_certificate(
+        Question(Game(profile), claim, region), decide(Question(Game(profile), claim, region)).parts
+    )
     assert certificate.form == "maviper-episode-certificate-2"
-    assert from_json(to_json(certificate)) == certificate and accepted(certificate, profile) > 0
+    assert from_json(to_json(certificate)) == certificate and check_certificate(certificate, profile) > 0
     with pytest.raises(RejectedError):
-        accepted(replace(certificate, form=FORM), profile)
+        check_certificate(replace(certificate, form=FORM), profile)
 
 
 def test_sums_of_three_are_refused():

@@ -8,7 +8,7 @@ import pytest
 
 from codegen.errors import InputError
 from tests.support.teams import DOWN, LEFT, RIGHT, STAY, UP, team, tree
-from verify.checker.episodes.forever import accepted
+from verify.checker.episodes.forever import check_certificate
 from verify.claims.catalogue import find_claim, in_general, usual
 from verify.claims.episodes import KeepsApart, StaysIn
 from verify.claims.files import read_properties
@@ -66,7 +66,7 @@ def disagreements(profile, seed, count):
         found = decide(Question(Game(one), claim, everywhere(one)))
         if found.verdict is not Verdict.PROVED:
             continue
-        proved += accepted(found.certificate, one) > 0
+        proved += check_certificate(found.certificate, one) > 0
         starts, _ = sample(everywhere(one), one.world, 100, SAMPLE_SEED + number)
         episode, _ = play(one, np.concatenate([starts, np.sign(starts[:50])]), 120)
         ours = [names.index(f"agent_{place}.{axis}") for place in range(2) for axis in "xy"]
@@ -116,7 +116,7 @@ def test_whole_answers(profile, few_states):
     assert max(places[:-1]) <= 3 < places[-1] and "from the origin at step" in str(found.evidence.ways[0])
     still = team(profile, tree(STAY), tree(STAY))
     some = verify_episodes(Question(Game(still), find_claim("stays_in", still, steps=5, radius=2), start), {})
-    assert some.verdict is Verdict.PROVED and some.certificate.accepted(still) >= 0 and not some.claim.ever
+    assert some.verdict is Verdict.PROVED and some.certificate.check(still) >= 0 and not some.claim.ever
     hard = tuple(replace(agent, collides=True) for agent in still.world.agents)
     pushed = replace(still, world=replace(still.world, agents=hard, contact_force=100.0))
     unknown = decide(Question(Game(pushed), find_claim("stays_in", pushed), start))

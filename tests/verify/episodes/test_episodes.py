@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from codegen import ir
 from codegen.agreement.build import build
 from codegen.errors import DisagreementError, InputError, UnknownNameError
-from codegen.lowering.deploy import deployed
+from codegen.lowering.deploy import deploy_tree
 from maviper.verification.replays import rollouts
 from maviper.worlds.matching import matching_world
 from tests.benchmarks.closed_loop import unrolled
@@ -27,7 +27,7 @@ from verify.episodes.composition import _Arrive, _Decider, _Task, _Violated, dec
 from verify.episodes.zones import starts
 from verify.question import Budgets, Question
 from verify.result import Verdict
-from verify.states.episodes import Episode, at_rest, courses, fails, fulfilled, play
+from verify.states.episodes import Episode, at_rest, courses, fails, meets_claim, play
 from verify.states.state import State, inside, sample
 from verify.subjects import Game
 from verify.verdicts.episodes import verify_episodes
@@ -60,7 +60,7 @@ def replays_of(profile):
 
 def sampled_failures(profile, claim, region, count, seed):
     coordinates, _ = sample(at_rest(region), profile.world, count, seed)
-    return int((~fulfilled(profile, claim, play(profile, coordinates, claim.steps)[0])).sum())
+    return int((~meets_claim(profile, claim, play(profile, coordinates, claim.steps)[0])).sum())
 
 
 # --- teams whose answers are known
@@ -148,7 +148,7 @@ def test_without_moves_a_claim_is_one_about_starts(profile, steps):
 @pytest.mark.slow
 def test_random_teams_on_small_boxes(profile, first, second, steps, seed, side):
     """Verdicts hold on a dense sample, and every violation replays."""
-    trees = [deployed(grown) for grown in (first, second)]
+    trees = [deploy_tree(grown) for grown in (first, second)]
     assume(all(not (np.abs(each.threshold[each.threshold != 0]) < 2.0**-126).any() for each in trees))
     random = with_trees({"agent_0": trees[0], "agent_1": trees[1]}, profile)
     rng = np.random.default_rng(seed)
@@ -170,7 +170,7 @@ def test_random_teams_on_small_boxes(profile, first, second, steps, seed, side):
 @given(grown_trees(max_depth=2), grown_trees(max_depth=2), st.integers(2, 9))
 def test_points_are_decided_as_simulated(profile, first, second, steps):
     """A region that is one start: the verdict is that of playing it."""
-    trees = [deployed(grown) for grown in (first, second)]
+    trees = [deploy_tree(grown) for grown in (first, second)]
     assume(all(not (np.abs(each.threshold[each.threshold != 0]) < 2.0**-126).any() for each in trees))
     random = with_trees({"agent_0": trees[0], "agent_1": trees[1]}, profile)
     rng = np.random.default_rng(steps)
@@ -203,7 +203,7 @@ def test_against_unrolling_by_z3(profile, trees, steps):
 @given(grown_trees(max_depth=3), grown_trees(max_depth=3), st.integers(0, 7), st.booleans())
 def test_every_start_lies_in_a_zone_that_moves_as_it_does(profile, first, second, steps, ties):
     """Also agents that read each other and the adversary, and starts on which thresholds tie."""
-    trees = [on_lattice(deployed(grown)) if ties else deployed(grown) for grown in (first, second)]
+    trees = [on_lattice(deploy_tree(grown)) if ties else deploy_tree(grown) for grown in (first, second)]
     assume(all(not (np.abs(each.threshold[each.threshold != 0]) < 2.0**-126).any() for each in trees))
     random = with_trees({"agent_0": trees[0], "agent_1": trees[1]}, profile)
     assert lost(random, steps, steps, 100, 0.125 if ties else None, budget=50_000) in (0, None)
@@ -428,6 +428,6 @@ def test_an_interrupt_passes_through(arrivers, monkeypatch):
     def interrupted(*given):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("verify.episodes.unroll.decided", interrupted)
+    monkeypatch.setattr("verify.episodes.unroll.split_by_tree", interrupted)
     with pytest.raises(KeyboardInterrupt):
         decide(Question(Game(arrivers), find_claim("reaches", arrivers), everywhere(arrivers)))

@@ -26,7 +26,7 @@ from tests.support.zone_cases import (
     switching,
 )
 from verify.claims.catalogue import find_property
-from verify.claims.decisions import DistinctTargets, engaged, formula
+from verify.claims.decisions import DistinctTargets, engages, formula
 from verify.claims.formula import And, Goal, Linear, Not, Or, holds
 from verify.claims.region import Region
 from verify.claims.region_files import read_region
@@ -215,7 +215,7 @@ def test_a_region_that_is_flat_in_some_coordinates(profile):
     low, high = sampled.interval
     assert low <= share.value <= high and 0 < share.value < 1
     joined = replace(fixed, differences=(("agent_0.y", "agent_1.y", (Fraction(1, 4), Fraction(1, 4))),))
-    assert set(violations.fixed_coordinates(joined)) == {"landmark_0.x", "agent_1.y"}
+    assert set(violations.find_fixed_coordinates(joined)) == {"landmark_0.x", "agent_1.y"}
     thick = replace(joined, differences=(("agent_0.y", "agent_1.y", (Fraction(1, 4), Fraction(2501, 10_000))),))
     flat, near = (sampled_and_exact(same, claim, region, 1)[1].value for region in (joined, thick))
     assert abs(flat - near) < Fraction(1, 1000)
@@ -408,7 +408,7 @@ def test_cuts_remove_the_zones_that_they_say(profile):
                 bounds = one.bounds(zone)
                 lower = bounds.get((b, a)) or (bounds[b, ""][0] + bounds["", a][0], False)
                 kept += -lower[0] <= Fraction(most, GRID)
-        assert len(space.left(space.zones, direction, most)[0]) == kept
+        assert len(space.cut_zones(space.zones, direction, most)[0]) == kept
 
 
 def test_too_many_cells_leave_a_region_inside_a_smaller_one(profile):
@@ -488,7 +488,7 @@ def test_bounds_in_words_are_all_that_a_zone_needs():
                 names = ["", *failing.problem.places]
                 least = {(name, ""): (high, False) for name, (_, high) in region.box.items()}
                 least |= {("", name): (-low, False) for name, (low, _) in region.box.items()}
-                for name, low, high in where_report._needed(failing, zone, region):
+                for name, low, high in where_report._select_bounds(failing, zone, region):
                     a, b = name.split(" - ") if " - " in name else (name, "")
                     least |= {(b, a): (-low[0], low[1])} if low else {}
                     least |= {(a, b): high} if high else {}
@@ -505,7 +505,7 @@ def test_leaves_of_different_agents_are_not_counted_together(profile):
     """A claim that speaks of one agent for one goal and of another for the other."""
     still = team(profile, tree(STAY), tree(STAY))
     goal_0, goal_1 = Goal("landmark_0"), Goal("landmark_1")
-    first, second = (engaged(still.policy(f"agent_{k}"), f"landmark_{k}", CLAIM) for k in (0, 1))
+    first, second = (engages(still.policy(f"agent_{k}"), f"landmark_{k}", CLAIM) for k in (0, 1))
     stated = And((Or((Not(goal_0), first)), Or((Not(goal_1), second))))
     claim = OwnFormula(CLAIM.team, statement=stated)
     region = everywhere(still)

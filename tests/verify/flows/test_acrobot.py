@@ -28,11 +28,11 @@ def test_derivatives_are_those_of_the_environment_and_its_step_is_near_the_flow(
         state = rng.uniform([-3, -3, -6, -9], [3, 3, 6, 9]) * (0.1 if number % 2 else 1.0)
         action = int(rng.integers(3))
         known, augmented = dict(zip(NAMES, state.tolist(), strict=True)), np.append(state, action - 1.0)
-        found = list(rule.derivative(known, rule.held({"arm": ACTIONS[action]})).values())
+        found = list(rule.derivative(known, rule.hold_inputs({"arm": ACTIONS[action]})).values())
         assert np.abs(np.array(found) - np.array(env._dsdt(augmented))[:4]).max() < 1e-12
         if number % 20 == 1:
             step = acrobot.rk4(env._dsdt, augmented, [0, env.dt])[:4]
-            exact = rule.integrated(known, {"arm": ACTIONS[action]}, np.array([env.dt]))[-1]
+            exact = rule.integrate_states(known, {"arm": ACTIONS[action]}, np.array([env.dt]))[-1]
             assert np.abs(step - exact).max() < 2e-3
     assert (rule.period, STATEMENT.system.steps * rule.period) == (env.dt, 1.0)
 
@@ -42,4 +42,4 @@ def test_one_second_is_too_short_to_swing_up():
     claim = claims_of(STATEMENT, SWING, FILE.name)[0]
     found = decide(Question(ClosedLoop(SWING, STATEMENT.system), claim, UNBOUNDED))
     assert found.verdict is Verdict.PROVED
-    assert found.certificate.accepted(SWING, STATEMENT.system) == found.branches
+    assert found.certificate.check(SWING, STATEMENT.system) == found.branches

@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 from codegen.errors import InputError
 from codegen.ir import act
 from maviper.worlds.stated.environment import StatedEnv
-from maviper.worlds.stated.integrating import integrated
+from maviper.worlds.stated.integrating import check_integration
 from tests.support.system_cases import box, policy, team
 from verify.checker.flows import cases
 from verify.checker.flows.cases import FlowCases
@@ -19,7 +19,7 @@ from verify.checker.reading import RejectedError
 from verify.claims.region import UNBOUNDED
 from verify.flows.decide import decide
 from verify.flows.playing import FlowCourse
-from verify.flows.replay import replayed
+from verify.flows.replay import replay_course
 from verify.question import Question
 from verify.result import Verdict
 from verify.subjects import ClosedLoop
@@ -121,7 +121,7 @@ def test_ten_thousand_episodes_stay(plan):
 
 
 FAULTS = {
-    "only the first case": lambda self, boxes: [self._cuts[0].within(boxes), *(boxes.taken(slice(0, 0)),) * 3],
+    "only the first case": lambda self, boxes: [self._cuts[0].within(boxes), *(boxes.take(slice(0, 0)),) * 3],
     "the cases in another order": lambda self, boxes: [cut.within(boxes) for cut in self._cuts[::-1]],
 }
 
@@ -132,17 +132,21 @@ def test_a_planted_fault_is_caught(name, monkeypatch):
     assert escapes(PLANS["frames"], 60) > 1e-6
 
 
+@pytest.mark.slow
 def test_a_claim_is_proved_and_a_false_one_broken():
     question = asked()
     found = decide(question)
     assert found.verdict is Verdict.PROVED
-    assert found.certificate.accepted(question.profile, question.subject.system) == found.branches
+    assert found.certificate.check(question.profile, question.subject.system) == found.branches
     broken = asked(region=(-2, 1))
     again = decide(broken).counterexample
     assert again.states[-1]["warm"] > 1 and again.pieces[0] == 3 and len(again.pieces) == len(again.actions)
     course = FlowCourse(again.start, again.errors[0], again.longer, again.way, again.rank)
-    assert replayed(broken.profile, broken.subject.system, broken.claim, course) == again
-    assert replayed(broken.profile, broken.subject.system, broken.claim, course._replace(errors={"warm": F(1)})) is None
+    assert replay_course(broken.profile, broken.subject.system, broken.claim, course) == again
+    assert (
+        replay_course(broken.profile, broken.subject.system, broken.claim, course._replace(errors={"warm": F(1)}))
+        is None
+    )
 
 
 def test_choices_of_jumps_hold_for_each():
@@ -160,7 +164,7 @@ def test_choices_of_jumps_hold_for_each():
 
 def test_play_and_the_referee_take_the_case_that_holds():
     statement, _, _ = room()
-    assert integrated(statement).mark.value == "ok"
+    assert check_integration(statement).mark.value == "ok"
     env = StatedEnv(statement, "room.toml")
     env.reset(seed=0)
     env.state = {"warm": 1.5, "heat": 2.0}

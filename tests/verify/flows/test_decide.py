@@ -12,10 +12,10 @@ from tests.support.system_cases import box, policy, team
 from verify.checker.flows.sweep import NOT_SHOWN, FlowSweep, Plan
 from verify.claims.region import UNBOUNDED
 from verify.flows import decide as flows
-from verify.flows.playing import FlowCourse, FlowPlay, vectorised
-from verify.flows.replay import replayed
+from verify.flows.playing import FlowCourse, FlowPlay, vectorise
+from verify.flows.replay import replay_course
 from verify.flows.search import PlanSearch
-from verify.flows.undefined import undefined
+from verify.flows.undefined import find_undefined
 from verify.question import Budgets, Question
 from verify.result import Verdict
 from verify.subjects import ClosedLoop
@@ -32,7 +32,7 @@ def test_what_holds_is_proved(name):
     question = asked(*CASES[name])
     found = flows.decide(question)
     assert found.verdict is Verdict.PROVED and found.certificate is not None
-    assert found.certificate.accepted(question.profile, question.subject.system) == found.branches > 0
+    assert found.certificate.check(question.profile, question.subject.system) == found.branches > 0
 
 
 def test_what_fails_is_broken_by_an_episode_that_is_found_again():
@@ -41,7 +41,7 @@ def test_what_fails_is_broken_by_an_episode_that_is_found_again():
     assert found.verdict is Verdict.VIOLATED
     broken = found.counterexample
     assert (broken.step, broken.seconds) == (10, F(1, 2)) and broken.states[-1]["angle"] > F(6, 10)
-    again = replayed(question.profile, question.subject.system, question.claim, FlowCourse(broken.start, {}))
+    again = replay_course(question.profile, question.subject.system, question.claim, FlowCourse(broken.start, {}))
     assert again == broken
 
 
@@ -85,10 +85,10 @@ def test_what_is_razor_thin_is_unknown_and_says_what_may_help():
 def test_a_start_or_an_error_out_of_bounds_breaks_nothing():
     system, profile, claim = case(TURNING, SIDES, NEAR.replace("[-2, 2]", "[-0.1, 0.1]"))
     start = {"x": F(1), "y": F(0)}
-    assert replayed(profile, system, claim, FlowCourse(start, {"x": F(1, 1000), "y": F(0)})) is not None
-    assert replayed(profile, system, claim, FlowCourse({"x": F(2), "y": F(0)}, {})) is None
-    assert replayed(profile, system, claim, FlowCourse(start, {"x": F(1)})) is None
-    assert replayed(profile, system, claim, FlowCourse(start, {"z": F(0)})) is None
+    assert replay_course(profile, system, claim, FlowCourse(start, {"x": F(1, 1000), "y": F(0)})) is not None
+    assert replay_course(profile, system, claim, FlowCourse({"x": F(2), "y": F(0)}, {})) is None
+    assert replay_course(profile, system, claim, FlowCourse(start, {"x": F(1)})) is None
+    assert replay_course(profile, system, claim, FlowCourse(start, {"z": F(0)})) is None
 
 
 def test_play_reads_derivatives_as_the_tests_do():
@@ -97,7 +97,7 @@ def test_play_reads_derivatives_as_the_tests_do():
     known = {name: random.uniform(0.5, 1.5, 50) for name in ("x", "y", "z", "one.u")}
     for expression in system.flow.rates.values():
         again = rate(expression, {**known, "number": float, "library": np})
-        assert np.allclose(vectorised(expression)(known), again, rtol=1e-13)
+        assert np.allclose(vectorise(expression)(known), again, rtol=1e-13)
 
 
 def test_a_search_stops_at_its_budget():
@@ -140,7 +140,7 @@ def test_what_may_not_be_defined_on_the_way_is_named():
     system, profile, claim = case(DRAIN, profile, "")
     sweep = FlowSweep(profile, system, claim)
     assert sweep.whole is not None
-    assert undefined(system, sweep, [sweep.whole], Plan((), 4, 1)) == ["level"]
+    assert find_undefined(system, sweep, [sweep.whole], Plan((), 4, 1)) == ["level"]
     assert sweep.open == {0: NOT_SHOWN} and sweep.watch is None
     bold = team(policy("valve", ["level"], ["on", "off"], ((0, 0.3), 0, 1)))
-    assert undefined(system, FlowSweep(bold, system, claim), [sweep.whole], Plan((), 4, 4)) == []
+    assert find_undefined(system, FlowSweep(bold, system, claim), [sweep.whole], Plan((), 4, 4)) == []

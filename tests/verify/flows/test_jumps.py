@@ -61,7 +61,7 @@ def decided(text=TEXT):
 def test_a_claim_about_a_law_is_proved_and_a_false_one_is_broken():
     system, _ = asked()
     found = decided()
-    assert found.verdict.value == "PROVED" and found.certificate.accepted(TREE, system) == found.branches
+    assert found.verdict.value == "PROVED" and found.certificate.check(TREE, system) == found.branches
     false = decided(TEXT.replace("[-0.5, 0.5]", "[0.5, 0.6]"))
     assert false.verdict.value == "VIOLATED" and not 0.5 <= false.counterexample.states[-1]["x"] <= 0.6
 
@@ -104,7 +104,7 @@ def escapes():
 
 def test_episodes_stay_in_the_sets_and_a_forgotten_jump_is_caught(monkeypatch):
     assert not escapes()
-    jumped = FlowStep.jumped
+    jumped = FlowStep.jump_sets
 
     def without_law(self, box, frames, held):
         return jumped(
@@ -114,7 +114,7 @@ def test_episodes_stay_in_the_sets_and_a_forgotten_jump_is_caught(monkeypatch):
             {name: held[name]._replace(low=0 * held[name].low, high=0 * held[name].high) for name in held},
         )
 
-    monkeypatch.setattr(FlowStep, "jumped", without_law)
+    monkeypatch.setattr(FlowStep, "jump_sets", without_law)
     system, claim = asked(TEXT.replace("[-0.5, 0.5]", "[-99, 99]"))
     monkeypatch.setattr(f"{__name__}.asked", lambda: (system, claim))
     assert escapes()
@@ -124,12 +124,12 @@ def test_play_and_the_referee_make_the_jump():
     system, _ = asked()
     rule, state = FlowRule(system.flow), {"x": 0.5, "v": 0.0, "u": 0.0}
     expected = moved([0.5, 0.0, 0.0], (-9, -5))
-    assert np.abs(np.array(list(rule.moved(state, {"a": "far"}).values())) - expected).max() < 1e-9
-    assert np.abs(rule.integrated(state, {"a": "far"}, np.array([0.1]))[-1] - expected).max() < 1e-9
+    assert np.abs(np.array(list(rule.move_state(state, {"a": "far"}).values())) - expected).max() < 1e-9
+    assert np.abs(rule.integrate_states(state, {"a": "far"}, np.array([0.1]))[-1] - expected).max() < 1e-9
 
 
 def test_a_flow_without_bounds_is_refused_by_the_referee():
     text = TEXT.replace("u + 0.1[1/s^2/m]*x**2", "u + 99[1/m]*v**2")
     system, _ = asked(text)
     with pytest.raises(ArithmeticError, match="grows beyond all bounds"):
-        FlowRule(system.flow).integrated({"x": 0.0, "v": 9.0, "u": 0.0}, {"a": "far"}, np.array([0.1]))
+        FlowRule(system.flow).integrate_states({"x": 0.0, "v": 9.0, "u": 0.0}, {"a": "far"}, np.array([0.1]))

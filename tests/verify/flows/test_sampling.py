@@ -11,7 +11,7 @@ from codegen.errors import InputError
 from codegen.ir import act
 from maviper.worlds.stated.environment import StatedEnv
 from maviper.worlds.stated.flowing import FlowRule
-from maviper.worlds.stated.integrating import integrated
+from maviper.worlds.stated.integrating import check_integration
 from tests.support.flows import CASES, case, rate, starts_of
 from tests.support.system_cases import box
 from verify.checker.flows import sweep
@@ -20,7 +20,7 @@ from verify.checker.flows.sweep import FlowSweep, Plan
 from verify.claims.region import UNBOUNDED
 from verify.flows.decide import decide
 from verify.flows.playing import FlowCourse
-from verify.flows.replay import replayed
+from verify.flows.replay import replay_course
 from verify.question import Question
 from verify.reports.flows import sentence
 from verify.result import Verdict
@@ -116,8 +116,13 @@ def test_ten_thousand_trajectories_stay(said, name):
 
 FAULTS = {
     "a pace of 1": (JITTER, (0,), (sweep, "pace_of"), lambda flow: (F(1), F(1))),
-    "no pace": (JITTER, (0,), (sweep, "paced"), lambda flow: flow),
-    "observed at once": (EITHER, (0, 1), (LateTrees, "chosen"), lambda self, boxes: self.ways[0].chosen(boxes)),
+    "no pace": (JITTER, (0,), (sweep, "pace_flow"), lambda flow: flow),
+    "observed at once": (
+        EITHER,
+        (0, 1),
+        (LateTrees, "split_at_tests"),
+        lambda self, boxes: self.ways[0].split_at_tests(boxes),
+    ),
 }
 
 
@@ -174,27 +179,28 @@ def asked(said, **bounds):
     return Question(ClosedLoop(profile, system), replace(claim, steps=5), UNBOUNDED)
 
 
+@pytest.mark.slow
 def test_a_claim_is_proved_or_broken_by_what_is_late():
     """An episode that breaks a claim says by how much its periods are longer, and is refused beyond the jitter."""
     kept = asked(JITTER, angle=(0, F(13, 10)))
     found = decide(kept)
     assert found.verdict is Verdict.PROVED
-    assert found.certificate.accepted(kept.profile, kept.subject.system) == found.branches
+    assert found.certificate.check(kept.profile, kept.subject.system) == found.branches
     broken = asked("jitter = 0.01", angle=(F(808, 1000), 2))
     found = decide(broken)
     again = found.counterexample
     assert found.verdict is Verdict.VIOLATED and again.longer != 0
     course = FlowCourse(again.start, {}, again.longer, again.way)
-    assert replayed(broken.profile, broken.subject.system, broken.claim, course) == again
+    assert replay_course(broken.profile, broken.subject.system, broken.claim, course) == again
     for beyond in (course._replace(longer=F(1, 50)), course._replace(way=1)):
-        assert replayed(broken.profile, broken.subject.system, broken.claim, beyond) is None
+        assert replay_course(broken.profile, broken.subject.system, broken.claim, beyond) is None
 
 
 def test_play_and_the_referee_know_both():
     text, _, _ = CASES["pendulum"]
     said = text.replace('period = "0.05 s"', 'period = { length = "0.05 s", jitter = 0.01, delay = 1 }')
     statement = statement_of(said, "p.toml")
-    assert integrated(statement).mark.value == "ok"
+    assert check_integration(statement).mark.value == "ok"
     env = StatedEnv(statement, "p.toml")
     begun, _ = env.reset(seed=0)
     first = env.step({"motor": 0})[0]
@@ -208,5 +214,5 @@ def test_play_and_the_referee_know_both():
     rule = FlowRule(statement.system.flow)
     assert len(times) == 4
     state = {"angle": 1.0, "spin": 0.0, "angle 1 ago": 1.0, "spin 1 ago": 0.0}
-    ends = [rule.moved(state, {"motor": "off"}, by)["angle"] for by in (-0.01, 0.01)]
+    ends = [rule.move_state(state, {"motor": "off"}, by)["angle"] for by in (-0.01, 0.01)]
     assert min(ends) < min(times) and max(times) < max(ends)

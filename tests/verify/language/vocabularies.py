@@ -8,7 +8,7 @@ from codegen.ir import NO_CHILD, NO_FEATURE, ActionSpec, AgentPolicy, Tree
 from verify.claims.language.formulas import Vocabulary, formula_of
 from verify.claims.uncertified.documents import formula_document
 from verify.language.arithmetic import Typed
-from verify.language.units import unit_of, written
+from verify.language.units import format_unit, unit_of
 from verify.systems.language.expressions import Call, Name, Number, Power
 from verify.systems.language.parsing import Names, expression_of, half_spaces
 
@@ -73,7 +73,7 @@ def spelled(expression):
 
 def expression(text):
     found = expression_of(text, NAMES, "here")
-    return [spelled(found.value), None if found.unit is None else written(found.unit)]
+    return [spelled(found.value), None if found.unit is None else format_unit(found.unit)]
 
 
 def condition(text):

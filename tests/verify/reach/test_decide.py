@@ -35,8 +35,8 @@ from tests.verify.reach import random_systems
 from verify.certificates.systems import to_json
 from verify.checker.covers.certificates import from_json
 from verify.checker.reading import RejectedError
-from verify.checker.systems.certificates import accepted
-from verify.claims.formula import FALSE, Acts, Not, Or, holds, negated
+from verify.checker.systems.certificates import check_certificate
+from verify.claims.formula import FALSE, Acts, Not, Or, holds, negate
 from verify.claims.region import UNBOUNDED
 from verify.question import Budgets, Question
 from verify.reports.systems import facts, lines
@@ -46,7 +46,7 @@ from verify.spending import STATE
 from verify.subjects import ClosedLoop
 from verify.systems.claims import Pattern, SystemClaim
 from verify.systems.documents import content_hash
-from verify.systems.observing import chosen
+from verify.systems.observing import choose_actions
 from verify.systems.system import Feature, HalfSpace, Piece, System, Variable
 from verify.verdicts.systems import verify_system
 
@@ -57,9 +57,9 @@ COVERED = Budgets(samples=0)  # boxes first
 def expected(system, profile, claim):
     """The verdict that direct queries give."""
     anything = SystemClaim(Pattern.AVOIDS, ((),), 0)
-    if not possible(unrolled.written(profile, system, anything)[0]):
+    if not possible(unrolled.encode_claim(profile, system, anything)[0]):
         return Verdict.VACUOUS
-    broken, left = unrolled.written(profile, system, claim)
+    broken, left = unrolled.encode_claim(profile, system, claim)
     if possible(broken):
         return Verdict.VIOLATED
     return Verdict.UNKNOWN if possible(left) else Verdict.PROVED
@@ -70,7 +70,7 @@ def ensure_evidence(system, profile, claim, result):
     if result.verdict is Verdict.PROVED:
         text = to_json(result.certificate)
         assert from_json(text) == result.certificate and to_json(from_json(text)) == text
-        from_json(text).accepted(profile, system)
+        from_json(text).check(profile, system)
     if result.verdict is Verdict.VIOLATED and not claim.about_decisions:
         ensure_episode(system, profile, claim, result.counterexample)
 
@@ -82,11 +82,11 @@ def ensure_episode(system, profile, claim, found):
         piece = system.pieces[number]
         assert all(low <= state[name] <= high for name, (low, high) in piece.where.items())
         assert all(piece.error[name][0] <= value <= piece.error[name][1] for name, value in errors.items())
-        numbers = chosen(system, profile, state)
+        numbers = choose_actions(system, profile, state)
         assert actions == {one.agent: one.actions[numbers[one.agent]].name for one in profile.agents}
         assert piece.step(state, actions, errors) == after
-    assert len(found.states) == found.step + 1 and holds(claim.broken(found.step), found.states[-1], {})
-    assert not any(holds(claim.fulfilled(step), state, {}) for step, state in enumerate(found.states))
+    assert len(found.states) == found.step + 1 and holds(claim.violation_at(found.step), found.states[-1], {})
+    assert not any(holds(claim.fulfilment_at(step), state, {}) for step, state in enumerate(found.states))
 
 
 @pytest.mark.solver
@@ -139,18 +139,18 @@ def test_claims_about_decisions_are_those_of_direct_queries():
         names = [one.name for one in system.variables]
         acts = [Acts(one.agent, int(random.integers(len(one.actions)))) for one in profile.agents]
         atoms = SystemClaim(Pattern.AVOIDS, (random_systems.polytope(random, names),)).inside
-        formula = Or((negated(atoms), *acts)) if random.random() < 0.5 else Or((Not(acts[0]), negated(atoms)))
+        formula = Or((negate(atoms), *acts)) if random.random() < 0.5 else Or((Not(acts[0]), negate(atoms)))
         regions = tuple(random_systems.polytope(random, names) for _ in range(int(random.integers(0, 3))))
         claim = SystemClaim(Pattern.DECIDES, regions, formula=formula)
         (result,) = decided(profile, system, [claim], PLAYED if seed % 2 else SEARCHED)
         nothing = replace(claim, formula=FALSE)
-        some, fails = (possible(unrolled.written(profile, system, asked)[0]) for asked in (nothing, claim))
+        some, fails = (possible(unrolled.encode_claim(profile, system, asked)[0]) for asked in (nothing, claim))
         want = Verdict.VIOLATED if fails else Verdict.PROVED if some else Verdict.VACUOUS
         assert result.verdict is want, (seed, result)
         ensure_evidence(system, profile, claim, result)
         if fails:
             found = result.counterexample.start
-            assert not holds(formula, found, chosen(system, profile, found))
+            assert not holds(formula, found, choose_actions(system, profile, found))
         met[want] += 1
     assert met[Verdict.PROVED] > 20 and met[Verdict.VIOLATED] > 20
 
@@ -324,11 +324,11 @@ def test_what_moves_a_system_is_never_left_out():
         decided(profile, replace(system, pieces=(pushed,)), [claim])
     backwards = replace(system, pieces=(replace(piece, error={"x": (F(1), F(-1))}),))
     with pytest.raises(RejectedError, match="low end"):
-        accepted(replace(alone.certificate, system=content_hash(backwards)), profile, backwards)
+        check_certificate(replace(alone.certificate, system=content_hash(backwards)), profile, backwards)
     windy = replace(system, pieces=(pushed,))
     forged = replace(alone.certificate, system=content_hash(windy))
     with pytest.raises(InputError, match="no tree for agents"):
-        accepted(forged, profile, windy)
+        check_certificate(forged, profile, windy)
 
 
 def test_a_region_may_have_more_conditions_than_the_stack_has_frames():

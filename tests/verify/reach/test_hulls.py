@@ -31,7 +31,7 @@ def level(search, steps):
     """The symbolic states after so many steps."""
     found = list(search.roots())
     for _ in range(steps):
-        found = [after for branch in found for after in search.followed(branch)]
+        found = [after for branch in found for after in search.follow_branch(branch)]
     return found
 
 
@@ -90,9 +90,9 @@ def test_a_hull_holds_every_state_of_its_branches(seed):
 @pytest.mark.parametrize("seed", range(12))
 def test_groups_are_a_partition_into_so_many_parts(seed):
     made, branches, _ = drawn(seed)
-    whole_groups = made.grouped(branches, 1)
+    whole_groups = made.group_branches(branches, 1)
     for parts in (1, 2, 4):
-        groups = made.grouped(branches, parts)
+        groups = made.group_branches(branches, parts)
         assert sorted(number for group in groups for number in group) == list(range(len(branches)))
         assert len(whole_groups) <= len(groups) <= parts * len(whole_groups)
         for group in groups:
@@ -113,7 +113,7 @@ def test_numbers_of_hulls_are_short_and_their_slack_is_small():
     rng = np.random.default_rng(3)
     for low, width in rng.uniform(-9, 9, (200, 2)).tolist():
         low, high = F(low), F(low) + abs(F(width))
-        below, above = hulls._widened(low, high)
+        below, above = hulls._widen_bounds(low, high)
         slack = max(high - low, F(hulls.LEAST)) / 2 ** (hulls.FINENESS - 2)
         assert low - slack <= below < low and high < above <= high + slack
         assert all(end.denominator & (end.denominator - 1) == 0 for end in (below, above)), "a power of two below"

@@ -16,7 +16,7 @@ from verify.progress import listening
 from verify.question import Budgets, Question
 from verify.reach.decide import decide, together
 from verify.reach.play import shrinking
-from verify.reach.replay import Course, replayed
+from verify.reach.replay import Course, replay_course
 from verify.result import Verdict
 from verify.subjects import ClosedLoop
 from verify.systems.claims import Pattern, SystemClaim
@@ -81,10 +81,10 @@ def test_verdicts_are_those_of_the_claims_alone():
             found, alone = search.outcome(number), decide(question)
             assert found.verdict is alone.verdict, (seed, number)
             if found.certificate is not None:
-                found.certificate.accepted(profile, system)
+                found.certificate.check(profile, system)
             if found.counterexample is not None:
                 course = Course(found.counterexample.start, found.counterexample.errors, found.counterexample.pieces)
-                assert replayed(profile, system, claims[number], course) == found.counterexample
+                assert replay_course(profile, system, claims[number], course) == found.counterexample
             met[claims[number].pattern, found.verdict] += 1
     assert all(sum(met[each, verdict] for each in Pattern) >= 5 for verdict in (Verdict.PROVED, Verdict.VIOLATED)), met
 
@@ -158,11 +158,11 @@ def test_counterexamples_are_short(error):
 def test_shrinking_takes_no_more_steps():
     system, profile = drifting()
     claim = stays(system, 8, x=(-1, F(3, 2)))
-    long = replayed(profile, system, claim, Course({"x": F(98765432109, 100000000000)}))
-    found = shrinking.shrunk(profile, system, claim, long)
+    long = replay_course(profile, system, claim, Course({"x": F(98765432109, 100000000000)}))
+    found = shrinking.shrink_counterexample(profile, system, claim, long)
     assert found.step <= long.step and found.start["x"] == 1
-    thin = replayed(profile, system, stays(system, 0, x=(F(1, 3), 1)), Course({"x": F(33, 100)}))
-    assert shrinking.shrunk(profile, system, stays(system, 0, x=(F(1, 3), 1)), thin).start["x"] == 0
+    thin = replay_course(profile, system, stays(system, 0, x=(F(1, 3), 1)), Course({"x": F(33, 100)}))
+    assert shrinking.shrink_counterexample(profile, system, stays(system, 0, x=(F(1, 3), 1)), thin).start["x"] == 0
 
 
 def test_a_thin_violation_is_found_in_what_boxes_leave_open():

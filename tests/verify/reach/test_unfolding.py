@@ -14,7 +14,7 @@ from verify.checker.systems.certificates import BITS
 from verify.checker.systems.walk import Proof, SystemQuestions
 from verify.reach.parts import whole
 from verify.reach.play.samples import Starts, courses
-from verify.reach.replay import replayed
+from verify.reach.replay import replay_course
 from verify.reach.search import ReachBudgetError, SystemProver
 from verify.reach.unfolding import Merging, Unfolding
 from verify.systems.claims import Pattern, SystemClaim
@@ -115,7 +115,7 @@ def test_of_random_systems_only_what_no_episode_breaks_is_proved(merging):
         outcomes["proved"] += 1
         checked(system, profile, claim, part)
         for _, course in courses(profile, system, {0: claim}, Starts(50)):
-            assert replayed(profile, system, claim, course) is None, seed
+            assert replay_course(profile, system, claim, course) is None, seed
     assert min(outcomes.values()) > 4, outcomes
 
 

@@ -9,19 +9,19 @@ import pytest
 
 from codegen import ir
 from codegen.errors import InputError
-from codegen.lowering.passes import difference, grafted
+from codegen.lowering.passes import difference, graft_parts
 from codegen.observe import observe
 from codegen.paths import upwards
 from codegen.policy_json import dumps
 from maviper import load
 from tests.support.teams import DOWN, LEFT, RIGHT, STAY, UP, team, towards, tree
 from tests.support.zone_cases import navigation, random_tree, stated
-from verify.checker.decisions.certificates import accepted
+from verify.checker.decisions.certificates import check_certificate
 from verify.claims.catalogue import find_property
 from verify.claims.decisions import DistinctTargets, NoDouble, formula
 from verify.claims.region import Region
 from verify.claims.uncertified.starts import everywhere, start_region
-from verify.question import Budgets, Question, shuffled
+from verify.question import Budgets, Question, shuffle_leaves
 from verify.repair.search import repair
 from verify.result import Verdict
 from verify.states.state import sample
@@ -49,7 +49,7 @@ def proved(profile, claim, region):
     """Both engines say so, and the checker accepts the certificate."""
     result = verify(Question(Game(profile), claim, region), {})
     assert {opinion.verdict for opinion in result.evidence.opinions} == {Verdict.PROVED}
-    assert result.evidence.certificate is not None and accepted(result.evidence.certificate, profile) > 0
+    assert result.evidence.certificate is not None and check_certificate(result.evidence.certificate, profile) > 0
     return result
 
 
@@ -101,7 +101,7 @@ def test_teams_that_violate_are_repaired_in_the_whole_start_region(profile, clai
 
 def test_learned_trees_are_repaired_and_so_are_their_shuffled_ones(profile, claim):
     region = start_region(profile.world)
-    for before in (profile, shuffled(profile, claim.team)):
+    for before in (profile, shuffle_leaves(profile, claim.team)):
         found = repair(Question(Game(before), claim, region))
         assert found.ended and found.guards
         proved(found.profile, claim, region)
@@ -241,7 +241,7 @@ def test_a_tree_does_not_differ_from_itself():
 
 def test_leaves_and_splits_are_grafted_upon():
     with pytest.raises(KeyError):
-        grafted(ASTRAY, {len(ASTRAY.feature): tree(STAY)})
-    assert grafted(ASTRAY, {0: tree(STAY)}).action.tolist() == [STAY]
-    whole = grafted(tree(STAY), {0: ASTRAY})
+        graft_parts(ASTRAY, {len(ASTRAY.feature): tree(STAY)})
+    assert graft_parts(ASTRAY, {0: tree(STAY)}).action.tolist() == [STAY]
+    whole = graft_parts(tree(STAY), {0: ASTRAY})
     assert difference(whole, ASTRAY, 10) is None and (whole.feature == ASTRAY.feature).all()

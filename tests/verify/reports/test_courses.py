@@ -2,7 +2,7 @@
 
 import pytest
 
-from verify.reports.courses import drawn, runs
+from verify.reports.courses import draw_courses, runs
 
 VARIABLES = [{"name": "x", "unit": "m"}, {"name": "v", "unit": "1"}]
 
@@ -28,7 +28,7 @@ def told(name, values, box, steps=4, by=0, more=()):
 
 
 def plot(*given, **more):
-    return drawn(told(*given, **more), VARIABLES)["counterexample"]["plots"][0]
+    return draw_courses(told(*given, **more), VARIABLES)["counterexample"]["plots"][0]
 
 
 def test_actions_in_a_row():
@@ -69,17 +69,17 @@ def test_a_start_alone_is_drawn():
 
 
 def test_what_is_not_drawn_is_said():
-    result = drawn(told("stays_in", [0.0, 2.0], {"x": ["-1", "1"]}, more=["x + v <= 2"]), VARIABLES)
+    result = draw_courses(told("stays_in", [0.0, 2.0], {"x": ["-1", "1"]}, more=["x + v <= 2"]), VARIABLES)
     found = result["counterexample"]
     assert "Not drawn: x + v <= 2." in found["legend"]
     assert found["errs"] == "x up to 0.125" and found["last"] == {"v": 0.0, "x": 2.0}
     many = [{"name": f"y{number}", "unit": "1"} for number in range(14)]
     wide = told("avoids", [0.0, 2.0], {"y13": ["0", "1"]})
     wide["counterexample"]["states"] = {each["name"]: [0.0, 1.0] for each in many}
-    found = drawn(wide, many)["counterexample"]
+    found = draw_courses(wide, many)["counterexample"]
     assert [each["name"] for each in found["plots"]][:2] == ["y13", "y0"] and found["not_drawn"] == ["y11", "y12"]
 
 
 def test_a_state_of_single_decisions_has_no_course():
-    found = drawn(told("decides", [0.0], {}), VARIABLES)["counterexample"]
+    found = draw_courses(told("decides", [0.0], {}), VARIABLES)["counterexample"]
     assert "plots" not in found and found["runs"] == {"cart": "left 3x, stay"}

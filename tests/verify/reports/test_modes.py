@@ -1,6 +1,6 @@
 """States of modes in reports: by their names, in words, in bounds and in what templates place."""
 
-from verify.reports.courses import drawn, in_modes, within
+from verify.reports.courses import draw_courses, in_modes, within
 from verify.reports.systems import lines
 
 MODES = {"heat": ["off", "low", "high"]}
@@ -23,7 +23,7 @@ VARIABLES = [{"name": "x", "unit": "K"}, {"name": "heat", "unit": "1", "modes": 
 
 def test_modes_have_their_names():
     assert in_modes({"x": 0.1, "heat": 2.0}, TOLD) == {"heat": "high"} and in_modes({"heat": 2.0}, {}) == {}
-    ready = drawn(TOLD, VARIABLES)["counterexample"]
+    ready = draw_courses(TOLD, VARIABLES)["counterexample"]
     assert ready["began"] == {"x": 0.1, "heat": "off"} and ready["last"] == {"x": 3.1, "heat": "high"}
     assert ready["start"] == {"x": "1/10"} and ready["begun_in"] == {"heat": "off"}
     told = lines(TOLD)

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from codegen import ir
 from codegen.errors import InputError
 from codegen.ir import Meaning
-from codegen.lowering.deploy import deployed
+from codegen.lowering.deploy import deploy_tree
 from maviper.worlds import find
 from tests.support.meanings import WORLD, meanings, tied_points, with_meanings
 from tests.support.strategies import FLOAT32, grown_trees
@@ -144,7 +144,7 @@ def test_each_meaning_at_each_threshold_against_the_referee(kind):
 @settings(max_examples=30)
 @given(grown_trees(n_features=14, max_depth=3), grown_trees(n_features=14, max_depth=3), st.integers(0, 999))
 def test_trees_over_all_meanings_against_the_referee(first, second, seed):
-    trees = {BACK: deployed(first), "agent_1": deployed(second)}
+    trees = {BACK: deploy_tree(first), "agent_1": deploy_tree(second)}
     assume(not any(((t.threshold != 0) & (np.abs(t.threshold) < 2.0**-126)).any() for t in trees.values()))
     profile = with_meanings(trees)
     asked, asked_more = asking(profile, CLAIM), asking(profile, CLAIM, Fraction(1, 16))

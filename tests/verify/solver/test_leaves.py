@@ -15,7 +15,7 @@ from verify.claims.uncertified.starts import start_region
 from verify.question import Budgets, Question
 from verify.result import Verdict
 from verify.solver.leaves import dead_leaves, leaf_findings
-from verify.states.state import inside, observed
+from verify.states.state import inside, observe_state
 from verify.subjects import Game
 from verify.verdicts.decisions import verify
 
@@ -40,7 +40,7 @@ def test_a_dead_leaf_is_named_and_all_others_have_witnesses(profile, whole):
         if finding.verdict is Verdict.PROVED:  # the sliver of agent_1 too, one float32 wide
             policy = one.policy(finding.agent)
             assert inside(whole, finding.witness)
-            assert int(ir.apply(policy.tree, observed(one, policy, finding.witness))[0]) == finding.leaf
+            assert int(ir.apply(policy.tree, observe_state(one, policy, finding.witness))[0]) == finding.leaf
     assert len(found) == 4 + 3
 
 

@@ -100,7 +100,7 @@ def test_claims_fail_where_the_distances_of_their_steps_say_so(seed):
         }
         for claim, holds in wanted.items():
             assert episodes.fails(PROFILE, claim, course) == (not holds), claim.name
-            assert episodes.fulfilled(PROFILE, claim, courses)[row] == holds, claim.name
+            assert episodes.meets_claim(PROFILE, claim, courses)[row] == holds, claim.name
             told[holds] += 1
     assert min(told.values()) > 3
 
@@ -115,9 +115,11 @@ def test_an_episode_without_numbers_violates_nothing():
 
 def test_ways_are_all_matchings_unless_landmarks_are_named():
     free, named = Covers("defenders", 5), Covers("defenders", 5, landmarks=("landmark_1", "landmark_0"))
-    assert set(episodes.owned(PROFILE, free)) == {(0, 1), (1, 0)} and episodes.owned(PROFILE, named) == [(1, 0)]
-    assert episodes.paired(PROFILE, named) == [(("agent_0", "landmark_1"), ("agent_1", "landmark_0"))]
-    assert episodes.paired(PROFILE, KeepsApart("defenders", 5, radius=F(1))) == [(("agent_0", "agent_1"),)]
+    assert set(episodes.find_matchings(PROFILE, free)) == {(0, 1), (1, 0)} and episodes.find_matchings(
+        PROFILE, named
+    ) == [(1, 0)]
+    assert episodes.name_pairs(PROFILE, named) == [(("agent_0", "landmark_1"), ("agent_1", "landmark_0"))]
+    assert episodes.name_pairs(PROFILE, KeepsApart("defenders", 5, radius=F(1))) == [(("agent_0", "agent_1"),)]
 
 
 def test_the_distance_to_oneself_is_infinite():

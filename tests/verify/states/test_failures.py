@@ -9,7 +9,7 @@ import pytest
 from tests.support.teams import team, towards, tree
 from tests.support.zone_cases import deception, navigation, noisy, random_region
 from verify.claims.catalogue import find_property
-from verify.claims.formula import Linear, below, holds, negated
+from verify.claims.formula import Linear, below, holds, negate
 from verify.claims.uncertified.own import OwnFormula
 from verify.claims.uncertified.starts import everywhere
 from verify.claims.uncertified.values import Batch
@@ -59,12 +59,12 @@ def test_states_in_doubt_are_left_to_exact_arithmetic():
     columns = {"a": np.array([0.1, 0.1, 0.1, 1e300]), "b": np.array([0.1, 0.1 + 1e-15, 0.1 - 1e-15, -1e300])}
     columns["c"] = np.array([0.1, 0.1, 0.1, 0.0])
     assert isinstance(atom, Linear)
-    for asked in (atom, negated(atom)):
+    for asked in (atom, negate(atom)):
         possible = Batch(columns, 4, doubting=True).holds(asked, {})
         for row in range(4):
             exact = {name: Fraction(float(column[row])) for name, column in columns.items()}
             assert possible[row] or not holds(asked, exact, {})
-    both = [Batch(columns, 4, doubting=True).holds(asked, {}) for asked in (atom, negated(atom))]
+    both = [Batch(columns, 4, doubting=True).holds(asked, {}) for asked in (atom, negate(atom))]
     assert np.logical_and(*both).tolist() == [True, False, False, True]
 
 

@@ -284,7 +284,9 @@ def test_batches_decide_as_exact_measurements_do(seed):
             for row, leaf in zip(coordinates, found, strict=True):
                 at = {name: Fraction(value) for name, value in zip(columns, row.tolist(), strict=True)}
                 assert leaf == leaf_of(policy, at)
-                assert leaf == real.leaf_of(policy.tree, [real.measured(one.meaning, at) for one in policy.features])
+                assert leaf == real.leaf_of(
+                    policy.tree, [real.measure_feature(one.meaning, at) for one in policy.features]
+                )
 
 
 def test_shares_are_judged_by_the_arithmetic_asked(profile):

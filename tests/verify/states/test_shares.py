@@ -14,7 +14,7 @@ from tests.support.zone_cases import navigation
 from verify.claims.catalogue import find_property
 from verify.claims.decisions import formula
 from verify.claims.files import read_properties
-from verify.claims.formula import given, holds
+from verify.claims.formula import holds, substitute_actions
 from verify.claims.matching import has_matching, matchings, preventable
 from verify.claims.uncertified.starts import everywhere
 from verify.question import Question, from_start
@@ -52,7 +52,7 @@ def tried(profile, claim, row):
 
     for joint in product(*(range(len(policy.actions)) for policy in members)):
         chosen = {policy.agent: action for policy, action in zip(members, joint, strict=True)}
-        if all(map(closing, members, joint)) and not holds(given(stated, chosen), at, {}):
+        if all(map(closing, members, joint)) and not holds(substitute_actions(stated, chosen), at, {}):
             return True
     return False
 

@@ -53,8 +53,8 @@ def test_a_batch_decides_as_each_state_and_as_thresholds_say(seed, semantics):
     profile, _ = deception(np.random.default_rng(seed), 4)
     coordinates, _, points = drawn(profile, 25, seed)
     for policy in profile.agents:
-        batch = states.chosen(policy, coordinates, profile.world, semantics)
-        leaves = states.reached(policy, coordinates, profile.world, semantics)
+        batch = states.choose_actions(policy, coordinates, profile.world, semantics)
+        leaves = states.find_leaves(policy, coordinates, profile.world, semantics)
         assert (policy.tree.action[leaves] == batch).all()
         for row, point in enumerate(points):
             at = {name: F(value) for name, value in point.position.items()}
@@ -73,7 +73,7 @@ def test_an_error_is_added_before_what_is_measured_is_rounded():
         at = State(position, "landmark_0", {states.error_name("agent_0", name): error})
         assert states.actions_at(profile, policy.team, at)["agent_0"] == action
         assert states.measurements(profile, policy, at)[2] == F(error)
-    assert states.observed(profile, policy, replace(at, errors={}))[0, 2] == 0
+    assert states.observe_state(profile, policy, replace(at, errors={}))[0, 2] == 0
 
 
 def moved_in(region, coordinates, rng):
@@ -166,9 +166,9 @@ def test_an_agent_is_engaged_with_what_it_closes_in_on_or_is_near_to():
     at = State(position, "landmark_0")
     actions = states.actions_at(PROFILE, "defenders", at)
     assert actions == {"agent_0": RIGHT, "agent_1": LEFT}
-    found = states.engaged_with(PROFILE, claim, at, actions)
+    found = states.find_engaged(PROFILE, claim, at, actions)
     assert found == {"agent_0": ("landmark_0",), "agent_1": ("landmark_1",)}
-    assert states.engaged_with(PROFILE, claim, at, dict.fromkeys(actions, RIGHT))["agent_1"] == ("landmark_0",)
+    assert states.find_engaged(PROFILE, claim, at, dict.fromkeys(actions, RIGHT))["agent_1"] == ("landmark_0",)
 
 
 def test_what_is_constant_or_compared_is_not_measured():

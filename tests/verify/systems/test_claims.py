@@ -9,7 +9,7 @@ from codegen.errors import InputError
 from verify.claims.formula import FALSE, TRUE, Acts, And, Not, Or, below, holds
 from verify.systems.claims import Pattern, SystemClaim
 from verify.systems.system import Affine, HalfSpace
-from verify.systems.words import spelled
+from verify.systems.words import spell_claim
 
 
 def interval(low, high):
@@ -21,7 +21,7 @@ NEAR, FAR = interval(-1, 1), interval(5, 6)
 
 
 def breaks(claim, step, x):
-    return holds(claim.broken(step), {"x": F(x)}, {})
+    return holds(claim.violation_at(step), {"x": F(x)}, {})
 
 
 def test_stays_in_asks_every_state():
@@ -36,7 +36,7 @@ def test_stays_in_asks_every_state():
             False,
             True,
         ]
-        assert claim.fulfilled(step) == FALSE
+        assert claim.fulfilment_at(step) == FALSE
 
 
 def test_avoids_is_broken_in_any_region():
@@ -46,13 +46,13 @@ def test_avoids_is_broken_in_any_region():
 
 def test_reaches_is_broken_at_the_last_state_only():
     claim = SystemClaim(Pattern.REACHES, (NEAR,), 3)
-    assert claim.broken(2) == FALSE and breaks(claim, 3, 2) and not breaks(claim, 3, 0)
-    assert holds(claim.fulfilled(2), {"x": F(0)}, {}) and claim.fulfilled(3) == FALSE
+    assert claim.violation_at(2) == FALSE and breaks(claim, 3, 2) and not breaks(claim, 3, 0)
+    assert holds(claim.fulfilment_at(2), {"x": F(0)}, {}) and claim.fulfilment_at(3) == FALSE
 
 
 def test_reaches_and_stays_asks_from_a_step_on():
     claim = SystemClaim(Pattern.REACHES_AND_STAYS, (NEAR,), 3, by=2)
-    assert claim.broken(1) == FALSE and breaks(claim, 2, 2) and breaks(claim, 3, 2)
+    assert claim.violation_at(1) == FALSE and breaks(claim, 2, 2) and breaks(claim, 3, 2)
 
 
 @pytest.mark.parametrize(
@@ -71,13 +71,15 @@ def test_words_name_the_regions_and_the_steps():
 def test_words_that_are_made_from_the_data_alone():
     near = (HalfSpace(Affine.of({"x": F(-2), "v": F(1)}, F(-1)), strict=True), HalfSpace(Affine.of({}, F(-1))))
     claim = SystemClaim(Pattern.AVOIDS, (near, ()), 30, region="far")
-    assert spelled(claim, {}, {}) == "every episode of 30 steps avoids v - 2*x < 1 and 0 <= 1 or any state"
+    assert spell_claim(claim, {}, {}) == "every episode of 30 steps avoids v - 2*x < 1 and 0 <= 1 or any state"
     denied = Not(Acts("cart", 1))
     formula = And((below({"x": F(1, 3), "v": F(-1)}, F(1, 2)), Or((denied, TRUE)), FALSE))
     decides = SystemClaim(Pattern.DECIDES, formula=formula)
     said = "(v - 1/3*x >= -0.5 and (not acts(cart) == go or true) and false)"
     actions, ranges = {"cart": ["rest", "go"]}, {"w": (F(0), F(1)), "x": (F(-1), F(1)), "v": (F(1, 3), F(5))}
-    assert spelled(decides, actions, {}) == f"in every state of the ranges, {said}"
-    assert spelled(decides, actions, ranges) == f"in every state of the ranges (x in [-1, 1], v in [1/3, 5]), {said}"
+    assert spell_claim(decides, actions, {}) == f"in every state of the ranges, {said}"
+    assert (
+        spell_claim(decides, actions, ranges) == f"in every state of the ranges (x in [-1, 1], v in [1/3, 5]), {said}"
+    )
     far = replace(decides, formula=TRUE, regions=((HalfSpace(Affine.of({"x": F(1)}, F(-9))),),))
-    assert spelled(far, actions, ranges) == "in every state of the ranges (x in [-1, 1]) with x <= 9, true"
+    assert spell_claim(far, actions, ranges) == "in every state of the ranges (x in [-1, 1]) with x <= 9, true"

@@ -8,7 +8,7 @@ from codegen.errors import InputError
 from codegen.policy_json import content_hash
 from maviper.worlds.stated.deviation import deviation
 from maviper.worlds.stated.environment import StatedEnv
-from maviper.worlds.stated.integrating import integrated
+from maviper.worlds.stated.integrating import check_integration
 from maviper.worlds.stated.written import episodes
 from tests.support.flows import PENDULUM
 from tests.support.system_cases import policy, team
@@ -17,7 +17,7 @@ from verify.checker.systems.certificates import SystemCertificate
 from verify.claims.region import UNBOUNDED
 from verify.question import Question
 from verify.reach import decide
-from verify.reach.replay import Course, replayed
+from verify.reach.replay import Course, replay_course
 from verify.semantics import MACHINE
 from verify.solver import unrolled
 from verify.subjects import ClosedLoop
@@ -106,9 +106,9 @@ def test_what_knows_only_steps_refuses_a_flow():
     asks = [
         lambda: decide.decide(question),
         lambda: unrolled.opinion(question),
-        lambda: replayed(LEAF, system, claim, Course(start)),
-        lambda: SystemCertificate(*of, ()).accepted(LEAF, system),
-        lambda: CoverCertificate(*of, {}, b"\0").accepted(LEAF, system),
+        lambda: replay_course(LEAF, system, claim, Course(start)),
+        lambda: SystemCertificate(*of, ()).check(LEAF, system),
+        lambda: CoverCertificate(*of, {}, b"\0").check(LEAF, system),
         lambda: deviation(statement),
         lambda: next(episodes(statement, LEAF, 3, [start])),
     ]
@@ -119,7 +119,7 @@ def test_what_knows_only_steps_refuses_a_flow():
 
 def test_play_follows_scipy():
     statement = statement_of(PENDULUM, "p.toml")
-    assert integrated(statement).mark.value == "ok"
+    assert check_integration(statement).mark.value == "ok"
     env = StatedEnv(statement, "p.toml")
     env.reset(seed=0)
     env.state = {"angle": 1.0, "spin": 0.0}

@@ -169,7 +169,7 @@ FAULTS = {
     "slopes with the other sign": ("_negative", lambda old: lambda of: of),
     "squares without their sign": ("power", lambda old: lambda of, n: Range(old(of, n).low, old(of, n).low)),
     "products rounded to one side": ("times", lambda old: lambda a, b: Range(old(a, b).low, old(a, b).high - 1)),
-    "roots of twice the number": ("scaled", lambda old: lambda of, n: old(of, n) if n != 2 else of),
+    "roots of twice the number": ("scale_range", lambda old: lambda of, n: old(of, n) if n != 2 else of),
 }
 
 

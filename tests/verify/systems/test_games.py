@@ -154,7 +154,7 @@ def test_an_extracted_team_stays_in_the_arena_for_ever(profile):
         assert found.verdict is Verdict.PROVED
         assert found.states > 5 and found.programs > 10 and found.boxes < 10  # of the walk, in the budget of the file
         (part,) = found.certificate.parts
-        assert part.regions[0].walk is not None and found.certificate.accepted(profile, system_of(profile, goal)) > 0
+        assert part.regions[0].walk is not None and found.certificate.check(profile, system_of(profile, goal)) > 0
 
 
 def test_a_walk_ends_where_the_budget_does(profile):
@@ -162,7 +162,7 @@ def test_a_walk_ends_where_the_budget_does(profile):
     claim = in_the_arena("agent_0", "x", F(11, 5))
     search = RegionSearch(profile, system_of(profile), claim, claim.invariant, 400)
     with pytest.raises(RejectedError, match="too many symbolic states"):
-        search.walked([Approach()], 2_000)
+        search.walk_regions([Approach()], 2_000)
     assert 2_000 <= search.walking.total + search.spent < 4_000 and search.walking.left == 0
 
 
@@ -174,4 +174,4 @@ def test_a_team_that_leaves_the_arena(profile):
     assert found.verdict is Verdict.VIOLATED and abs(found.counterexample.states[-1]["agent_0.x"]) > ARENA
     near = in_the_arena("agent_0", "x", F(11, 10))
     with pytest.raises(RejectedError, match="may leave"):
-        RegionSearch(profile, system_of(profile), near, near.invariant, 400).walked([Approach()], 10**6)
+        RegionSearch(profile, system_of(profile), near, near.invariant, 400).walk_regions([Approach()], 10**6)

@@ -16,7 +16,7 @@ from verify.systems.files import statement_of
 from verify.systems.given import agents as giving
 from verify.systems.given.played import as_played, with_roundings
 from verify.systems.language.expressions import affine
-from verify.systems.observing import chosen, observed
+from verify.systems.observing import choose_actions, observe_state
 
 FEW, MANY = 2, 120  # trees a kind
 STATES = 40
@@ -61,8 +61,8 @@ def alike(policy, seed):
     asked = states(read, policy, np.random.default_rng(seed))
     for state in asked:
         full = with_roundings(read, state)
-        row = observed(read.system, policy, full)
-        action = plain.agents[0].actions[chosen(read.system, plain, full)["agent_0"]]
+        row = observe_state(read.system, policy, full)
+        action = plain.agents[0].actions[choose_actions(read.system, plain, full)["agent_0"]]
         if not policy.outputs:
             assert action.name == policy.actions[int(ir.act(policy, row)[0])].name
             continue
@@ -92,19 +92,19 @@ def test_many_plain_agents_are_the_real_ones(arithmetic, outputs, gives, bounded
     )
 
 
-@pytest.mark.parametrize("part", ["of", "seen", "given"])
+@pytest.mark.parametrize("part", ["of", "bound_feature", "bound_output"])
 def test_bounds_that_forget_a_rounding_are_found_out(part, monkeypatch):
     """A bound of nothing for sums, for observations or for the last rounding is too small in some state."""
     forgotten = {
         "of": lambda errors, each: Fraction(0),
-        "seen": lambda errors, place: Fraction(0),
-        "given": lambda errors, largest: Fraction(0),
+        "bound_feature": lambda errors, place: Fraction(0),
+        "bound_output": lambda errors, largest: Fraction(0),
     }
     monkeypatch.setattr(giving.Errors, part, forgotten[part])
     monkeypatch.setattr(giving, "_short", lambda bound: bound)
     with pytest.raises(AssertionError, match="beyond"):
         for seed in range(FEW):
-            alike(tree(seed, FLOAT32_STEPS if part == "seen" else DOUBLE_SUMS, 2, "float32"), seed)
+            alike(tree(seed, FLOAT32_STEPS if part == "bound_feature" else DOUBLE_SUMS, 2, "float32"), seed)
 
 
 def test_sums_that_cannot_be_bounded_are_refused():

@@ -12,7 +12,7 @@ from codegen.floats import NUMBERS
 from tests.support.system_cases import policy, team
 from verify.checker.systems.trees import goes_left
 from verify.claims.formula import holds
-from verify.systems.observing import chosen, measured, nearest
+from verify.systems.observing import choose_actions, measure_feature, nearest
 from verify.systems.system import Affine, Feature, Measure, System, Variable
 
 FORM = Affine.of({"x": F(1), "y": F(-2)}, F(1, 2))
@@ -44,12 +44,12 @@ def test_a_number_just_beside_a_tie(sign):
 
 def test_measures():
     state = {"x": F(1), "y": F(1)}
-    assert measured(Feature(FORM), state) == F(-1, 2)
-    assert measured(Feature(FORM, Measure.SIGN), state) == -1
-    assert measured(Feature(FORM, Measure.SIGN), {"x": F(3, 2), "y": F(1)}) == 0
-    assert measured(Feature(FORM, Measure.POSITIVE), state) == 0
-    assert measured(Feature(FORM, Measure.CLIP, (F(-1, 4), F(1))), state) == F(-1, 4)
-    assert nearest(measured(Feature(FORM), {"x": F(1, 10), "y": F(0)})) == np.float32(0.6)
+    assert measure_feature(Feature(FORM), state) == F(-1, 2)
+    assert measure_feature(Feature(FORM, Measure.SIGN), state) == -1
+    assert measure_feature(Feature(FORM, Measure.SIGN), {"x": F(3, 2), "y": F(1)}) == 0
+    assert measure_feature(Feature(FORM, Measure.POSITIVE), state) == 0
+    assert measure_feature(Feature(FORM, Measure.CLIP, (F(-1, 4), F(1))), state) == F(-1, 4)
+    assert nearest(measure_feature(Feature(FORM), {"x": F(1, 10), "y": F(0)})) == np.float32(0.6)
 
 
 @pytest.mark.parametrize("numbers", NUMBERS)
@@ -67,4 +67,4 @@ def test_a_test_goes_left_where_the_rounded_number_does(numbers, threshold):
     system = System("line", (Variable("x", "1", (F(-2), F(2))),), {"a": {"f": feature}}, ())
     for x in (F(float(here)), tie - F(1, 2**200), tie, tie + F(1, 2**200), F(float(after))):
         left = holds(goes_left(feature, float(here), numbers), {"x": x}, {})
-        assert left == (chosen(system, profile, {"x": x})["a"] == 0)
+        assert left == (choose_actions(system, profile, {"x": x})["a"] == 0)

@@ -35,7 +35,7 @@ def within(box, at):
 def test_affine_rules_are_one_piece_without_error():
     found, ranges = stated(PLAIN)
     (rule,), (piece,) = found.rules, found.system.pieces
-    assert pieces.count(rule) == 1 and pieces.curved(rule) == () and list(pieces.cells(rule, ranges)) == [{}]
+    assert pieces.count(rule) == 1 and pieces.list_curved(rule) == () and list(pieces.cells(rule, ranges)) == [{}]
     assert not piece.error and piece.move["x"].at({"x": F(1), "v": F(3)}) == F(8, 5)
     pushed = piece.step({"x": F(1), "v": F(3)}, {"cart": "left"}, {})
     assert pushed == {"x": F(8, 5), "v": F(29, 10)}
@@ -44,7 +44,7 @@ def test_affine_rules_are_one_piece_without_error():
 def test_cells_are_parts_of_the_ranges_that_meet_at_borders_only():
     found, ranges = stated(CURVED)
     (rule,) = found.rules
-    assert pieces.curved(rule) == ("v", "x") and pieces.count(rule) == 10
+    assert pieces.list_curved(rule) == ("v", "x") and pieces.count(rule) == 10
     cells = list(pieces.cells(rule, ranges))
     assert len(cells) == 10 == len({tuple(sorted(cell.items())) for cell in cells})
     volume = sum((x[1] - x[0]) * (v[1] - v[0]) for x, v in ((cell["x"], cell["v"]) for cell in cells))

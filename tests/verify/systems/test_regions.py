@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from verify.systems.regions import apart, box_of, is_empty, left_out, overlapping
+from verify.systems.regions import apart, box_of, find_gap, is_empty, overlapping
 from verify.systems.system import Affine, HalfSpace
 
 NUMBER = st.fractions(-3, 3, max_denominator=4)
@@ -59,7 +59,7 @@ def test_what_boxes_leave_out(rows, state):
     """A state inside what is left out lies in none of the boxes; where nothing is left out every state lies in one."""
     whole = box(x=(-3, 3), y=(-3, 3))
     boxes = [box(x=(min(a, b), max(a, b)), y=(min(c, d), max(c, d))) for a, b, c, d in rows]
-    gap = left_out(whole, boxes)
+    gap = find_gap(whole, boxes)
     if gap is None:
         at = dict(zip("xy", state, strict=True))
         assert any(all(low <= at[name] <= high for name, (low, high) in each.items()) for each in boxes)

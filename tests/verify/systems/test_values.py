@@ -62,15 +62,15 @@ def test_bounds_that_are_none_are_refused(given, said):
 
 
 def test_a_unit_that_is_a_name_too_may_have_been_meant_as_a_product():
-    assert values.typed("0.5*x", NAMES, PLACE).unit == METRE
-    assert values.typed("0.5 m", NAMES, PLACE).unit == METRE
+    assert values.as_typed("0.5*x", NAMES, PLACE).unit == METRE
+    assert values.as_typed("0.5 m", NAMES, PLACE).unit == METRE
     with pytest.raises(InputError, match="is a unit, and the file has what is named so too"):
-        values.typed("0.5 x", NAMES, PLACE)
+        values.as_typed("0.5 x", NAMES, PLACE)
 
 
 @pytest.mark.parametrize(("name", "dotted"), [("x", False), ("a1_b", False), ("cart.a", True), ("A" * 64, False)])
 def test_names(name, dotted):
-    assert values.named(name, PLACE, dotted) == name
+    assert values.as_name(name, PLACE, dotted) == name
 
 
 @pytest.mark.parametrize("dotted", [False, True])
@@ -79,9 +79,9 @@ def test_names(name, dotted):
 )
 def test_what_is_no_name(name, dotted):
     with pytest.raises(InputError, match="not a name"):
-        values.named(name, PLACE, dotted)
+        values.as_name(name, PLACE, dotted)
     with pytest.raises(InputError, match=r"not a name: 'a\.b'"):
-        values.named("a.b", PLACE)
+        values.as_name("a.b", PLACE)
 
 
 def test_a_name_with_a_dot_may_be_written_as_two_tables():

@@ -12,17 +12,17 @@ from hypothesis import strategies as st
 
 from codegen import ir
 from codegen.errors import DisagreementError, InputError, UnknownNameError
-from codegen.lowering.deploy import deployed
+from codegen.lowering.deploy import deploy_tree
 from tests.support.strategies import grown_trees, profiles
 from tests.support.teams import LEFT, RIGHT, STAY, team, towards, tree
-from verify.checker.decisions.certificates import accepted
+from verify.checker.decisions.certificates import check_certificate
 from verify.claims.catalogue import find_property
 from verify.claims.decisions import Aligned, DistinctTargets
 from verify.claims.formula import below, conjunction, disjunction
 from verify.claims.region import Region
 from verify.claims.uncertified.own import PROPERTIES
 from verify.claims.uncertified.starts import start_region
-from verify.question import Budgets, Question, from_start, shuffled
+from verify.question import Budgets, Question, from_start, shuffle_leaves
 from verify.result import Opinion, Verdict
 from verify.solver.decide import SolverDecision, decide
 from verify.states import shares
@@ -82,7 +82,7 @@ def test_a_spent_budget_is_unknown_with_its_reason(profile, claim):
 
 def test_the_same_question_costs_the_same(profile, claim):
     region = start_region(profile.world)
-    decide(Question(Game(shuffled(profile, claim.team)), claim, region))
+    decide(Question(Game(shuffle_leaves(profile, claim.team)), claim, region))
     assert (
         decide(Question(Game(profile), claim, region)).resources
         == decide(Question(Game(profile), claim, region)).resources
@@ -124,7 +124,7 @@ def test_against_brute_force_on_a_grid(first, second):
     from maviper.worlds import PhysicalDeception
 
     world = PhysicalDeception()
-    roles = {"agent_0": deployed(first), "agent_1": deployed(second)}
+    roles = {"agent_0": deploy_tree(first), "agent_1": deploy_tree(second)}
     agents = tuple(
         ir.AgentPolicy(name, world.team_of(name), features, actions, roles.get(name, tree(STAY)))
         for name, features, actions in zip(world.agents, world.features, world.actions, strict=True)
@@ -173,7 +173,7 @@ def test_a_verdict_names_its_engines_and_a_proof_its_certificate(profile, claim)
     assert [opinion.verdict for opinion in proved.evidence.opinions] == [Verdict.PROVED] * 2
     assert (
         proved.evidence.certificate is not None
-        and proved.evidence.branches == accepted(proved.evidence.certificate, roles) > 10
+        and proved.evidence.branches == check_certificate(proved.evidence.certificate, roles) > 10
     )
     same = team(profile, towards(0, 0), towards(0, 1))
     refuted = verify(Question(Game(same), claim, start_region(same.world)), {})

@@ -321,7 +321,7 @@ def proved(profile):
 def test_a_certificate_is_read_back_and_accepted(proved):
     first, second, certificate = proved
     again = certificates.from_json(to_json(certificate))
-    assert again == certificate and certificates.accepted(again, first, second) > 0
+    assert again == certificate and certificates.check_certificate(again, first, second) > 0
     stated = json.loads(to_json(certificate))
     assert stated["against"] == policy_json.content_hash(second)
 
@@ -336,7 +336,7 @@ def test_a_certificate_is_about_both_profiles(proved):
     first, second, certificate = proved
     for profiles in ((first, None), (first, first), (second, second), (second, first)):
         with pytest.raises(InputError):
-            certificates.accepted(certificate, *profiles)
+            certificates.check_certificate(certificate, *profiles)
 
 
 def test_no_proof_shows_what_is_false(proved):
@@ -347,7 +347,7 @@ def test_no_proof_shows_what_is_false(proved):
     rng, refused = np.random.default_rng(4), 0
     for _ in range(150):
         with pytest.raises(RejectedError):
-            certificates.accepted(forged, first, second)
+            certificates.check_certificate(forged, first, second)
         refused += 1
         goal = list(certificate.proofs)[int(rng.integers(len(certificate.proofs)))]
         proof = bytearray(certificate.proofs[goal])
@@ -368,9 +368,9 @@ def test_a_certificate_claims_nothing_but_that_agents_act_alike(proved):
     ]
     for stated in others:
         with pytest.raises((RejectedError, InputError)):
-            certificates.accepted(dataclasses.replace(certificate, formula=stated), first, second)
+            certificates.check_certificate(dataclasses.replace(certificate, formula=stated), first, second)
     with pytest.raises(RejectedError):
-        certificates.accepted(dataclasses.replace(certificate, eps=Fraction(1, 100)), first, second)
+        certificates.check_certificate(dataclasses.replace(certificate, eps=Fraction(1, 100)), first, second)
     fewer = alike(first, names_of(first)[:1])
     with pytest.raises(RejectedError):  # another claim needs another proof
-        certificates.accepted(dataclasses.replace(certificate, formula=fewer), first, second)
+        certificates.check_certificate(dataclasses.replace(certificate, formula=fewer), first, second)

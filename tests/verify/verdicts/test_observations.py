@@ -12,14 +12,14 @@ from codegen.policy_json import content_hash
 from tests.support.observations import ACTIONS, NAMES, acts, blind, blind_tree, breaks, cells, doubled, representatives
 from tests.support.teams import tree
 from verify.certificates.decisions import to_json
-from verify.checker.decisions.certificates import accepted, from_json
+from verify.checker.decisions.certificates import check_certificate, from_json
 from verify.checker.reading import RejectedError
-from verify.claims.formula import Acts, below, conjunction, disjunction, negated
+from verify.claims.formula import Acts, below, conjunction, disjunction, negate
 from verify.claims.observed import Mirrored, View, view_from
 from verify.claims.relations import DECREASING, INCREASING, Agree, Differ, Monotone, Symmetric
 from verify.claims.uncertified.own import OwnFormula
 from verify.claims.uncertified.starts import everywhere
-from verify.claims.uncertified.views import Viewed, carried
+from verify.claims.uncertified.views import Viewed, carry_region
 from verify.question import Question
 from verify.result import Verdict
 from verify.solver.decide import decide
@@ -33,7 +33,7 @@ SIDE, VIEW = 2.0, View()
 def asked(profile, claim, view=VIEW):
     """The question over the ranges of all features."""
     viewed = Viewed(profile, claim.of_view(view))
-    region = carried(everywhere(Viewed(profile, view).profile), viewed)
+    region = carry_region(everywhere(Viewed(profile, view).profile), viewed)
     return Question(Game(viewed.profile, viewed=viewed), claim, region)
 
 
@@ -42,7 +42,7 @@ def verdicts(question):
     zoned, second = by_zones(question), decide(question)
     if zoned.certificate is not None:
         assert from_json(to_json(zoned.certificate)) == zoned.certificate
-        assert accepted(zoned.certificate, question.origin) == zoned.branches
+        assert check_certificate(zoned.certificate, question.origin) == zoned.branches
         assert zoned.certificate.profile == content_hash(question.origin)
     return {zoned.opinion.verdict, second.verdict}
 
@@ -64,8 +64,8 @@ def test_a_formula_about_one_agent(seed, numbers):
     profile = blind({"agent": grown}, {"agent": NAMES[:2]})
     low, high = sorted(Fraction(int(n), 8) for n in rng.integers(-12, 13, 2))
     most, allowed = Fraction(int(rng.integers(-12, 13)), 8), {0, int(rng.integers(3))}
-    where = conjunction(negated(below({"angle": 1}, low)), below({"angle": 1}, high), below({"spin": 1}, most, True))
-    statement = disjunction(negated(where), *(Acts("agent", action) for action in allowed))
+    where = conjunction(negate(below({"angle": 1}, low)), below({"angle": 1}, high), below({"spin": 1}, most, True))
+    statement = disjunction(negate(where), *(Acts("agent", action) for action in allowed))
     more = {0: [float(low), float(high), float(low) + 1e-6], 1: [float(most), float(most) - 1e-6]}
     holds = all(
         acts(grown, [angle, spin]) in allowed
@@ -148,7 +148,7 @@ def test_claims_that_compare_decisions_are_steady_or_not(seed, numbers):
     """Both engines agree, certificates are accepted, and what holds in spite of errors holds without them."""
     grown = typed(blind_tree(np.random.default_rng(400 + seed), 2), numbers)
     profile = blind({"agent": grown}, {"agent": NAMES[:2]})
-    away = negated(conjunction(below({"angle": 1}, 1), below({"angle": -1}, 1)))
+    away = negate(conjunction(below({"angle": 1}, 1), below({"angle": -1}, 1)))
     for claim in (Monotone("team", agent="agent", feature="angle"), Symmetric("team", agent="agent", assume=away)):
         plain, steady = (verdicts(asked(profile, replace(claim, eps=eps))) for eps in (Fraction(0), Fraction(1, 50)))
         assert len(plain) == len(steady) == 1 and (steady != {Verdict.PROVED} or plain == steady)
@@ -156,7 +156,7 @@ def test_claims_that_compare_decisions_are_steady_or_not(seed, numbers):
 
 CART = tree((2, 0.05, 1, 4), (3, 0.5, 2, 3), 0, 2, (3, -0.5, 5, 6), 0, 2)
 RIGHT_WHEN_LEANING = disjunction(
-    negated(conjunction(negated(below({"place": 1}, Fraction(1, 10))), negated(below({"speed": 1}, 0)))),
+    negate(conjunction(negate(below({"place": 1}, Fraction(1, 10))), negate(below({"speed": 1}, 0)))),
     Acts("cart", ACTIONS.index("right")),
 )
 
@@ -172,7 +172,7 @@ def test_a_planted_leaf_is_found_and_its_old_certificate_refused(claim):
     bad = blind({"cart": tree((2, 0.05, 1, 4), (3, 0.5, 2, 3), 0, 2, (3, -0.5, 5, 6), 2, 0)})
     assert verdicts(asked(bad, claim)) == {Verdict.VIOLATED}
     with pytest.raises(RejectedError):
-        accepted(replace(made, profile=content_hash(bad)), bad)
+        check_certificate(replace(made, profile=content_hash(bad)), bad)
 
 
 def test_a_certificate_about_another_mirror_is_refused():
@@ -180,7 +180,7 @@ def test_a_certificate_about_another_mirror_is_refused():
     profile = blind({"cart": even}, {"cart": NAMES})
     claim = Symmetric("team", agent="cart", features=("speed",))
     made = by_zones(asked(profile, claim)).certificate
-    assert made is not None and accepted(made, profile)
+    assert made is not None and check_certificate(made, profile)
     crooked = blind({"cart": CART})
     for changed in (
         (replace(made, profile=content_hash(crooked)), crooked),
@@ -190,7 +190,7 @@ def test_a_certificate_about_another_mirror_is_refused():
         (replace(made, view=View((), None, Mirrored("cart", ("wheel",)))), profile),
     ):
         with pytest.raises((InputError, RejectedError)):
-            accepted(*changed)
+            check_certificate(*changed)
 
 
 def test_a_view_has_one_copy_at_most():
@@ -216,13 +216,13 @@ def test_a_certificate_about_another_view_or_region_is_refused():
         replace(claim, order=("right", "stay", "left")),
     ):
         with pytest.raises((InputError, RejectedError), match=r"formula|names what"):
-            accepted(replace(made, claim=claimed), profile)
+            check_certificate(replace(made, claim=claimed), profile)
     for view in (None, View(), View((), made.view.raised._replace(feature="place"))):
         with pytest.raises((InputError, RejectedError), match="names what the profile does not have"):
-            accepted(replace(made, view=view), profile)
+            check_certificate(replace(made, view=view), profile)
     without = {name: bounds for name, bounds in made.region.box.items() if name != "speed"}
     with pytest.raises((InputError, RejectedError), match=r"do not fit together|not a state|names what"):
-        accepted(replace(made, region=replace(made.region, box=without)), profile)
+        check_certificate(replace(made, region=replace(made.region, box=without)), profile)
 
 
 def test_mutated_proofs_are_refused():
@@ -238,6 +238,6 @@ def test_mutated_proofs_are_refused():
         changed[rng.integers(len(proof))] = int(rng.integers(256))
         forged = replace(made, proofs={None: bytes(changed)}, profile=content_hash(bad))
         with pytest.raises(RejectedError):  # of a false claim no proof holds
-            accepted(forged, bad)
+            check_certificate(forged, bad)
         refused += 1
     assert refused == 150

@@ -94,7 +94,7 @@ def test_the_functions_are_found():
         "verify.states.noise.reachable",
         "verify.solver.encode.reaching",
         "verify.question.from_start",
-        "maviper.verification.bench.replayed",
+        "maviper.verification.bench.replay_state",
     } <= asked()
 
 

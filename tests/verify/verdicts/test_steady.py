@@ -9,7 +9,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from codegen import ir
-from codegen.lowering.deploy import deployed
+from codegen.lowering.deploy import deploy_tree
 from tests.support.meanings import meanings, tied_points, with_meanings
 from tests.support.steady import CLAIM, EPS
 from tests.support.strategies import grown_trees
@@ -24,7 +24,7 @@ from verify.solver.decide import decide
 from verify.solver.encode import query as query_of
 from verify.solver.terms import number
 from verify.states import noise, shares
-from verify.states.state import State, error_name, inside, measurable, observed, sample, violates
+from verify.states.state import State, error_name, inside, measurable, observe_state, sample, violates
 from verify.subjects import Game
 from verify.verdicts.decisions import verify
 
@@ -70,7 +70,7 @@ def mistaken_points(profile, count, seed):
 @given(grown_trees(n_features=14, max_depth=3), grown_trees(n_features=14, max_depth=3), st.integers(0, 999))
 def test_states_with_errors_against_the_referee(first, second, seed):
     """Every kind of meaning, errors at thresholds: the solver's constraints are what the referee computes."""
-    trees = {"agent_0": deployed(first), "agent_1": deployed(second)}
+    trees = {"agent_0": deploy_tree(first), "agent_1": deploy_tree(second)}
     assume(not any(((t.threshold != 0) & (np.abs(t.threshold) < 2.0**-126)).any() for t in trees.values()))
     profile = with_meanings(trees)
     asked = asking(profile, CLAIM)
@@ -142,7 +142,7 @@ def test_violations_hold_their_errors_and_replay(profile):
 
     def replay(state):
         replayed.append(state)
-        return [int(ir.act(policy, observed(roles, policy, state))[0]) for policy in roles.team("defenders")]
+        return [int(ir.act(policy, observe_state(roles, policy, state))[0]) for policy in roles.team("defenders")]
 
     found = verify(Question(Game(roles), claim, region), {"again": replay})
     assert found.verdict is Verdict.VIOLATED and found.evidence.control is Verdict.VIOLATED
@@ -178,7 +178,7 @@ def test_random_errors_never_leave_what_is_called_reachable(profile):
             }
             state = State(position, f"landmark_{goals[row]}", errors)
             for policy in roles.team("defenders"):
-                action = int(ir.act(policy, observed(roles, policy, state))[0])
+                action = int(ir.act(policy, observe_state(roles, policy, state))[0])
                 assert able[policy.agent][row, action]
             met[row] |= violates(from_start(roles, CLAIM), state)
         assert bad[row] or not met[row]
@@ -203,7 +203,7 @@ def test_what_errors_reach_where_a_function_turns(profile, function, threshold):
         state = State(position, "landmark_1")
         name, found = error_name("agent_0", features[2].name), set()
         for error in (-0.125, 0.0, 0.125):
-            found.add(int(ir.act(policy, observed(turned, policy, replace(state, errors={name: error})))[0]))
+            found.add(int(ir.act(policy, observe_state(turned, policy, replace(state, errors={name: error})))[0]))
         able = noise.reachable(policy, state.coordinates(turned), turned.world, float(eps))[0]
         assert set(np.flatnonzero(able).tolist()) >= found, (offset, found)
         assert function != "sign" or threshold >= 0 or set(np.flatnonzero(able).tolist()) == found, (offset, found)

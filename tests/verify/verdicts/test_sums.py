@@ -26,7 +26,7 @@ from verify.reports import report
 from verify.result import Verdict
 from verify.semantics import REAL, Semantics
 from verify.solver.decide import decide
-from verify.states.real import comparable, measured
+from verify.states.real import comparable, measure_feature
 from verify.states.state import violates
 from verify.subjects import Game
 from verify.verdicts.decisions import verify
@@ -179,7 +179,7 @@ def test_sums_of_any_length_compare_exactly():
     for row, numbers in zip(rows, found, strict=True):
         at = {name: Fraction(value) for name, value in zip(names, row, strict=True)}
         for feature, number in zip(features, numbers, strict=True):
-            exact = measured(feature.meaning, at)
+            exact = measure_feature(feature.meaning, at)
             near = float(exact)
             for threshold in (np.nextafter(near, -np.inf), near, np.nextafter(near, np.inf)):
                 assert (number <= threshold) == (exact <= Fraction(float(threshold)))

@@ -8,7 +8,7 @@ import pytest
 from tests.support.system_cases import box, corridor, double_integrator, passing, policy, stays, switching, team
 from verify.checker.systems import reading
 from verify.claims.region import UNBOUNDED
-from verify.question import Budgets, Question, shuffled
+from verify.question import Budgets, Question, shuffle_leaves
 from verify.reach.results import ReachOutcome
 from verify.reach.together import Together
 from verify.result import Verdict
@@ -56,7 +56,7 @@ def test_a_large_query_is_not_asked():
 
 def test_all_agents_are_shuffled():
     profile = passing()
-    mixed = shuffled(profile, "")
+    mixed = shuffle_leaves(profile, "")
     assert all(
         sorted(one.tree.action.tolist()) == sorted(other.tree.action.tolist())
         for one, other in zip(profile.agents, mixed.agents, strict=True)

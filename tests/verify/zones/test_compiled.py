@@ -212,7 +212,7 @@ def test_thousands_of_choices_need_no_more_stack_than_there_is(choices, ends, co
 
     def ask():
         try:
-            found.append(search.inhabited())
+            found.append(search.is_inhabited())
         except BudgetError:
             found.append(None)
 
@@ -226,4 +226,4 @@ def test_thousands_of_choices_need_no_more_stack_than_there_is(choices, ends, co
     assert found == [None if ends else True]
     if not ends:
         other = ZoneSearch(problem, region, 10 * choices)
-        assert other.inhabited() and other.open == search.open and other.nodes == search.nodes
+        assert other.is_inhabited() and other.open == search.open and other.nodes == search.nodes

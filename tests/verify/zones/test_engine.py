@@ -6,7 +6,7 @@ from itertools import pairwise, permutations
 import numpy as np
 import pytest
 
-from verify.zones.engine import ROOM, _below, _closed, middle, state
+from verify.zones.engine import ROOM, _below, _close_bounds, middle, state
 from verify.zones.tables import EPSILON, Problem, ZoneTree, infinite
 
 NAMES = ("x", "y", "z")
@@ -58,7 +58,7 @@ def test_a_point_meets_its_bounds_strict_ones_too(seed):
 def test_closed_bounds_are_the_least_over_all_paths(seed):
     problem, _ = around(np.random.default_rng(seed), 5)
     cells = matrix(problem)
-    closed = _closed(list(cells), SIZE)
+    closed = _close_bounds(list(cells), SIZE)
     for a in range(SIZE):
         for b in range(SIZE):
             others = [node for node in range(SIZE) if node not in (a, b)]
@@ -71,7 +71,7 @@ def test_closed_bounds_are_the_least_over_all_paths(seed):
 def test_a_wanted_point_is_met_where_there_is_room_and_neared_where_not(seed):
     rng = np.random.default_rng(seed)
     problem, bounds = around(rng, 6)
-    zone = [_closed(matrix(problem), SIZE)]
+    zone = [_close_bounds(matrix(problem), SIZE)]
     wanted = {name: F(int(rng.integers(-12, 13)), 4) for name in NAMES}
     found = middle(problem, zone, NAMES, wanted)
     assert meets(bounds, found)

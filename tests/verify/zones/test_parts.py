@@ -11,7 +11,7 @@ from codegen.check import ensure
 from maviper.worlds import find
 from tests.support.teams import LEFT, STAY, UP, tree
 from verify.certificates.decisions import to_json
-from verify.checker.decisions.certificates import FORM, PARTED, accepted, from_json
+from verify.checker.decisions.certificates import FORM, PARTED, check_certificate, from_json
 from verify.checker.reading import RejectedError
 from verify.claims.formula import TRUE, Acts, And, Linear, Not, Or, agents, conjuncts
 from verify.claims.uncertified.own import OwnFormula
@@ -53,13 +53,13 @@ def test_a_proof_in_parts_is_accepted_and_no_part_may_be_missing(crowd):
     made = found.certificate
     assert found.opinion.verdict is Verdict.PROVED and made is not None and made.form == PARTED
     read = from_json(to_json(made))
-    assert read == made and accepted(read, crowd) == found.branches
+    assert read == made and check_certificate(read, crowd) == found.branches
     whole = made.proofs[None]
     for wrong in (whole[:-1], whole + b"\0", whole[len(whole) // 2 :], b""):
         with pytest.raises(RejectedError):
-            accepted(replace(made, proofs={None: wrong}), crowd)
+            check_certificate(replace(made, proofs={None: wrong}), crowd)
     with pytest.raises(RejectedError):
-        accepted(replace(made, form=FORM), crowd)
+        check_certificate(replace(made, form=FORM), crowd)
 
 
 @pytest.mark.solver

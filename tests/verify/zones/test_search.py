@@ -65,8 +65,8 @@ def test_a_region_is_inhabited_where_the_grid_has_a_point_of_it(seed):
     problem = drawn(rng, 8)
     region = random_flat(rng, problem, 3)
     search = ZoneSearch(problem, region, 10_000)
-    assert search.inhabited() == where(region, problem).any()
-    if search.inhabited():
+    assert search.is_inhabited() == where(region, problem).any()
+    if search.is_inhabited():
         assert (where(Flat(tuple(search.open), ()), problem) & where(region, problem)).any()
         assert not (where(Flat(tuple(search.open), ()), problem) & ~where(region, problem)).any(), (
             "open says too little"
@@ -125,10 +125,10 @@ def test_a_budget_ends_before_the_node_that_it_has_not():
     problem = Problem([2], [(0, 1, 0), (0, 0, 1)], [1, -1], 100, 1, {})
     region = Flat((0,), ((Flat((1,), ()), Flat((), ())),))
     search = ZoneSearch(problem, region, 100)
-    assert search.inhabited() and search.nodes == 2
+    assert search.is_inhabited() and search.nodes == 2
     with pytest.raises(BudgetError):
-        ZoneSearch(problem, region, 1).inhabited()
-    assert ZoneSearch(problem, region, 2).inhabited()
+        ZoneSearch(problem, region, 1).is_inhabited()
+    assert ZoneSearch(problem, region, 2).is_inhabited()
 
 
 def test_a_closed_branch_is_written_as_the_places_of_its_cycle():

@@ -103,7 +103,7 @@ def test_tests_of_one_feature_share_its_error(profile, monkeypatch):
         pair, claim = noisy_roles(rng, profile)
         questions.append((pair, formula(pair, claim), start_region(pair.world), claim.eps))
     right = [zones.decide(stated(*asked, eps=eps)).verdict for *asked, eps in questions]
-    monkeypatch.setattr(zones, "barred_sides", lambda *_: frozenset())
+    monkeypatch.setattr(zones, "find_barred_sides", lambda *_: frozenset())
     apart = [zones.decide(stated(*asked, eps=eps)).verdict for *asked, eps in questions]
     assert all(other is verdict for verdict, other in zip(right, apart, strict=True) if verdict is Verdict.VIOLATED)
     assert sum(verdict is not other for verdict, other in zip(right, apart, strict=True)) > 0
@@ -215,6 +215,6 @@ def test_without_errors_nothing_is_barred(profile):
     twice = team(profile, tree((2, 0.3, 1, 2), UP, (2, 0.15, 3, 4), STAY, UP), tree(UP))
     policy = twice.policy("agent_0")
     splits = tables.split_sides(policy, MACHINE)
-    assert tables.barred_sides(policy, splits) == {(2, 0)}
+    assert tables.find_barred_sides(policy, splits) == {(2, 0)}
     table = tables.Table(twice, formula(twice, find_property("own_target", twice)), start_region(twice.world), None)
     assert all(None not in sides for sides in tables.zone_tree(table, policy, splits).sides if sides[0])

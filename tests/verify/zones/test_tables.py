@@ -19,7 +19,7 @@ from verify.zones.tables import (
     BeyondZonesError,
     NodeKnown,
     Table,
-    barred_sides,
+    find_barred_sides,
     infinite,
     problem,
     split_sides,
@@ -143,7 +143,7 @@ def test_sides_that_tests_above_leave_empty_are_barred():
     policy = replace(small_profile().policy("agent_0"), tree=again, grown=None)
     splits = split_sides(policy, REAL)
     assert set(splits) == {(2, 0.5), (2, 0.75), (2, -0.5)}
-    barred = barred_sides(policy, splits)
+    barred = find_barred_sides(policy, splits)
     assert barred == {(1, 1), (6, 0)}
     made = table(region=Region({n: (F(-1), F(1)) for n in ("agent_0.x", "landmark_0.x")}, ()))
     sides = zone_tree(made, policy, splits, barred).sides

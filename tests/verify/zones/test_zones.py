@@ -31,7 +31,7 @@ from verify.claims.decisions import DistinctTargets, formula
 from verify.claims.formula import Linear, holds
 from verify.claims.region import Region
 from verify.claims.uncertified.starts import start_region
-from verify.question import Question, from_start, shuffled
+from verify.question import Question, from_start, shuffle_leaves
 from verify.result import Verdict
 from verify.semantics import MACHINE, REAL, Semantics
 from verify.solver import encode
@@ -148,7 +148,7 @@ def test_shuffled_teams_are_refuted(profile):
     roles = team(profile, towards(0, 0), towards(1, 1))
     claim = find_property("distinct_targets", roles)
     for seed in range(5):
-        control = shuffled(roles, claim.team, seed)
+        control = shuffle_leaves(roles, claim.team, seed)
         assert (
             zones.decide(stated(control, formula(control, claim), start_region(roles.world))).verdict
             is Verdict.VIOLATED

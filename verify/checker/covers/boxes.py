@@ -57,7 +57,7 @@ class BoxList(NamedTuple):
         """The upper ends, [n, variables], copied."""
         return np.asarray(-self.bounds[:, self.variables :], dtype=np.float64)
 
-    def taken(self, which: Bool | Int64 | slice) -> BoxList:
+    def take(self, which: Bool | Int64 | slice) -> BoxList:
         """Some of the boxes, by a mask or by their numbers, copied; by a slice as a view."""
         bounds, part, joint = self
         if isinstance(which, slice):
@@ -90,7 +90,7 @@ def in_cells(boxes: BoxList, widths: Mapping[int, float]) -> BoxList:
     cells = np.zeros((boxes.size, 0), dtype=np.int64)
     for column, width in widths.items():
         boxes, cells = cut(boxes, cells, column, width)
-    return _joined(boxes, cells)
+    return _join_by_cell(boxes, cells)
 
 
 def cut(boxes: BoxList, cells: Int64, column: int, width: float) -> tuple[BoxList, Int64]:
@@ -110,17 +110,17 @@ def cut(boxes: BoxList, cells: Int64, column: int, width: float) -> tuple[BoxLis
     rows = np.repeat(np.arange(boxes.size), count)
     place = np.arange(len(rows)) - np.repeat(np.cumsum(count) - count, count)
     number = first[rows] + place
-    parts = boxes.taken(rows)
+    parts = boxes.take(rows)
     low, high = low.take(rows), high.take(rows)
     low = np.where(place == 0, low, np.maximum(low, (number - 0.5) * width))
     high = np.where(number == last[rows], high, np.minimum(high, (number + 0.5) * width))
     parts.bounds[:, column], parts.bounds[:, above] = low, -high
     kept = ~(low > high)
     cells = np.column_stack([cells[rows], number.astype(np.int64)])
-    return parts.taken(kept), cells[kept]
+    return parts.take(kept), cells[kept]
 
 
-def _joined(boxes: BoxList, cells: Int64) -> BoxList:
+def _join_by_cell(boxes: BoxList, cells: Int64) -> BoxList:
     """For each cell and part of the start, the box around its boxes."""
     if not boxes.size:
         return boxes
@@ -128,7 +128,7 @@ def _joined(boxes: BoxList, cells: Int64) -> BoxList:
     order = np.lexsort(keys.T)
     sorted_keys = keys[order]
     begins = np.flatnonzero(np.concatenate([[True], (sorted_keys[1:] != sorted_keys[:-1]).any(axis=1)]))
-    return _around(boxes.taken(order), begins)
+    return _around(boxes.take(order), begins)
 
 
 def alike_joined(boxes: BoxList) -> BoxList:
@@ -140,8 +140,8 @@ def alike_joined(boxes: BoxList) -> BoxList:
     if boxes.size < FEW:
         return boxes
     bounds = boxes.bounds
-    order, begins = alike(rounded(bounds, unit_of(bounds.min(axis=0), bounds.max(axis=0))), [boxes.part])
-    return boxes if len(begins) == boxes.size else _around(boxes.taken(order), begins)
+    order, begins = alike(round_bounds(bounds, unit_of(bounds.min(axis=0), bounds.max(axis=0))), [boxes.part])
+    return boxes if len(begins) == boxes.size else _around(boxes.take(order), begins)
 
 
 def unit_of(least: Float64, most: Float64) -> Float64:
@@ -149,7 +149,7 @@ def unit_of(least: Float64, most: Float64) -> Float64:
     return np.maximum(np.abs(least), np.abs(most)) * ALIKE + 2.0**-1000
 
 
-def rounded(bounds: Float64, unit: Float64) -> Int64:
+def round_bounds(bounds: Float64, unit: Float64) -> Int64:
     """Bounds as whole numbers."""
     return (bounds * (1.0 / unit) + 0.3).astype(np.int64)
 

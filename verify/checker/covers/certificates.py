@@ -23,7 +23,7 @@ from verify.checker.covers.forever import InvariantCertificate
 from verify.checker.covers.forms.sweep import FormSweep
 from verify.checker.covers.rounding import floor
 from verify.checker.covers.sweep import Cells, CoverSweep
-from verify.checker.envelope import REMAKE, ensure_whole, numbers, read_proof, undamaged
+from verify.checker.envelope import REMAKE, ensure_readable, ensure_whole, numbers, read_proof
 from verify.checker.reading import RejectedError
 from verify.checker.systems import certificates as walked
 from verify.checker.systems.certificates import SystemCertificate, SystemClaimJson, ensure_asked, read_claim
@@ -75,25 +75,27 @@ class CoverCertificate:
         """The same with its cuts given to a reader."""
         return replace(self, cuts=reader(self.cuts))
 
-    def accepted(self, profile: PolicyProfile, system: System, watch: Watch | None = None) -> int:
+    def check(self, profile: PolicyProfile, system: System, watch: Watch | None = None) -> int:
         """As the function."""
-        return accepted(self, profile, system, watch)
+        return check_certificate(self, profile, system, watch)
 
 
-def accepted(certificate: CoverCertificate, profile: PolicyProfile, system: System, watch: Watch | None = None) -> int:
+def check_certificate(
+    certificate: CoverCertificate, profile: PolicyProfile, system: System, watch: Watch | None = None
+) -> int:
     """Checks a certificate; the number of its sets over all steps. `watch` is told of every list of boxes, by its step.
 
     InputError when it is about another profile or system, or names what they do not have; RejectedError when its sets
     do not show the claim.
     """
-    return accepted_together([certificate], profile, system, watch)[0]
+    return check_together([certificate], profile, system, watch)[0]
 
 
-def accepted_together(
+def check_together(
     certificates: Sequence[CoverCertificate], profile: PolicyProfile, system: System, watch: Watch | None = None
 ) -> list[int]:
     """Checks certificates that differ in their claims alone, of which none is fulfilled once, by one sweep; for each
-    the number of its sets. Errors as of `accepted`, whichever claim they are about.
+    the number of its sets. Errors as of `check_certificate`, whichever claim they are about.
     """
     ensure_in_steps(system, "this form of certificate")
     for each in certificates:
@@ -143,7 +145,7 @@ class _FormJson(msgspec.Struct):
 
 def from_json(text: str | bytes, where: str = "certificate") -> AnyCertificate:
     """The certificate in a text, of any form. InputError when it is damaged, of another version, or edited."""
-    with undamaged(where):
+    with ensure_readable(where):
         form = msgspec.json.decode(text, type=_FormJson).certificate
         if form != FORM:
             return forever.from_json(text, where) if form == forever.FORM else walked.from_json(text, where)

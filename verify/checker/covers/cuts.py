@@ -100,17 +100,17 @@ class Cut:
         if self.line is not None:
             return self._by_one(boxes, self.line)
         if not self._terms:
-            return boxes if self._always else boxes.taken(slice(0, 0))
+            return boxes if self._always else boxes.take(slice(0, 0))
         return self._by_all(boxes)
 
     @staticmethod
     def _by_one(boxes: BoxList, line: BoundLine) -> BoxList:
         met, first = ~(boxes.bounds[:, line.near] > line.end.last), -line.end.up
         if not met.any():
-            return boxes.taken(slice(0, 0))
+            return boxes.take(slice(0, 0))
         if met.all() and (boxes.bounds[:, line.far] >= first).all():
             return boxes
-        kept = boxes.taken(met)
+        kept = boxes.take(met)
         kept.bounds[:, line.far] = np.maximum(kept.bounds[:, line.far], first)
         return kept
 
@@ -118,14 +118,14 @@ class Cut:
         low, high = boxes.low, boxes.high
         least = [factor.times_down((low if factor.positive else high)[:, i]) for i, factor in self._terms]
         met = ~(_total_down(least) > self._end.last)
-        kept, least = boxes.taken(met), [each[met] for each in least]
+        kept, least = boxes.take(met), [each[met] for each in least]
         for place, (column, factor) in enumerate(self._terms):
             left = sum_up(-_total_down(least[:place] + least[place + 1 :]), self._end.up)
             at = column + kept.variables * factor.positive  # of the bound on the other side
             first = -factor.into_up(left) if factor.positive else factor.into_down(left)
             kept.bounds[:, at] = np.maximum(kept.bounds[:, at], first)
         empty = np.asarray((kept.low > kept.high).any(axis=1), dtype=np.bool_)
-        return kept.taken(~empty)
+        return kept.take(~empty)
 
 
 def _total_down(values: Sequence[Float64]) -> Float64:
@@ -148,9 +148,9 @@ class LineCuts:
     def within(self, boxes: BoxList) -> BoxList:
         """For each box with a state that may meet all of them, a box around all such states."""
         if self._none:
-            return boxes.taken(slice(0, 0))
+            return boxes.take(slice(0, 0))
         beyond: Bool = np.asarray((boxes.bounds > self._last).any(axis=1), dtype=np.bool_)
-        boxes = boxes.taken(~beyond) if beyond.any() else boxes
+        boxes = boxes.take(~beyond) if beyond.any() else boxes
         return boxes._replace(bounds=np.maximum(boxes.bounds, self._first))
 
 
@@ -174,11 +174,11 @@ class RegionCut:
 
     def outside(self, boxes: BoxList) -> BoxList:
         """Boxes around the states that may lie outside of it."""
-        none = boxes.taken(slice(0, 0))
+        none = boxes.take(slice(0, 0))
         if self._single and (boxes.bounds.take(self._columns, axis=1) > self._last).all():
             return none
-        found = [none]
+        outer_parts = [none]
         for inside, outside in self._sides:
-            found.append(outside.within(boxes))
+            outer_parts.append(outside.within(boxes))
             boxes = inside.within(boxes)
-        return together(found)
+        return together(outer_parts)

@@ -26,7 +26,7 @@ from codegen.ir import Int64, PolicyProfile
 from verify.checker.covers.boxes import BoxList, Watch
 from verify.checker.covers.invariants import MAX_SPAN, MAX_STEPS, InvariantSweep, RegionSweep, ensure_shown
 from verify.checker.covers.rounding import floor
-from verify.checker.envelope import REMAKE, ensure_whole, numbers, read_proof, undamaged
+from verify.checker.envelope import REMAKE, ensure_readable, ensure_whole, numbers, read_proof
 from verify.checker.reading import RejectedError
 from verify.checker.systems.certificates import BITS, SystemClaimJson, ensure_asked, read_claim, read_region
 from verify.checker.systems.walk import FollowedPart, Proof, SystemQuestions
@@ -107,12 +107,12 @@ class InvariantCertificate:
         ]
         return replace(self, parts=tuple(parts))
 
-    def accepted(self, profile: PolicyProfile, system: System, watch: Watch | None = None) -> int:
+    def check(self, profile: PolicyProfile, system: System, watch: Watch | None = None) -> int:
         """As the function."""
-        return accepted(self, profile, system, watch)
+        return check_certificate(self, profile, system, watch)
 
 
-def accepted(
+def check_certificate(
     certificate: InvariantCertificate, profile: PolicyProfile, system: System, watch: Watch | None = None
 ) -> int:
     """Checks a certificate; the number of its cells. `watch` is told of all boxes that its cells speak of, by part.
@@ -126,13 +126,13 @@ def accepted(
     count, shown = 0, list[frozenset[int]]()
     for number, part in enumerate(certificate.parts):
         seen = None if watch is None else partial(watch, number)
-        sets, shows = _checked(part, certificate.claim, profile, system, seen)
+        sets, shows = _check_part(part, certificate.claim, profile, system, seen)
         count, shown = count + sets, [*shown, shows]
     ensure_shown(certificate.claim, shown)
     return count
 
 
-def _checked(
+def _check_part(
     part: InvariantPart,
     claim: SystemClaim,
     profile: PolicyProfile,
@@ -157,7 +157,7 @@ def _checked(
         by_regions = RegionSweep(profile, system, claim, regions, 0 if walks else part.steps)
         cuts = [list(numbers(each.cuts)) for each in part.regions]
         arriving = by_regions.motion.arriving(start, joined)
-        closed = sum(_walked(profile, *by_regions.one_step(number), walk) for number, walk in enumerate(walks))
+        closed = sum(_check_walk(profile, *by_regions.one_step(number), walk) for number, walk in enumerate(walks))
         return by_regions.check(arriving, cuts) + closed, by_regions.motion.shows
     sweep = InvariantSweep(profile, system, claim, {name: floor(width) for name, width in part.widths.items()})
     cells = read_cells(numbers(part.cells), len(part.widths))
@@ -165,7 +165,7 @@ def _checked(
     return len(cells), sweep.motion.shows
 
 
-def _walked(profile: PolicyProfile, begun: System, claim: SystemClaim, part: FollowedPart, walk: bytes) -> int:
+def _check_walk(profile: PolicyProfile, begun: System, claim: SystemClaim, part: FollowedPart, walk: bytes) -> int:
     """How many branches a proof of one step closes. RejectedError where it does not hold."""
     proof = Proof(numbers(walk, BITS))
     SystemQuestions(profile, begun, claim, part, proof).run()
@@ -191,11 +191,11 @@ def read_cells(given: Iterator[int], variables: int) -> Int64:
 
 
 def _digits(keys: Int64, lows: Sequence[int], spans: Sequence[int]) -> Int64:
-    found: list[Int64] = []
+    digits: list[Int64] = []
     for low, span in zip(reversed(lows), reversed(spans), strict=True):
-        found.append(keys % span + low)
+        digits.append(keys % span + low)
         keys = keys // span
-    return np.stack(found[::-1], axis=1)
+    return np.stack(digits[::-1], axis=1)
 
 
 # --- the text
@@ -234,7 +234,7 @@ class InvariantCertificateJson(msgspec.Struct, forbid_unknown_fields=True):
 
 def from_json(text: str | bytes, where: str = "certificate") -> InvariantCertificate:
     """The certificate in a text. InputError when it is damaged, of another version, or edited."""
-    with undamaged(where):
+    with ensure_readable(where):
         raw = msgspec.json.decode(text, type=InvariantCertificateJson)
         ensure_whole(raw, FORM, where)
         claim = read_claim(raw.claim)

@@ -50,17 +50,17 @@ class _BoxMotion:
             to_, read_ = (None if each == list(range(2 * size)) else np.array(each) for each in columns_of)
             self._terms.append(_Term(to_, read_, factors))
 
-    def moved(self, bounds: Float64, shift: Float64) -> Float64:
+    def move_bounds(self, bounds: Float64, shift: Float64) -> Float64:
         """The bounds of boxes after a step. `shift`: what is added to each, at least; both [n, 2 variables]."""
-        found = shift
+        image = shift
         for to, read, factors in self._terms:
             product = factors.times_down(bounds if read is None else bounds.take(read, axis=1))
             if to is None:
-                found = sum_down(found, product)
+                image = sum_down(image, product)
             else:
-                found = found.copy() if found is shift else found
-                found[:, to] = sum_down(found.take(to, axis=1), product)
-        return found
+                image = image.copy() if image is shift else image
+                image[:, to] = sum_down(image.take(to, axis=1), product)
+        return image
 
 
 class PieceImage:
@@ -86,7 +86,7 @@ class PieceImage:
             boxes = cut.within(boxes)
         return self._where.within(boxes) if self._piece.where else boxes
 
-    def moved(self, boxes: BoxList) -> BoxList:
+    def move_boxes(self, boxes: BoxList) -> BoxList:
         """Boxes around all next states, by the joint actions that are chosen."""
         if not boxes.size:
             return boxes
@@ -96,12 +96,12 @@ class PieceImage:
             at = np.searchsorted(self._joints, boxes.joint)
         bounds, shifts = boxes.bounds, self._shifts.take(at, axis=0)
         if len(self._moves) == 1:
-            return boxes._replace(bounds=self._moves[0].moved(bounds, shifts))
-        kinds, found = self._kinds.take(at), np.empty_like(bounds)
+            return boxes._replace(bounds=self._moves[0].move_bounds(bounds, shifts))
+        kinds, image = self._kinds.take(at), np.empty_like(bounds)
         for kind, motion in enumerate(self._moves):
             rows = np.flatnonzero(kinds == kind)
-            found[rows] = motion.moved(bounds.take(rows, axis=0), shifts.take(rows, axis=0))
-        return boxes._replace(bounds=found)
+            image[rows] = motion.move_bounds(bounds.take(rows, axis=0), shifts.take(rows, axis=0))
+        return boxes._replace(bounds=image)
 
     def _meet(self, joints: Sequence[int]) -> None:
         """Notes how some joint actions move boxes."""
@@ -111,7 +111,7 @@ class PieceImage:
             forms = [self._total(name, effects) for name in self._names]
             terms = tuple(form.terms for form in forms)
             kinds.append(self._kind(terms))
-            ends = [self._added(name, form.constant) for name, form in zip(self._names, forms, strict=True)]
+            ends = [self._bound_shift(name, form.constant) for name, form in zip(self._names, forms, strict=True)]
             shifts.append([*(low for low, _ in ends), *(-high for _, high in ends)])
         met = np.concatenate([self._joints, joints])
         order = np.argsort(met)
@@ -126,7 +126,7 @@ class PieceImage:
             self._moves.append(_BoxMotion(terms, self._columns))
         return self._motions[terms]
 
-    def _added(self, name: str, constant: Fraction) -> tuple[float, float]:
+    def _bound_shift(self, name: str, constant: Fraction) -> tuple[float, float]:
         """Bounds of what is added to a variable: a constant, and an error."""
         if name not in self._piece.error:
             return around(constant)

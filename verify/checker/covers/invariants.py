@@ -38,7 +38,7 @@ from verify.checker.covers.images import PieceImage
 from verify.checker.covers.parts import Parts
 from verify.checker.covers.rounding import ensure_arithmetic
 from verify.checker.covers.stated import StatedStates
-from verify.checker.covers.trees import TreeCuts, decided
+from verify.checker.covers.trees import TreeCuts, split_by_trees
 from verify.checker.reading import RejectedError
 from verify.checker.systems.certificates import needs_stated
 from verify.checker.systems.walk import FollowedPart, ways
@@ -70,22 +70,22 @@ class FollowedMotion:
         self._starts, self._stated = Parts(system), StatedStates(system, claim)
         self._first = claim.by
         self._assumed = [RegionCut(list(map(linear, region)), self.columns) for region in claim.assuming]
-        self.shows = shown_by(claim, names)
+        self.shows = find_shown_halves(claim, names)
         asked = [[linear(half) for half in region if names_of(half) <= names] for region in claim.regions]
         self._claimed = [RegionCut(each, self.columns) for each in asked] if self.shows else []
 
     def arriving(self, cuts: Sequence[int], widths: Mapping[str, float]) -> Iterator[BoxList]:
         """Boxes around all states at the claim's first step, some at a time. `cuts`: of the start; `widths`: of the
-        cells in which boxes are joined on the way, by variable. RejectedError as of `moved`.
+        cells in which boxes are joined on the way, by variable. RejectedError as of `move_boxes`.
         """
         cells = {self.columns[name]: width for name, width in widths.items()}
         for boxes in self._starts.parts(cuts):
-            boxes = self.spoken_of(boxes)
+            boxes = self.restrict_boxes(boxes)
             for _ in range(self._first):
-                boxes = self.moved(in_cells(boxes, cells) if cells else boxes)
+                boxes = self.move_boxes(in_cells(boxes, cells) if cells else boxes)
             yield boxes
 
-    def spoken_of(self, boxes: BoxList) -> BoxList:
+    def restrict_boxes(self, boxes: BoxList) -> BoxList:
         """Boxes around the states that the claim does not leave out, other variables being any number."""
         if self._assumed:
             boxes = together([region.within(boxes) for region in self._assumed])
@@ -99,7 +99,7 @@ class FollowedMotion:
             if column in self.followed:
                 low, high = boxes.low[:, column], boxes.high[:, column]
                 met = [(low <= mode) & (high >= mode) for mode in range(count)]
-                boxes = together([boxes.taken(each) for each in met])
+                boxes = together([boxes.take(each) for each in met])
                 values = np.repeat(np.arange(float(count)), [int(each.sum()) for each in met])
                 boxes.bounds[:, column], boxes.bounds[:, boxes.variables + column] = values, -values
         return boxes
@@ -108,30 +108,30 @@ class FollowedMotion:
         """Boxes around the states that meet what these variables are to show."""
         return together([region.within(boxes) for region in self._claimed]) if self._claimed else boxes
 
-    def broken(self, boxes: BoxList) -> BoxList:
+    def find_breaking(self, boxes: BoxList) -> BoxList:
         """Boxes around the states that may break what these variables are to show."""
-        return outside_of(self._claimed, boxes) if self._claimed else boxes.taken(slice(0, 0))
+        return outside_of(self._claimed, boxes) if self._claimed else boxes.take(slice(0, 0))
 
-    def unstated(self, boxes: BoxList) -> Bool:
+    def is_unstated(self, boxes: BoxList) -> Bool:
         """Which boxes may hold states of which nothing is stated."""
         return self._stated.beyond(boxes.low, boxes.high)
 
-    def moved(self, boxes: BoxList) -> BoxList:
+    def move_boxes(self, boxes: BoxList) -> BoxList:
         """Boxes around all next states. RejectedError where some are not finite, or nothing is stated of a state."""
-        if self.unstated(boxes).any():
+        if self.is_unstated(boxes).any():
             raise RejectedError("a set may hold states of which nothing is stated")
-        boxes = decided(self._trees, boxes)
-        boxes = together([piece.moved(piece.within(boxes)) for piece in self._pieces])
-        boxes = alike_joined(self.spoken_of(boxes))
+        boxes = split_by_trees(self._trees, boxes)
+        boxes = together([piece.move_boxes(piece.within(boxes)) for piece in self._pieces])
+        boxes = alike_joined(self.restrict_boxes(boxes))
         if not (np.isfinite(boxes.low) & np.isfinite(boxes.high))[:, self.followed].all():
             raise RejectedError("a box has bounds that are not finite")
         return boxes
 
     def ensure_meets(self, boxes: BoxList) -> None:
         """RejectedError for boxes that may hold states that break the claim."""
-        found = self.broken(boxes).size
-        if found:
-            raise RejectedError(f"{found:,} boxes of the invariant may hold states that break the claim")
+        count = self.find_breaking(boxes).size
+        if count:
+            raise RejectedError(f"{count:,} boxes of the invariant may hold states that break the claim")
 
 
 class InvariantSweep:
@@ -157,7 +157,7 @@ class InvariantSweep:
             low[:, column] = (cells[:, place] - half) * width
             high[:, column] = (cells[:, place] + half) * width
         boxes = BoxList.of(low, high, np.arange(len(cells)), np.zeros(len(cells), dtype=np.int64))
-        return self.motion.meeting(self.motion.spoken_of(boxes))
+        return self.motion.meeting(self.motion.restrict_boxes(boxes))
 
     def in_cells(self, boxes: BoxList) -> tuple[BoxList, Int64]:
         """The boxes cut at the bounds of cells, and the cell of each, [n, followed]."""
@@ -183,20 +183,20 @@ class InvariantSweep:
                 if not known.holds(self.in_cells(boxes)[1]).all():
                     raise RejectedError("a state at the first step lies in no cell of the invariant")
             return sum(
-                self._followed(cells[begin : begin + AT_ONCE], known, steps, seen)
+                self._follow_cells(cells[begin : begin + AT_ONCE], known, steps, seen)
                 for begin in range(0, len(cells), AT_ONCE)
             )
 
-    def _followed(self, cells: Int64, known: Known, steps: int, seen: Callable[[BoxList], None]) -> int:
+    def _follow_cells(self, cells: Int64, known: Known, steps: int, seen: Callable[[BoxList], None]) -> int:
         boxes = self.boxes(cells)
         asked = boxes.size
         seen(boxes)
         for _ in range(steps):
-            boxes = self.motion.moved(boxes)
+            boxes = self.motion.move_boxes(boxes)
             self.motion.ensure_meets(boxes)
             boxes, of = self.in_cells(boxes)
             asked += boxes.size
-            boxes = boxes.taken(~known.holds(of))
+            boxes = boxes.take(~known.holds(of))
             if not boxes.size:
                 return asked
             seen(boxes)
@@ -230,9 +230,9 @@ class Known:
     def holds(self, cells: Int64) -> Bool:
         """Which cells are in the list, [n]."""
         inside = np.asarray(((cells >= self._low) & (cells <= self._high)).all(axis=1), dtype=np.bool_)
-        found = inside.copy()
-        found[inside] = np.isin(self._key(cells[inside]), self._keys)
-        return found
+        held = inside.copy()
+        held[inside] = np.isin(self._key(cells[inside]), self._keys)
+        return held
 
 
 class RegionSweep:
@@ -247,7 +247,7 @@ class RegionSweep:
         names = {name for region in regions for half in region for name in names_of(half)}
         self.motion = FollowedMotion(profile, system, claim, names)
         self.regions = [RegionCut(list(map(linear, region)), self.motion.columns) for region in regions]
-        self._begun = [_bounded(system, region, names) for region in regions]
+        self._begun = [_start_in_region(system, region, names) for region in regions]
         self.parts = [Parts(begun) for begun in self._begun]
         self._all, self._names, self._steps = tuple(regions), names, steps
 
@@ -258,27 +258,27 @@ class RegionSweep:
         with np.errstate(all="ignore"):
             for boxes in arriving:
                 for step in range(max(self._steps, 1)):
-                    boxes = self.motion.moved(boxes) if step else boxes
+                    boxes = self.motion.move_boxes(boxes) if step else boxes
                     if outside_of(self.regions, boxes).size:
                         raise RejectedError("the invariant does not hold all states at the first steps")
             asked = 0
             for parts, numbers in zip(self.parts, cuts, strict=True):
                 for boxes in parts.parts(numbers):
                     asked += boxes.size
-                    if self.left(boxes).size:
+                    if self.find_open_parts(boxes).size:
                         raise RejectedError("some states of the invariant may leave it, or break the claim")
             return asked
 
-    def left(self, boxes: BoxList) -> Int64:
+    def find_open_parts(self, boxes: BoxList) -> Int64:
         """The parts of which states may break the claim or leave the regions. RejectedError for infinite bounds."""
-        boxes = self.motion.by_modes(self.motion.spoken_of(boxes))
-        open_ = [self.motion.broken(boxes).part]
+        boxes = self.motion.by_modes(self.motion.restrict_boxes(boxes))
+        open_ = [self.motion.find_breaking(boxes).part]
         if not self._steps:
             return np.unique(open_[0])
         for step in range(1, self._steps + 1):
-            unknown = self.motion.unstated(boxes)
+            unknown = self.motion.is_unstated(boxes)
             open_.append(boxes.part[unknown])
-            boxes = self.motion.moved(boxes.taken(~unknown))
+            boxes = self.motion.move_boxes(boxes.take(~unknown))
             if step < self._steps:
                 boxes = together([region.within(boxes) for region in self.regions])
         return np.unique(np.concatenate([*open_, outside_of(self.regions, boxes).part]))
@@ -297,7 +297,7 @@ def outside_of(regions: Sequence[RegionCut], boxes: BoxList) -> BoxList:
     return boxes
 
 
-def _bounded(system: System, region: Polytope, names: set[str]) -> System:
+def _start_in_region(system: System, region: Polytope, names: set[str]) -> System:
     """The system as if a region were its start, and as if the bounds of the region were the ranges."""
     bounds: dict[str, list[Fraction | None]] = {name: [None, None] for name in names}
     for one in system.variables:
@@ -307,16 +307,16 @@ def _bounded(system: System, region: Polytope, names: set[str]) -> System:
         if len(half.form.terms) == 1:
             ((name, factor),) = half.form.terms
             bounds[name][int(factor > 0)] = -half.form.constant / factor  # any of several: all of them are asked
-    found: dict[str, Interval] = {}
+    ranges: dict[str, Interval] = {}
     for name, (low, high) in bounds.items():
         if low is None or high is None:
             raise RejectedError(f"the invariant does not bound {name}")
-        found[name] = low, high
-    variables = tuple(replace(one, range=found.get(one.name, one.range)) for one in system.variables)
+        ranges[name] = low, high
+    variables = tuple(replace(one, range=ranges.get(one.name, one.range)) for one in system.variables)
     return replace(system, variables=variables, start=region)
 
 
-def shown_by(claim: SystemClaim, followed: set[str]) -> frozenset[int]:
+def find_shown_halves(claim: SystemClaim, followed: set[str]) -> frozenset[int]:
     """Which half spaces of a claim's one region some variables decide; of several regions all or none."""
     if len(claim.regions) == 1:
         return frozenset(place for place, half in enumerate(claim.regions[0]) if names_of(half) <= followed)

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codegen.ir import Bool, Float64, Int64
-from verify.checker.covers.boxes import FEW, BoxList, alike, least_of_runs, rounded, unit_of
+from verify.checker.covers.boxes import FEW, BoxList, alike, least_of_runs, round_bounds, unit_of
 from verify.checker.covers.cuts import BoundLine
 from verify.checker.reading import RejectedError
 
@@ -40,7 +40,7 @@ class WayDown(NamedTuple):
     node: int
 
     @classmethod
-    def begun(cls, columns: int, node: int) -> WayDown:
+    def begin(cls, columns: int, node: int) -> WayDown:
         """The way to a node at which all begins."""
         return cls([inf] * columns, [-inf] * columns, node)
 
@@ -69,7 +69,7 @@ class LeafWays:
         self._node = np.array([way.node for way in ways])
         self._least = 0  # boxes in leaves since they were last joined
 
-    def met(self, boxes: BoxList) -> tuple[BoxList, Int64]:
+    def split_at_leaves(self, boxes: BoxList) -> tuple[BoxList, Int64]:
         """The boxes cut at the ends of the ways that they meet, and the node at each end. RejectedError for a bound
         that is no number.
         """
@@ -82,7 +82,7 @@ class LeafWays:
         bounds, part, joint = np.maximum(bounds.take(box, axis=0), first), boxes.part.take(box), boxes.joint.take(box)
         self._least = min(self._least, len(box))
         if len(box) >= max(FEW, GROWN * self._least):
-            kept, bounds = _nested_joined(bounds, bounds == first, [way, part, joint], unit_of(least, most))
+            kept, bounds = _join_nested(bounds, bounds == first, [way, part, joint], unit_of(least, most))
             way, part, joint, self._least = way.take(kept), part.take(kept), joint.take(kept), len(kept)
         return BoxList(bounds, part, joint), self._node.take(way)
 
@@ -103,12 +103,12 @@ class LeafWays:
                 met &= by_column[column] <= last[:, column, None]
             at, box = np.divmod(np.flatnonzero(met), max(count, 1))
             return box, ways.take(at)
-        at_once, row = max(AT_ONCE // len(self._node), 1), _packed(reached[None])
+        at_once, row = max(AT_ONCE // len(self._node), 1), _pack_flags(reached[None])
         some = ((at, by_column[:, at : at + at_once]) for at in range(0, max(count, 1), at_once))
-        pairs = [self._looked_up(each, columns, row) + at * len(self._node) for at, each in some]
+        pairs = [self._look_up(each, columns, row) + at * len(self._node) for at, each in some]
         return np.divmod(np.concatenate(pairs), len(self._node))
 
-    def _looked_up(self, by_column: Float64, columns: Sequence[int], row: Bits) -> Int64:
+    def _look_up(self, by_column: Float64, columns: Sequence[int], row: Bits) -> Int64:
         """Which boxes meet which of the ways in a row of bits, as far as some columns say: a pair's number is that of
         the box times the number of ways, and the way's.
         """
@@ -123,17 +123,17 @@ class LeafWays:
 
 def _column(last: Float64) -> _Column:
     ends = np.unique(last)
-    return _Column(ends, _packed(np.searchsorted(ends, last) >= np.arange(len(ends) + 1)[:, None]))
+    return _Column(ends, _pack_flags(np.searchsorted(ends, last) >= np.arange(len(ends) + 1)[:, None]))
 
 
-def _packed(flags: Bool) -> Bits:
+def _pack_flags(flags: Bool) -> Bits:
     """Rows of flags as words."""
     padded = np.zeros((len(flags), -(-flags.shape[1] // 64) * 64), dtype=np.bool_)
     padded[:, : flags.shape[1]] = flags
     return np.packbits(padded, axis=1, bitorder="little").view(np.uint64)
 
 
-def _nested_joined(bounds: Float64, at_end: Bool, kinds: Sequence[Int64], unit: Float64) -> tuple[Int64, Float64]:
+def _join_nested(bounds: Float64, at_end: Bool, kinds: Sequence[Int64], unit: Float64) -> tuple[Int64, Float64]:
     """The numbers of some boxes, and bounds in which these hold all states of a list of boxes in leaves, where those of
     one kind became one of which one all but holds the others. `at_end`: which bounds are those of the leaf; `unit`: by
     how much of a column this may lose.
@@ -143,7 +143,7 @@ def _nested_joined(bounds: Float64, at_end: Bool, kinds: Sequence[Int64], unit: 
     Whatever is joined, what is around it holds its states; that one box all but does is asked to lose nothing else.
     """
     size = bounds.shape[1] // 2
-    rows = rounded(bounds, unit) * ~np.concatenate([at_end[:, size:], at_end[:, :size]], axis=1)
+    rows = round_bounds(bounds, unit) * ~np.concatenate([at_end[:, size:], at_end[:, :size]], axis=1)
     order, begins = alike(rows, kinds)
     if len(begins) == len(order):
         return np.arange(len(order)), bounds

@@ -47,11 +47,11 @@ class Parts:
 
     def parts(self, cuts: Sequence[int]) -> Iterator[BoxList]:
         """The start as boxes, some parts at a time."""
-        return map(self.started, self.cut(cuts))
+        return map(self.box_starts, self.cut(cuts))
 
     def cut(self, cuts: Sequence[int]) -> Iterator[list[StartBox]]:
         """The parts that cuts make of a box around all starts, some at a time."""
-        found: list[StartBox] = []
+        batch: list[StartBox] = []
         count, numbers = 0, iter(cuts)
         pending = [] if (whole := self.whole) is None else [whole]
         while pending:
@@ -62,27 +62,27 @@ class Parts:
             if number:
                 pending += reversed(halves(one, number - 1))
                 continue
-            found.append(one)
+            batch.append(one)
             count += 1
             if count > self._most:
                 raise RejectedError(f"the start is cut into more than {self._most:,} parts")
-            if len(found) == self._at_once:
-                yield found
-                found = []
+            if len(batch) == self._at_once:
+                yield batch
+                batch = []
         if next(numbers, None) is not None:
             raise RejectedError("the cuts of the start go on after their end")
-        if found:
-            yield found
+        if batch:
+            yield batch
 
     @property
     def whole(self) -> StartBox | None:
         """A box around all starts; None where bounds show that there are none."""
         ends = [one.range for one in self._system.variables]
         low, high = np.array([floor(low) for low, _ in ends]), np.array([ceiling(high) for _, high in ends])
-        boxes = self.started([StartBox(low, high)])
+        boxes = self.box_starts([StartBox(low, high)])
         return StartBox(boxes.low[0], boxes.high[0]) if boxes.size else None
 
-    def started(self, parts: Sequence[StartBox]) -> BoxList:
+    def box_starts(self, parts: Sequence[StartBox]) -> BoxList:
         """Boxes around the starts in some parts."""
         none = np.zeros(len(parts), dtype=np.int64)
         lows, highs = np.array([one.low for one in parts]), np.array([one.high for one in parts])

@@ -16,7 +16,7 @@ from verify.checker.covers.rounding import ceiling, floor
 from verify.checker.reading import RejectedError
 from verify.checker.systems.cases import has_cases, hull_of
 from verify.systems.claims import SystemClaim
-from verify.systems.regions import left_out
+from verify.systems.regions import find_gap
 from verify.systems.system import Box, System
 
 
@@ -25,14 +25,14 @@ class StatedStates:
 
     def __init__(self, system: System, claim: SystemClaim) -> None:
         self._columns = {one.name: column for column, one in enumerate(system.variables)}
-        self._bounds = self._found(system) if claim.steps or claim.says.ever else None
+        self._bounds = self._bound_pieces(system) if claim.steps or claim.says.ever else None
 
     @property
     def limited(self) -> bool:
         """Whether there are states of which nothing is stated."""
         return self._bounds is not None
 
-    def _found(self, system: System) -> tuple[Float64, Float64] | None:
+    def _bound_pieces(self, system: System) -> tuple[Float64, Float64] | None:
         """Bounds of a box all of whose states lie in a piece; None where some piece holds all states."""
         wheres = [piece.where for piece in system.pieces]
         if not all(wheres):
@@ -46,7 +46,7 @@ class StatedStates:
             bounds = dict(hull_of(system))
         else:
             whole: Box = bounds
-            if any(low >= high for low, high in bounds.values()) or left_out(whole, wheres) is not None:
+            if any(low >= high for low, high in bounds.values()) or find_gap(whole, wheres) is not None:
                 raise RejectedError("the pieces leave gaps between them")
         low = np.full(len(self._columns), -np.inf)
         high = np.full(len(self._columns), np.inf)

@@ -20,7 +20,7 @@ from verify.checker.covers.images import PieceImage
 from verify.checker.covers.parts import Parts
 from verify.checker.covers.rounding import ensure_arithmetic
 from verify.checker.covers.stated import StatedStates
-from verify.checker.covers.trees import TreeCuts, decided
+from verify.checker.covers.trees import TreeCuts, split_by_trees
 from verify.checker.reading import RejectedError
 from verify.systems.claims import SystemClaim
 from verify.systems.system import System
@@ -63,9 +63,9 @@ class _ClaimCuts:
         return boxes
 
     def _ensure_none(self, lists: Sequence[BoxList], step: int) -> None:
-        found = sum(each.size for each in lists)
-        if found:
-            raise RejectedError(f"at step {step} {found:,} boxes may hold states that break the claim")
+        count = sum(each.size for each in lists)
+        if count:
+            raise RejectedError(f"at step {step} {count:,} boxes may hold states that break the claim")
 
 
 class CoverSweep:
@@ -114,7 +114,7 @@ class CoverSweep:
                 return
             if self._stated.limited and self._stated.beyond(boxes.low, boxes.high).any():
                 raise RejectedError(f"at step {step} a box may hold states of which nothing is stated")
-            boxes = decided(self._trees, boxes)
-            boxes = together([piece.moved(piece.within(boxes)) for piece in self._pieces])
+            boxes = split_by_trees(self._trees, boxes)
+            boxes = together([piece.move_boxes(piece.within(boxes)) for piece in self._pieces])
             boxes = alike_joined(boxes) if self._several else boxes
             step += 1

@@ -36,12 +36,12 @@ def _sides(tests: Sequence[tuple[T, T]], left: int, right: int) -> Sides[T]:
     """The sides of a split that goes left where one of some tests holds: each test beyond those before it, and what
     lies beyond all. `tests`: each with its opposite.
     """
-    found: Sides[T] = []
+    sides: Sides[T] = []
     beyond: list[T] = []
     for test, otherwise in tests:
-        found.append(([*beyond, test], left))
+        sides.append(([*beyond, test], left))
         beyond = [*beyond, otherwise]
-    return [*found, (beyond, right)]
+    return [*sides, (beyond, right)]
 
 
 class TreeCuts:
@@ -83,26 +83,26 @@ class TreeCuts:
         """Whether it tests several variables at once, by which boxes are cut into pieces that nothing joins."""
         return bool(self._cuts)
 
-    def chosen(self, boxes: BoxList) -> BoxList:
+    def split_at_tests(self, boxes: BoxList) -> BoxList:
         """The boxes, cut at the splits, each with this agent's action as one more digit of its joint action."""
-        found, pending = list[BoxList](), [(ROOT, boxes)]
+        at_leaves, pending = list[BoxList](), [(ROOT, boxes)]
         while pending:
             node, boxes = pending.pop()
             if node in self._lines:
-                boxes, at = self._leaves(node).met(boxes)
+                boxes, at = self._leaves(node).split_at_leaves(boxes)
                 done = self._leaf.take(at)
                 if done.all():
-                    found.append(self._acted(boxes, at))
+                    at_leaves.append(self._add_action(boxes, at))
                     continue
-                found.append(self._acted(boxes.taken(done), at[done]))
-                pending += [(split, boxes.taken(at == split)) for split in np.unique(at[~done]).tolist()]
+                at_leaves.append(self._add_action(boxes.take(done), at[done]))
+                pending += [(split, boxes.take(at == split)) for split in np.unique(at[~done]).tolist()]
             elif node in self._cuts:
                 pending += [(to, _within(cuts, boxes)) for cuts, to in self._cuts[node]]
             else:
-                found.append(self._acted(boxes, np.full(boxes.size, node)))
-        return together(found)
+                at_leaves.append(self._add_action(boxes, np.full(boxes.size, node)))
+        return together(at_leaves)
 
-    def _acted(self, boxes: BoxList, leaf: Int64) -> BoxList:
+    def _add_action(self, boxes: BoxList, leaf: Int64) -> BoxList:
         return boxes._replace(joint=boxes.joint * self._actions + self._action.take(leaf))
 
     def _leaves(self, root: int) -> LeafWays:
@@ -113,15 +113,15 @@ class TreeCuts:
 
     def _ways(self, root: int) -> list[WayDown]:
         """These ways, to leaves and other tests; to any test once there are many."""
-        found, pending = list[WayDown](), deque([WayDown.begun(2 * len(self._columns), root)])
+        ways, pending = list[WayDown](), deque([WayDown.begin(2 * len(self._columns), root)])
         while pending:
             way = pending.popleft()
             if way.node not in self._lines or len(pending) >= MAX_WAYS:
-                found.append(way)
+                ways.append(way)
             else:
                 further = [way.on(lines, to) for lines, to in self._lines[way.node]]
                 pending += [each for each in further if each is not None]
-        return found
+        return ways
 
 
 def _parts(goes_left: Formula) -> Sequence[Formula]:
@@ -142,23 +142,23 @@ class Chooses(Protocol):
         """How many the agent has."""
         ...
 
-    def chosen(self, boxes: BoxList) -> BoxList:
+    def split_at_tests(self, boxes: BoxList) -> BoxList:
         """The boxes, each with this agent's action as one more digit of its joint action."""
         ...
 
 
-def decided(trees: Sequence[Chooses], boxes: BoxList) -> BoxList:
+def split_by_trees(trees: Sequence[Chooses], boxes: BoxList) -> BoxList:
     """The boxes by the joint action that is chosen in them."""
     boxes = boxes._replace(joint=np.zeros(boxes.size, dtype=np.int64))
     for tree in trees:
-        boxes = tree.chosen(boxes)
+        boxes = tree.split_at_tests(boxes)
     return boxes
 
 
 def digits(joint: int, trees: Sequence[Chooses]) -> tuple[int, ...]:
     """The action of each agent in a joint action."""
-    found: list[int] = []
+    actions: list[int] = []
     for tree in reversed(trees):
         joint, action = divmod(joint, tree.actions)
-        found.append(action)
-    return tuple(reversed(found))
+        actions.append(action)
+    return tuple(reversed(actions))

@@ -12,17 +12,17 @@ from typing import Any, TypeAlias
 
 import msgspec
 
-from codegen.errors import InputError, shown
+from codegen.errors import InputError, escape_text
 from codegen.ir import GOAL, PolicyProfile
 from codegen.policy_json import content_hash
 from verify.checker.decisions import walk as decisions
 from verify.checker.envelope import (
     REMAKE,
     ensure_about,
+    ensure_readable,
     ensure_whole,
     numbers,
     read_proof,
-    undamaged,
 )
 from verify.checker.reading import RejectedError, region_formula
 from verify.checker.thresholds import NO_ERROR
@@ -72,7 +72,7 @@ class Certificate:
         return sum(map(len, self.proofs.values()))
 
 
-def accepted(certificate: Certificate, profile: PolicyProfile, against: PolicyProfile | None = None) -> int:
+def check_certificate(certificate: Certificate, profile: PolicyProfile, against: PolicyProfile | None = None) -> int:
     """Checks a certificate; the number of branches that its proofs close. `against`: the second profile, where it is
     about two.
 
@@ -84,7 +84,7 @@ def accepted(certificate: Certificate, profile: PolicyProfile, against: PolicyPr
         profile = _pair(certificate, profile, against)
     profile = profile if certificate.view is None else over(profile, certificate.view)
     claim = certificate.claim
-    known_names(certificate, profile, None if claim is None else claim.team)
+    ensure_known_names(certificate, profile, None if claim is None else claim.team)
     if claim is not None:
         verifiable(profile, claim.team)
         try:
@@ -104,7 +104,10 @@ def accepted(certificate: Certificate, profile: PolicyProfile, against: PolicyPr
         raise RejectedError("its inhabitant is not a state of the region, so the claim may be vacuous")
     goals = region.goal_cases
     if set(goals) != set(certificate.proofs):
-        proved, stated = sorted(shown(goal_text(goal)) for goal in certificate.proofs), sorted(map(goal_text, goals))
+        proved, stated = (
+            sorted(escape_text(goal_text(goal)) for goal in certificate.proofs),
+            sorted(map(goal_text, goals)),
+        )
         raise RejectedError(f"the proofs are for the goals {proved}, but the region has {stated}")
     closed, semantics = list[int](), Semantics(certificate.semantics, certificate.eps)
     parts = conjuncts(certificate.formula) if certificate.form == PARTED else (certificate.formula,)
@@ -134,7 +137,7 @@ def _pair(certificate: Certificate, first: PolicyProfile, second: PolicyProfile 
     if second is None:
         raise InputError("the certificate is about two profiles", "", "name the second one with --against")
     ensure_about(certificate.against, content_hash(second), "profile", "--against")
-    compared = compared_agents(certificate, first)
+    compared = find_compared_agents(certificate, first)
     ensure_comparable(first, second, compared)
     other = certificate.claim is not None or certificate.eps or certificate.view is not None
     if other or certificate.formula != alike(first, compared):
@@ -142,13 +145,13 @@ def _pair(certificate: Certificate, first: PolicyProfile, second: PolicyProfile 
     return pair_profiles(first, second)
 
 
-def compared_agents(certificate: Certificate, first: PolicyProfile) -> list[str]:
+def find_compared_agents(certificate: Certificate, first: PolicyProfile) -> list[str]:
     """The agents that a certificate about two profiles compares, in the order of the first."""
     speaking = agents(certificate.formula)
     return [policy.agent for policy in first.agents if policy.agent in speaking]
 
 
-def known_names(certificate: Certificate, profile: PolicyProfile, team: str | None) -> None:
+def ensure_known_names(certificate: Certificate, profile: PolicyProfile, team: str | None) -> None:
     """InputError when a certificate, or the team of its claim, speaks of what the profile does not have."""
     region, world = certificate.region, profile.world
     entities = [entity.name for entity in world.agents + world.landmarks]
@@ -167,7 +170,7 @@ def known_names(certificate: Certificate, profile: PolicyProfile, team: str | No
     ]
     if strange:
         what = "the certificate names what the profile does not have"
-        raise InputError(what, ", ".join(map(shown, strange)), REMAKE)
+        raise InputError(what, ", ".join(map(escape_text, strange)), REMAKE)
     if set(certificate.inhabitant) != set(region.box) or (world.goals and not region.goals):
         raise InputError("the certificate's region and inhabitant do not fit together", "$.inhabitant", REMAKE)
 
@@ -194,7 +197,7 @@ class CertificateJson(msgspec.Struct, forbid_unknown_fields=True):
 
 def from_json(text: str | bytes, where: str = "certificate") -> Certificate:
     """The certificate in a text. InputError when it is damaged, of another version, or edited."""
-    with undamaged(where):
+    with ensure_readable(where):
         raw = msgspec.json.decode(text, type=CertificateJson)
         ensure_whole(raw, raw.certificate if raw.certificate == PARTED else FORM, where)
         return _certificate(raw)

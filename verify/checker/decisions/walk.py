@@ -54,13 +54,13 @@ def check_all(
     proof: Iterator[int],
 ) -> int:
     """As `check`, of claims that all hold: `proof` is that of each, one after the other."""
-    closed = sum(_closed(profile, claim, region, goal, semantics, proof) for claim in claims)
+    closed = sum(_check_claim(profile, claim, region, goal, semantics, proof) for claim in claims)
     if next(proof, None) is not None:
         raise RejectedError("the proof continues after its last branch")
     return closed
 
 
-def _closed(
+def _check_claim(
     profile: PolicyProfile, claim: Formula, region: Region, goal: str | None, semantics: Semantics, proof: Iterator[int]
 ) -> int:
     """The number of branches that the beginning of `proof` closes, which is the claim's own proof."""
@@ -76,7 +76,7 @@ def _closed(
             lemmas = Lemmas(reading, agent, tree, next(proof))
             if lemmas.claimed:
                 closed += lemmas.close(start, edges, proof)
-            known.append(lemmas.shown())
+            known.append(lemmas.find_known())
         closed += Denial(denied, trees, known).close(start, edges, proof)
     except (StopIteration, IndexError):
         raise RejectedError("the proof ends early, or names a bound that its branch does not have") from None
@@ -93,7 +93,7 @@ class DecisionWalk:
         """What must be impossible when all agents are at leaves; `leaf` is the last one's."""
         raise NotImplementedError
 
-    def settled(self, place: Place) -> bool:
+    def is_settled(self, place: Place) -> bool:
         """Whether a place needs no proof, because nothing that follows it can deny the claim."""
         return False
 
@@ -105,7 +105,7 @@ class DecisionWalk:
         while branches:
             kept, (added, more), choices, chosen, place = branches.pop()
             path[kept:] = added
-            if self.settled(place):
+            if self.is_settled(place):
                 closed += 1
             elif length := next(proof):
                 cycle = [edges[path[next(proof)]] for _ in range(length)]
@@ -155,9 +155,9 @@ class Lemmas(DecisionWalk):
         parts, action = next(proof), self.tree[leaf]
         assert isinstance(action, int)
         self.holding[leaf] &= parts
-        return self.reading.denied(self.agent, action, parts)
+        return self.reading.deny_parts(self.agent, action, parts)
 
-    def shown(self) -> list[Known]:
+    def find_known(self) -> list[Known]:
         """Of each node: the action if it is a leaf, and the parts that hold at all leaves below it."""
         for node, sides in reversed([*enumerate(self.tree)]):  # children come after their parents
             if not isinstance(sides, int):
@@ -180,7 +180,7 @@ class Denial(DecisionWalk):
         """The denied claim, given all actions."""
         return [self.denied(known)]
 
-    def settled(self, place: Place) -> bool:
+    def is_settled(self, place: Place) -> bool:
         """Whether what is known of the agents already makes the denied claim false."""
         tree, _, known = place
         return tree != DENIED and self.denied(known) is None

@@ -14,13 +14,13 @@ import msgspec
 
 from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash
-from verify.checker.decisions.certificates import Certificate, known_names, region_from
+from verify.checker.decisions.certificates import Certificate, ensure_known_names, region_from
 from verify.checker.envelope import (
     ensure_about,
+    ensure_readable,
     ensure_whole,
     numbers,
     read_proof,
-    undamaged,
 )
 from verify.checker.episodes import walk as episodes
 from verify.checker.episodes.contact_reading import ContactReading
@@ -69,9 +69,9 @@ class EpisodeCertificate:
         """The same with its proofs given to a reader."""
         return replace(self, parts=tuple(replace(part, proof=reader(part.proof)) for part in self.parts))
 
-    def accepted(self, profile: PolicyProfile) -> int:
+    def check(self, profile: PolicyProfile) -> int:
         """As the function."""
-        return accepted(self, profile)
+        return check_certificate(self, profile)
 
 
 def forms(profile: PolicyProfile, claim: EpisodeClaim) -> list[str]:
@@ -80,7 +80,7 @@ def forms(profile: PolicyProfile, claim: EpisodeClaim) -> list[str]:
     return [form for form in READINGS if (form == PUSHED) == pushed]
 
 
-def accepted(certificate: EpisodeCertificate, profile: PolicyProfile) -> int:
+def check_certificate(certificate: EpisodeCertificate, profile: PolicyProfile) -> int:
     """Checks a certificate; the number of branches that its proofs close.
 
     InputError when it is about another policy or names what the profile does not have; RejectedError when a proof is
@@ -113,7 +113,9 @@ def ensure_started(
     profile: PolicyProfile, claim: EpisodeClaim, region: Region, start: Mapping[str, Fraction], semantics: str
 ) -> None:
     """InputError for a region that names what the profile does not have, RejectedError unless it holds the start."""
-    known_names(Certificate(content_hash(profile), None, TRUE, region, semantics, start, {}), profile, claim.team)
+    ensure_known_names(
+        Certificate(content_hash(profile), None, TRUE, region, semantics, start, {}), profile, claim.team
+    )
     if any(value and name.endswith((".vx", ".vy")) for name, value in start.items()) or any(
         abs(value) > FARTHEST or Fraction(float(value)) != value for value in start.values()
     ):
@@ -156,7 +158,7 @@ def from_json(text: str | bytes, where: str = "certificate") -> EpisodeCertifica
     """The certificate in a text. InputError when it is damaged, of another version, or edited; RejectedError for claims
     that have no certificates.
     """
-    with undamaged(where):
+    with ensure_readable(where):
         raw = msgspec.json.decode(text, type=EpisodeCertificateJson)
         ensure_whole(raw, raw.certificate if raw.certificate in READINGS else FORM, where)
         parts = [

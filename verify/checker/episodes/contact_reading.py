@@ -28,7 +28,7 @@ from math import exp
 from typing import Any
 
 from codegen.ir import EntitySpec, PolicyProfile
-from verify.checker.episodes.contacts import NOTHING, SURE_MARGINS, contacts, limited
+from verify.checker.episodes.contacts import NOTHING, SURE_MARGINS, contacts, limit_speed
 from verify.checker.episodes.reading import (
     ARRIVED,
     AWAY,
@@ -47,8 +47,8 @@ from verify.checker.episodes.reading import (
     PartedReading,
     Place,
     Side,
+    compute_push,
     ensure_stated,
-    pushed_by,
 )
 from verify.checker.reading import RejectedError
 from verify.claims.episodes import EpisodeClaim
@@ -85,23 +85,23 @@ class ContactReading(PartedReading):
         gaps = tuple(_less(boxes[pair.first], boxes[pair.second]) for pair in self.contacts)
         still = [0] * len(self.names)
         self.start = Now(0, (), still, [False] * len(still), still, gaps)
-        self._asking = [number for number in range(len(gaps)) if set(self._paired(number)) != {None}]
-        self._velocity = lru_cache(MAX_KNOWN)(self._pushed)  # most branches share their actions so far
-        self._whatever = self._bounded()
+        self._asking = [number for number in range(len(gaps)) if set(self._find_places(number)) != {None}]
+        self._velocity = lru_cache(MAX_KNOWN)(self._bound_velocity)  # most branches share their actions so far
+        self._whatever = self._bound_places()
 
-    def _bounded(self) -> list[Now]:
+    def _bound_places(self) -> list[Now]:
         """Of each step where agents may be that do anything, from anywhere in the region."""
-        found, number = [self.start], len(self._agents)
+        bounds, number = [self.start], len(self._agents)
         everybody, pairs = [(agent, None) for agent in range(number)], range(len(self.contacts))
         for _ in range(self.steps):
-            found.append(self._stepped(found[-1], everybody, pairs, self.start))
-        return found
+            bounds.append(self._step_agents(bounds[-1], everybody, pairs, self.start))
+        return bounds
 
     def strange(self, gap: Gap) -> bool:
         """Whether one of a pair may do anything."""
-        return None in self._paired(gap.pair)
+        return None in self._find_places(gap.pair)
 
-    def _paired(self, number: int) -> list[int | None]:
+    def _find_places(self, number: int) -> list[int | None]:
         """Of the agents in a pair their places among those followed."""
         pair = self.contacts[number]
         return [self._place[one] for one in (pair.first, pair.second) if one < len(self._agents)]
@@ -139,13 +139,15 @@ class ContactReading(PartedReading):
         if not of_velocity <= PAD / GRID / 2:
             raise RejectedError("roundings of this world's velocities may exceed what proofs allow for")
 
-    def _claimed(self, pairs: Sequence[tuple[str, str]], near: Mapping[Any, Any], allowed: Sequence[Matching]) -> Node:
+    def _build_claim(
+        self, pairs: Sequence[tuple[str, str]], near: Mapping[Any, Any], allowed: Sequence[Matching]
+    ) -> Node:
         """For `keeps_apart`, pair by pair: are they within all four lines, and so too near? All are left to the next.
 
         AWAY is then the answer that the claim fails, and ARRIVED that it does not.
         """
         if not self._apart:
-            return super()._claimed(pairs, near, allowed)
+            return super()._build_claim(pairs, near, allowed)
         node: Node = ARRIVED
         for pair in reversed(pairs):
             inside: Node = AWAY
@@ -186,7 +188,7 @@ class ContactReading(PartedReading):
         """As in `EpisodeReading`; before a step the gaps are asked of all pairs that are not known to be apart."""
         if isinstance(answer, Gap):
             now = now._replace(gaps=(*now.gaps[: answer.pair], answer.starts, *now.gaps[answer.pair + 1 :]))
-            return self._chosen(chosen, now, answer.pair + 1)
+            return self._follow_choice(chosen, now, answer.pair + 1)
         assert stage != GAP and isinstance(answer, int)
         if stage == CLAIM and self._apart:
             if answer != ARRIVED:
@@ -194,14 +196,14 @@ class ContactReading(PartedReading):
             return self._going_on(chosen, now) if now.step < self.steps else None
         return super().onward(stage, answer, chosen, now)
 
-    def _chosen(self, chosen: tuple[int, ...], now: Now, pair: int = 0) -> Place | None:
+    def _follow_choice(self, chosen: tuple[int, ...], now: Now, pair: int = 0) -> Place | None:
         for number in self._asking:
             if number < pair:
                 continue
             gap = Gap(number, now.gaps[number])
             if not self.apart(gap, now):
                 return GAP, gap, chosen, now
-        return super()._chosen(chosen, now)
+        return super()._follow_choice(chosen, now)
 
     def gap(self, gap: Gap, now: Now) -> Box:
         """Bounds of the gap itself, as the machine has it, of bounds of the starts' gap."""
@@ -219,9 +221,11 @@ class ContactReading(PartedReading):
         acting = [
             (agent, chosen[place] if chosen else None) for agent, place in enumerate(self._place) if place is not None
         ]
-        return self._stepped(now, acting, self._asking, self._whatever[now.step + 1])
+        return self._step_agents(now, acting, self._asking, self._whatever[now.step + 1])
 
-    def _stepped(self, now: Now, acting: Iterable[tuple[int, int | None]], pairs: Iterable[int], others: Now) -> Now:
+    def _step_agents(
+        self, now: Now, acting: Iterable[tuple[int, int | None]], pairs: Iterable[int], others: Now
+    ) -> Now:
         """The step of some agents, each with its action (None: any), as some pairs push them. `others`: where those are
         that do not act here.
         """
@@ -239,11 +243,11 @@ class ContactReading(PartedReading):
                 least[velocity], most[velocity], moved[velocity] = low, high, True
         return Now(now.step + 1, (), least, moved, most, now.gaps)
 
-    def _pushed(self, agent: int, action: int | None, before: Box, force: Box) -> Box:
+    def _bound_velocity(self, agent: int, action: int | None, before: Box, force: Box) -> Box:
         """Bounds of an agent's velocity after a step."""
         speed = self._along(agent, action, before, force, 0), self._along(agent, action, before, force, 1)
         limit = self._agents[agent].max_speed
-        (west, east), (south, north) = speed if limit is None else limited(speed, Fraction(limit))
+        (west, east), (south, north) = speed if limit is None else limit_speed(speed, Fraction(limit))
         room = 0 if west == east == south == north == 0 and agent not in self._touched else PAD
         return (west - room, east + room), (south - room, north + room)
 
@@ -259,19 +263,19 @@ class ContactReading(PartedReading):
 
     def _forces(self, now: Now, pairs: Iterable[int]) -> dict[int, Box]:
         """Bounds of what contacts push agents and landmarks, by number, length / s^2."""
-        found: dict[int, Box] = {}
+        forces: dict[int, Box] = {}
         for number in pairs:
             pair, gap = self.contacts[number], self.gap(Gap(number, now.gaps[number]), now)
             if not pair.apart(gap):
                 force = pair.push(gap)
-                found[pair.first] = _sum(found.get(pair.first, NOTHING), force)
-                found[pair.second] = _less(found.get(pair.second, NOTHING), force)
-        return found
+                forces[pair.first] = _sum(forces.get(pair.first, NOTHING), force)
+                forces[pair.second] = _less(forces.get(pair.second, NOTHING), force)
+        return forces
 
 
 def _pushes(profile: PolicyProfile, agent: EntitySpec) -> list[Box]:
     """Of each of an agent's actions what it adds to the velocity in a step."""
-    pushes = [pushed_by(action.effect, agent, profile.world) for action in profile.policy(agent.name).actions]
+    pushes = [compute_push(action.effect, agent, profile.world) for action in profile.policy(agent.name).actions]
     return [(_around(Fraction(x), Fraction(x)), _around(Fraction(y), Fraction(y))) for x, y in pushes]
 
 

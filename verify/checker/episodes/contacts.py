@@ -84,8 +84,8 @@ class Contact(NamedTuple):
             share = DIGITS.exp(DIGITS.divide(-margins.numerator, margins.denominator))
             log = Fraction(DIGITS.ln(DIGITS.add(1, share)))
             rest = self.margin * GRID * log
-        found = max(inside, Fraction(0)) + rest
-        return max(0, _down(found) - 1), _up(found) + 1
+        overlap = max(inside, Fraction(0)) + rest
+        return max(0, _down(overlap) - 1), _up(overlap) + 1
 
 
 def contacts(world: WorldSpec) -> tuple[Contact, ...]:
@@ -95,11 +95,11 @@ def contacts(world: WorldSpec) -> tuple[Contact, ...]:
     pairs = [(i, j) for i, j in combinations(range(len(everything)), 2) if i < agents]
     touching = [(i, j) for i, j in pairs if everything[i].collides and everything[j].collides and force]
     # the machine adds the sizes as floats
-    found: list[Contact] = []
+    pushing: list[Contact] = []
     for i, j in touching:
         distance = Fraction(everything[i].size + everything[j].size)
-        found.append(Contact(i, j, force, margin, distance, _up((distance + SURE_MARGINS * margin) * GRID)))
-    return tuple(found)
+        pushing.append(Contact(i, j, force, margin, distance, _up((distance + SURE_MARGINS * margin) * GRID)))
+    return tuple(pushing)
 
 
 def coincident(world: WorldSpec, start: Mapping[str, Fraction]) -> bool:
@@ -126,7 +126,7 @@ def _greatest(end: int, beside: Sizes, least: int, most: int) -> int:
     return -(least * -end // (isqrt(end * end + beside.most**2) + 1))
 
 
-def limited(velocity: Box, limit: Fraction) -> Box:
+def limit_speed(velocity: Box, limit: Fraction) -> Box:
     """Bounds of velocities between bounds whose speed is cut to a limit (length / s), their direction kept.
 
     A part of the velocity stays no smaller as it grows itself, and is cut the more the larger the other part is.

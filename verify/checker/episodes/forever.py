@@ -32,10 +32,10 @@ from codegen.ir import EntitySpec, PolicyProfile
 from codegen.policy_json import content_hash
 from verify.checker.decisions.certificates import region_from
 from verify.checker.decisions.walk import check
-from verify.checker.envelope import REMAKE, ensure_about, ensure_whole, numbers, read_proof, undamaged
+from verify.checker.envelope import REMAKE, ensure_about, ensure_readable, ensure_whole, numbers, read_proof
 from verify.checker.episodes import certificates as over_steps
 from verify.checker.episodes.certificates import EpisodeCertificate, Side, ensure_started
-from verify.checker.episodes.reading import FARTHEST, ProofPart, certifiable, ensure_stated, pushed_by
+from verify.checker.episodes.reading import FARTHEST, ProofPart, certifiable, compute_push, ensure_stated
 from verify.checker.reading import RejectedError
 from verify.claims.episodes import EpisodeClaim
 from verify.claims.formula import Acts, Formula, Not, conjunction
@@ -105,9 +105,9 @@ class LastingCertificate:
         """The same with its proofs given to a reader."""
         return replace(self, proofs={side: reader(proof) for side, proof in self.proofs.items()})
 
-    def accepted(self, profile: PolicyProfile) -> int:
+    def check(self, profile: PolicyProfile) -> int:
         """As the function."""
-        return accepted(self, profile)
+        return check_certificate(self, profile)
 
     @property
     def followed(self) -> tuple[tuple[str, ...], ...]:
@@ -138,11 +138,11 @@ class EdgeReading:
 
     def _axis(self, entity: EntitySpec, number: int, kept: Fraction) -> Axis:
         world, policy = self._profile.world, self._profile.policy(entity.name)
-        pushes = [Fraction(pushed_by(action.effect, entity, world)[number]) for action in policy.actions]
-        found = Axis(tuple(pushes), Fraction(world.dt), kept)
-        if max(found.fastest(1), found.fastest(-1)) * found.dt > MAX_SPEED:
+        pushes = [Fraction(compute_push(action.effect, entity, world)[number]) for action in policy.actions]
+        axis = Axis(tuple(pushes), Fraction(world.dt), kept)
+        if max(axis.fastest(1), axis.fastest(-1)) * axis.dt > MAX_SPEED:
             raise RejectedError(f"{entity.name} may come farther than {MAX_SPEED} in a step")
-        return found
+        return axis
 
     def danger(self, edges: Mapping[str, Interval], coordinate: str, upper: bool) -> Region:
         """Where a push beyond an edge may lead an agent across it."""
@@ -218,12 +218,12 @@ def ensure_shown(profile: PolicyProfile, claim: EpisodeClaim, region: Region, ed
     def between(entity: str, axis: str) -> Interval:
         return places.get(f"{entity}.{axis}", (-RUNAWAY, RUNAWAY))
 
-    broken = claim.broken_within(profile, between)
+    broken = claim.describe_broken(profile, between)
     if broken:
         raise RejectedError(broken)
 
 
-def accepted(certificate: LastingCertificate, profile: PolicyProfile) -> int:
+def check_certificate(certificate: LastingCertificate, profile: PolicyProfile) -> int:
     """Checks a certificate; the number of branches that its proofs close.
 
     InputError when it is about another policy or names what the profile does not have; RejectedError when a proof is
@@ -279,7 +279,7 @@ def from_json(text: str | bytes, where: str = "certificate") -> LastingCertifica
     """The certificate in a text. InputError when it is damaged, of another version, or edited; RejectedError for claims
     that have no certificates.
     """
-    with undamaged(where):
+    with ensure_readable(where):
         raw = msgspec.json.decode(text, type=LastingCertificateJson)
         ensure_whole(raw, FORM, where)
         proofs = {
@@ -315,7 +315,7 @@ def _claim(raw: LastingCertificateJson) -> EpisodeClaim:
     named: dict[str, Any] = {} if isinstance(raw.others, msgspec.UnsetType) else {"others": tuple(raw.others)}
     if named.keys() != ({kind.whom} if kind.whom else set()):
         raise ValueError(f"$.others: {kind.title} states them, or has none")
-    return kind(raw.team, radius=read_number(raw.radius), **kind.timed({"steps": raw.steps}), **named)
+    return kind(raw.team, radius=read_number(raw.radius), **kind.resolve_steps({"steps": raw.steps}), **named)
 
 
 class _Head(msgspec.Struct):
@@ -326,6 +326,6 @@ class _Head(msgspec.Struct):
 
 def of_either(text: str | bytes, where: str = "certificate") -> EpisodeCertificate | LastingCertificate:
     """The certificate in a text, about episodes of some steps or of any length, as `from_json`."""
-    with undamaged(where):
+    with ensure_readable(where):
         form = msgspec.json.decode(text, type=_Head).certificate
     return from_json(text, where) if form == FORM else over_steps.from_json(text, where)

@@ -155,7 +155,7 @@ class EpisodeReading:
         self._policies = [profile.policy(agent) for agent in followed]
         self._movers = [entities[agent] for agent in followed]
         self._pushes = [
-            [pushed_by(action.effect, mover, world) for action in policy.actions]
+            [compute_push(action.effect, mover, world) for action in policy.actions]
             for mover, policy in zip(self._movers, self._policies, strict=True)
         ]
         strongest = max(abs(part) for pushes in self._pushes for push in pushes for part in push)
@@ -194,7 +194,7 @@ class EpisodeReading:
         for group in reversed(started):
             region_asked = tuple(self._side(flat, region_asked, 0) for flat in group if flat is not None)
         self.region = region_asked
-        self.claim = self._claimed(pairs, near, allowed)
+        self.claim = self._build_claim(pairs, near, allowed)
         self.trees = [self._tree(tree, 0) for tree in trees]
 
     @property
@@ -231,10 +231,12 @@ class EpisodeReading:
         """The answers that a side of a test is: one, or one for each part of its choice."""
         assert flat is not None
         parts = flat[1][0] if self.parting and flat[1] else (flat,)
-        found = [self._side(part, child, SLACK, self._unknown) for part in parts]
-        return found[:1] if found[0][:4] == FREE[:4] else found
+        sides = [self._side(part, child, SLACK, self._unknown) for part in parts]
+        return sides[:1] if sides[0][:4] == FREE[:4] else sides
 
-    def _claimed(self, pairs: Sequence[tuple[str, str]], near: Mapping[Any, Any], allowed: Sequence[Matching]) -> Node:
+    def _build_claim(
+        self, pairs: Sequence[tuple[str, str]], near: Mapping[Any, Any], allowed: Sequence[Matching]
+    ) -> Node:
         """Pair by pair: is the agent beyond one of four lines, or else near? Until a matching is near, or none can be.
 
         Who is not beyond a line is within it, so of that answer `slack` is taken away.
@@ -243,19 +245,19 @@ class EpisodeReading:
             raise RejectedError(f"the claim is about more than {MAX_PAIRS} pairs of an agent and a landmark")
 
         @cache
-        def asked(done: frozenset[tuple[str, str]], left: int) -> Node:
+        def build_node(done: frozenset[tuple[str, str]], left: int) -> Node:
             if any(done.issuperset(own) for own in allowed):
                 return ARRIVED
             if not any(done.union(pairs[left:]).issuperset(own) for own in allowed):
                 return AWAY
-            away, node = asked(done, left + 1), asked(done | {pairs[left]}, left + 1)
+            away, node = build_node(done, left + 1), build_node(done | {pairs[left]}, left + 1)
             if isinstance(node, int) and away == node:
                 return node
             for beyond, within in reversed(near[pairs[left]]):
                 node = (self._side(beyond, away, SLACK), self._side(within, node, -SLACK))
             return node
 
-        return asked(frozenset[tuple[str, str]](), 0)
+        return build_node(frozenset[tuple[str, str]](), 0)
 
     def bound(self, side: Side, now: Now) -> tuple[int, int, int]:
         """What an answer says of the starts: (upper, lower, most), the ends as nodes."""
@@ -275,7 +277,7 @@ class EpisodeReading:
         """
         assert isinstance(answer, int), answer
         if stage == REGION:
-            return self._asked(chosen, now)
+            return self._ask_claim(chosen, now)
         if stage == CLAIM:
             if answer == ARRIVED:
                 return None
@@ -285,9 +287,9 @@ class EpisodeReading:
         chosen = (*chosen, answer)
         if len(chosen) < len(self.trees):
             return len(chosen), self.trees[len(chosen)], chosen, now
-        return self._chosen(chosen, now)
+        return self._follow_choice(chosen, now)
 
-    def _asked(self, chosen: tuple[int, ...], now: Now) -> Place | None:
+    def _ask_claim(self, chosen: tuple[int, ...], now: Now) -> Place | None:
         """The claim, where it is asked now."""
         if self._always or now.step == self.steps:
             return CLAIM, self.claim, chosen, now
@@ -296,11 +298,11 @@ class EpisodeReading:
     def _going_on(self, chosen: tuple[int, ...], now: Now) -> Place | None:
         if now.step < self.steps - 1 and (now.step != 1 or self._sees_speed):
             return 0, self.trees[0], (), now
-        return self._asked(chosen, self._later(now, chosen))
+        return self._ask_claim(chosen, self._later(now, chosen))
 
-    def _chosen(self, chosen: tuple[int, ...], now: Now) -> Place | None:
+    def _follow_choice(self, chosen: tuple[int, ...], now: Now) -> Place | None:
         """What follows when all agents that are followed have chosen."""
-        return self._asked(chosen, self._later(now, chosen))
+        return self._ask_claim(chosen, self._later(now, chosen))
 
     def _later(self, now: Now, chosen: Sequence[int]) -> Now:
         """One step: positions move with the old velocity, then actions push; who has not chosen yet is not pushed."""
@@ -330,7 +332,7 @@ class PartedReading(EpisodeReading):
     parting = True
 
 
-def pushed_by(effect: tuple[float, float] | None, mover: EntitySpec, world: WorldSpec) -> tuple[float, float]:
+def compute_push(effect: tuple[float, float] | None, mover: EntitySpec, world: WorldSpec) -> tuple[float, float]:
     """What an action adds to the velocity in a step."""
     if effect is None:
         raise RejectedError(f"the profile does not say how {mover.name}'s actions push")
@@ -339,13 +341,13 @@ def pushed_by(effect: tuple[float, float] | None, mover: EntitySpec, world: Worl
 
 def _nearness(agent: str, landmark: str, radius: Fraction) -> list[tuple[Linear, Linear]]:
     """(beyond, within) for each of the four sides of the square around a landmark; its edge is within."""
-    found: list[tuple[Linear, Linear]] = []
+    sides: list[tuple[Linear, Linear]] = []
     for axis in "xy":
         for sign in (1, -1):
             ahead = ((Fraction(sign), f"{agent}.{axis}"), (Fraction(-sign), f"{landmark}.{axis}"))
             back = tuple((-weight, name) for weight, name in ahead)
-            found.append((Linear(back, -radius, True), Linear(ahead, radius)))
-    return found
+            sides.append((Linear(back, -radius, True), Linear(ahead, radius)))
+    return sides
 
 
 def ensure_stated(world: WorldSpec, steps: int, region: Region) -> float:

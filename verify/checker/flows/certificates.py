@@ -22,7 +22,7 @@ from codegen.floats import rational_literal
 from codegen.ir import PolicyProfile
 from verify.checker.covers.boxes import Watch
 from verify.checker.covers.rounding import floor
-from verify.checker.envelope import REMAKE, ensure_whole, numbers, read_proof, undamaged
+from verify.checker.envelope import REMAKE, ensure_readable, ensure_whole, numbers, read_proof
 from verify.checker.flows.sweep import FlowSweep, Plan
 from verify.checker.reading import RejectedError
 from verify.checker.systems.certificates import SystemClaimJson, ensure_asked, read_claim
@@ -66,12 +66,14 @@ class FlowCertificate:
         """The same with its cuts given to a reader."""
         return replace(self, cuts=reader(self.cuts))
 
-    def accepted(self, profile: PolicyProfile, system: System, watch: Watch | None = None) -> int:
+    def check(self, profile: PolicyProfile, system: System, watch: Watch | None = None) -> int:
         """As the function."""
-        return accepted(self, profile, system, watch)
+        return check_certificate(self, profile, system, watch)
 
 
-def accepted(certificate: FlowCertificate, profile: PolicyProfile, system: System, watch: Watch | None = None) -> int:
+def check_certificate(
+    certificate: FlowCertificate, profile: PolicyProfile, system: System, watch: Watch | None = None
+) -> int:
     """Checks a certificate; the number of its sets over all steps. `watch` is told of the boxes of sets, by sample.
 
     InputError when it is about another profile or system, or names what they do not have; RejectedError when its sets
@@ -113,7 +115,7 @@ class FlowCertificateJson(msgspec.Struct, forbid_unknown_fields=True):
 
 def from_json(text: str | bytes, where: str = "certificate") -> FlowCertificate:
     """The certificate in a text. InputError when it is damaged, of another version, or edited."""
-    with undamaged(where):
+    with ensure_readable(where):
         raw = msgspec.json.decode(text, type=FlowCertificateJson)
         ensure_whole(raw, FORM, where)
         inhabitant = {name: read_number(value) for name, value in raw.inhabitant.items()}

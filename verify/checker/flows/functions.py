@@ -56,10 +56,10 @@ def waves(span: Spans) -> tuple[Spans, Spans]:
     sine, cosine = np.where(odd, cosine, sine), np.where(odd, sine, cosine)
     sine, cosine = np.where(quarter >= 2, -sine, sine), np.where((quarter == 1) | (quarter == 2), -cosine, cosine)
     known = known[0] & known[1]
-    return _bounded(span, sine, QUARTER, known), _bounded(span, cosine, 0.0, known)
+    return _bound_wave(span, sine, QUARTER, known), _bound_wave(span, cosine, 0.0, known)
 
 
-def _bounded(span: Spans, ends: Float64, top: float, known: Bool) -> Spans:
+def _bound_wave(span: Spans, ends: Float64, top: float, known: Bool) -> Spans:
     """Bounds of a wave by its values at both ends, off by less than SLACK, and a place `top` where it is 1."""
     low, high = ends.min(axis=0) - SLACK, ends.max(axis=0) + SLACK
     high = np.where(_meets(span, top), 1.0, np.minimum(high, 1.0))
@@ -74,10 +74,10 @@ def _meets(span: Spans, place: float) -> Bool:
 
 
 def _horner(factors: list[float], x: Float64) -> Float64:
-    found = np.full_like(x, factors[-1])
+    total = np.full_like(x, factors[-1])
     for factor in reversed(factors[:-1]):
-        found = found * x + factor
-    return found
+        total = total * x + factor
+    return total
 
 
 def exponential(span: Spans) -> Spans:

@@ -31,7 +31,7 @@ def pace_of(flow: Flow) -> Interval:
     return 1 + low / flow.period, 1 + high / flow.period
 
 
-def paced(flow: Flow) -> Flow:
+def pace_flow(flow: Flow) -> Flow:
     """The flow with all periods of one length, at a pace; itself where there is no jitter."""
     if not any(flow.jitter):
         return flow
@@ -57,11 +57,11 @@ class LateTrees:
         """How many the agent has."""
         return self.ways[0].actions
 
-    def chosen(self, boxes: BoxList) -> BoxList:
+    def split_at_tests(self, boxes: BoxList) -> BoxList:
         """The boxes by what the agent may do, whichever way it is."""
         if len(self.ways) == 1:
-            return self.ways[0].chosen(boxes)
-        return _around(together([tree.chosen(boxes) for tree in self.ways]))
+            return self.ways[0].split_at_tests(boxes)
+        return _around(together([tree.split_at_tests(boxes) for tree in self.ways]))
 
 
 def _around(boxes: BoxList) -> BoxList:

@@ -22,7 +22,7 @@ import numpy as np
 
 from verify.checker.covers.rounding import Factor
 from verify.checker.flows.functions import exponential, half_turns, root, waves
-from verify.checker.flows.spans import Spans, exact, inverse, plus, scaled, square, times
+from verify.checker.flows.spans import Spans, exact, inverse, plus, scale_spans, square, times
 from verify.checker.reading import RejectedError
 from verify.systems.language.expressions import Call, Expression, Name, Number, Pi, Power, Product, Quotient, Sum
 from verify.systems.system import Flow
@@ -53,31 +53,31 @@ def factor_of(number: Fraction) -> Factor:
     return Factor(number)
 
 
-def _scaled(one: Known, factor: Fraction) -> Known:
+def _scale_coefficient(one: Known, factor: Fraction) -> Known:
     if one is None or not factor:
         return None
     if factor == 1:
         return one
     by = factor_of(factor)
-    return Coefficient(scaled(one.value, by), None if one.slope is None else scaled(one.slope, by))
+    return Coefficient(scale_spans(one.value, by), None if one.slope is None else scale_spans(one.slope, by))
 
 
 def _times(one: Known, other: Known) -> Known:
     if one is None or other is None:
         return None
-    slope = _sloped(one.value, other.slope)
-    more = _sloped(other.value, one.slope)
+    slope = _scale_slope(one.value, other.slope)
+    more = _scale_slope(other.value, one.slope)
     slope = plus(slope, more) if slope is not None and more is not None else slope or more
     return Coefficient(times(one.value, other.value), slope)
 
 
-def _sloped(value: Spans, slope: Spans | None) -> Spans | None:
+def _scale_slope(value: Spans, slope: Spans | None) -> Spans | None:
     return None if slope is None else times(value.at((slice(None), None)), slope)
 
 
 def _of(value: Spans, slope: Spans, inner: Coefficient) -> Coefficient:
     """A function of a part, by its value and its derivative."""
-    return Coefficient(value, _sloped(slope, inner.slope))
+    return Coefficient(value, _scale_slope(slope, inner.slope))
 
 
 # --- operations, each by the places of what it reads
@@ -110,16 +110,16 @@ class FlowReading:
         """
         count, size = start.low.shape
         values: list[list[Known]] = [[] for _ in self._operations]
-        found: list[list[Known]] = []
+        coefficients: list[list[Known]] = []
         memo: Memo = {}
         for column in range(size):
             one = np.zeros((count, size))
             one[:, column] = 1.0
-            found.append([Coefficient(start.at((slice(None), column)), Spans(one, one) if sloped else None)])
+            coefficients.append([Coefficient(start.at((slice(None), column)), Spans(one, one) if sloped else None)])
         for k in range(order):
             for place, operation in enumerate(self._operations):
                 if operation.does == "name" and operation.name in self.names:
-                    values[place].append(found[self.names.index(operation.name)][k])
+                    values[place].append(coefficients[self.names.index(operation.name)][k])
                 elif operation.does in ("name", "number", "pi"):
                     known = held[operation.name] if operation.does == "name" else _constant(operation, count)
                     values[place].append(Coefficient(known, None) if k == 0 else None)
@@ -127,8 +127,8 @@ class FlowReading:
                     read = [values[each] for each in operation.reads]
                     values[place].append(_NEXT[operation.does](read, values[place], operation.number, k, memo))
             for column, place in enumerate(self._rates):
-                found[column].append(_scaled(values[place][k], Fraction(1, k + 1)))
-        return found
+                coefficients[column].append(_scale_coefficient(values[place][k], Fraction(1, k + 1)))
+        return coefficients
 
     # --- expressions as operations
 
@@ -207,34 +207,36 @@ def _sum(read: Read, own: Own, number: Fraction, k: int, memo: Memo) -> Known:
 
 
 def _multiple(read: Read, own: Own, number: Fraction, k: int, memo: Memo) -> Known:
-    return _scaled(read[0][k], number)
+    return _scale_coefficient(read[0][k], number)
 
 
 def _product(read: Read, own: Own, number: Fraction, k: int, memo: Memo) -> Known:
-    return _convolved(read[0], read[1], range(k + 1), k)
+    return _convolve(read[0], read[1], range(k + 1), k)
 
 
 def _square(read: Read, own: Own, number: Fraction, k: int, memo: Memo) -> Known:
     """Twice the products of unlike coefficients, and the square of the middle one."""
-    found = _scaled(_convolved(read[0], read[0], range((k + 1) // 2), k), Fraction(2))
+    doubled = _scale_coefficient(_convolve(read[0], read[0], range((k + 1) // 2), k), Fraction(2))
     middle = read[0][k // 2]
     if k % 2 or middle is None:
-        return found
-    slope = None if middle.slope is None else scaled(times(middle.value.at((slice(None), None)), middle.slope), TWO)
-    return _plus(found, Coefficient(square(middle.value), slope))
+        return doubled
+    slope = (
+        None if middle.slope is None else scale_spans(times(middle.value.at((slice(None), None)), middle.slope), TWO)
+    )
+    return _plus(doubled, Coefficient(square(middle.value), slope))
 
 
 def _quotient(read: Read, own: Own, number: Fraction, k: int, memo: Memo) -> Known:
     """q v = u, so q_k v_0 = u_k - (v_1 q_(k-1) + ... + v_k q_0)."""
-    left = _plus(read[0][k], _scaled(_convolved(read[1], own, range(1, k + 1), k), Fraction(-1)))
+    left = _plus(read[0][k], _scale_coefficient(_convolve(read[1], own, range(1, k + 1), k), Fraction(-1)))
     return _times(left, _inverse(read[1][0]))
 
 
 def _inverse(below: Known) -> Known:
     if below is None:
         raise RejectedError("a derivative divides by 0")
-    found = inverse(below.value)
-    return _of(found, scaled(square(found), MINUS), below)
+    reciprocal = inverse(below.value)
+    return _of(reciprocal, scale_spans(square(reciprocal), MINUS), below)
 
 
 def _sin(read: Read, own: Own, number: Fraction, k: int, memo: Memo) -> Known:
@@ -248,9 +250,9 @@ def _sin(read: Read, own: Own, number: Fraction, k: int, memo: Memo) -> Known:
 def _cos(read: Read, own: Own, number: Fraction, k: int, memo: Memo) -> Known:
     inner, other = read
     if k:
-        return _scaled(_from_rates(inner, other, k), Fraction(-1))
+        return _scale_coefficient(_from_rates(inner, other, k), Fraction(-1))
     sine, cosine = _waves(inner, memo)
-    return _of(cosine, scaled(sine, MINUS), _first(inner))
+    return _of(cosine, scale_spans(sine, MINUS), _first(inner))
 
 
 def _waves(inner: Own, memo: Memo) -> tuple[Spans, Spans]:
@@ -264,33 +266,33 @@ def _exp(read: Read, own: Own, number: Fraction, k: int, memo: Memo) -> Known:
     if k:
         return _from_rates(read[0], own, k)
     first = _first(read[0])
-    found = exponential(first.value)
-    return _of(found, found, first)
+    exp_value = exponential(first.value)
+    return _of(exp_value, exp_value, first)
 
 
 def _sqrt(read: Read, own: Own, number: Fraction, k: int, memo: Memo) -> Known:
     """r r = u, so 2 r_0 r_k = u_k - (r_1 r_(k-1) + ... + r_(k-1) r_1)."""
     if k:
-        left = _plus(read[0][k], _scaled(_convolved(own, own, range(1, k), k), Fraction(-1)))
-        return _times(left, _inverse(_scaled(own[0], Fraction(2))))
+        left = _plus(read[0][k], _scale_coefficient(_convolve(own, own, range(1, k), k), Fraction(-1)))
+        return _times(left, _inverse(_scale_coefficient(own[0], Fraction(2))))
     first = _first(read[0])
-    found = root(first.value)
-    return _of(found, inverse(scaled(found, TWO)), first)
+    root_value = root(first.value)
+    return _of(root_value, inverse(scale_spans(root_value, TWO)), first)
 
 
 def _from_rates(inner: Own, other: Own, k: int) -> Known:
     """(u_1 w_(k-1) + 2 u_2 w_(k-2) + ... + k u_k w_0) / k: what u' w adds up to."""
-    found: Known = None
+    total: Known = None
     for j in range(1, k + 1):
-        found = _plus(found, _times(_scaled(inner[j], Fraction(j, k)), other[k - j]))
-    return found
+        total = _plus(total, _times(_scale_coefficient(inner[j], Fraction(j, k)), other[k - j]))
+    return total
 
 
-def _convolved(one: Own, other: Own, places: range, k: int) -> Known:
-    found: Known = None
+def _convolve(one: Own, other: Own, places: range, k: int) -> Known:
+    total: Known = None
     for j in places:
-        found = _plus(found, _times(one[j], other[k - j]))
-    return found
+        total = _plus(total, _times(one[j], other[k - j]))
+    return total
 
 
 def _first(read: Own) -> Coefficient:

@@ -14,8 +14,8 @@ import numpy as np
 
 from codegen.ir import Bool, Float64, Int64
 from verify.checker.covers.boxes import BoxList, in_cells
-from verify.checker.flows.spans import Spans, raised
-from verify.checker.flows.steps import Frame, framed, turned_with
+from verify.checker.flows.spans import Spans, round_up
+from verify.checker.flows.steps import Frame, build_frames, orthogonalise_rest
 
 
 class SetList(NamedTuple):
@@ -33,7 +33,7 @@ class SetList(NamedTuple):
         """How many there are."""
         return len(self.part)
 
-    def taken(self, which: Bool | Int64) -> SetList:
+    def take(self, which: Bool | Int64) -> SetList:
         """Some of them."""
         frames = tuple(frame.at(which) for frame in self.frames)
         return SetList(self.box.at(which), frames, self.part[which], self.joint[which])
@@ -43,29 +43,29 @@ class SetList(NamedTuple):
         """The boxes, each with the number of its set for a part."""
         return BoxList.of(self.box.low, self.box.high, np.arange(self.size), self.joint)
 
-    def narrowed(self, boxes: BoxList) -> SetList:
+    def narrow_to(self, boxes: BoxList) -> SetList:
         """The sets in which boxes lie that were cut from `numbered`, narrowed to these."""
-        found = self.taken(boxes.part)
+        sources = self.take(boxes.part)
         box = Spans(boxes.low, boxes.high)
-        cut = np.asarray(((box.low > found.box.low) | (box.high < found.box.high)).any(axis=1))
-        frames = tuple(_cut(frame, box, cut) for frame in found.frames)
-        return SetList(box, frames, found.part, boxes.joint)
+        cut = np.asarray(((box.low > sources.box.low) | (box.high < sources.box.high)).any(axis=1))
+        frames = tuple(_cut(frame, box, cut) for frame in sources.frames)
+        return SetList(box, frames, sources.part, boxes.joint)
 
-    def joined(self, widths: Mapping[int, float]) -> SetList:
+    def join_by_cell(self, widths: Mapping[int, float]) -> SetList:
         """Boxes around the sets, one for each cell and part of the start that has some."""
         boxes = in_cells(BoxList.of(self.box.low, self.box.high, self.part, self.joint), widths)
-        return started(boxes, 0)
+        return build_sets(boxes, 0)
 
 
-def started(boxes: BoxList, kept: int) -> SetList:
+def build_sets(boxes: BoxList, kept: int) -> SetList:
     """Boxes as sets, with `kept` frames."""
     box = Spans(boxes.low, boxes.high)
-    return SetList(box, tuple(framed(box) for _ in range(kept)), boxes.part, boxes.joint)
+    return SetList(box, tuple(build_frames(box) for _ in range(kept)), boxes.part, boxes.joint)
 
 
 def empty(like: SetList) -> SetList:
     """No sets."""
-    return like.taken(np.zeros(0, dtype=np.int64))
+    return like.take(np.zeros(0, dtype=np.int64))
 
 
 def beside(lists: Sequence[SetList]) -> SetList:
@@ -95,7 +95,7 @@ def _cut(frame: Frame, box: Spans, cut: Bool) -> Frame:
         down, up = _beside(box.low[of, row] - c[:, row], -1.0), _beside(box.high[of, row] - c[:, row], 1.0)
         for column in range(size):
             factor = a[:, row, column]
-            others = raised(np.abs(np.delete(a[:, row], column, axis=1)).sum(axis=1) + rest[:, row])
+            others = round_up(np.abs(np.delete(a[:, row], column, axis=1)).sum(axis=1) + rest[:, row])
             least, most = _beside(down - others, -1.0), _beside(up + others, 1.0)
             with np.errstate(all="ignore"):
                 ends = least / factor, most / factor
@@ -107,7 +107,7 @@ def _cut(frame: Frame, box: Spans, cut: Bool) -> Frame:
                 known, np.minimum(high[:, column], _beside(np.maximum(*ends), 1.0)), high[:, column]
             )
     high = np.maximum(low, high)  # what is empty may be any one point
-    return _renamed(frame, of, low, high)
+    return _rescale_frame(frame, of, low, high)
 
 
 def _beside(values: Float64, way: float) -> Float64:
@@ -115,7 +115,7 @@ def _beside(values: Float64, way: float) -> Float64:
     return values + way * (2.0**-50 * np.abs(values) + 2.0**-1000)
 
 
-def _renamed(frame: Frame, of: Int64, low: Float64, high: Float64) -> Frame:
+def _rescale_frame(frame: Frame, of: Int64, low: Float64, high: Float64) -> Frame:
     """Frames with z in [low, high], as frames with z in [-1, 1]."""
     middle = 0.5 * low + 0.5 * high
     radius = np.maximum(high - middle, middle - low) * (1.0 + 2.0**-50)
@@ -129,5 +129,5 @@ def _renamed(frame: Frame, of: Int64, low: Float64, high: Float64) -> Frame:
     )
     centre[of] += moved
     matrix[of] *= radius[:, None, :]
-    turned[of], rest[of] = turned_with(turned[of], rest[of], raised((size + 4) * 2.0**-52 * off))
+    turned[of], rest[of] = orthogonalise_rest(turned[of], rest[of], round_up((size + 4) * 2.0**-52 * off))
     return Frame(centre, matrix, rest, turned)

@@ -46,10 +46,10 @@ class Spans(NamedTuple):
 
     def around(self, middle: Float64) -> Float64:
         """At most how far each comes from a number."""
-        return raised(np.maximum(self.high - middle, middle - self.low))
+        return round_up(np.maximum(self.high - middle, middle - self.low))
 
 
-def raised(values: Float64) -> Float64:
+def round_up(values: Float64) -> Float64:
     """At least the sums that were computed as these values, of products that are not negative."""
     return np.maximum(values, 0.0) * RELATIVE + LEAST
 
@@ -88,7 +88,7 @@ def _is_zero(span: Spans) -> Bool:
     return (span.low == 0.0) & (span.high == 0.0)
 
 
-def scaled(span: Spans, factor: Factor) -> Spans:
+def scale_spans(span: Spans, factor: Factor) -> Spans:
     """Multiples by one exact number other than 0."""
     ends = (span.low, span.high) if factor.positive else (span.high, span.low)
     return Spans(factor.times_down(ends[0]), factor.times_up(ends[1]))
@@ -110,10 +110,10 @@ def inverse(span: Spans) -> Spans:
 
 def total(span: Spans) -> Spans:
     """Sums along the last axis."""
-    found = span.at((slice(None),) * (span.low.ndim - 1) + (0,))
+    sums = span.at((slice(None),) * (span.low.ndim - 1) + (0,))
     for place in range(1, span.low.shape[-1]):
-        found = plus(found, span.at((slice(None),) * (span.low.ndim - 1) + (place,)))
-    return found
+        sums = plus(sums, span.at((slice(None),) * (span.low.ndim - 1) + (place,)))
+    return sums
 
 
 def hull(one: Spans, other: Spans) -> Spans:

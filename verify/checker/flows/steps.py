@@ -40,8 +40,8 @@ from verify.checker.flows.spans import (
     hull,
     minus,
     plus,
-    raised,
-    scaled,
+    round_up,
+    scale_spans,
     times,
     total,
     within,
@@ -70,16 +70,16 @@ class Frame(NamedTuple):
     @property
     def loose(self) -> Float64:
         """Bounds of B r, [n, d]."""
-        return raised(_applied(np.abs(self.turned), self.rest))
+        return round_up(_apply_matrix(np.abs(self.turned), self.rest))
 
     @property
     def box(self) -> Spans:
         """Boxes around them."""
-        reach = raised(np.abs(self.matrix).sum(axis=2) + self.loose)
+        reach = round_up(np.abs(self.matrix).sum(axis=2) + self.loose)
         return Spans(np.nextafter(self.centre - reach, -np.inf), np.nextafter(self.centre + reach, np.inf))
 
 
-def framed(box: Spans) -> Frame:
+def build_frames(box: Spans) -> Frame:
     """Boxes as frames."""
     middle, size = box.middle, box.low.shape[1]
     straight = np.broadcast_to(np.eye(size), (len(middle), size, size))
@@ -114,39 +114,39 @@ class FlowStep:
         self._off = any(each != EXACT for each in errors)
         self._powers = [Factor(how.seconds**k) for k in range(how.order + 1)]
 
-    def moved(self, box: Spans, frames: tuple[Frame, ...], held: Mapping[str, Spans]) -> Moved:
+    def move_sets(self, box: Spans, frames: tuple[Frame, ...], held: Mapping[str, Spans]) -> Moved:
         """The sets a step later; `held`: the inputs of each, [n]."""
         stay, shown = self._stay(box, held)
-        left_out = self._left_out(stay, held)
+        left_out = self._bound_remainder(stay, held)
         centres = [frame.centre for frame in frames]
         around = box
         for centre in centres:
             around = hull(around, Spans(centre, centre))
         slopes = self._slopes(around, held)
-        found: list[Frame] = []
+        moved_frames: list[Frame] = []
         after = common(stay, plus(box, self._moves(stay, held)))  # by the mean of each derivative on the way
         for frame, polynomial in zip(frames, self._polynomials(centres, held), strict=True):
-            moved = _framed(frame, box, plus(polynomial, left_out), slopes)
-            found.append(moved)
+            moved = _move_frame(frame, box, plus(polynomial, left_out), slopes)
+            moved_frames.append(moved)
             after = common(after, moved.box)
         shown &= np.asarray(finite(after).all(axis=1)) & np.asarray(finite(stay).all(axis=1))
-        return Moved(after, tuple(found), stay, shown, np.asarray((after.low > after.high).any(axis=1)))
+        return Moved(after, tuple(moved_frames), stay, shown, np.asarray((after.low > after.high).any(axis=1)))
 
-    def jumped(self, box: Spans, frames: tuple[Frame, ...], held: Mapping[str, Spans]) -> Moved:
+    def jump_sets(self, box: Spans, frames: tuple[Frame, ...], held: Mapping[str, Spans]) -> Moved:
         """The sets after a jump to the values that the reading gives, by their mean value form too."""
-        found = _columns([each[1] for each in self._reading.series(box, held, 1, sloped=False)], len(box.low))
+        image = _columns([each[1] for each in self._reading.series(box, held, 1, sloped=False)], len(box.low))
         around = box
         for frame in frames:
             around = hull(around, Spans(frame.centre, frame.centre))
-        slopes = _gathered(self._reading.series(around, held, 1, sloped=True), len(box.low), (1,), self._powers)
-        after, carried = found, list[Frame]()
+        slopes = _sum_slopes(self._reading.series(around, held, 1, sloped=True), len(box.low), (1,), self._powers)
+        after, carried = image, list[Frame]()
         for frame in frames:
             start = Spans(frame.centre, frame.centre)
             landed = _columns([each[1] for each in self._reading.series(start, held, 1, sloped=False)], len(box.low))
-            carried.append(_framed(frame, box, landed, slopes))
+            carried.append(_move_frame(frame, box, landed, slopes))
             after = common(after, carried[-1].box)
-        shown = np.asarray(finite(after).all(axis=1)) & np.asarray(finite(found).all(axis=1))
-        return Moved(after, tuple(carried), found, shown, np.asarray((after.low > after.high).any(axis=1)))
+        shown = np.asarray(finite(after).all(axis=1)) & np.asarray(finite(image).all(axis=1))
+        return Moved(after, tuple(carried), image, shown, np.asarray((after.low > after.high).any(axis=1)))
 
     # --- all states on the way
 
@@ -157,18 +157,18 @@ class FlowStep:
         first = self._along(box, box, held)
         wider = _wider(first, WIDER)  # but not where nothing moves, so that bounds which are met exactly stay so
         guess = Spans(*(np.where(within(first, box), old, new) for old, new in zip(box, wider, strict=True)))
-        found, shown = guess, np.zeros(len(box.low), dtype=np.bool_)
+        stay, shown = guess, np.zeros(len(box.low), dtype=np.bool_)
         for _ in range(ROUNDS):
             image = self._along(box, guess, held)
             held_in = within(image, guess) & finite(guess)
             inside = np.asarray(held_in.all(axis=1)) & ~shown
-            found = Spans(*(np.where(inside[:, None], new, old) for new, old in zip(image, found, strict=True)))
+            stay = Spans(*(np.where(inside[:, None], new, old) for new, old in zip(image, stay, strict=True)))
             shown |= inside
             if shown.all():
                 break
             grown = _wider(hull(image, guess), WIDER)  # but not where it holds the image: the others would run after it
             guess = Spans(*(np.where(held_in, old, new) for old, new in zip(guess, grown, strict=True)))
-        return found, shown
+        return stay, shown
 
     def _along(self, box: Spans, stay: Spans, held: Mapping[str, Spans]) -> Spans:
         """X + [0, h] (f(B) + W)."""
@@ -178,7 +178,7 @@ class FlowStep:
     def _moves(self, stay: Spans, held: Mapping[str, Spans]) -> Spans:
         """h (f(B) + W)."""
         rates = _columns([each[1] for each in self._reading.series(stay, held, 1, sloped=False)], len(stay.low))
-        return scaled(plus(rates, self._errors_of(len(stay.low))), self._powers[1])
+        return scale_spans(plus(rates, self._errors_of(len(stay.low))), self._powers[1])
 
     def _errors_of(self, count: int) -> Spans:
         ends = [(exact(low, count).low, exact(high, count).high) for low, high in self._errors]
@@ -188,60 +188,60 @@ class FlowStep:
 
     def _polynomials(self, points: Sequence[Float64], held: Mapping[str, Spans]) -> list[Spans]:
         """T_h of points, [n, d] of each list."""
-        count, times_held = len(points[0]), {name: _repeated(span, len(points)) for name, span in held.items()}
+        count, times_held = len(points[0]), {name: _tile_span(span, len(points)) for name, span in held.items()}
         start = np.concatenate(points)
-        found = self._reading.series(Spans(start, start), times_held, self._how.order - 1, sloped=False)
-        landed = _columns([self._summed(each) for each in found], len(start))
+        series = self._reading.series(Spans(start, start), times_held, self._how.order - 1, sloped=False)
+        landed = _columns([self._sum_terms(each) for each in series], len(start))
         return [landed.at(slice(place, place + count)) for place in range(0, len(start), count)]
 
-    def _summed(self, coefficients: Sequence[Known]) -> Known:
+    def _sum_terms(self, coefficients: Sequence[Known]) -> Known:
         value: Spans | None = None
         for k in reversed(range(self._how.order)):
             each = coefficients[k]
             if each is not None:
-                term = each.value if not k else scaled(each.value, self._powers[k])
+                term = each.value if not k else scale_spans(each.value, self._powers[k])
                 value = term if value is None else plus(value, term)
         return None if value is None else Coefficient(value, None)
 
     def _slopes(self, start: Spans, held: Mapping[str, Spans]) -> Spans:
         """DT_h over boxes, [n, d, d]."""
-        found = self._reading.series(start, held, self._how.order - 1, sloped=True)
-        return _gathered(found, len(start.low), range(self._how.order), self._powers)
+        series = self._reading.series(start, held, self._how.order - 1, sloped=True)
+        return _sum_slopes(series, len(start.low), range(self._how.order), self._powers)
 
-    def _left_out(self, stay: Spans, held: Mapping[str, Spans]) -> Spans:
+    def _bound_remainder(self, stay: Spans, held: Mapping[str, Spans]) -> Spans:
         """What the polynomial leaves out, and what errors of the derivative add."""
         order, count = self._how.order, len(stay.low)
-        found = self._reading.series(stay, held, order, sloped=self._off)
-        last = scaled(_columns([each[order] for each in found], count), self._powers[order])
+        series = self._reading.series(stay, held, order, sloped=self._off)
+        last = scale_spans(_columns([each[order] for each in series], count), self._powers[order])
         if not self._off:
             return last
         errors = self._errors_of(count)
         for k in range(order):
             factor = Factor(self._how.seconds ** (k + 1) / (k + 1))
             columns: list[Spans] = []
-            for coefficients in found:
+            for coefficients in series:
                 each = coefficients[k]
                 none = Spans(np.zeros(count), np.zeros(count))
                 columns.append(none if each is None or each.slope is None else total(times(each.slope, errors)))
-            last = plus(last, scaled(_stacked(columns), factor))
+            last = plus(last, scale_spans(_stack_columns(columns), factor))
         return last
 
 
-def _framed(frame: Frame, box: Spans, landed: Spans, slopes: Spans) -> Frame:
+def _move_frame(frame: Frame, box: Spans, landed: Spans, slopes: Spans) -> Frame:
     """A frame after a step. `landed`: where its centre lands, with all that is left out; `slopes`: [n, d, d]."""
     centre = landed.middle
     about = slopes.middle
     off = slopes.around(about)
     reach = common(minus(frame.box, Spans(frame.centre, frame.centre)), minus(box, Spans(frame.centre, frame.centre)))
-    matrix, lost = _multiplied(about, frame.matrix)
-    moved, lost_too = _multiplied(about, frame.turned)
-    more = landed.around(centre) + raised(lost.sum(axis=2)) + raised(_applied(lost_too, frame.rest))
-    more = raised(more + raised(_applied(off, np.maximum(reach.largest, 0.0))))
-    turned, rest = turned_with(moved, frame.rest, more)
+    matrix, lost = _multiply_matrices(about, frame.matrix)
+    moved, lost_too = _multiply_matrices(about, frame.turned)
+    more = landed.around(centre) + round_up(lost.sum(axis=2)) + round_up(_apply_matrix(lost_too, frame.rest))
+    more = round_up(more + round_up(_apply_matrix(off, np.maximum(reach.largest, 0.0))))
+    turned, rest = orthogonalise_rest(moved, frame.rest, more)
     return Frame(centre, matrix, rest, turned)
 
 
-def turned_with(matrix: Float64, rest: Float64, more: Float64) -> tuple[Float64, Float64]:
+def orthogonalise_rest(matrix: Float64, rest: Float64, more: Float64) -> tuple[Float64, Float64]:
     """M r + m, where |r_i| and |m_i| have the bounds `rest` and `more`, as Q s: Q and the bounds of s.
 
     Q Q' = I + E, where row sums of |E| are at most some e. If e < 1/4, Q has the inverse Q' (I + E)**-1, and
@@ -254,26 +254,26 @@ def turned_with(matrix: Float64, rest: Float64, more: Float64) -> tuple[Float64,
     sides = np.take_along_axis(sides, order[:, None, :], axis=2)
     scale = np.abs(sides).max(axis=(1, 2), keepdims=True)
     usable = np.isfinite(scale) & (scale > LEAST)
-    found = np.linalg.qr(np.where(usable, sides / np.where(usable, scale, 1.0), straight))[0]
-    square, lost = _multiplied(found, found.transpose(0, 2, 1))
-    off = raised((np.abs(square - straight) + lost + EPSILON).sum(axis=2)).max(axis=1)
+    basis = np.linalg.qr(np.where(usable, sides / np.where(usable, scale, 1.0), straight))[0]
+    square, lost = _multiply_matrices(basis, basis.transpose(0, 2, 1))
+    off = round_up((np.abs(square - straight) + lost + EPSILON).sum(axis=2)).max(axis=1)
     good = np.isfinite(off) & (off < 0.25)
-    found = np.where(good[:, None, None], found, straight)
+    basis = np.where(good[:, None, None], basis, straight)
     off = np.where(good, off, 0.0)
-    across = found.transpose(0, 2, 1)
-    seen, lost = _multiplied(across, matrix)
-    largest = raised(_applied(np.abs(matrix), rest) + more).max(axis=1)
+    across = basis.transpose(0, 2, 1)
+    seen, lost = _multiply_matrices(across, matrix)
+    largest = round_up(_apply_matrix(np.abs(matrix), rest) + more).max(axis=1)
     far = more + (2.0 * off * largest)[:, None]
-    return found, raised(_applied(np.abs(seen) + lost, rest) + _applied(np.abs(across), far))
+    return basis, round_up(_apply_matrix(np.abs(seen) + lost, rest) + _apply_matrix(np.abs(across), far))
 
 
-def _multiplied(one: Float64, other: Float64) -> tuple[Float64, Float64]:
+def _multiply_matrices(one: Float64, other: Float64) -> tuple[Float64, Float64]:
     """Products of matrices, and bounds of what their elements are off by."""
     lost = (one.shape[1] + 2) * EPSILON * np.matmul(np.abs(one), np.abs(other))
     return np.matmul(one, other), lost + LEAST
 
 
-def _gathered(found: Sequence[Sequence[Known]], count: int, orders: Sequence[int], powers: Sequence[Factor]) -> Spans:
+def _sum_slopes(found: Sequence[Sequence[Known]], count: int, orders: Sequence[int], powers: Sequence[Factor]) -> Spans:
     """The sums of the derivatives of some coefficients, times powers of the time, [n, d, d]."""
     size = len(found)
     rows: list[Spans] = []
@@ -282,16 +282,16 @@ def _gathered(found: Sequence[Sequence[Known]], count: int, orders: Sequence[int
         for k in reversed(orders):
             each = coefficients[k]
             if each is not None and each.slope is not None:
-                row = plus(row, each.slope if not k else scaled(each.slope, powers[k]))
+                row = plus(row, each.slope if not k else scale_spans(each.slope, powers[k]))
         rows.append(row)
     return Spans(np.stack([row.low for row in rows], axis=1), np.stack([row.high for row in rows], axis=1))
 
 
-def _repeated(span: Spans, times_over: int) -> Spans:
+def _tile_span(span: Spans, times_over: int) -> Spans:
     return Spans(np.tile(span.low, times_over), np.tile(span.high, times_over))
 
 
-def _applied(matrix: Float64, vector: Float64) -> Float64:
+def _apply_matrix(matrix: Float64, vector: Float64) -> Float64:
     return np.asarray(np.matmul(matrix, vector[:, :, None])[:, :, 0])
 
 
@@ -302,8 +302,8 @@ def _wider(box: Spans, share: float) -> Spans:
 
 def _columns(coefficients: Sequence[Known], count: int) -> Spans:
     nothing = Spans(np.zeros(count), np.zeros(count))
-    return _stacked([nothing if each is None else each.value for each in coefficients])
+    return _stack_columns([nothing if each is None else each.value for each in coefficients])
 
 
-def _stacked(columns: Sequence[Spans]) -> Spans:
+def _stack_columns(columns: Sequence[Spans]) -> Spans:
     return Spans(np.stack([each.low for each in columns], axis=1), np.stack([each.high for each in columns], axis=1))

@@ -21,13 +21,13 @@ from verify.checker.covers.boxes import Watch as ListWatch
 from verify.checker.covers.cuts import RegionCut, linear
 from verify.checker.covers.parts import Parts, StartBox
 from verify.checker.covers.rounding import ceiling, ensure_arithmetic, floor
-from verify.checker.covers.trees import decided, digits
+from verify.checker.covers.trees import digits, split_by_trees
 from verify.checker.flows.cases import FlowCases
-from verify.checker.flows.sampling import PACE, LateTrees, pace_of, paced
+from verify.checker.flows.sampling import PACE, LateTrees, pace_flow, pace_of
 from verify.checker.flows.series import FlowReading
-from verify.checker.flows.sets import SetList, beside, started
+from verify.checker.flows.sets import SetList, beside, build_sets
 from verify.checker.flows.spans import Spans
-from verify.checker.flows.steps import EXACT, FlowStep, Stepping, framed
+from verify.checker.flows.steps import EXACT, FlowStep, Stepping, build_frames
 from verify.checker.reading import RejectedError
 from verify.systems.claims import SystemClaim
 from verify.systems.language.expressions import Name
@@ -89,7 +89,7 @@ class FlowSweep:
         self._regions = [RegionCut(list(map(linear, region)), self.columns) for region in claim.regions]
         self._start = Parts(system, MAX_PARTS, AT_ONCE)
         self._flow, self._pace = system.flow, pace_of(system.flow)
-        self._flows = [paced(each) for each in system.flow.each]
+        self._flows = [pace_flow(each) for each in system.flow.each]
         self._readings = [FlowReading(each, names) for each in self._flows]
         self._errors = [[each.error.get(name, EXACT) for name in names] for each in self._flows]
         self.jumps = [_jump_of(each, names) for each in self._flows]
@@ -115,31 +115,31 @@ class FlowSweep:
         how = Stepping(plan.order, self._flow.period / plan.steps)
         of = zip(self._readings, self._errors, self.jumps, strict=True)
         moves = [_Move(FlowStep(reading, errors, how), jump) for reading, errors, jump in of]
-        boxes = self._start.started(starts)
+        boxes = self._start.box_starts(starts)
         with np.errstate(all="ignore"):  # what overflows is not finite, and is left open
-            self._episodes(started(boxes, 0 if plan.widths else 1), moves, plan)
+            self._episodes(build_sets(boxes, 0 if plan.widths else 1), moves, plan)
 
     def _episodes(self, sets: SetList, moves: Sequence[_Move], plan: Plan) -> None:
         last = self._claim.steps
         for period in range(last + 1):
             if plan.widths:
-                sets = sets.joined(plan.widths)
+                sets = sets.join_by_cell(plan.widths)
             if self.sampled is not None:
                 self.sampled(period, sets.numbered)
-            sets = self._asked_at(sets, period)
+            sets = self._ask_at_sample(sets, period)
             if period == last or not sets.size:
                 break
-            boxes = decided(self._trees, sets.numbered)
-            sets = self._limited(sets.narrowed(boxes))
-            sets = self._left(sets, self._cases.beyond(sets.numbered), NOT_STATED)
+            boxes = split_by_trees(self._trees, sets.numbered)
+            sets = self._limit_sets(sets.narrow_to(boxes))
+            sets = self._drop_bad(sets, self._cases.beyond(sets.numbered), NOT_STATED)
             held = zip(self._cases.within(sets.numbered), moves, strict=True)
-            sets = beside([self._through(sets.narrowed(each), move, plan, period) for each, move in held])
+            sets = beside([self._through(sets.narrow_to(each), move, plan, period) for each, move in held])
         if self._claim.says.once and sets.size:
             self._leave(sets, np.ones(sets.size, dtype=np.bool_), "an episode may not get into the region")
 
     def _through(self, sets: SetList, move: _Move, plan: Plan, period: int) -> SetList:
         """One period. Beside the frames of their start, sets have one of the sample, which is dropped after it."""
-        inside = self._jumped(sets._replace(frames=(framed(sets.box), *sets.frames)), move.jump)
+        inside = self._jump_sets(sets._replace(frames=(build_frames(sets.box), *sets.frames)), move.jump)
         for number in range(plan.steps):
             if not inside.size:
                 break
@@ -147,22 +147,22 @@ class FlowSweep:
             if self.spent > self.most:
                 raise RejectedError(f"more than {self.most:,} sets")
             self.swept += inside.size
-            moved = move.step.moved(inside.box, inside.frames, self.inputs(inside.joint))
+            moved = move.step.move_sets(inside.box, inside.frames, self.inputs(inside.joint))
             self._leave(inside, ~moved.shown, NOT_SHOWN)
             kept = moved.shown & ~moved.empty
-            inside = inside.taken(kept)
+            inside = inside.take(kept)
             tube, frames = moved.tube.at(kept), tuple(frame.at(kept) for frame in moved.frames)
             after = SetList(moved.box.at(kept), frames, inside.part, inside.joint)
             if self.watch is not None:
                 self.watch(SeenStep(period, number, inside, tube, after.box))
-            inside = self._asked_on_the_way(after, tube, period, number + 1 == plan.steps)
+            inside = self._ask_in_period(after, tube, period, number + 1 == plan.steps)
         return inside._replace(frames=inside.frames[1:])
 
-    def _jumped(self, sets: SetList, jump: FlowStep | None) -> SetList:
+    def _jump_sets(self, sets: SetList, jump: FlowStep | None) -> SetList:
         """The sets after what jumps at a sample."""
         if jump is None or not sets.size:
             return sets
-        moved = jump.jumped(sets.box, sets.frames, self.inputs(sets.joint))
+        moved = jump.jump_sets(sets.box, sets.frames, self.inputs(sets.joint))
         self._leave(sets, ~moved.shown, NOT_SHOWN)
         kept = moved.shown & ~moved.empty
         frames = tuple(frame.at(kept) for frame in moved.frames)
@@ -180,18 +180,18 @@ class FlowSweep:
 
     def _of_joint(self, joint: int) -> dict[str, tuple[float, float]]:
         if joint not in self._held:
-            found: dict[str, tuple[float, float]] = {}
+            held: dict[str, tuple[float, float]] = {}
             for policy, action in zip(self._profile.agents, digits(joint, self._trees), strict=True):
                 values = self._flow.held[policy.agent, policy.actions[action].name]
-                found |= {name: (floor(value), ceiling(value)) for name, value in values.items()}
+                held |= {name: (floor(value), ceiling(value)) for name, value in values.items()}
             if any(self._flow.jitter):
-                found[PACE] = floor(self._pace[0]), ceiling(self._pace[1])
-            self._held[joint] = found
+                held[PACE] = floor(self._pace[0]), ceiling(self._pace[1])
+            self._held[joint] = held
         return self._held[joint]
 
     # --- the claim
 
-    def _asked_at(self, sets: SetList, period: int) -> SetList:
+    def _ask_at_sample(self, sets: SetList, period: int) -> SetList:
         """The sets that are followed further from a sample."""
         says, claim = self._claim.says, self._claim
         if says.once:
@@ -202,7 +202,7 @@ class FlowSweep:
             return sets
         return self._none(sets, self._beyond(sets.numbered), f"at sample {period} a state may be out of the region")
 
-    def _asked_on_the_way(self, sets: SetList, tube: Spans, period: int, last: bool) -> SetList:
+    def _ask_in_period(self, sets: SetList, tube: Spans, period: int, last: bool) -> SetList:
         """The sets after a step that are followed further. `tube`: boxes of all states in the step."""
         says, claim = self._claim.says, self._claim
         if claim.at_samples:
@@ -220,7 +220,7 @@ class FlowSweep:
         """The sets without those of which boxes were found."""
         bad = np.zeros(sets.size, dtype=np.bool_)
         bad[found.part] = True
-        return self._left(sets, bad, why)
+        return self._drop_bad(sets, bad, why)
 
     def _beyond(self, boxes: BoxList) -> BoxList:
         for region in self._regions:
@@ -233,7 +233,7 @@ class FlowSweep:
 
     def _outside(self, sets: SetList) -> SetList:
         """What of the sets may not lie in the regions."""
-        return sets.narrowed(self._beyond(sets.numbered))
+        return sets.narrow_to(self._beyond(sets.numbered))
 
     # --- single boxes, [1, variables]
 
@@ -249,8 +249,8 @@ class FlowSweep:
         """The joint action in all states of a box, where all observations are late in one way; None where there are
         several.
         """
-        found = np.unique(decided([tree.ways[way] for tree in self._trees], _as_list(box)).joint)
-        return int(found[0]) if len(found) == 1 else None
+        joints = np.unique(split_by_trees([tree.ways[way] for tree in self._trees], _as_list(box)).joint)
+        return int(joints[0]) if len(joints) == 1 else None
 
     def cases_of(self, box: Spans) -> list[int]:
         """The cases that hold every state of a box; none where another one may hold some of them."""
@@ -259,7 +259,7 @@ class FlowSweep:
         sure = self._cases.surely(boxes)
         return met if not self._cases.beyond(boxes).any() and set(met) <= set(sure) else []
 
-    def named(self, joint: int) -> dict[str, str]:
+    def name_actions(self, joint: int) -> dict[str, str]:
         """A joint action by names."""
         chosen = zip(self._profile.agents, digits(joint, self._trees), strict=True)
         return {policy.agent: policy.actions[action].name for policy, action in chosen}
@@ -270,14 +270,14 @@ class FlowSweep:
         for part in np.unique(sets.part[bad]).tolist():
             self.open.setdefault(part, why)
 
-    def _left(self, sets: SetList, bad: Bool, why: str) -> SetList:
+    def _drop_bad(self, sets: SetList, bad: Bool, why: str) -> SetList:
         """The sets of all other parts, without those that are bad."""
         if not bad.any():
             return sets
         self._leave(sets, bad, why)
-        return sets.taken(~bad)
+        return sets.take(~bad)
 
-    def _limited(self, sets: SetList) -> SetList:
+    def _limit_sets(self, sets: SetList) -> SetList:
         if sets.size > MAX_SETS:
             raise RejectedError(f"a list has more than {MAX_SETS:,} sets")
         return sets

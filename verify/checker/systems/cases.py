@@ -114,21 +114,21 @@ def ensure_complete(system: System, modes: Mapping[str, Variable]) -> None:
     places = {total: place for place, total in enumerate(sums)}
     held_cells = np.zeros([len(each) for each in cells], dtype=np.bool_)
     for tests in held:
-        held_cells |= _held(tests, places, cells)
+        held_cells |= _meets_tests(tests, places, cells)
     if not held_cells.all():
         chosen: list[int] = np.argwhere(~held_cells)[0].tolist()
-        at = [f"{_told(total)} near {float(cells[place][chosen[place]]):g}" for total, place in places.items()]
+        at = [f"{_format_sum(total)} near {float(cells[place][chosen[place]]):g}" for total, place in places.items()]
         raise RejectedError(f"no piece is seen to hold {', '.join(at)}")
 
 
-def _held(tests: Sequence[HalfSpace], places: Mapping[Sum, int], cells: Sequence[Sequence[Fraction]]) -> Bool:
+def _meets_tests(tests: Sequence[HalfSpace], places: Mapping[Sum, int], cells: Sequence[Sequence[Fraction]]) -> Bool:
     """Which combinations of cells meet all tests of a piece: one axis for each sum."""
-    found: list[Bool] = [np.ones(len(each), dtype=np.bool_) for each in cells]
+    masks: list[Bool] = [np.ones(len(each), dtype=np.bool_) for each in cells]
     for half in tests:
         place = places[_sum(half)]
-        found[place] &= np.array([_holds(half, value) for value in cells[place]], dtype=np.bool_)
+        masks[place] &= np.array([_holds(half, value) for value in cells[place]], dtype=np.bool_)
     whole = np.ones([len(each) for each in cells], dtype=np.bool_)
-    for place, each in enumerate(found):
+    for place, each in enumerate(masks):
         whole &= each.reshape([-1 if axis == place else 1 for axis in range(len(cells))])
     return whole
 
@@ -171,5 +171,5 @@ def _bounds(total: Sum, hull: Box) -> Interval:
     return sum((low for low, _ in ends), Fraction(0)), sum((high for _, high in ends), Fraction(0))
 
 
-def _told(total: Sum) -> str:
+def _format_sum(total: Sum) -> str:
     return " + ".join(name if factor == 1 else f"{factor}*{name}" for name, factor in total)

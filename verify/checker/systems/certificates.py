@@ -14,16 +14,16 @@ from typing import Any, ClassVar, Protocol
 
 import msgspec
 
-from codegen.errors import InputError, shown
+from codegen.errors import InputError, escape_text
 from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash
 from verify.checker.envelope import (
     REMAKE,
     ensure_about,
+    ensure_readable,
     ensure_whole,
     numbers,
     read_proof,
-    undamaged,
 )
 from verify.checker.reading import RejectedError
 from verify.checker.systems.cases import ensure_cases
@@ -89,12 +89,12 @@ class SystemCertificate:
         """The same with its proofs given to a reader."""
         return replace(self, parts=tuple(part._replace(proof=reader(part.proof)) for part in self.parts))
 
-    def accepted(self, profile: PolicyProfile, system: System) -> int:
+    def check(self, profile: PolicyProfile, system: System) -> int:
         """As the function."""
-        return accepted(self, profile, system)
+        return check_certificate(self, profile, system)
 
 
-def accepted(certificate: SystemCertificate, profile: PolicyProfile, system: System) -> int:
+def check_certificate(certificate: SystemCertificate, profile: PolicyProfile, system: System) -> int:
     """Checks a certificate; the number of branches that its proofs close by sums of rows.
 
     InputError when it is about another profile or system, or names what they do not have; RejectedError when a proof is
@@ -153,12 +153,12 @@ def needs_stated(claim: SystemClaim, system: System) -> bool:
 
 def depends_on(system: System) -> dict[str, frozenset[str]]:
     """The variables that the next value of each variable is made of."""
-    found: dict[str, set[str]] = {one.name: set() for one in system.variables}
+    sources: dict[str, set[str]] = {one.name: set() for one in system.variables}
     for piece in system.pieces:
         for forms in (piece.move, *piece.effect.values()):
             for name, form in forms.items():
-                found[name] |= {read for read, _ in form.terms}
-    return {name: frozenset(read) for name, read in found.items()}
+                sources[name] |= {read for read, _ in form.terms}
+    return {name: frozenset(read) for name, read in sources.items()}
 
 
 def acting(system: System) -> set[str]:
@@ -175,12 +175,12 @@ def _ensure_known(certificate: Certified, named: set[str], profile: PolicyProfil
     silent = sorted(acting(system) - {policy.agent for policy in profile.agents})
     if silent:
         raise InputError(
-            "the profile has no tree for agents that move the system", ", ".join(map(shown, silent)), REMAKE
+            "the profile has no tree for agents that move the system", ", ".join(map(escape_text, silent)), REMAKE
         )
     strange = strange or _strange_actions(claim, profile)
     if strange or set(certificate.inhabitant) != names:
         what = "the certificate names what the profile and the system do not have"
-        raise InputError(what, ", ".join(map(shown, strange)) or "$.inhabitant", REMAKE)
+        raise InputError(what, ", ".join(map(escape_text, strange)) or "$.inhabitant", REMAKE)
 
 
 def _strange_actions(claim: SystemClaim, profile: PolicyProfile) -> list[str]:
@@ -266,7 +266,7 @@ class SystemCertificateJson(msgspec.Struct, forbid_unknown_fields=True):
 
 def from_json(text: str | bytes, where: str = "certificate") -> SystemCertificate:
     """The certificate in a text. InputError when it is damaged, of another version, or edited."""
-    with undamaged(where):
+    with ensure_readable(where):
         raw = msgspec.json.decode(text, type=SystemCertificateJson)
         ensure_whole(raw, FORM, where)
         parts = [_part(part, f"$.parts.{number}") for number, part in enumerate(raw.parts)]
@@ -302,7 +302,7 @@ def read_region(halves: Sequence[Mapping[str, Any]]) -> Polytope:
 
 
 def _read_half(document: Mapping[str, Any]) -> HalfSpace:
-    found = read_formula(document)
-    if not isinstance(found, Linear):
+    formula = read_formula(document)
+    if not isinstance(formula, Linear):
         raise ValueError(f"not an inequality: {str(document)[:80]}")
-    return HalfSpace(Affine.of({name: weight for weight, name in found.terms}, -found.bound), found.strict)
+    return HalfSpace(Affine.of({name: weight for weight, name in formula.terms}, -formula.bound), formula.strict)

@@ -31,7 +31,7 @@ from verify.checker.systems.functions import (
     pi,
     plus,
     power,
-    scaled,
+    scale_range,
     times,
     up,
 )
@@ -51,7 +51,7 @@ from verify.systems.language.expressions import (
     terms,
     total,
 )
-from verify.systems.regions import left_out
+from verify.systems.regions import find_gap
 from verify.systems.statement import Rule, Statement
 from verify.systems.system import Affine, Box, Interval, Piece
 
@@ -96,10 +96,10 @@ def ensure_enclosed(statement: Statement, on_piece: OnPiece = lambda done, most:
     for number, rule in enumerate(statement.rules):
         boxes = [piece.where for piece, owner in zip(statement.system.pieces, owners, strict=True) if owner == number]
         whole = {**ranges, **_common(rule.where, ranges)}
-        if not boxes or left_out(whole, boxes) is not None:
+        if not boxes or find_gap(whole, boxes) is not None:
             raise RejectedError(f"pieces leave out states of rule {number + 1}")
     for number, (piece, owner) in enumerate(zip(statement.system.pieces, owners, strict=True), 1):
-        shown += _shown(piece, statement.rules[owner], f"piece {number}")
+        shown += _check_piece(piece, statement.rules[owner], f"piece {number}")
         on_piece(number, len(owners))
     return shown
 
@@ -115,7 +115,7 @@ def ensure_curves(enclosures: Sequence[CurveOverCell], ranges: Box) -> int:
         if not exact:
             _ensure_within(each.curve, each.form, each.cell, each.error, "a curve of the claim")
     for curve, boxes in cells.items():
-        if left_out({name: ranges[name] for name in names(curve)}, boxes) is not None:
+        if find_gap({name: ranges[name] for name in names(curve)}, boxes) is not None:
             raise RejectedError("cells leave out states of a curve of the claim")
     return len(enclosures)
 
@@ -137,7 +137,7 @@ def _owner(piece: Piece, rules: Sequence[Rule]) -> int:
     raise RejectedError("a piece lies in the box of no rule")
 
 
-def _shown(piece: Piece, rule: Rule, where: str) -> int:
+def _check_piece(piece: Piece, rule: Rule, where: str) -> int:
     shown = 0
     for name in rule.move:
         allowed = _less(piece.error.get(name, (Fraction(0), Fraction(0))), rule.error.get(name, (0, 0)))
@@ -163,12 +163,12 @@ def _differences(piece: Piece, rule: Rule, name: str) -> Iterator[FormDifference
     choices = dict.fromkeys([*rule.effect, *piece.effect])
     sides = [[_difference(rule.move[name], piece.move[name])]]
     for agent in dict.fromkeys(agent for agent, _ in choices):
-        found = [
+        differences = [
             _difference(rule.effect.get(choice, {}).get(name), piece.effect.get(choice, {}).get(name))
             for choice in choices
             if choice[0] == agent
         ]
-        sides.append(list(dict.fromkeys([NOTHING, *found])))
+        sides.append(list(dict.fromkeys([NOTHING, *differences])))
     for chosen in product(*sides):
         rest = Affine()
         for each in chosen:
@@ -205,10 +205,10 @@ def _ensure_within(expression: Expression, form: Affine, box: Box, allowed: Inte
             raise RejectedError(f"{where}: its error was not shown over {MAX_PARTS} parts of the box")
         here = open_.pop()
         try:
-            found, worst = _over(expression, known, here)
+            difference, worst = _over(expression, known, here)
         except UnboundedError:
-            found, worst = Range(least - 1, most + 1), _widest(here)
-        if not least <= found.low or not found.high <= most:
+            difference, worst = Range(least - 1, most + 1), _widest(here)
+        if not least <= difference.low or not difference.high <= most:
             if not here or here[worst].high - here[worst].low < 4:
                 raise RejectedError(f"{where}: its error is exceeded")
             open_ += _halves(here, worst)
@@ -232,23 +232,23 @@ def _over(expression: Expression, form: FormRanges, box: Mapping[str, Range]) ->
     if whole.steep:
         return natural, max(sorted(whole.steep), key=lambda name: box[name].high - box[name].low)
     at = _part(expression, middle).value
-    found = minus(at, _affine(form, middle))
+    difference = minus(at, _affine(form, middle))
     widest, most = next(iter(box), ""), -1
     for name, (low, high) in box.items():
         slope = minus(slopes.get(name, ZERO), form.factors.get(name, ZERO))
         way = Range(low - middle[name].low, high - middle[name].low)
         change = times(slope, way)
-        found = plus(found, change)
+        difference = plus(difference, change)
         if change.high - change.low > most:
             widest, most = name, change.high - change.low
-    return Range(max(found.low, natural.low), min(found.high, natural.high)), widest
+    return Range(max(difference.low, natural.low), min(difference.high, natural.high)), widest
 
 
 def _affine(form: FormRanges, at: Mapping[str, Range]) -> Range:
-    found = form.constant
+    enclosure = form.constant
     for name, factor in form.factors.items():
-        found = plus(found, times(factor, at[name]))
-    return found
+        enclosure = plus(enclosure, times(factor, at[name]))
+    return enclosure
 
 
 def _part(expression: Expression, box: Mapping[str, Range]) -> SlopedRange:
@@ -267,18 +267,18 @@ def _part(expression: Expression, box: Mapping[str, Range]) -> SlopedRange:
         case Product(left, right):
             return _product(_part(left, box), _part(right, box))
         case Quotient(left, right):
-            return _product(_part(left, box), _chained(_part(right, box), inverse))
+            return _product(_part(left, box), _apply_function(_part(right, box), inverse))
         case Power(base, exponent):
             part = _part(base, box)
-            slope = scaled(power(part.value, exponent - 1), exponent)
-            return _chained(part, lambda _: (power(part.value, exponent), slope))
+            slope = scale_range(power(part.value, exponent - 1), exponent)
+            return _apply_function(part, lambda _: (power(part.value, exponent), slope))
         case Call(_, argument, (low, high)):
-            return _clipped(_part(argument, box), exactly(low), exactly(high))
+            return _clip_part(_part(argument, box), exactly(low), exactly(high))
         case Call(function, argument, _):
-            return _chained(_part(argument, box), FUNCTIONS[function])
+            return _apply_function(_part(argument, box), FUNCTIONS[function])
 
 
-def _chained(part: SlopedRange, function: Callable[[Range], ValueAndSlope]) -> SlopedRange:
+def _apply_function(part: SlopedRange, function: Callable[[Range], ValueAndSlope]) -> SlopedRange:
     """A function of a part, by its values and slopes; without a bound of these all names of the part are steep."""
     value, slope = function(part.value)
     if slope is None:
@@ -296,7 +296,7 @@ def _both(one: dict[str, Range], other: dict[str, Range]) -> dict[str, Range]:
     return {name: plus(one.get(name, ZERO), other.get(name, ZERO)) for name in {**one, **other}}
 
 
-def _clipped(part: SlopedRange, low: Range, high: Range) -> SlopedRange:
+def _clip_part(part: SlopedRange, low: Range, high: Range) -> SlopedRange:
     least, most = part.value
     value = Range(min(max(least, low.low), high.low), min(max(most, low.high), high.high))
     if low.high <= least and most <= high.low:

@@ -75,7 +75,7 @@ def times(one: Range, other: Range) -> Range:
     return Range(min(ends) >> BITS, -(-max(ends) >> BITS))
 
 
-def scaled(one: Range, factor: int) -> Range:
+def scale_range(one: Range, factor: int) -> Range:
     """Multiples by a positive number."""
     return Range(one.low * factor, one.high * factor)
 
@@ -142,7 +142,7 @@ def _root(span: Range) -> ValueAndSlope:
     if span.low < 0:
         raise UnboundedError
     value = Range(isqrt(span.low << BITS), isqrt(span.high << BITS) + 1)
-    return value, inverse(scaled(value, 2))[0] if value.low > 0 else None
+    return value, inverse(scale_range(value, 2))[0] if value.low > 0 else None
 
 
 FUNCTIONS: dict[str, Callable[[Range], ValueAndSlope]] = {
@@ -175,7 +175,7 @@ def waves_at(angle: int) -> tuple[Range, Range]:
     sin, cos = _series(small, square, 1, 2), _series(Range(ONE, ONE), square, 0, 2)
     for _ in range(halvings):
         both, squared = times(sin, cos), power(sin, 2)
-        sin, cos = scaled(both, 2), Range(ONE - 2 * squared.high, ONE - 2 * squared.low)
+        sin, cos = scale_range(both, 2), Range(ONE - 2 * squared.high, ONE - 2 * squared.low)
     return sin, cos
 
 
@@ -183,46 +183,46 @@ def waves_at(angle: int) -> tuple[Range, Range]:
 def exp_at(number: int) -> Range:
     """exp of a number, above 0."""
     halvings = _halvings(number)
-    found = _series(Range(ONE, ONE), Range(number >> halvings, -(-number >> halvings)), 0, 1)
+    enclosure = _series(Range(ONE, ONE), Range(number >> halvings, -(-number >> halvings)), 0, 1)
     for _ in range(halvings):
-        found = times(found, found)
-    return found
+        enclosure = times(enclosure, enclosure)
+    return enclosure
 
 
 def _halvings(number: int) -> int:
     """How often a number is halved for a series."""
-    found = 0
-    while abs(number) >> found > HALF:
-        found += 1
-    if found > MAX_HALVINGS:
+    count = 0
+    while abs(number) >> count > HALF:
+        count += 1
+    if count > MAX_HALVINGS:
         raise RejectedError("a function of a number beyond all use")
-    return found
+    return count
 
 
 def _series(first: Range, factor: Range, k: int, steps: int) -> Range:
     """The series that begins with a term, whose next terms are the ones before times factor / (k (k - 1)), or / k."""
-    found = term = first
+    total = term = first
     while max(abs(term.low), abs(term.high)) > 1:
         k += steps
         grown, divisor = times(term, factor), k * (k - 1) if steps == 2 else k
         term = Range(grown.low // divisor, -(-grown.high // divisor))
-        found = plus(found, term)
-    return Range(found.low - 2, found.high + 2)
+        total = plus(total, term)
+    return Range(total.low - 2, total.high + 2)
 
 
 @lru_cache(maxsize=1)
 def pi() -> Range:
     """pi, by its neighbours."""
-    return minus(scaled(_arctan(5), 16), scaled(_arctan(239), 4))
+    return minus(scale_range(_arctan(5), 16), scale_range(_arctan(239), 4))
 
 
 def _arctan(n: int) -> Range:
     """arctan(1 / n): 1 / n - 1 / (3 n^3) + ..., whose rest is below the first term left out."""
-    found, power_of, k = 0, ONE // n, 1
+    total, power_of, k = 0, ONE // n, 1
     lost = 1  # by terms that are rounded down, and by the rest
     while power_of:
-        found += power_of // k if k % 4 == 1 else -(power_of // k)
+        total += power_of // k if k % 4 == 1 else -(power_of // k)
         lost += 2
         power_of //= n * n
         k += 2
-    return Range(found - lost, found + lost)
+    return Range(total - lost, total + lost)

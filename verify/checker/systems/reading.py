@@ -68,10 +68,10 @@ class SystemReading:
 
     def condition(self, formula: Formula) -> Condition:
         """A formula without actions and negations; what speaks of variables that are not followed is taken to hold."""
-        found = self._conditions.get(formula)
-        if found is None:
-            found = self._conditions[formula] = self._condition(formula)
-        return found
+        condition = self._conditions.get(formula)
+        if condition is None:
+            condition = self._conditions[formula] = self._condition(formula)
+        return condition
 
     def _condition(self, formula: Formula) -> Condition:
         if isinstance(formula, And):
@@ -104,15 +104,15 @@ class SystemReading:
         motion = Motion(weights, tuple((-1, name) for name in loose))
         branch: Branch | None = Branch(step, motion, {name: bounds[name][0] for name in self.order})
         for half in region:
-            branch = None if branch is None else self._given(branch, self.condition(atom(half)))
+            branch = None if branch is None else self._assume_condition(branch, self.condition(atom(half)))
         return branch
 
-    def _given(self, branch: Branch, condition: Condition) -> Branch | None:
+    def _assume_condition(self, branch: Branch, condition: Condition) -> Branch | None:
         """The states of a branch for which what is known to hold of it holds."""
         if not isinstance(condition, Inequality):
             return None if isinstance(condition, Some) else branch
         row = self.row(branch, condition)
-        settled = row if isinstance(row, bool) else branch.settled(row)
+        settled = row if isinstance(row, bool) else branch.decide_row(row)
         if settled is None and isinstance(row, Row):
             return branch.with_row(row)
         return branch if settled else None
@@ -131,13 +131,13 @@ class SystemReading:
 
     def direction(self, motion: Motion, asked: VariableSum) -> tuple[Direction | None, Fraction]:
         """A sum of variables as a multiple of a direction, but for a number; None where no unknown is in it."""
-        found = motion.directions.get(asked)
-        if found is None:
+        multiple = motion.directions.get(asked)
+        if multiple is None:
             weights: dict[int, Fraction] = {}
             for weight, name in asked.terms:
                 _add(weights, motion.weights[name], weight)
-            found = motion.directions[asked] = self._primitive(sorted(weights.items()))
-        return found
+            multiple = motion.directions[asked] = self._primitive(sorted(weights.items()))
+        return multiple
 
     def _primitive(self, weights: Sequence[tuple[int, Fraction]]) -> tuple[Direction | None, Fraction]:
         if not weights:
@@ -148,7 +148,7 @@ class SystemReading:
         key = tuple((unknown, weight // divisor) for unknown, weight in whole)
         return self._directions.setdefault(key, Direction(key)), Fraction(divisor, common)
 
-    def moved(self, branch: Branch, number: int, effects: tuple[Effect, ...]) -> Branch:
+    def move_branch(self, branch: Branch, number: int, effects: tuple[Effect, ...]) -> Branch:
         """The symbolic state after a step by the piece of that number, in which each agent's action has an effect."""
         key = number, effects
         leap = self._leaps.get(key)
@@ -193,14 +193,14 @@ class Leap:
         before, weights = branch.motion, dict[str, Weights]()
         unknowns = list(before.unknowns)
         for name, form in self.forms.items():
-            found: dict[int, Fraction] = {}
+            by_unknown: dict[int, Fraction] = {}
             for read, factor in form.terms:
-                _add(found, before.weights[read], factor)
+                _add(by_unknown, before.weights[read], factor)
             low, high = self.errors[name]
             if low < high:
-                found[len(unknowns)] = high - low
+                by_unknown[len(unknowns)] = high - low
                 unknowns.append((branch.step, name))
-            weights[name] = found
+            weights[name] = by_unknown
         return Motion(weights, tuple(unknowns))
 
 

@@ -98,7 +98,7 @@ class Branch:
         if alone is None:
             other.rows = (*self.rows, row)
         else:
-            other.box = {**self.box, alone: _narrowed(self.box.get(alone, UNIT), row)}
+            other.box = {**self.box, alone: _narrow_span(self.box.get(alone, UNIT), row)}
         return other
 
     def span(self, direction: Direction) -> Span:
@@ -106,7 +106,7 @@ class Branch:
         span = self._by_box(direction)
         for row in self.rows:
             if row.direction is direction:
-                span = _narrowed(span, row)
+                span = _narrow_span(span, row)
         return span
 
     def _by_box(self, direction: Direction) -> Span:
@@ -125,7 +125,7 @@ class Branch:
                 low_open, high_open = low_open or small[1], high_open or large[1]
         return Span(low, low_open, high, high_open)
 
-    def settled(self, row: Row) -> bool | None:
+    def decide_row(self, row: Row) -> bool | None:
         """Whether a row holds for all its states or for none, as far as bounds tell; None where they do not."""
         low, low_open, high, high_open = self.span(row.direction)
         if not row.upper:
@@ -135,7 +135,7 @@ class Branch:
             return True
         return False if low > end or (low == end and (low_open or row.strict)) else None
 
-    def contradicted(self, used: Iterable[tuple[Row, int]]) -> bool:
+    def is_contradicted(self, used: Iterable[tuple[Row, int]]) -> bool:
         """Whether the sum of rows, each times a number above 0 per 2**bits of its direction, is beyond all bounds."""
         used = list(used)
         most = max((row.direction.bits for row, _ in used), default=0)
@@ -166,7 +166,7 @@ class Branch:
         return least + whole, is_open
 
 
-def _narrowed(span: Span, row: Row) -> Span:
+def _narrow_span(span: Span, row: Row) -> Span:
     """The bounds of a direction once a row of that direction holds."""
     low, low_open, high, high_open = span
     if row.upper:

@@ -17,7 +17,7 @@ from typing import NamedTuple
 from codegen.errors import UnknownNameError
 from codegen.ir import NO_FEATURE, ROOT, AgentPolicy, splits
 from verify.checker.systems.reading import Effect, Inequality, SystemReading
-from verify.checker.thresholds import rounded
+from verify.checker.thresholds import find_real_end
 from verify.claims.formula import FALSE, TRUE, Formula, Or, below, disjunction
 from verify.systems.system import Affine, Feature, Measure, Piece, System
 
@@ -51,7 +51,7 @@ def goes_left(feature: Feature, threshold: float, numbers: str) -> Formula:
         beyond = {name: -factor for name, factor in terms.items()}
         constant = feature.form.constant
         return disjunction(below(terms, -constant, True), below(beyond, constant, True))
-    end = rounded(threshold, numbers)
+    end = find_real_end(threshold, numbers)
     most, strict = end.value(), end.strict
     if feature.measure is Measure.CLIP and feature.bounds is not None:
         low, high = (bound < most or (bound == most and not strict) for bound in feature.bounds)
@@ -80,7 +80,7 @@ def _decision(system: System, reading: SystemReading, policy: AgentPolicy, by_ac
             built[node] = frozenset({effects[int(tree.action[node])]})
         else:
             left, right = built[int(tree.left[node])], built[int(tree.right[node])]
-            built[node] = _parted(reading, sides[node], left, right)
+            built[node] = _build_split(reading, sides[node], left, right)
     return built[ROOT]
 
 
@@ -89,23 +89,23 @@ def _sides_of(system: System, policy: AgentPolicy) -> dict[int, Formula]:
     features = system.features.get(policy.agent)
     if features is None:
         raise UnknownNameError("agent", policy.agent, system.features, f"system {system.name}")
-    found: dict[int, Formula] = {}
+    sides: dict[int, Formula] = {}
     for node in splits(policy.tree):
         name = policy.features[int(policy.tree.feature[node])].name
         if name not in features:
             raise UnknownNameError("feature", name, features, f"system {system.name}, agent {policy.agent}")
-        found[node] = goes_left(features[name], float(policy.tree.threshold[node]), policy.numbers)
-    return found
+        sides[node] = goes_left(features[name], float(policy.tree.threshold[node]), policy.numbers)
+    return sides
 
 
 def _effects(system: System, reading: SystemReading, policy: AgentPolicy) -> list[Effect]:
     """What each action does to the followed variables; one object for equal effects."""
-    found: dict[object, Effect] = {}
+    distinct: dict[object, Effect] = {}
     effects: list[Effect] = []
     for number, action in enumerate(policy.actions):
         by_piece = tuple(_of_action(reading, piece, (policy.agent, action.name)) for piece in system.pieces)
         key = tuple(tuple((name, form.terms, form.constant) for name, form in each.items()) for each in by_piece)
-        effects.append(found.setdefault(key, Effect(by_piece, number)))
+        effects.append(distinct.setdefault(key, Effect(by_piece, number)))
     return effects
 
 
@@ -114,13 +114,13 @@ def _of_action(reading: SystemReading, piece: Piece, choice: tuple[str, str]) ->
     return {name: stated[name] for name in reading.order if name in stated and stated[name] != Affine()}
 
 
-def _parted(reading: SystemReading, side: Formula, left: Decision, right: Decision) -> Decision:
+def _build_split(reading: SystemReading, side: Formula, left: Decision, right: Decision) -> Decision:
     """A split that goes left where a formula holds; either side, where nothing is known of the test."""
     if side in (TRUE, FALSE):
         return left if side == TRUE else right
     if isinstance(side, Or):
         for part in reversed(side.parts):
-            right = _parted(reading, part, left, right)
+            right = _build_split(reading, part, left, right)
         return right
     condition = reading.condition(side)
     if not isinstance(condition, Inequality):
@@ -131,15 +131,15 @@ def _parted(reading: SystemReading, side: Formula, left: Decision, right: Decisi
 def either(first: Decision, second: Decision) -> Decision:
     """One of two decisions, it is not known which."""
     if isinstance(first, Split):
-        left = either(first.left, given(second, first.left_if, True))
-        right = either(first.right, given(second, first.left_if, False))
+        left = either(first.left, prune_decision(second, first.left_if, True))
+        right = either(first.right, prune_decision(second, first.left_if, False))
         return left if left == right else Split(first.left_if, left, right)
     if isinstance(second, Split):
         return either(second, first)
     return first | second
 
 
-def given(decision: Decision, known: Inequality, holds: bool) -> Decision:
+def prune_decision(decision: Decision, known: Inequality, holds: bool) -> Decision:
     """A decision where it is known whether an inequality holds."""
     if not isinstance(decision, Split):
         return decision
@@ -147,8 +147,8 @@ def given(decision: Decision, known: Inequality, holds: bool) -> Decision:
     if asked.sum is known.sum:
         order = (asked.most, not asked.strict), (known.most, not known.strict)
         if holds and order[0] >= order[1]:
-            return given(decision.left, known, holds)
+            return prune_decision(decision.left, known, holds)
         if not holds and order[0] <= order[1]:
-            return given(decision.right, known, holds)
-    left, right = given(decision.left, known, holds), given(decision.right, known, holds)
+            return prune_decision(decision.right, known, holds)
+    left, right = prune_decision(decision.left, known, holds), prune_decision(decision.right, known, holds)
     return left if left == right else Split(asked, left, right)

@@ -19,7 +19,18 @@ from verify.checker.systems.cases import has_cases, hull_of
 from verify.checker.systems.reading import Condition, Effect, Every, Inequality, SystemReading
 from verify.checker.systems.rows import Branch, Row
 from verify.checker.systems.trees import Choices, Decision, Split, decisions
-from verify.claims.formula import FALSE, TRUE, Formula, Or, agents, below, conjunction, disjunction, given, negated
+from verify.claims.formula import (
+    FALSE,
+    TRUE,
+    Formula,
+    Or,
+    agents,
+    below,
+    conjunction,
+    disjunction,
+    negate,
+    substitute_actions,
+)
 from verify.systems.claims import SystemClaim, atom
 from verify.systems.system import Affine, Box, HalfSpace, Polytope, System, Variable
 
@@ -39,7 +50,7 @@ class Answers(ABC):
     """Who answers the questions of a search."""
 
     @abstractmethod
-    def visited(self, branch: Branch) -> None:
+    def visit(self, branch: Branch) -> None:
         """Called with each symbolic state, before anything is asked of it."""
 
     @abstractmethod
@@ -55,7 +66,7 @@ class Answers(ABC):
         """Whether the states of a branch that fulfil the claim are told apart from the others."""
 
     @abstractmethod
-    def left_open(self, branch: Branch, stated: bool) -> None:
+    def leave_open(self, branch: Branch, stated: bool) -> None:
         """Called with states that break the claim, or for which nothing is stated. Raises where that is a failure."""
 
 
@@ -80,7 +91,7 @@ class Proof(Answers):
             self._ensure_empty(branch, aside)
         return SideAnswer(answer)
 
-    def visited(self, branch: Branch) -> None:
+    def visit(self, branch: Branch) -> None:
         """Nothing is read."""
 
     def hull(self, branch: Branch) -> int | None:
@@ -92,7 +103,7 @@ class Proof(Answers):
         """As in the proof."""
         return self._number() > 0
 
-    def left_open(self, branch: Branch, stated: bool) -> None:
+    def leave_open(self, branch: Branch, stated: bool) -> None:
         """A proof leaves nothing open: RejectedError."""
         raise RejectedError(f"after {self.closed} closed branches one is left open at step {branch.step}")
 
@@ -108,7 +119,7 @@ class Proof(Answers):
             if place >= len(branch.rows):
                 raise RejectedError(f"after {self.closed} closed branches: the branch has no row {place}")
             used.append((branch.rows[place], self._times()))
-        if not branch.contradicted(used):
+        if not branch.is_contradicted(used):
             raise RejectedError(
                 f"after {self.closed} closed branches: the rows at step {branch.step} do not contradict"
             )
@@ -147,7 +158,7 @@ def ways(claim: SystemClaim) -> int:
     """In how many ways a state may break the claim: the parts of which one has to hold. The number of leaving what is
     stated comes after them.
     """
-    return 1 if claim.about_decisions else len(_parts(claim.broken(claim.steps)))
+    return 1 if claim.about_decisions else len(_parts(claim.violation_at(claim.steps)))
 
 
 def _parts(formula: Formula) -> tuple[Formula, ...]:
@@ -173,7 +184,7 @@ class SystemQuestions:
         held = [conjunction(*map(atom, (*box_of(piece.where), *piece.when))) for piece in system.pieces]
         self._pieces = [self.reading.condition(each) for each in held]
         stated = conjunction(*map(atom, box_of(hull_of(system)))) if has_cases(system) else disjunction(*held)
-        unstated = negated(stated) if ways(claim) in part.shows else FALSE
+        unstated = negate(stated) if ways(claim) in part.shows else FALSE
         self._unstated = self.reading.condition(unstated)
         self.visited = 0
 
@@ -183,10 +194,10 @@ class SystemQuestions:
             pending = [root]
             while pending:
                 branch = pending.pop()
-                self.answers.visited(branch)
+                self.answers.visit(branch)
                 number = self.answers.hull(branch) if self.hulls and branch is not root else None
                 if number is None:
-                    pending += reversed(self.followed(branch))
+                    pending += reversed(self.follow_branch(branch))
                 else:
                     self.ensure_within(branch, number)
 
@@ -199,7 +210,7 @@ class SystemQuestions:
         """A hull as a symbolic state; None where bounds show that it is empty."""
         return self.reading.hull(hull.step, hull.region)
 
-    def followed(self, branch: Branch) -> list[Branch]:
+    def follow_branch(self, branch: Branch) -> list[Branch]:
         """The symbolic states after a step from one, once all is asked of it."""
         return list(self._decide(branch) if self.claim.about_decisions else self._follow(branch))
 
@@ -208,55 +219,55 @@ class SystemQuestions:
         if number >= len(self.hulls) or self.hulls[number].step != branch.step:
             raise RejectedError(f"there is no hull {number} at step {branch.step}")
         for half in self.hulls[number].region:
-            self._exclude(branch, self.reading.condition(negated(atom(half))))
+            self._exclude(branch, self.reading.condition(negate(atom(half))))
 
     def _decide(self, start: Branch) -> Iterator[Branch]:
-        denied, inside = negated(self.claim.formula), self.claim.inside if self.claim.regions else TRUE
+        denied, inside = negate(self.claim.formula), self.claim.inside if self.claim.regions else TRUE
         modes = conjunction(*(_is_mode(one) for one in self.system.variables if one.modes))
         for branch in self._within(start, self.reading.condition(conjunction(modes, inside))):
-            for decided, effects in self._decided(branch, 0):
+            for decided, effects in self._iterate_choices(branch, 0):
                 actions = {one.agent: effect.number for one, effect in zip(self.policies, effects, strict=True)}
-                self._exclude(decided, self.reading.condition(given(denied, actions)))
+                self._exclude(decided, self.reading.condition(substitute_actions(denied, actions)))
         yield from ()
 
     def _follow(self, branch: Branch) -> Iterator[Branch]:
         """The symbolic states after a step from one, where the claim is neither broken nor fulfilled in it."""
-        self._exclude(branch, self._broken(branch.step))
+        self._exclude(branch, self._build_exclusion(branch.step))
         if branch.step < self.claim.steps:
-            for left in self._unfulfilled(branch):
+            for left in self._iterate_unfulfilled(branch):
                 self._exclude(left, self._unstated, stated=False)
                 for number, box in enumerate(self._pieces):
                     for here in self._within(left, box):
-                        for decided, effects in self._decided(here, 0):
-                            yield self.reading.moved(decided, number, effects)
+                        for decided, effects in self._iterate_choices(here, 0):
+                            yield self.reading.move_branch(decided, number, effects)
 
-    def _broken(self, step: int) -> Condition:
+    def _build_exclusion(self, step: int) -> Condition:
         """What is to be excluded at a step."""
         if step not in self._conditions:
-            parts = _parts(self.claim.broken(step))
+            parts = _parts(self.claim.violation_at(step))
             shown = [parts[way] for way in self._shows if way < len(parts)]
             self._conditions[step] = self.reading.condition(disjunction(*shown))
         return self._conditions[step]
 
     def _exclude(self, branch: Branch, condition: Condition, stated: bool = True) -> None:
         for left in self._within(branch, condition):
-            self.answers.left_open(left, stated)
+            self.answers.leave_open(left, stated)
 
-    def _unfulfilled(self, branch: Branch) -> Iterator[Branch]:
-        fulfilled = self.claim.fulfilled(branch.step)
+    def _iterate_unfulfilled(self, branch: Branch) -> Iterator[Branch]:
+        fulfilled = self.claim.fulfilment_at(branch.step)
         if fulfilled is FALSE or not self.answers.asks_fulfilled(branch):
             yield branch
         else:
-            yield from self._within(branch, self.reading.condition(negated(fulfilled)))
+            yield from self._within(branch, self.reading.condition(negate(fulfilled)))
 
-    def _decided(self, branch: Branch, agent: int, before: tuple[Effect, ...] = ()) -> Iterator[Decided]:
+    def _iterate_choices(self, branch: Branch, agent: int, before: tuple[Effect, ...] = ()) -> Iterator[Decided]:
         """The joint effects that the agents choose from one on, with the states in which they do."""
         if agent == len(self.decisions):
             yield branch, before
             return
         for here, choices in self._leaves(branch, self.decisions[agent]):
             for effect in sorted(choices, key=lambda one: one.number):
-                yield from self._decided(here, agent + 1, (*before, effect))
+                yield from self._iterate_choices(here, agent + 1, (*before, effect))
 
     def _leaves(self, branch: Branch, decision: Decision) -> Iterator[tuple[Branch, Choices]]:
         if not isinstance(decision, Split):
@@ -305,7 +316,7 @@ class SystemQuestions:
     def _sides(self, branch: Branch, asked: Inequality) -> tuple[Branch | None, Branch | None]:
         """The states of a branch for which an inequality holds, and those for which it does not."""
         row = self.reading.row(branch, asked)
-        settled = row if isinstance(row, bool) else branch.settled(row)
+        settled = row if isinstance(row, bool) else branch.decide_row(row)
         if settled is not None or isinstance(row, bool):
             return (branch, None) if settled else (None, branch)
         match self.answers.side(branch, row):
@@ -328,10 +339,10 @@ def _is_mode(variable: Variable) -> Formula:
 
 def box_of(box: Box) -> Polytope:
     """A box as half spaces."""
-    found: list[HalfSpace] = []
+    halves: list[HalfSpace] = []
     for name, (low, high) in box.items():
-        found += [
+        halves += [
             HalfSpace(Affine.of({name: Fraction(-1)}, low)),
             HalfSpace(Affine.of({name: Fraction(1)}, -high)),
         ]
-    return tuple(found)
+    return tuple(halves)

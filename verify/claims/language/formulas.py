@@ -16,11 +16,11 @@ from typing import Protocol
 from codegen.errors import InputError
 from codegen.ir import GOAL, AgentPolicy
 from verify.claims import predicates
-from verify.claims.formula import FALSE, TRUE, Acts, Formula, Goal, conjunction, disjunction, negated
-from verify.claims.language.sums import CoordinateSum, compared, constant, coordinate, distance, largest
+from verify.claims.formula import FALSE, TRUE, Acts, Formula, Goal, conjunction, disjunction, negate
+from verify.claims.language.sums import CoordinateSum, compare_sums, constant, coordinate, distance, largest
 from verify.language.arithmetic import Arithmetic, Typed
 from verify.language.lexer import Source, Token
-from verify.language.modes import BY_EQUALITY, Modes, is_compared, resolved
+from verify.language.modes import BY_EQUALITY, Modes, is_compared, resolve_modes
 from verify.language.parser import ACTS, BARS, CallNode, Joined, Level, Limits, Listed, NameNode, Node, Prefixed, parse
 from verify.language.units import Unit
 
@@ -64,14 +64,14 @@ def formula_of(text: str, vocabulary: Vocabulary, where: Callable[[int], str]) -
     """The formula that a text states. InputError that shows the first fault, and the closest known name."""
     source = Source(text, where)
     reader = _Formulas(source, vocabulary)
-    found = reader.claim(resolved(source, parse(source, LIMITS), vocabulary.modes))
+    formula = reader.claim(resolve_modes(source, parse(source, LIMITS), vocabulary.modes))
     sums = reader.sums
     if sums.measured is not None and not vocabulary.units:
         advice = "write the number alone: only a world file states the units of what it names"
         raise source.wrong("nothing here has a unit that is known", sums.measured.place, advice)
     if sums.measured is not None and sums.misfits:
         raise sums.misfits[0]
-    return found
+    return formula
 
 
 class _Sums(Arithmetic[CoordinateSum]):
@@ -81,11 +81,11 @@ class _Sums(Arithmetic[CoordinateSum]):
         super().__init__(source)
         self._known = known
 
-    def typed(self, node: Node) -> Typed[CoordinateSum]:
+    def evaluate_node(self, node: Node) -> Typed[CoordinateSum]:
         """The value of a tree; a curve is a coordinate."""
         curves = self._known.curves
         if curves is None or not curves.is_curve(node):
-            return super().typed(node)
+            return super().evaluate_node(node)
         name, unit, measured = curves.coordinate(self.source, node)
         self.measured = self.measured or measured
         return Typed(coordinate(name), unit)
@@ -96,35 +96,35 @@ class _Sums(Arithmetic[CoordinateSum]):
     def negative(self, value: CoordinateSum, sign: Token | None = None) -> CoordinateSum:
         return value.times(Fraction(-1))
 
-    def joined(self, left: CoordinateSum, sign: Token, right: CoordinateSum) -> CoordinateSum:
+    def combine(self, left: CoordinateSum, sign: Token, right: CoordinateSum) -> CoordinateSum:
         if sign.text == "+":
             return left + right
         if sign.text == "/" and right.is_constant and not right.offset:
             raise self.source.wrong("division by zero", sign.place)
         if right.is_constant:
-            return self._scaled(left, right.offset if sign.text == "*" else 1 / right.offset, sign)
+            return self._scale_sum(left, right.offset if sign.text == "*" else 1 / right.offset, sign)
         if sign.text == "*" and left.is_constant:
-            return self._scaled(right, left.offset, sign)
+            return self._scale_sum(right, left.offset, sign)
         what = "only linear arithmetic can be decided"
         advice = "multiply and divide by numbers only, as in x > 0.2 and v > 0.5 for x*v > 0.1"
         raise self.source.wrong(what, sign.place, advice)
 
     def power(self, base: CoordinateSum, sign: Token, exponent: int) -> CoordinateSum:
-        found = base
+        power = base
         for _ in range(exponent - 1):
-            found = self.joined(found, sign._replace(text="*"), base)
-        return found
+            power = self.combine(power, sign._replace(text="*"), base)
+        return power
 
-    def _scaled(self, value: CoordinateSum, factor: Fraction, sign: Token) -> CoordinateSum:
+    def _scale_sum(self, value: CoordinateSum, factor: Fraction, sign: Token) -> CoordinateSum:
         try:
             return value.times(factor)
         except OverflowError as error:
             raise self.source.wrong(str(error), sign.place, "simplify the formula") from None
 
-    def named(self, name: Token) -> Typed[CoordinateSum]:
+    def resolve_name(self, name: Token) -> Typed[CoordinateSum]:
         known = self._known
         if name.text in TRUTHS:
-            raise self.refused(NameNode(name))
+            raise self.refuse_node(NameNode(name))
         if name.text in known.constants:
             self.measured = self.measured or name
             number, unit = known.constants[name.text]
@@ -140,13 +140,13 @@ class _Sums(Arithmetic[CoordinateSum]):
             raise self.source.unknown("coordinate", name, known.coordinates)
         raise self.source.unknown("name", name, (*FUNCTIONS, *known.entities, *known.coordinates, *known.constants))
 
-    def called(self, call: CallNode) -> Typed[CoordinateSum]:
+    def resolve_call(self, call: CallNode) -> Typed[CoordinateSum]:
         function = call.token
         if function.text == "distance":
-            a, b = named_in(self.source, call, ("entity", self._known.entities), ("entity", self._known.entities))
+            a, b = resolve_names(self.source, call, ("entity", self._known.entities), ("entity", self._known.entities))
             return Typed(distance(a, b), None)
         if function.text in (ACTS, *PREDICATES):
-            raise self.refused(call)
+            raise self.refuse_node(call)
         if function.text not in (*EXTREMES, BARS):
             raise self.source.unknown("function", function, FUNCTIONS)
         single = function.text in ("abs", BARS)
@@ -162,19 +162,19 @@ class _Sums(Arithmetic[CoordinateSum]):
         return Typed(self.negative(largest([self.negative(each) for each in sums])), unit)
 
     def _plain(self, node: Node) -> Typed[CoordinateSum]:
-        found = self.typed(node)
-        if found.value.maxima:
+        typed = self.evaluate_node(node)
+        if typed.value.maxima:
             what = "absolute values, distances, max and min do not nest"
             raise self.source.wrong(what, node.token.place, "split the formula")
-        return found
+        return typed
 
-    def refused(self, node: Node) -> InputError:
+    def refuse_node(self, node: Node) -> InputError:
         action = isinstance(node, CallNode) and node.token.text == ACTS
         what = f"{'an action' if action else 'a claim'} is no number"
         return self.source.wrong(what, node.token.place, "join claims by and, or, implies")
 
 
-def named_in(source: Source, call: CallNode, *kinds: tuple[str, Sequence[str]]) -> list[str]:
+def resolve_names(source: Source, call: CallNode, *kinds: tuple[str, Sequence[str]]) -> list[str]:
     """The names that are the first arguments of a call: each of a kind, and one of those that are known."""
     if len(call.arguments) < len(kinds):
         what = f"{call.token.text} needs {len(kinds)} names"
@@ -196,19 +196,19 @@ class _Formulas:
         """The formula of a tree."""
         match node:
             case Joined(_, Level.IMPLIES, first, ((_, then),)):
-                return disjunction(negated(self.claim(first)), self.claim(then))
+                return disjunction(negate(self.claim(first)), self.claim(then))
             case Joined(_, Level.OR | Level.AND as level, first, rest):
                 join = disjunction if level is Level.OR else conjunction
                 return join(self.claim(first), *(self.claim(other) for _, other in rest))
             case Joined(_, Level.RELATION, first, rest):
                 sides = [first, *(other for _, other in rest)]
                 signs = [sign for sign, _ in rest]
-                return conjunction(*map(self._related, sides, signs, sides[1:]))
+                return conjunction(*map(self._relate_nodes, sides, signs, sides[1:]))
             case Prefixed(_, signs, inside) if "not" in signs:
                 claim = self.claim(inside)
-                return negated(claim) if len(signs) % 2 else claim
+                return negate(claim) if len(signs) % 2 else claim
             case Listed():
-                return self._listed(node)
+                return self._expand_list(node)
             case NameNode(token) if token.text in TRUTHS:
                 return TRUTHS[token.text]
             case NameNode(token) if token.text not in (*self._known.coordinates, *self._known.constants):
@@ -219,23 +219,23 @@ class _Formulas:
                 what, advice = "an action is no claim", f"write acts({self._actor(node)}) == ACTION"
                 raise self._source.wrong(what, token.place, advice)
             case _:
-                self.sums.typed(node)
+                self.sums.evaluate_node(node)
                 what = "a number is no claim"
                 raise self._source.wrong(what, node.token.place, "compare it: <, <=, >, >=, == or !=")
 
     # --- relations
 
-    def _related(self, left: Node, sign: Token, right: Node) -> Formula:
+    def _relate_nodes(self, left: Node, sign: Token, right: Node) -> Formula:
         acting = [_is_action(left), _is_action(right)]
         named = [isinstance(side, NameNode) for side in (left, right)]
         words = [self._is_word(left), self._is_word(right)]
         if not ((any(acting) and all(a or n for a, n in zip(acting, named, strict=True))) or all(words)):
-            return self._compared(left, sign, right)
+            return self._compare_nodes(left, sign, right)
         if sign.text not in ("==", "!="):
             what = f"names are not ordered by {sign.text}"
             raise self._source.wrong(what, sign.place, "write ==, != or a coordinate")
         same = self._same(left, right, sign)
-        return same if sign.text == "==" else negated(same)
+        return same if sign.text == "==" else negate(same)
 
     def _is_word(self, node: Node) -> bool:
         """Whether a tree is the name of something that is no number."""
@@ -244,11 +244,11 @@ class _Formulas:
         known = (*self._known.coordinates, *self._known.constants, *TRUTHS)
         return node.token.text not in known and "." not in node.token.text
 
-    def _compared(self, left: Node, sign: Token, right: Node) -> Formula:
-        one, other = self.sums.typed(left), self.sums.typed(right)
+    def _compare_nodes(self, left: Node, sign: Token, right: Node) -> Formula:
+        one, other = self.sums.evaluate_node(left), self.sums.evaluate_node(right)
         self.sums.same(one, other, sign)
         try:
-            return compared(one.value, sign.text, other.value)
+            return compare_sums(one.value, sign.text, other.value)
         except OverflowError as error:
             raise self._source.wrong(str(error), sign.place, "simplify the formula") from None
 
@@ -278,7 +278,7 @@ class _Formulas:
         assert isinstance(call, CallNode)
         if len(call.arguments) > 1:
             raise self._source.wrong("acts has one agent", call.token.place, "write acts(AGENT) == ACTION")
-        return named_in(self._source, call, ("agent", tuple(self._known.agents)))[0]
+        return resolve_names(self._source, call, ("agent", tuple(self._known.agents)))[0]
 
     def _takes(self, acting: Node, name: Token) -> Formula:
         policy = self._known.agents[self._actor(acting)]
@@ -287,12 +287,12 @@ class _Formulas:
             raise self._source.unknown(f"action of {policy.agent}", name, known)
         return _acts(policy, name.text)
 
-    def _listed(self, node: Listed) -> Formula:
+    def _expand_list(self, node: Listed) -> Formula:
         """`acts(agent) in [a, b]`, or `not in`."""
         if not _is_action(node.value):
             raise self._source.wrong("only actions are listed", node.token.place, "write acts(AGENT) in [a, b]")
-        found = disjunction(*(self._takes(node.value, name) for name in node.names))
-        return negated(found) if node.denied else found
+        formula = disjunction(*(self._takes(node.value, name) for name in node.names))
+        return negate(formula) if node.denied else formula
 
     # --- predicates
 
@@ -300,20 +300,20 @@ class _Formulas:
         """closes, engaged or at, of an agent (for `at`: any entity) and an entity, with a bound of its own or not."""
         known, near = self._known, call.token.text == "at"
         first = ("entity", known.entities) if near else ("agent", tuple(known.agents))
-        agent, target = named_in(self._source, call, first, ("entity", known.entities))
+        agent, target = resolve_names(self._source, call, first, ("entity", known.entities))
         if target == agent:
             raise self._source.wrong(f"{agent} is always at itself", call.arguments[1].token.place, "name two")
-        bound = self._bound(call)
+        bound = self._evaluate_bound(call)
         if near:
             return predicates.at(agent, target, known.radius if bound is None else bound)
         closing = predicates.closing(known.agents[agent], target, known.margin if bound is None else bound)
         near_it = predicates.at(agent, target, known.radius)
         return closing if call.token.text == "closes" else disjunction(closing, near_it)
 
-    def _bound(self, call: CallNode) -> Fraction | None:
+    def _evaluate_bound(self, call: CallNode) -> Fraction | None:
         if len(call.arguments) < 3:
             return None
-        given = self.sums.typed(call.arguments[2]).value
+        given = self.sums.evaluate_node(call.arguments[2]).value
         if len(call.arguments) > 3 or not given.is_constant or given.offset < 0:
             what = "the bound must be a number that is not negative"
             raise self._source.wrong(what, call.arguments[-1].token.place)

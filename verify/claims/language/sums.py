@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import product
 
-from verify.claims.formula import Formula, below, conjunction, disjunction, negated
+from verify.claims.formula import Formula, below, conjunction, disjunction, negate
 
 MAX_CASES = 512  # atoms that one comparison may become
 MAX_BITS = 4096  # of a number's numerator or denominator
@@ -41,13 +41,13 @@ class CoordinateSum:
         if not factor:
             return CoordinateSum()
         terms = {name: weight * factor for name, weight in self.terms.items()}
-        found = CoordinateSum(
+        multiple = CoordinateSum(
             self.offset * factor, terms, tuple((factor * weight, parts) for weight, parts in self.maxima)
         )
-        numbers = (found.offset, *terms.values(), *(weight for weight, _ in found.maxima))
+        numbers = (multiple.offset, *terms.values(), *(weight for weight, _ in multiple.maxima))
         if any(max(abs(n.numerator), n.denominator).bit_length() > MAX_BITS for n in numbers):
             raise OverflowError("the numbers grow too long")
-        return found
+        return multiple
 
 
 def constant(value: Fraction) -> CoordinateSum:
@@ -71,7 +71,7 @@ def distance(a: str, b: str) -> CoordinateSum:
     return largest([side for gap in gaps for side in (gap, gap.times(Fraction(-1)))])
 
 
-def compared(left: CoordinateSum, relation: str, right: CoordinateSum) -> Formula:
+def compare_sums(left: CoordinateSum, relation: str, right: CoordinateSum) -> Formula:
     """The formula of `left relation right`; OverflowError when it has too many cases."""
     difference = left + right.times(Fraction(-1))
     backwards = difference.times(Fraction(-1))
@@ -81,7 +81,7 @@ def compared(left: CoordinateSum, relation: str, right: CoordinateSum) -> Formul
         ">=": lambda: _not_above(backwards, False),
         ">": lambda: _not_above(backwards, True),
         "==": lambda: conjunction(_not_above(difference, False), _not_above(backwards, False)),
-        "!=": lambda: negated(conjunction(_not_above(difference, False), _not_above(backwards, False))),
+        "!=": lambda: negate(conjunction(_not_above(difference, False), _not_above(backwards, False))),
     }
     return made[relation]()
 
@@ -99,9 +99,9 @@ def _not_above(total: CoordinateSum, strict: bool) -> Formula:
     plain = CoordinateSum(total.offset, total.terms)
 
     def atom(chosen: Sequence[CoordinateSum]) -> Formula:
-        found = plain
+        total = plain
         for factor, part in zip(factors, chosen, strict=True):
-            found = found + part.times(factor)
-        return below(dict(sorted(found.terms.items())), -found.offset, strict)
+            total = total + part.times(factor)
+        return below(dict(sorted(total.terms.items())), -total.offset, strict)
 
     return disjunction(*(conjunction(*(atom((*more, *less)) for more in product(*added))) for less in product(*taken)))

@@ -52,7 +52,7 @@ def start_bounds(world: WorldSpec, velocities: Sequence[str]) -> dict[str, Inter
     return box
 
 
-def observed_velocities(profile: PolicyProfile) -> tuple[str, ...]:
+def find_observed_velocities(profile: PolicyProfile) -> tuple[str, ...]:
     """The velocity coordinates that some agent observes, in the world's order."""
     meanings = [feature.meaning for policy in profile.agents for feature in policy.features if feature.meaning]
     seen = {name for meaning in meanings for _, name in meaning.terms}
@@ -61,10 +61,10 @@ def observed_velocities(profile: PolicyProfile) -> tuple[str, ...]:
 
 def everywhere(profile: PolicyProfile) -> Region:
     """The start region of a profile: every start position, any goal, every observed velocity that actions can cause."""
-    return start_region(profile.world, observed_velocities(profile))
+    return start_region(profile.world, find_observed_velocities(profile))
 
 
-def called(profile: PolicyProfile, region: Region) -> str:
+def name_region(profile: PolicyProfile, region: Region) -> str:
     """What a region is called; `start` only where it is the start region, whatever its own name is."""
     return "" if region.name == START and not is_start(profile, region) else region.name
 

@@ -15,15 +15,15 @@ from codegen.ir import GOAL, Bool, Float64, Int32
 from verify.claims.formula import Acts, And, Formula, Goal, Linear, Not, Or
 
 
-def tightened(formula: Formula, slack: Fraction) -> Formula:
+def tighten_formula(formula: Formula, slack: Fraction) -> Formula:
     """A formula of `normal` form with every inequality met by `slack` more than it asks; unchanged for slack 0."""
     if not slack:
         return formula
     if isinstance(formula, Linear):
         return Linear(formula.terms, formula.bound - slack)
     if isinstance(formula, And):
-        return And(tuple(tightened(part, slack) for part in formula.parts))
-    return Or(tuple(tightened(part, slack) for part in formula.parts)) if isinstance(formula, Or) else formula
+        return And(tuple(tighten_formula(part, slack) for part in formula.parts))
+    return Or(tuple(tighten_formula(part, slack) for part in formula.parts)) if isinstance(formula, Or) else formula
 
 
 def worth(formula: Formula, at: Mapping[str, Fraction], actions: Mapping[str, int]) -> Fraction | float:
@@ -72,13 +72,13 @@ class Batch:
             return np.logical_and.reduce([goal == mark for goal, mark in pairs])
         if isinstance(formula, Not):
             return ~self.holds(formula.part, actions)
-        found = np.full(self._count, isinstance(formula, And))
+        truth = np.full(self._count, isinstance(formula, And))
         for part in formula.parts:
             if isinstance(formula, And):
-                found &= self.holds(part, actions)
+                truth &= self.holds(part, actions)
             else:
-                found |= self.holds(part, actions)
-        return found
+                truth |= self.holds(part, actions)
+        return truth
 
     def _atom(self, atom: Linear) -> Bool:
         total = np.zeros(self._count)

@@ -36,7 +36,7 @@ def unread(profile: PolicyProfile) -> bool:
     return all(feature.meaning is None for policy in profile.agents for feature in policy.features)
 
 
-def shared_features(profile: PolicyProfile, names: Sequence[str]) -> tuple[str, ...]:
+def select_features(profile: PolicyProfile, names: Sequence[str]) -> tuple[str, ...]:
     """Features that agents share, in the order given; of ALL those that several agents have. UnknownNameError for a
     feature that no agent has, InputError for one that only one has.
     """
@@ -46,7 +46,7 @@ def shared_features(profile: PolicyProfile, names: Sequence[str]) -> tuple[str, 
     return tuple(dict.fromkeys(names))
 
 
-def seen_region(viewed: Viewed) -> Region | None:
+def build_seen_region(viewed: Viewed) -> Region | None:
     """What episodes showed of each variable, within its range; of a shared one, what any agent was shown. None where
     nobody looked.
     """
@@ -70,7 +70,7 @@ def _within(seen: Interval, stated: Interval) -> Interval:
     return (low, high) if low <= high else stated
 
 
-def carried(region: Region, viewed: Viewed) -> Region:
+def carry_region(region: Region, viewed: Viewed) -> Region:
     """A region of the view without a copy, of which the copy keeps every bound too."""
     raised = viewed.view.raised
     if raised is None:
@@ -78,8 +78,10 @@ def carried(region: Region, viewed: Viewed) -> Region:
     name = variable(viewed.origin, viewed.view, raised.agent, raised.feature)
     other = f"{copy_of(raised.agent)}.{raised.feature}"
 
-    def moved(coordinate: str) -> str:
+    def rename_coordinate(coordinate: str) -> str:
         return other if coordinate == name else coordinate
 
-    more = [(moved(a), moved(b), bounds) for a, b, bounds in region.differences if name in (a, b)]
+    more = [
+        (rename_coordinate(a), rename_coordinate(b), bounds) for a, b, bounds in region.differences if name in (a, b)
+    ]
     return replace(region, box={**region.box, other: region.box[name]}, differences=(*region.differences, *more))

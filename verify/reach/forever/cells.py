@@ -63,17 +63,17 @@ def evenly(columns: Sequence[int], times: int) -> bytes:
     return encode_numbers(cut(0))
 
 
-def arrived(motion: FollowedMotion, approach: Approach, most: int) -> BoxList:
+def collect_arriving(motion: FollowedMotion, approach: Approach, most: int) -> BoxList:
     """The boxes at the claim's first step. RejectedError for more than `most`."""
     widths = {name: float(width) for name, width in approach.joined.items()}
-    found: list[BoxList] = []
+    arriving: list[BoxList] = []
     for boxes in motion.arriving(list(numbers(approach.cuts)), widths):
-        found.append(boxes)
-        if sum(each.size for each in found) > most:
+        arriving.append(boxes)
+        if sum(each.size for each in arriving) > most:
             raise RejectedError("too many boxes at the first step")
-    if not found:
+    if not arriving:
         raise RejectedError("no start was seen")
-    return together(found)
+    return together(arriving)
 
 
 def bounds_of(motion: FollowedMotion, boxes: BoxList) -> Bounds:
@@ -103,7 +103,7 @@ class CellSearch:
                         return None
                     self._tried += 1
                     try:
-                        return self._closed_list(self._widths(names, power), steps, approach)
+                        return self._close_cells(self._widths(names, power), steps, approach)
                     except LeftError as left:
                         self.left = left
                     except RejectedError:  # not finite, too many, or nothing is stated
@@ -129,12 +129,12 @@ class CellSearch:
             widths[name] = Fraction(2) ** (2 + floor(log2(max(map(abs, ranges[name])) or 1)))
         return {name: Fraction(1 if name in modes else width) for name, width in widths.items()}
 
-    def _closed_list(self, widths: Mapping[str, Fraction], steps: int, approach: Approach) -> InvariantPart:
+    def _close_cells(self, widths: Mapping[str, Fraction], steps: int, approach: Approach) -> InvariantPart:
         """Cells that nothing leaves for more than some steps. LeftError, RejectedError."""
         floats = {name: float(width) for name, width in widths.items()}
         with np.errstate(all="ignore"):
             sweep = self._sweep(floats)
-            arriving = arrived(sweep.motion, approach, self.most - self.spent)
+            arriving = collect_arriving(sweep.motion, approach, self.most - self.spent)
             known = _cells(sweep.in_cells(self._meeting(sweep, arriving))[1])
             fresh = known
             before = self.spent
@@ -143,7 +143,7 @@ class CellSearch:
             while fresh:
                 cells = np.array(sorted(fresh), dtype=np.int64)
                 if self.spent - before > MAX_TRIED or self.spent > self.most:
-                    raise self._left(sweep, cells[:1], sweep.motion.moved(sweep.boxes(cells[:1])))
+                    raise self._build_left_error(sweep, cells[:1], sweep.motion.move_boxes(sweep.boxes(cells[:1])))
                 fresh = self._becoming(sweep, cells, known, steps)
                 known |= fresh
         cells = encode_numbers(_numbers(np.array(sorted(known), dtype=np.int64)))
@@ -160,29 +160,29 @@ class CellSearch:
         """The new cells that cells become after some steps. LeftError where one leaves."""
         boxes = sweep.boxes(cells)
         for step in range(1, steps + 1):
-            boxes = sweep.motion.moved(boxes)
-            broken = sweep.motion.broken(boxes)
+            boxes = sweep.motion.move_boxes(boxes)
+            broken = sweep.motion.find_breaking(boxes)
             if broken.size:
-                raise self._left(sweep, cells, broken)
+                raise self._build_left_error(sweep, cells, broken)
             boxes, of = sweep.in_cells(boxes)
             self.spent += boxes.size
             tell(min(self.spent, self.most), self.most, "boxes")
             new = np.array([tuple(each) not in known for each in of.tolist()], dtype=np.bool_)
-            boxes, of = boxes.taken(new), of[new]
+            boxes, of = boxes.take(new), of[new]
             if boxes.size and (boxes.size > MAX_TRIED or len(known) > MAX_CELLS or self.spent > self.most):
-                raise self._left(sweep, cells, boxes)
+                raise self._build_left_error(sweep, cells, boxes)
             if step == steps or not boxes.size:
                 return _cells(of)
         return set()
 
     def _meeting(self, sweep: InvariantSweep, arriving: BoxList) -> BoxList:
         """The boxes at the claim's first step. LeftError where they do not meet the claim."""
-        broken = sweep.motion.broken(arriving)
+        broken = sweep.motion.find_breaking(arriving)
         if broken.size:
             raise LeftError(self._bounds(sweep, arriving), self._bounds(sweep, broken), self._claim.by)
         return arriving
 
-    def _left(self, sweep: InvariantSweep, cells: Int64, to: BoxList) -> LeftError:
+    def _build_left_error(self, sweep: InvariantSweep, cells: Int64, to: BoxList) -> LeftError:
         """That a state of a cell goes to where it may not, or goes on and on."""
         return LeftError(self._bounds(sweep, sweep.boxes(cells[to.part[:1]])), self._bounds(sweep, to))
 
@@ -205,8 +205,8 @@ class CellSearch:
         points = low + np.random.default_rng(SEED).random((played, len(low))) * (high - low)
         with np.errstate(all="ignore"):
             sweep = Sweep(Model(self._profile, self._system), self._system, [self._claim])
-            found = sweep.reached(points, points.copy())
-        return np.where(np.isfinite(found), found, 0.0)
+            ranges = sweep.estimate_ranges(points, points.copy())
+        return np.where(np.isfinite(ranges), ranges, 0.0)
 
 
 def _cells(cells: Int64) -> set[Cell]:

@@ -14,7 +14,7 @@ from dataclasses import replace
 
 from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash
-from verify.checker.covers.forever import InvariantCertificate, InvariantPart, accepted
+from verify.checker.covers.forever import InvariantCertificate, InvariantPart, check_certificate
 from verify.checker.covers.invariants import names_of
 from verify.checker.reading import RejectedError
 from verify.reach.forever.cells import Approach, CellSearch
@@ -55,14 +55,14 @@ class InvariantSearch:
         """Boxes so far."""
         return self._cells.spent + self._by_regions
 
-    def settled(self, outcome: ReachOutcome) -> ReachOutcome:
+    def add_spending(self, outcome: ReachOutcome) -> ReachOutcome:
         """An outcome with what was spent."""
         return replace(outcome, boxes=self.boxes, states=self.walking.states, programs=self.walking.programs)
 
-    def found(self) -> Iterator[tuple[InvariantPart, ...]]:
+    def iterate_invariants(self) -> Iterator[tuple[InvariantPart, ...]]:
         """Lists of parts, each of which may show the whole claim, in the order in which they are tried."""
         if self.claim.invariant:
-            part = self._walked(self.claim.invariant)
+            part = self._walk_regions(self.claim.invariant)
             left = max(self._most - self.walking.total, 0)
             part = self._of_regions(self.claim.invariant, IN_A_ROW, left) if part is None else part
             self.given, self.left = self.left, None
@@ -78,18 +78,18 @@ class InvariantSearch:
         """An invariant of some variables."""
         asked = tuple(tuple(half for half in region if names_of(half) <= set(names)) for region in self.claim.regions)
         usable = all(asked) and {name for region in asked for half in region for name in names_of(half)} == set(names)
-        found = self._of_regions(asked, IN_A_ROW[:1], min(FEW, self._most)) if usable else None
-        if found is None:
-            found = self._cells.part(names)
+        part = self._of_regions(asked, IN_A_ROW[:1], min(FEW, self._most)) if usable else None
+        if part is None:
+            part = self._cells.part(names)
             self.left = self._cells.left or self.left
-        later = usable and found is None
-        return self._of_regions(asked, IN_A_ROW[1:], self._most // SHARE) if later else found
+        later = usable and part is None
+        return self._of_regions(asked, IN_A_ROW[1:], self._most // SHARE) if later else part
 
-    def _walked(self, regions: Sequence[Polytope]) -> InvariantPart | None:
+    def _walk_regions(self, regions: Sequence[Polytope]) -> InvariantPart | None:
         """Regions as an invariant, where exact rows show one step from them."""
         search = RegionSearch(self._profile, self.system, self.claim, regions, min(FEW, self._most))
         try:
-            return search.walked(self._approaches(regions), max(self._most - self.spent, 0))
+            return search.walk_regions(self._approaches(regions), max(self._most - self.spent, 0))
         except RejectedError:
             return None
         finally:
@@ -126,16 +126,16 @@ class InvariantSearch:
         regions = self.claim.regions
         halves = [names_of(half) for half in regions[0]] if len(regions) == 1 else []
         asked = halves or [{name for region in regions for half in region for name in names_of(half)}]
-        found: list[frozenset[str]] = []
+        groups: list[frozenset[str]] = []
         for names in asked:
-            closed = frozenset(self._closed(names, together))
-            if not any(closed <= other for other in found):
-                found = [other for other in found if not other <= closed] + [closed]
-        return [tuple(one.name for one in self.system.variables if one.name in names) for names in found]
+            closed = frozenset(self._close_names(names, together))
+            if not any(closed <= other for other in groups):
+                groups = [other for other in groups if not other <= closed] + [closed]
+        return [tuple(one.name for one in self.system.variables if one.name in names) for names in groups]
 
-    def _closed(self, names: set[str], together: bool) -> set[str]:
-        found = set(names).union(*(piece.where for piece in self.system.pieces))
-        found = found.union(*(names_of(half) for piece in self.system.pieces for half in piece.when))
+    def _close_names(self, names: set[str], together: bool) -> set[str]:
+        closed = set(names).union(*(piece.where for piece in self.system.pieces))
+        closed = closed.union(*(names_of(half) for piece in self.system.pieces for half in piece.when))
         tests = [
             {name for name, _ in known[feature.name].form.terms}
             for policy in self._profile.agents
@@ -144,38 +144,38 @@ class InvariantSearch:
         ]
         tests += [names_of(half) for region in self.claim.assuming for half in region]
         before = -1
-        while len(found) > before:
-            before = len(found)
+        while len(closed) > before:
+            before = len(closed)
             for piece in self.system.pieces:
                 for forms in (piece.move, *piece.effect.values()):
-                    found |= {read for name, form in forms.items() if name in found for read, _ in form.terms}
-            found = found.union(*(test for test in tests if together and test & found))
-        return found
+                    closed |= {read for name, form in forms.items() if name in closed for read, _ in form.terms}
+            closed = closed.union(*(test for test in tests if together and test & closed))
+        return closed
 
 
 def lasting(profile: PolicyProfile, system: System, claim: SystemClaim, most: int) -> ReachOutcome:
     """The answer, after about so many boxes at most."""
     search = InvariantSearch(profile, system, claim, most)
-    for parts in search.found():
+    for parts in search.iterate_invariants():
         state = inhabitant(system, claim)
         if isinstance(state, Verdict):
-            return search.settled(ReachOutcome(state, NO_STATE[state], helps=(ROOM,)))
+            return search.add_spending(ReachOutcome(state, NO_STATE[state], helps=(ROOM,)))
         made = InvariantCertificate(content_hash(profile), documents.content_hash(system), claim, state, parts)
         with suppress(RejectedError):
-            sets = accepted(made, profile, system)
-            return search.settled(ReachOutcome(Verdict.PROVED, certificate=made, branches=sets))
+            sets = check_certificate(made, profile, system)
+            return search.add_spending(ReachOutcome(Verdict.PROVED, certificate=made, branches=sets))
     return _unknown(search, most)
 
 
 def _unknown(search: InvariantSearch, most: int) -> ReachOutcome:
     """No answer, with the state that leaves and where it goes."""
     if inhabitant(search.system, search.claim) is Verdict.VACUOUS:
-        return search.settled(ReachOutcome(Verdict.VACUOUS, NO_STATE[Verdict.VACUOUS], helps=(ROOM,)))
+        return search.add_spending(ReachOutcome(Verdict.VACUOUS, NO_STATE[Verdict.VACUOUS], helps=(ROOM,)))
     left = search.given or search.left
     helps = (*(CHANGED if search.given else ()), *HELPS)
     helps = (*helps, SPENT.format(most=most)) if search.spent >= most else helps
     said = f"no invariant was found after {replace(search.walking, boxes=search.boxes).words}"
     if left is None:
-        return search.settled(ReachOutcome(Verdict.UNKNOWN, said, None, helps))
+        return search.add_spending(ReachOutcome(Verdict.UNKNOWN, said, None, helps))
     said = f"{said}; the one that is given is none: {left.words}" if search.given else f"{said}: {left.words}"
-    return search.settled(ReachOutcome(Verdict.UNKNOWN, said, OpenState(left.step, left.cell), helps))
+    return search.add_spending(ReachOutcome(Verdict.UNKNOWN, said, OpenState(left.step, left.cell), helps))

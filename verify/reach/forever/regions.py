@@ -24,14 +24,14 @@ from verify.checker.systems.rows import Branch
 from verify.claims.formula import conjunction, disjunction, holds
 from verify.progress import tell
 from verify.reach.cutting import CutPart
-from verify.reach.forever.cells import Approach, arrived, bounds_of
+from verify.reach.forever.cells import Approach, bounds_of, collect_arriving
 from verify.reach.forever.leaving import LeftError
 from verify.reach.replay import piece_of
 from verify.reach.search import ReachBudgetError, SystemProver
 from verify.reach.unfolding import Unfolding
 from verify.spending import Spending
 from verify.systems.claims import SystemClaim, atom
-from verify.systems.observing import chosen
+from verify.systems.observing import choose_actions
 from verify.systems.system import Polytope, System
 
 MAX_PARTS = 1 << 14  # of one region
@@ -67,7 +67,7 @@ class RegionSearch:
         regions = tuple(map(InvariantRegion, self._regions, cuts))
         return InvariantPart({}, steps, b"", regions, approach.cuts, approach.joined)
 
-    def walked(self, approaches: Sequence[Approach], left: int) -> InvariantPart:
+    def walk_regions(self, approaches: Sequence[Approach], left: int) -> InvariantPart:
         """The same where one step is followed by exact rows, which may take what boxes leave of so many. LeftError,
         RejectedError.
         """
@@ -104,9 +104,9 @@ class RegionSearch:
     def _ensure_begun(self, sweep: RegionSweep, steps: int, approach: Approach) -> None:
         """LeftError where a state at the first steps may lie outside of the regions."""
         motion = sweep.motion
-        boxes = arrived(motion, approach, self._most - self.spent)
+        boxes = collect_arriving(motion, approach, self._most - self.spent)
         for step in range(steps):
-            boxes = motion.moved(boxes) if step else boxes
+            boxes = motion.move_boxes(boxes) if step else boxes
             self.spent += boxes.size
             outside = outside_of(sweep.regions, boxes)
             if outside.size:
@@ -121,7 +121,7 @@ class RegionSearch:
         root, count = CutPart(whole), 1
         open_: list[CutPart] = [root]
         while open_:
-            left = self._left(sweep, number, open_)
+            left = self._mark_leaving(sweep, number, open_)
             open_ = [open_[place] for place in np.flatnonzero(left)]
             self._ensure_none_leaves(open_, steps)
             count += len(open_)
@@ -132,13 +132,13 @@ class RegionSearch:
             open_ = [each for node in open_ for each in node.halves]
         return encode_numbers(root.cuts())
 
-    def _left(self, sweep: RegionSweep, number: int, nodes: Sequence[CutPart]) -> Bool:
+    def _mark_leaving(self, sweep: RegionSweep, number: int, nodes: Sequence[CutPart]) -> Bool:
         """Which parts may leave, [n]."""
-        boxes = sweep.parts[number].started([node.box for node in nodes])
+        boxes = sweep.parts[number].box_starts([node.box for node in nodes])
         self.spent += boxes.size
         tell(min(self.spent, self._most), self._most, "boxes")
         left = np.zeros(len(nodes), dtype=np.bool_)
-        left[sweep.left(boxes)] = True
+        left[sweep.find_open_parts(boxes)] = True
         return left
 
     def _column(self, sweep: RegionSweep, box: StartBox, whole: StartBox) -> int:
@@ -149,13 +149,13 @@ class RegionSearch:
 
     def _leaving(self, sweep: RegionSweep, number: int, node: CutPart) -> LeftError:
         """A part that may leave, and where it may go."""
-        boxes = sweep.motion.by_modes(sweep.motion.spoken_of(sweep.parts[number].started([node.box])))
-        if sweep.motion.broken(boxes).size:
-            broken = bounds_of(sweep.motion, sweep.motion.broken(boxes))
+        boxes = sweep.motion.by_modes(sweep.motion.restrict_boxes(sweep.parts[number].box_starts([node.box])))
+        if sweep.motion.find_breaking(boxes).size:
+            broken = bounds_of(sweep.motion, sweep.motion.find_breaking(boxes))
             return LeftError(broken, broken, breaks=True)
         to = boxes
-        if not sweep.motion.unstated(boxes).any():
-            moved = sweep.motion.moved(boxes)
+        if not sweep.motion.is_unstated(boxes).any():
+            moved = sweep.motion.move_boxes(boxes)
             outside = outside_of(sweep.regions, moved)
             to = outside if outside.size else moved
         return LeftError(bounds_of(sweep.motion, boxes), bounds_of(sweep.motion, to if to.size else boxes))
@@ -166,7 +166,7 @@ class RegionSearch:
         """LeftError for a state of a part that stays in the regions for some steps, and then leaves."""
         for node in nodes[:PLAYED]:
             for point, end in product(_points(node.box), ENDS if self._erring else ENDS[:1]):
-                states = self._played(self._state(point), steps, end)
+                states = self._play_from(self._state(point), steps, end)
                 if states is not None:
                     shown = {name for region in self._regions for half in region for name, _ in half.form.terms}
                     state, after = ({name: each[name] for name in each if name in shown} for each in states[-2:])
@@ -179,7 +179,7 @@ class RegionSearch:
         named = zip(self._system.variables, point.tolist(), strict=True)
         return {one.name: Fraction(round(value)) if one.modes else Fraction(value) for one, value in named}
 
-    def _played(self, state: dict[str, Fraction], steps: int, end: Fraction) -> list[State] | None:
+    def _play_from(self, state: dict[str, Fraction], steps: int, end: Fraction) -> list[State] | None:
         """The states from one that stay in the regions until the last one leaves; None where these do not."""
         states: list[State] = [state]
         for step in range(steps + 1):
@@ -191,7 +191,7 @@ class RegionSearch:
             number = piece_of(self._system, here)
             if step == steps or number is None:
                 return None
-            piece, actions = self._system.pieces[number], chosen(self._system, self._profile, here)
+            piece, actions = self._system.pieces[number], choose_actions(self._system, self._profile, here)
             joint = {one.agent: one.actions[actions[one.agent]].name for one in self._profile.agents}
             error = {name: min(max(end, low), high) for name, (low, high) in piece.error.items()}
             states.append(piece.step(here, joint, error))

@@ -36,21 +36,21 @@ class Cases:
         """The number of a piece that holds each of `count` states, [count]; -1 where none does. `which`: in [0, 1], the
         place of the piece among those of its case.
         """
-        found = np.full(count, -1, dtype=np.int64)
+        holder = np.full(count, -1, dtype=np.int64)
         for piece, numbers in self._cases:
-            here = (found < 0) & _holds(piece, state, count)
+            here = (holder < 0) & _holds(piece, state, count)
             place = np.minimum((which * len(numbers)).astype(np.int64), len(numbers) - 1)
-            found[here] = numbers[place[here]]
-        return found
+            holder[here] = numbers[place[here]]
+        return holder
 
 
 def _holds(piece: Piece, state: Planes, count: int) -> Bool:
-    found = np.ones(count, dtype=np.bool_)
+    inside = np.ones(count, dtype=np.bool_)
     for name, (low, high) in piece.where.items():
-        found &= (state[name] >= nearest_double(low)) & (state[name] <= nearest_double(high))
+        inside &= (state[name] >= nearest_double(low)) & (state[name] <= nearest_double(high))
     for half in piece.when:
-        found &= _meets(half, state, count)
-    return found
+        inside &= _meets(half, state, count)
+    return inside
 
 
 def _meets(half: HalfSpace, state: Planes, count: int) -> Bool:

@@ -19,8 +19,8 @@ from verify.claims.formula import Formula, holds
 from verify.reach.results import SystemCounterexample
 from verify.reach.rounded import truly
 from verify.systems.claims import SystemClaim
-from verify.systems.given.played import made
-from verify.systems.observing import nearest, observed
+from verify.systems.given.played import list_roundings
+from verify.systems.observing import nearest, observe_state
 from verify.systems.statement import Statement
 from verify.systems.system import State
 
@@ -43,7 +43,7 @@ def fails(statement: Statement, profile: PolicyProfile, formula: Formula, state:
     for policy in profile.agents:
         read = statement.acting.get(policy.agent)
         real = policy if read is None else read.real
-        row = observed(statement.system, real, state)
+        row = observe_state(statement.system, real, state)
         if real.outputs:
             given = outputs(real, row)[0].tolist()
             names = [f"{real.agent}.{each.name}" for each in real.outputs]
@@ -57,7 +57,7 @@ def _beside(statement: Statement, state: State) -> Iterator[Mapping[str, Fractio
     """States of float32 numbers and of float64 ones: the nearest, then one step up or down in all, away from an end of
     a range where there is one.
     """
-    kept = set(made(statement))
+    kept = set(list_roundings(statement))
     for numbers, step in product((FLOAT32, FLOAT64), (0, 1, -1)):
         moved = dict(state)
         for each in statement.system.variables:

@@ -59,11 +59,13 @@ def courses(
             continue
         with np.errstate(over="ignore", invalid="ignore"):  # a state beyond float64 is a proposal like any other
             if asked[group[0]].about_decisions:
-                found = chain.from_iterable(_decided(profile, system, number, asked[number], start) for number in group)
+                breaking = chain.from_iterable(
+                    _sample_decisions(profile, system, number, asked[number], start) for number in group
+                )
             else:
-                found = _broken(Play(profile, system), claims, group, start, random)
+                breaking = _sample_courses(Play(profile, system), claims, group, start, random)
             counts = Counter[int]()
-            for each in found:
+            for each in breaking:
                 counts[each.claim] += 1
                 if each.claim in claims and counts[each.claim] <= MAX_COURSES:
                     yield each
@@ -79,7 +81,7 @@ def random_starts(
     branch = reading.start(polytope)
     if branch is None:
         return None
-    found: Planes = {}
+    planes: Planes = {}
     columns = {one.name: column for column, one in enumerate(system.variables)}
     for name in reading.order:
         where = random.random(count)
@@ -87,47 +89,49 @@ def random_starts(
         where = np.where(rounded, np.round(where), where)
         if starts.boxes is None:
             width = sum(map(float, branch.motion.weights[name].values()))
-            found[name] = float(branch.at[name]) + width * where
+            planes[name] = float(branch.at[name]) + width * where
         else:
             low, high = (ends[np.arange(count) % len(ends), columns[name]] for ends in starts.boxes)
-            found[name] = np.where(where == 1, high, low + (high - low) * where)  # a bound is met exactly
+            planes[name] = np.where(where == 1, high, low + (high - low) * where)  # a bound is met exactly
     kept = np.ones(count, dtype=np.bool_)
     for half in polytope:
-        kept &= value(half.form, found) <= 0
+        kept &= value(half.form, planes) <= 0
     if still and all(claim.regions for claim in claims.values()):
-        inside = [Batch(found, count).holds(claim.inside, {}) for claim in claims.values()]
+        inside = [Batch(planes, count).holds(claim.inside, {}) for claim in claims.values()]
         kept &= np.logical_or.reduce(inside)
-    return {name: values[kept] for name, values in found.items()} if kept.any() else None
+    return {name: values[kept] for name, values in planes.items()} if kept.any() else None
 
 
-def _decided(profile: PolicyProfile, system: System, number: int, claim: SystemClaim, start: Planes) -> Iterator[Found]:
+def _sample_decisions(
+    profile: PolicyProfile, system: System, number: int, claim: SystemClaim, start: Planes
+) -> Iterator[Found]:
     count = len(next(iter(start.values())))
-    actions = {policy.agent: act(policy, _seen(system, profile, policy.agent, start)) for policy in profile.agents}
+    actions = {policy.agent: act(policy, _observe(system, profile, policy.agent, start)) for policy in profile.agents}
     broken = ~Batch(start, count).holds(claim.formula, actions)
     for place in np.flatnonzero(broken)[:MAX_COURSES]:
         yield Found(number, Course({name: Fraction(float(values[place])) for name, values in start.items()}))
 
 
-def _broken(
+def _sample_courses(
     play: Play, claims: Mapping[int, SystemClaim], group: Sequence[int], start: Planes, random: np.random.Generator
 ) -> Iterator[Found]:
     """The courses that break claims, at the earliest step first."""
 
-    def asked(step: int) -> list[int]:
+    def select_claims(step: int) -> list[int]:
         return [number for number in group if number in claims and claims[number].steps >= step]
 
     count = len(next(iter(start.values())))
     alive = {number: np.ones(count, dtype=np.bool_) for number in group}
     for step, state, going in play.walk(start, random, max(claims[number].steps for number in group)):
         batch = Batch(state, count)
-        for number in asked(step):
+        for number in select_claims(step):
             claim, here = claims[number], alive[number] & going
-            broken = here & batch.holds(claim.broken(step), {})
+            broken = here & batch.holds(claim.violation_at(step), {})
             for place in np.flatnonzero(broken)[:MAX_COURSES]:
                 yield Found(number, play.course(start, int(place)))
-            alive[number] = here & ~broken & ~batch.holds(claim.fulfilled(step), {})
+            alive[number] = here & ~broken & ~batch.holds(claim.fulfilment_at(step), {})
         wanted = np.zeros(count, dtype=np.bool_)
-        for number in asked(step + 1):
+        for number in select_claims(step + 1):
             wanted |= alive[number]
         going &= wanted
 
@@ -159,7 +163,7 @@ class Play:
         after = {name: np.zeros(count) for name in state}
         errors = {name: np.zeros(count) for name in state}
         actions = {
-            policy.agent: act(policy, _seen(self.system, self.profile, policy.agent, state))
+            policy.agent: act(policy, _observe(self.system, self.profile, policy.agent, state))
             for policy in self.profile.agents
         }
         if self._cases is None:
@@ -230,26 +234,26 @@ def _shares(extreme: Float64, random: np.random.Generator) -> Float64:
     return np.where(extreme < 1 / 3, 0.0, np.where(extreme < 2 / 3, 1.0, random.random(len(extreme))))
 
 
-def _seen(system: System, profile: PolicyProfile, agent: str, state: Planes) -> Float64:
+def _observe(system: System, profile: PolicyProfile, agent: str, state: Planes) -> Float64:
     """Observations of an agent, [batch, n_features]."""
     features = system.features[agent]
-    columns = [_measured(features[feature.name], state) for feature in profile.policy(agent).features]
+    columns = [_measure_feature(features[feature.name], state) for feature in profile.policy(agent).features]
     return (
         np.stack(np.broadcast_arrays(*columns), axis=1) if columns else np.zeros((len(next(iter(state.values()))), 0))
     )
 
 
-def _measured(feature: Feature, state: Planes) -> Float64:
-    found = value(feature.form, state)
+def _measure_feature(feature: Feature, state: Planes) -> Float64:
+    values = value(feature.form, state)
     if feature.measure is Measure.SIGN:
-        return np.sign(found)
+        return np.sign(values)
     if feature.measure is Measure.POSITIVE:
-        return np.asarray(found > 0, dtype=np.float64)
+        return np.asarray(values > 0, dtype=np.float64)
     if feature.measure is Measure.EQUALS:
-        return np.asarray(found == 0, dtype=np.float64)
+        return np.asarray(values == 0, dtype=np.float64)
     if feature.measure is Measure.CLIP and feature.bounds is not None:
-        return np.clip(found, float(feature.bounds[0]), float(feature.bounds[1]))
-    return found
+        return np.clip(values, float(feature.bounds[0]), float(feature.bounds[1]))
+    return values
 
 
 def value(form: Affine, state: Planes) -> Float64:

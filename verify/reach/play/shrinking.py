@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 
 from codegen.ir import PolicyProfile
-from verify.reach.replay import Course, replayed
+from verify.reach.replay import Course, replay_course
 from verify.reach.results import SystemCounterexample, Values
 from verify.systems.claims import SystemClaim
 from verify.systems.system import System
@@ -19,14 +19,14 @@ from verify.systems.system import System
 DIGITS = (0, 1, 2, 3, 4, 6, 8, 12)  # after the point
 
 
-def shrunk(
+def shrink_counterexample(
     profile: PolicyProfile, system: System, claim: SystemClaim, found: SystemCounterexample
 ) -> SystemCounterexample:
     """The counterexample from a start with as few decimal digits as one of a few roundings has, and without errors if
     that does; its errors are rounded too. It takes no more steps.
     """
     for course in _shorter(found):
-        again = replayed(profile, system, claim, course)
+        again = replay_course(profile, system, claim, course)
         if again is not None and again.step <= found.step:
             return again
     return found
@@ -35,14 +35,14 @@ def shrunk(
 def _shorter(found: SystemCounterexample) -> Iterator[Course]:
     erring = any(any(each.values()) for each in found.errors)
     for digits in DIGITS:
-        start = _rounded(found.start, digits)
+        start = _round_values(found.start, digits)
         if erring:
             yield Course(start, (), found.pieces)
-        errors: Sequence[Values] = [_rounded(each, digits) for each in found.errors]
+        errors: Sequence[Values] = [_round_values(each, digits) for each in found.errors]
         yield Course(start, errors, found.pieces)
         if erring:
             yield Course(start, found.errors, found.pieces)
 
 
-def _rounded(values: Values, digits: int) -> Mapping[str, Fraction]:
+def _round_values(values: Values, digits: int) -> Mapping[str, Fraction]:
     return {name: round(value, digits) for name, value in values.items()}

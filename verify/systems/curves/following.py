@@ -20,7 +20,7 @@ from math import prod
 
 from codegen.errors import InputError
 from codegen.ir import AgentPolicy
-from verify.claims.formula import Acts, Formula, Linear, atoms, conjunction, disjunction, negated
+from verify.claims.formula import Acts, Formula, Linear, atoms, conjunction, disjunction, negate
 from verify.claims.formula import normal as pushed
 from verify.language.lexer import PRIME
 from verify.systems.claims import atom
@@ -33,7 +33,7 @@ Worst = Callable[[Iterable[Fraction]], Fraction]  # of what errors add to a comp
 Action = Mapping[str, str]  # what each agent that matters does
 
 
-def followed(variables: Sequence[Variable]) -> dict[str, str]:
+def name_next_values(variables: Sequence[Variable]) -> dict[str, str]:
     """The names of next values, and whose they are. A mode has none: it is no number."""
     return {one.name + PRIME: one.name for one in variables if not one.modes}
 
@@ -61,13 +61,13 @@ def without_next(
     for piece in pieces:
         beyond = _beyond(piece)
         for actions in _joint(moving, acting):
-            done = [negated(Acts(agent, _number(acting[agent], name))) for agent, name in actions.items()]
+            done = [negate(Acts(agent, _number(acting[agent], name))) for agent, name in actions.items()]
             after = {name + PRIME: _after(piece, name, actions) for name in named}
             errors = {name + PRIME: piece.error[name] for name in named if name in piece.error}
             surely = _put(stated, after, errors, max)
-            maybe = conjunction(*_implied(stated, after, errors, exact))
-            for found, held in zip(both, (surely, maybe), strict=True):
-                found.append(disjunction(beyond, *done, held))
+            maybe = conjunction(*_iterate_implied(stated, after, errors, exact))
+            for formulas, held in zip(both, (surely, maybe), strict=True):
+                formulas.append(disjunction(beyond, *done, held))
     return conjunction(*both[0]), conjunction(*both[1])
 
 
@@ -86,18 +86,18 @@ def _number(policy: AgentPolicy, name: str) -> int:
 
 def _after(piece: Piece, name: str, actions: Action) -> Affine:
     """The next value of a variable, without its error."""
-    found = piece.move.get(name, Affine())
+    form = piece.move.get(name, Affine())
     for choice in actions.items():
-        found = found.plus(piece.effect.get(choice, {}).get(name, Affine()))
-    return found
+        form = form.plus(piece.effect.get(choice, {}).get(name, Affine()))
+    return form
 
 
 def _beyond(piece: Piece) -> Formula:
     """That a state is none of a piece."""
-    return disjunction(beyond(piece.where), *(negated(atom(half)) for half in piece.when))
+    return disjunction(beyond(piece.where), *(negate(atom(half)) for half in piece.when))
 
 
-def _implied(
+def _iterate_implied(
     formula: Formula, after: Mapping[str, Affine], errors: Mapping[str, Interval], exact: bool
 ) -> Iterator[Formula]:
     """What a formula implies in a piece: itself at the ends of all errors; of enclosures, with the best of them."""
@@ -111,10 +111,12 @@ def _implied(
 
 def _put(formula: Formula, after: Mapping[str, Affine], errors: Mapping[str, Interval], worst: Worst) -> Formula:
     """A formula whose negations stand before actions alone, with forms in place of next values."""
-    return with_comparisons(formula, partial(_compared, after=after, errors=errors, worst=worst))
+    return with_comparisons(formula, partial(_rewrite_comparison, after=after, errors=errors, worst=worst))
 
 
-def _compared(one: Linear, after: Mapping[str, Affine], errors: Mapping[str, Interval], worst: Worst) -> Formula:
+def _rewrite_comparison(
+    one: Linear, after: Mapping[str, Affine], errors: Mapping[str, Interval], worst: Worst
+) -> Formula:
     total = Affine.of({}, -one.bound)
     for weight, name in one.terms:
         if name not in after:

@@ -25,7 +25,7 @@ from verify.claims.formula import normal as pushed
 from verify.systems.curves.claims import CurveOverCell
 from verify.systems.enclosures import Enclosing
 from verify.systems.language.expressions import Expression, names
-from verify.systems.pieces import enclosed
+from verify.systems.pieces import enclose_expression
 from verify.systems.system import Affine, Box, Interval, Variable
 
 MAX_CELLS = 4_096
@@ -49,7 +49,7 @@ def without_curves(
     if prod(counts) > MAX_CELLS:
         raise InputError(f"{prod(counts):,} cells, of at most {MAX_CELLS:,}", where, "cut ranges into fewer parts")
     stated = pushed(formula)
-    found: dict[tuple[str, tuple[Interval, ...]], CurveOverCell] = {}
+    by_cell: dict[tuple[str, tuple[Interval, ...]], CurveOverCell] = {}
     both: tuple[list[Formula], list[Formula]] = ([], [])
     for sides in product(*(_parts(ranges[name], count) for name, count in zip(named, counts, strict=True))):
         cell = dict(zip(named, sides, strict=True))
@@ -58,14 +58,14 @@ def without_curves(
         for name, expression in curves.items():
             own = {each: cell[each] for each in named if each in names(expression)}
             key = name, tuple(own.values())
-            if key not in found:
-                found[key] = CurveOverCell(expression, own, *enclosed(expression, over, where))
-            known[name] = found[key]
+            if key not in by_cell:
+                by_cell[key] = CurveOverCell(expression, own, *enclose_expression(expression, over, where))
+            known[name] = by_cell[key]
         box = {**ranges, **cell}
         for parts, stronger in zip(both, (True, False), strict=True):
-            held = with_comparisons(stated, partial(_compared, known=known, stronger=stronger, box=box))
+            held = with_comparisons(stated, partial(_rewrite_comparison, known=known, stronger=stronger, box=box))
             parts.append(disjunction(beyond(cell), held))
-    return conjunction(*both[0]), conjunction(*both[1]), tuple(found.values())
+    return conjunction(*both[0]), conjunction(*both[1]), tuple(by_cell.values())
 
 
 def _parts(bounds: Interval, count: int) -> list[Interval]:
@@ -98,7 +98,7 @@ def with_comparisons(formula: Formula, change: Callable[[Linear], Formula]) -> F
             return formula
 
 
-def _compared(atom: Linear, known: Mapping[str, CurveOverCell], stronger: bool, box: Box) -> Formula:
+def _rewrite_comparison(atom: Linear, known: Mapping[str, CurveOverCell], stronger: bool, box: Box) -> Formula:
     """A comparison in a cell; true or false where the ranges of its variables say so."""
     total, off = Affine.of({}, -atom.bound), Fraction(0)
     for weight, name in atom.terms:

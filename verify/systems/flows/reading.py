@@ -22,10 +22,10 @@ from verify.systems.language.expressions import Call, Expression, Name, Number, 
 from verify.systems.language.expressions import names as names_in
 from verify.systems.language.mode_values import mode_of
 from verify.systems.language.parsing import Choice, Names, fitting
-from verify.systems.motion import MAX_RULES, merged, regions_of, setting_modes
+from verify.systems.motion import MAX_RULES, merge_tables, regions_of, setting_modes
 from verify.systems.statement import Agent
 from verify.systems.system import Feature, Flow, FlowCase, Interval, Variable
-from verify.systems.values import ADVICE, as_list, as_table, error_of, flat, only, table, text, typed
+from verify.systems.values import ADVICE, as_list, as_table, as_typed, error_of, flat, only, table, text
 from verify.toml_places import Place
 
 MOVES = ("flow", "next", "let", "error")  # what pieces may state
@@ -66,7 +66,7 @@ def flow_of(given: Mapping[str, object], around: Around, where: Place) -> tuple[
     cases = tuple(_cases(given, reader, where))
     first = cases[0]
     alone = not first.where and not first.when and len(cases) == 1
-    held, of = _held(around.agents, where), () if alone else cases
+    held, of = _hold_inputs(around.agents, where), () if alone else cases
     samples = sampling.jitter, late.seen, late.kept
     return Flow(sampling.length, first.rates, held, first.error, first.jumps, *samples, of), late
 
@@ -85,7 +85,7 @@ def _cases(given: Mapping[str, object], reader: _FlowReader, where: Place) -> It
     shared = {key: value for key, value in given.items() if key in MOVES}
     for index, (stated, own) in enumerate(zip(tables, reader.regions(tables, where), strict=True)):
         place = where / "piece" / index
-        yield from reader.cases(merged(shared, stated, place), own, place)
+        yield from reader.cases(merge_tables(shared, stated, place), own, place)
 
 
 class _FlowReader:
@@ -109,7 +109,7 @@ class _FlowReader:
         """What a table says of the states in some regions."""
         choices: dict[str, Choice] = {}
         called: dict[str, str] = {}
-        known = Names(self._names.known, self._meant(given, choices, called, where), self._names.modes)
+        known = Names(self._names.known, self._read_lets(given, choices, called, where), self._names.modes)
         stated = flat(table(given, "flow", where), where / "flow")
         _ensure_variables(stated, self._units, where / "flow")
         second = unit_of("s", where)
@@ -135,7 +135,7 @@ class _FlowReader:
             for box, when in regions:
                 yield FlowCase(box, when, rates | self._still, errors, jumped, chosen.words)
 
-    def _meant(
+    def _read_lets(
         self, given: Mapping[str, object], choices: dict[str, Choice], called: dict[str, str], where: Place
     ) -> dict[str, Typed[Expression]]:
         """Names that stand for parts of expressions."""
@@ -147,7 +147,7 @@ class _FlowReader:
             if name in self._names.known or name in meant:
                 raise InputError(f"'{name}' is named twice", where / "let", "give each a name of its own")
             named = Names(self._names.known, meant, self._names.modes, choices)
-            meant[name] = typed(value, named, where / "let" / name)
+            meant[name] = as_typed(value, named, where / "let" / name)
             call(called, choices, name)
         return meant
 
@@ -155,7 +155,7 @@ class _FlowReader:
         if name in self._modes:
             actions = {agent.name: tuple(agent.actions) for agent in self._agents}
             return mode_of(text(value, where), name, names, actions, where)
-        return fitting(typed(value, names, where), self._units[name], where)
+        return fitting(as_typed(value, names, where), self._units[name], where)
 
 
 def _ensure_variables(given: Mapping[str, object], units: Mapping[str, Unit], where: Place) -> None:
@@ -173,9 +173,9 @@ def _rate(stated: Mapping[str, object], name: str, unit: Unit, names: Names, whe
 
 def _smooth(value: object, unit: Unit, names: Names, where: Place) -> Expression:
     """An expression of a unit that has derivatives of all orders."""
-    found = fitting(typed(value, names, where), unit, where)
-    _ensure_smooth(found, where)
-    return found
+    expression = fitting(as_typed(value, names, where), unit, where)
+    _ensure_smooth(expression, where)
+    return expression
 
 
 def _ensure_smooth(expression: Expression, where: Place) -> None:
@@ -192,16 +192,16 @@ def _errors(given: Mapping[str, object], units: Mapping[str, Unit], names: Names
     """By how much a derivative may be off at any time: a number e for [-e, e], or an interval."""
     stated = flat(table(given, "error", where), where / "error")
     _ensure_variables(stated, units, where / "error")
-    found: dict[str, Interval] = {}
+    errors: dict[str, Interval] = {}
     for name, value in stated.items():
         place = where / "error" / name
-        found[name] = error_of(value, times(units[name], unit_of("s", place), -1), names, place)
-    return {name: bounds for name, bounds in found.items() if bounds != (0, 0)}
+        errors[name] = error_of(value, times(units[name], unit_of("s", place), -1), names, place)
+    return {name: bounds for name, bounds in errors.items() if bounds != (0, 0)}
 
 
-def _held(agents: Sequence[Agent], where: Place) -> dict[tuple[str, str], Mapping[str, Fraction]]:
+def _hold_inputs(agents: Sequence[Agent], where: Place) -> dict[tuple[str, str], Mapping[str, Fraction]]:
     """What each action of each agent holds its inputs at for a period."""
-    found: dict[tuple[str, str], Mapping[str, Fraction]] = {}
+    held: dict[tuple[str, str], Mapping[str, Fraction]] = {}
     for agent in agents:
         for action, settings in agent.actions.items():
             values: dict[str, Fraction] = {}
@@ -211,5 +211,5 @@ def _held(agents: Sequence[Agent], where: Place) -> dict[tuple[str, str], Mappin
                     what = f"action {action} of {agent.name} sets {name} to what is no number"
                     raise InputError(what, where, f"an action of a flow holds numbers: {ADVICE}")
                 values[name] = form.constant
-            found[agent.name, action] = values
-    return found
+            held[agent.name, action] = values
+    return held

@@ -15,7 +15,7 @@ from verify.language.units import Unit, unit_of
 from verify.systems.language.expressions import Expression, Name
 from verify.systems.language.parsing import Names
 from verify.systems.system import Affine, Feature, HalfSpace, Interval, Polytope, Variable
-from verify.systems.values import as_list, count, error_of, measured, only
+from verify.systems.values import as_constant, as_list, count, error_of, only
 from verify.toml_places import Place
 
 KEYS = ("length", "jitter", "delay")
@@ -50,7 +50,7 @@ def sampling_of(given: object, names: Names, where: Place) -> Sampling:
 
 
 def _length(given: object, second: Unit, names: Names, where: Place) -> Fraction:
-    length = measured(given, second, names, where)
+    length = as_constant(given, second, names, where)
     if length <= 0:
         raise InputError(f"the period {length} is not above 0", where, ADVICE)
     return length

@@ -22,7 +22,7 @@ import numpy as np
 from codegen.errors import InputError
 from codegen.floats import FLOAT32, FLOAT64, neighbour
 from codegen.ir import CONSTANT, MAX_LENGTH, NO_FEATURE, ROOT, ActionSpec, AgentPolicy, FeatureSpec, Sum, Tree, outputs
-from codegen.sums import DOUBLE_SUMS, computed
+from codegen.sums import DOUBLE_SUMS, choose_numbers
 from verify.systems.language.expressions import Expression, Number, of_affine
 from verify.systems.system import Affine, Feature, Interval, Measure
 
@@ -91,12 +91,12 @@ class Errors:
         tree = policy.tree
         self._seen, self._added = (
             HALVES[policy.numbers],
-            HALVES[computed(tree.arithmetic) if tree.arithmetic else FLOAT64],
+            HALVES[choose_numbers(tree.arithmetic) if tree.arithmetic else FLOAT64],
         )
         self._exact_products, self._gives = tree.arithmetic == DOUBLE_SUMS, HALVES[tree.gives]
         self._sizes = sizes
 
-    def seen(self, place: int) -> Fraction:
+    def bound_feature(self, place: int) -> Fraction:
         """Of a feature that is observed."""
         size = self._sizes[place]
         if size is not None and size > LARGEST:
@@ -111,7 +111,7 @@ class Errors:
             if place == CONSTANT:
                 size, off = factor, Fraction(0)
             else:
-                off = factor * self.seen(place)
+                off = factor * self.bound_feature(place)
                 size = factor * (self._sizes[place] or 1) + off
                 if not self._exact_products and factor != 1:
                     rounding = _rounding(self._added, size)
@@ -124,7 +124,7 @@ class Errors:
             raise InputError("a sum may be too large to bound its roundings", "", ADVICE)
         return error
 
-    def given(self, largest: Fraction) -> Fraction:
+    def bound_output(self, largest: Fraction) -> Fraction:
         """Of the last rounding of a number."""
         return _rounding(self._gives, largest)
 
@@ -248,7 +248,7 @@ class _Reading:
         known = [place for place, each in enumerate(self._features.values()) if each == Feature(form)]
         if known:
             return known[0]
-        name = self._named(f"sum_{len(self._added) + 1}")
+        name = self._pick_name(f"sum_{len(self._added) + 1}")
         self._added[name] = self._features[name] = Feature(form)
         return len(self._features) - 1
 
@@ -259,9 +259,9 @@ class _Reading:
             self._features.setdefault(name, stated)
             return list(self._features).index(name)
         if stated.measure is not Measure.VALUE:
-            raise self._refused(place, "is rounded to float32 after it is clipped")
+            raise self._refuse_feature(place, "is rounded to float32 after it is clipped")
         return self._feature(
-            self._with(stated.form, f"feature_{place + 1}", Sum(((1.0, place),)), self._errors.seen(place))
+            self._with(stated.form, f"feature_{place + 1}", Sum(((1.0, place),)), self._errors.bound_feature(place))
         )
 
     def _sum(self, place: int) -> int:
@@ -284,32 +284,32 @@ class _Reading:
 
     def _last(self, output: int, form: Affine, low: Fraction, high: Fraction) -> Affine:
         """The form after the last rounding of an output."""
-        if self._tree.gives == computed(self._tree.arithmetic):
+        if self._tree.gives == choose_numbers(self._tree.arithmetic):
             return form
         spec = self.real.outputs[output]
         ends = [low if spec.low is None else Fraction(spec.low), high if spec.high is None else Fraction(spec.high)]
         variable = f"{self.real.agent}.{ROUNDING}given_{output + 1}"
         sums = tuple(vector[output] for vector in self._tree.vectors)
-        bound = _short(self._errors.given(max(map(abs, ends))))
+        bound = _short(self._errors.bound_output(max(map(abs, ends))))
         return form.plus(self._roundings.setdefault(variable, Rounded(variable, bound, sums, output, given=True)).form)
 
     def _form(self, each: Sum) -> Affine:
         """The exact value of a sum."""
-        found = Affine()
+        form = Affine()
         for weight, place in each.terms:
             if place == CONSTANT:
-                found = found.plus(Affine((), Fraction(weight)))
+                form = form.plus(Affine((), Fraction(weight)))
                 continue
             if self._stated[place].measure is not Measure.VALUE:
-                raise self._refused(place, f"is {self._stated[place].measure.value}(..), and stands in a sum")
-            found = found.plus(self._stated[place].form, Fraction(weight))
-        return found
+                raise self._refuse_feature(place, f"is {self._stated[place].measure.value}(..), and stands in a sum")
+            form = form.plus(self._stated[place].form, Fraction(weight))
+        return form
 
-    def _refused(self, place: int, what: str) -> InputError:
+    def _refuse_feature(self, place: int, what: str) -> InputError:
         where = f"{self.real.agent}: feature {self.real.features[place].name}"
         return InputError(f"the feature {what}", where, "sums are proved of affine features only")
 
-    def _named(self, name: str) -> str:
+    def _pick_name(self, name: str) -> str:
         while name in self._taken:
             name += "_"
         return name

@@ -21,7 +21,7 @@ from verify.toml_places import Place
 GIVEN = re.compile(r"\bout\(\s*([A-Za-z][A-Za-z0-9_]*)\s*\)\s*\.\s*([A-Za-z_][A-Za-z0-9_]*)")
 
 
-def named_inputs(text: str) -> str:
+def name_inputs(text: str) -> str:
     """The text with `out(AGENT).OUTPUT` as `AGENT.OUTPUT`, of the same length, so that places in it stay."""
     return GIVEN.sub(lambda found: f"{found[1]}.{found[2]}".ljust(len(found[0])), text)
 
@@ -29,7 +29,7 @@ def named_inputs(text: str) -> str:
 def of_actions(formula: Formula, statement: Statement, acting: Mapping[str, AgentPolicy], where: Place) -> Formula:
     """The formula without inputs. InputError for an input that some action sets to what is not affine."""
     if isinstance(formula, Linear):
-        return _compared(formula, statement, acting, where)
+        return _rewrite_comparison(formula, statement, acting, where)
     if isinstance(formula, And):
         return conjunction(*(of_actions(part, statement, acting, where) for part in formula.parts))
     if isinstance(formula, Or):
@@ -37,7 +37,9 @@ def of_actions(formula: Formula, statement: Statement, acting: Mapping[str, Agen
     return Not(of_actions(formula.part, statement, acting, where)) if isinstance(formula, Not) else formula
 
 
-def _compared(formula: Linear, statement: Statement, acting: Mapping[str, AgentPolicy], where: Place) -> Formula:
+def _rewrite_comparison(
+    formula: Linear, statement: Statement, acting: Mapping[str, AgentPolicy], where: Place
+) -> Formula:
     """One comparison: whatever the action is, the comparison of what it sets."""
     agent = next((each for _, name in formula.terms for each in statement.agents if name in each.inputs), None)
     if agent is None:

@@ -14,10 +14,10 @@ import numpy as np
 
 from codegen.errors import InputError
 from codegen.ir import CONSTANT, AgentPolicy, PolicyProfile, Sum, apply
-from codegen.sums import clipped
+from codegen.sums import clip_values
 from verify.systems.files import statement_of
 from verify.systems.given.agents import Acting, Rounded, acting
-from verify.systems.observing import observed
+from verify.systems.observing import observe_state
 from verify.systems.statement import Statement
 from verify.systems.system import Feature, State, System
 
@@ -54,7 +54,7 @@ def with_copies(statement: Statement, profile: PolicyProfile) -> PolicyProfile:
     return replace(profile, agents=(*profile.agents, *copies)) if copies else profile
 
 
-def made(statement: Statement) -> list[str]:
+def list_roundings(statement: Statement) -> list[str]:
     """The variables that roundings are."""
     return [each.variable for one in statement.acting.values() for each in one.roundings]
 
@@ -63,34 +63,34 @@ def with_roundings(statement: Statement, state: State) -> dict[str, Fraction]:
     """A state with the roundings that the real agents make there, exactly, if it lies in the ranges; its other
     variables are kept.
     """
-    found = dict(state)
-    added = set(made(statement))
+    extended = dict(state)
+    added = set(list_roundings(statement))
     if any(
         not one.range[0] <= state[one.name] <= one.range[1]
         for one in statement.system.variables
         if one.name not in added
     ):
-        return found
+        return extended
     for each in statement.acting.values():
-        found |= _roundings(statement.system, each, state)
-    return found
+        extended |= _roundings(statement.system, each, state)
+    return extended
 
 
 def _roundings(system: System, acting: Acting, state: State) -> dict[str, Fraction]:
     real = acting.real
-    row = observed(system, real, state)
+    row = observe_state(system, real, state)
     vector = int(real.tree.action[apply(real.tree, row)[0]]) if real.outputs else 0
-    found: dict[str, Fraction] = {}
+    roundings: dict[str, Fraction] = {}
     for each in acting.roundings:
         chosen = each.sums[0 if each.output is None else vector]
         if each.output is not None and all(place == CONSTANT for _, place in chosen.terms):
-            found[each.variable] = each.bound
+            roundings[each.variable] = each.bound
             continue
         exact = _exact(real, chosen, system.features[real.agent], state)
         rounding = _rounding(real, each, chosen, row, exact)
         assert abs(rounding) <= each.bound, f"{each.variable}: {rounding} beyond {each.bound}"
-        found[each.variable] = each.bound + rounding
-    return found
+        roundings[each.variable] = each.bound + rounding
+    return roundings
 
 
 def _rounding(real: AgentPolicy, rounded: Rounded, chosen: Sum, row: np.ndarray, exact: Fraction) -> Fraction:
@@ -102,7 +102,7 @@ def _rounding(real: AgentPolicy, rounded: Rounded, chosen: Sum, row: np.ndarray,
         return Fraction(float(value[0])) - exact
     assert rounded.output is not None
     spec = real.outputs[rounded.output]
-    cut = clipped(value, spec.low, spec.high)
+    cut = clip_values(value, spec.low, spec.high)
     return Fraction(float(cut.astype(real.tree.gives)[0])) - Fraction(float(cut[0]))
 
 

@@ -45,13 +45,13 @@ def errors_of(table: Mapping[str, object], features: Mapping[str, object], where
     if is_table(given):
         stated = as_table(given, place)
         only(stated, features, place, "feature")
-        found = {name: number(value, place / name) for name, value in stated.items()}
+        errors = {name: number(value, place / name) for name, value in stated.items()}
     else:
-        found = dict.fromkeys(features, number(given, place))
-    for name, most in found.items():
+        errors = dict.fromkeys(features, number(given, place))
+    for name, most in errors.items():
         if most < 0:
             raise InputError(f"the error of {name} is below 0", place, "write the largest absolute value")
-    return found
+    return errors
 
 
 def robust_of(table: Mapping[str, object], statement: Statement, where: Place) -> Robust:

@@ -11,7 +11,7 @@ from math import prod
 from typing import NamedTuple
 
 from codegen.errors import InputError
-from verify.systems.language.expressions import Expression, names, replaced
+from verify.systems.language.expressions import Expression, names, substitute
 from verify.systems.language.parsing import Choice, Option
 from verify.toml_places import Place
 
@@ -36,30 +36,30 @@ def ways(
     stated: Mapping[str, Expression], choices: Mapping[str, Choice], called: Mapping[str, str], where: Place
 ) -> Iterator[ChosenMotion]:
     """The next values for each way to choose. InputError for too many."""
-    used = _used(stated.values(), choices)
+    used = _find_used(stated.values(), choices)
     count = prod(len(choices[name]) for name in used)
     if count > MAX_WAYS:
         raise InputError(f"{count:,} ways to choose, of at most {MAX_WAYS}", where, "choose between fewer values")
     for options in product(*(choices[name] for name in used)):
         taken = dict(zip(used, options, strict=True))
         words = {called[name]: option.written for name, option in taken.items()}
-        yield ChosenMotion({name: _settled(each, taken) for name, each in stated.items()}, words)
+        yield ChosenMotion({name: _replace_choices(each, taken) for name, each in stated.items()}, words)
 
 
-def _used(stated: Iterable[Expression], choices: Mapping[str, Choice]) -> list[str]:
+def _find_used(stated: Iterable[Expression], choices: Mapping[str, Choice]) -> list[str]:
     """The choices that expressions hold, those within others included, in the order in which they were read."""
-    found: set[str] = set()
+    used: set[str] = set()
     pending = [name for each in stated for name in names(each) if name in choices]
     while pending:
         name = pending.pop()
-        if name not in found:
-            found.add(name)
+        if name not in used:
+            used.add(name)
             pending += [other for option in choices[name] for other in names(option.value) if other in choices]
-    return [name for name in choices if name in found]
+    return [name for name in choices if name in used]
 
 
-def _settled(expression: Expression, taken: Mapping[str, Option]) -> Expression:
+def _replace_choices(expression: Expression, taken: Mapping[str, Option]) -> Expression:
     """The expression with what is taken in place of choices."""
     while names(expression) & taken.keys():
-        expression = replaced(expression, {name: option.value for name, option in taken.items()})
+        expression = substitute(expression, {name: option.value for name, option in taken.items()})
     return expression

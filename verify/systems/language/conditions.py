@@ -23,23 +23,23 @@ def polytopes(source: Source, node: Node, less: Compare) -> list[Polytope]:
     """Polytopes of which a state lies in one just where the condition of a tree holds."""
     match node:
         case Joined(_, Level.OR, first, rest):
-            found = [each for part in (first, *(other for _, other in rest)) for each in polytopes(source, part, less)]
+            union = [each for part in (first, *(other for _, other in rest)) for each in polytopes(source, part, less)]
         case Joined(_, Level.AND, first, rest):
-            found = _every([polytopes(source, part, less) for part in (first, *(other for _, other in rest))])
+            union = _every([polytopes(source, part, less) for part in (first, *(other for _, other in rest))])
         case Prefixed(_, signs, inside) if "not" in signs:
-            found = polytopes(source, inside, less)
-            found = outside(found) if len(signs) % 2 else found
+            union = polytopes(source, inside, less)
+            union = outside(union) if len(signs) % 2 else union
         case Joined(_, Level.RELATION, first, rest):
             sides = [first, *(other for _, other in rest)]
             signs = [sign for sign, _ in rest]
-            found = _every(
-                [_compared(source, less(*each), each[1]) for each in zip(sides, signs, sides[1:], strict=False)]
+            union = _every(
+                [_compare_to_zero(source, less(*each), each[1]) for each in zip(sides, signs, sides[1:], strict=False)]
             )
         case _:
             raise source.wrong("not a condition", node.token.place, HOW)
-    if len(found) > MAX_POLYTOPES:
+    if len(union) > MAX_POLYTOPES:
         raise source.wrong("too many alternatives", node.token.place, "split the case")
-    return found
+    return union
 
 
 def outside(regions: Sequence[Polytope]) -> list[Polytope]:
@@ -48,19 +48,19 @@ def outside(regions: Sequence[Polytope]) -> list[Polytope]:
 
 
 def _every(parts: Sequence[Sequence[Polytope]]) -> list[Polytope]:
-    found: list[Polytope] = [()]
+    union: list[Polytope] = [()]
     for part in parts:
-        found = [(*one, *other) for one, other in product(found, part)]
-        if len(found) > MAX_POLYTOPES:
-            return found
-    return found
+        union = [(*one, *other) for one, other in product(union, part)]
+        if len(union) > MAX_POLYTOPES:
+            return union
+    return union
 
 
 def _opposite(half: HalfSpace) -> HalfSpace:
     return HalfSpace(Affine().plus(half.form, MINUS), not half.strict)
 
 
-def _compared(source: Source, less: Affine, sign: Token) -> list[Polytope]:
+def _compare_to_zero(source: Source, less: Affine, sign: Token) -> list[Polytope]:
     """`less` compared with 0."""
     more = Affine().plus(less, MINUS)
     match sign.text:

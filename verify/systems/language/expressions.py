@@ -141,13 +141,13 @@ def terms(expression: Expression) -> Iterator[Expression]:
 
 def total(expressions: list[Expression]) -> Expression:
     """Their sum; 0 of none."""
-    found: Expression | None = None
+    added: Expression | None = None
     for each in expressions:
-        found = each if found is None else Sum(found, each)
-    return found or Number(ZERO)
+        added = each if added is None else Sum(added, each)
+    return added or Number(ZERO)
 
 
-def replaced(expression: Expression, values: Mapping[str, Expression]) -> Expression:
+def substitute(expression: Expression, values: Mapping[str, Expression]) -> Expression:
     """The expression with others in place of names."""
     match expression:
         case Name(name):
@@ -155,15 +155,15 @@ def replaced(expression: Expression, values: Mapping[str, Expression]) -> Expres
         case Number() | Pi():
             return expression
         case Sum(left, right):
-            return Sum(replaced(left, values), replaced(right, values))
+            return Sum(substitute(left, values), substitute(right, values))
         case Product(left, right):
-            return Product(replaced(left, values), replaced(right, values))
+            return Product(substitute(left, values), substitute(right, values))
         case Quotient(left, right):
-            return Quotient(replaced(left, values), replaced(right, values))
+            return Quotient(substitute(left, values), substitute(right, values))
         case Power(base, exponent):
-            return Power(replaced(base, values), exponent)
+            return Power(substitute(base, values), exponent)
         case Call(function, argument, bounds):
-            return Call(function, replaced(argument, values), bounds)
+            return Call(function, substitute(argument, values), bounds)
 
 
 @lru_cache(maxsize=1 << 12)  # rules by cases repeat the same few

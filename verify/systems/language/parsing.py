@@ -14,9 +14,9 @@ from typing import NamedTuple, TypeVar
 from codegen.errors import InputError
 from verify.language.arithmetic import Arithmetic, Typed
 from verify.language.lexer import NEXT, PRIME, Source, Token
-from verify.language.modes import BY_EQUALITY, Modes, is_compared, resolved
+from verify.language.modes import BY_EQUALITY, Modes, is_compared, resolve_modes
 from verify.language.parser import BARS, CallNode, Joined, Level, Limits, NameNode, Node, parse
-from verify.language.units import DEGREE, PURE, Unit, times, written
+from verify.language.units import DEGREE, PURE, Unit, format_unit, times
 from verify.systems.language.conditions import polytopes
 from verify.systems.language.expressions import (
     Call,
@@ -81,22 +81,22 @@ class Names:
 
 def expression_of(text: str, names: Names, where: Place | str) -> Typed[Expression]:
     """The expression that a text states. InputError with `where`, and the text with the first fault marked."""
-    return read_with(text, names, where, lambda reader, tree: reader.typed(tree))
+    return read_with(text, names, where, lambda reader, tree: reader.evaluate_node(tree))
 
 
 def curve_of(source: Source, node: Node, names: Names) -> tuple[Typed[Expression], Token | None]:
     """The expression that a part of a formula states, and the first number in it that has a unit."""
     reader = _Expressions(source, names)
-    found = reader.typed(node)
+    expression = reader.evaluate_node(node)
     if reader.misfits:
         raise reader.misfits[0]
-    return found, reader.measured
+    return expression, reader.measured
 
 
 def fitting(typed: Typed[Expression], unit: Unit, where: Place | str) -> Expression:
     """The expression, whose unit must be this one. InputError otherwise."""
     if typed.unit not in (None, unit):
-        what = f"the unit is {written(typed.unit or PURE)}, and {written(unit)} is needed"
+        what = f"the unit is {format_unit(typed.unit or PURE)}, and {format_unit(unit)} is needed"
         raise InputError(f"units do not fit: {what}", where, "give numbers their unit, as in 0.1[s]*v")
     return typed.value
 
@@ -108,14 +108,14 @@ def feature_of(text: str, functions: Collection[str], names: Names, where: Place
 
     def read(reader: "_Expressions", tree: Node) -> tuple[str, Expression]:
         if isinstance(tree, CallNode) and tree.token.text in functions and len(tree.arguments) == 1:
-            return tree.token.text, reader.typed(tree.arguments[0]).value
+            return tree.token.text, reader.evaluate_node(tree.arguments[0]).value
         match tree:
             case Joined(_, Level.RELATION, left, ((sign, right),)) if sign.text == "==":
                 return EQUALS, reader.less(left, right).value
             case NameNode(token) if token.text in names.modes:  # its number
                 return "", Name(token.text)
             case _:
-                return "", reader.typed(tree).value
+                return "", reader.evaluate_node(tree).value
 
     return read_with(text, names, where, read)
 
@@ -146,10 +146,10 @@ def arguments(text: str) -> list[str]:
 def read_with(text: str, names: Names, where: Place | str, read: "Callable[[_Expressions, Node], Read]") -> Read:
     """What a function reads of a text, given its reader and its tree. InputError with the place of the first fault."""
 
-    def told(offset: int) -> str:
+    def locate(offset: int) -> str:
         return where.of_offset(text, offset) if isinstance(where, Place) else f"{where}, column {offset + 1}"
 
-    source = Source(text, told)
+    source = Source(text, locate)
     if not text.isascii() or not text.isprintable():
         what = "an expression is one line of ASCII characters"
         raise InputError(what, where, "split it, and write spaces for tabs and ends of lines")
@@ -157,10 +157,10 @@ def read_with(text: str, names: Names, where: Place | str, read: "Callable[[_Exp
         if letter in SPECIAL:
             raise source.wrong(f"cannot read {letter!r}", place, NEXT if letter == PRIME else HOW)
     reader = _Expressions(source, names)
-    found = read(reader, resolved(source, parse(source, LIMITS), names.modes))
+    reading = read(reader, resolve_modes(source, parse(source, LIMITS), names.modes))
     if reader.misfits:
         raise reader.misfits[0]
-    return found
+    return reading
 
 
 class _Expressions(Arithmetic[Expression]):
@@ -176,7 +176,7 @@ class _Expressions(Arithmetic[Expression]):
     def negative(self, value: Expression, sign: Token) -> Expression:
         return Number(-value.value) if isinstance(value, Number) else self._small(Product(MINUS, value), sign)
 
-    def joined(self, left: Expression, sign: Token, right: Expression) -> Expression:
+    def combine(self, left: Expression, sign: Token, right: Expression) -> Expression:
         if sign.text == "/" and right == Number(Fraction(0)):
             raise self.source.wrong("division by zero", sign.place)
         join = {"+": Sum, "*": Product, "/": Quotient}[sign.text]
@@ -185,7 +185,7 @@ class _Expressions(Arithmetic[Expression]):
     def power(self, base: Expression, sign: Token, exponent: int) -> Expression:
         return self._small(Power(base, exponent), sign)
 
-    def named(self, name: Token) -> Typed[Expression]:
+    def resolve_name(self, name: Token) -> Typed[Expression]:
         if name.text in self._names.modes and not is_compared(name):
             raise self.source.wrong(f"{name.text} is a mode, and no number", name.place, BY_EQUALITY)
         if name.text in self._names.meant:
@@ -196,7 +196,7 @@ class _Expressions(Arithmetic[Expression]):
             raise self.source.unknown("name", name, (*self._names.known, *self._names.meant))
         return Typed(Name(name.text), self._names.known[name.text])
 
-    def called(self, call: CallNode) -> Typed[Expression]:
+    def resolve_call(self, call: CallNode) -> Typed[Expression]:
         function = call.token
         if function.text == CHOICE:
             return self._choice(call)
@@ -204,15 +204,15 @@ class _Expressions(Arithmetic[Expression]):
             return self._extreme(call)
         if function.text not in FUNCTIONS:
             raise self.source.unknown("function", function, (*FUNCTIONS, *EXTREMES))
-        given = [self.typed(each) for each in call.arguments]
+        given = [self.evaluate_node(each) for each in call.arguments]
         if len(given) != FUNCTIONS[function.text]:
             how = "clip(SUM, LOW, HIGH)" if function.text == "clip" else f"{function.text}(SUM)"
             raise self.source.wrong(f"{function.text} has other arguments", function.place, f"write {how}")
         if function.text == "clip":
-            return self._clipped(function, given)
-        return self._curved(function, given[0])
+            return self._apply_clip(function, given)
+        return self._apply_function(function, given[0])
 
-    def _curved(self, function: Token, given: Typed[Expression]) -> Typed[Expression]:
+    def _apply_function(self, function: Token, given: Typed[Expression]) -> Typed[Expression]:
         """A function of one number, with its unit."""
         inner, unit = given
         if function.text == "sqrt":
@@ -222,11 +222,11 @@ class _Expressions(Arithmetic[Expression]):
         if unit not in (None, PURE):
             advice = "give it radians, or degrees" if function.text in WAVES else "give it a pure number"
             raise self.source.wrong(
-                f"units do not fit: {function.text} of {written(unit or PURE)}", function.place, advice
+                f"units do not fit: {function.text} of {format_unit(unit or PURE)}", function.place, advice
             )
         return Typed(self._small(Call(function.text, inner), function), PURE)
 
-    def _clipped(self, function: Token, given: list[Typed[Expression]]) -> Typed[Expression]:
+    def _apply_clip(self, function: Token, given: list[Typed[Expression]]) -> Typed[Expression]:
         ends = [affine(each.value) for each in given[1:]]
         low, high = (None if end is None or end.terms else end.constant for end in ends)
         if low is None or high is None or low > high:
@@ -238,17 +238,17 @@ class _Expressions(Arithmetic[Expression]):
 
     def _extreme(self, call: CallNode) -> Typed[Expression]:
         """abs, max and min: what a value is above 0 is its clip to the numbers from 0 to the largest."""
-        function, given = call.token, [self.typed(each) for each in call.arguments]
+        function, given = call.token, [self.evaluate_node(each) for each in call.arguments]
         single = function.text in ("abs", BARS)
         if single != (len(given) == 1):
             how = "write abs(SUM)" if single else f"write {function.text}(SUM, SUM)"
             raise self.source.wrong(f"{function.text} has other arguments", function.place, how)
-        found = given[0]
+        extreme = given[0]
         if single:
-            return Typed(self._distance(found.value, function), found.unit)
+            return Typed(self._distance(extreme.value, function), extreme.unit)
         for other in given[1:]:
-            found = Typed(self._larger(found.value, other.value, function), self.same(found, other, function))
-        return found
+            extreme = Typed(self._larger(extreme.value, other.value, function), self.same(extreme, other, function))
+        return extreme
 
     def _distance(self, inner: Expression, function: Token) -> Expression:
         """What a value is above 0, less what it is below."""
@@ -280,7 +280,7 @@ class _Expressions(Arithmetic[Expression]):
             raise self.source.wrong("nothing is chosen here", place, "choices stand in the rules of [dynamics]")
         if not 2 <= len(call.arguments) <= MAX_CHOICE:
             raise self.source.wrong(f"a choice has 2 to {MAX_CHOICE} values", place, "write choice(-1, 1)")
-        first, *others = given = [self.typed(each) for each in call.arguments]
+        first, *others = given = [self.evaluate_node(each) for each in call.arguments]
         unit = first.unit
         for other in others:
             unit = self.same(Typed(first.value, unit), other, call.token)
@@ -294,31 +294,31 @@ class _Expressions(Arithmetic[Expression]):
 
         def less(left: Node, sign: Token, right: Node) -> Affine:
             del sign
-            found = affine(self.less(left, right).value)
-            if found is None:
+            form = affine(self.less(left, right).value)
+            if form is None:
                 raise self.source.wrong("not an affine form", left.token.place, LINES)
-            return found
+            return form
 
         return polytopes(self.source, tree, less)
 
-    def refused(self, node: Node) -> InputError:
+    def refuse_node(self, node: Node) -> InputError:
         return self.source.wrong("not an expression", node.token.place, HOW)
 
     def half_spaces(self, tree: Node) -> list[HalfSpace]:
         """The half spaces of a comparison."""
         if not isinstance(tree, Joined) or tree.level is not Level.RELATION:
             raise self.source.wrong("not a comparison", tree.token.place, SIGNS)
-        found: list[HalfSpace] = []
+        halves: list[HalfSpace] = []
         left = tree.first
         for sign, right in tree.rest:
             less = affine(self.less(left, right).value)
             if less is None:
                 raise self.source.wrong("not an affine form", left.token.place, LINES)
-            found += self._compared(less, sign)
+            halves += self._compare_to_zero(less, sign)
             left = right
-        return found
+        return halves
 
-    def _compared(self, less: Affine, sign: Token) -> list[HalfSpace]:
+    def _compare_to_zero(self, less: Affine, sign: Token) -> list[HalfSpace]:
         """`less` compared with 0."""
         more = Affine().plus(less, Fraction(-1))
         match sign.text:

@@ -18,7 +18,7 @@ from codegen.importers.c.kinds import (
     Many,
     Record,
     literal,
-    rounded,
+    round_number,
     size_of,
 )
 
@@ -68,11 +68,11 @@ def test_what_is_not_understood_or_not_finite_is_none(text):
 
 
 def test_exact_numbers_are_rounded_once_to_the_nearest_even():
-    assert rounded(Fraction(1, 10), FLOAT) == np.float32(0.1) and rounded(Fraction(1, 10), DOUBLE) == 0.1
-    assert rounded(2**24 + 1, FLOAT) == 2**24 and rounded(2**24 + 3, FLOAT) == 2**24 + 4
+    assert round_number(Fraction(1, 10), FLOAT) == np.float32(0.1) and round_number(Fraction(1, 10), DOUBLE) == 0.1
+    assert round_number(2**24 + 1, FLOAT) == 2**24 and round_number(2**24 + 3, FLOAT) == 2**24 + 4
     largest = 2**128 - 2**104
-    assert rounded(largest + 2**103 - 1, FLOAT) == np.float32(largest)  # below the middle of it and 2**128
-    assert np.isposinf(rounded(largest + 2**103, FLOAT)) and np.isneginf(rounded(-(10**400), DOUBLE))
+    assert round_number(largest + 2**103 - 1, FLOAT) == np.float32(largest)  # below the middle of it and 2**128
+    assert np.isposinf(round_number(largest + 2**103, FLOAT)) and np.isneginf(round_number(-(10**400), DOUBLE))
 
 
 def test_structs_are_as_large_as_compilers_align_them():

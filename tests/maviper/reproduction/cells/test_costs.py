@@ -6,7 +6,7 @@ import pytest
 
 from maviper.reproduction.cells import costs
 from maviper.reproduction.cells.cell import EXTRACTION, Cell, Source, Task
-from maviper.reproduction.cells.plan import Asked, planned
+from maviper.reproduction.cells.plan import Asked, plan_cells
 
 TABLE = {
     "extraction physical-deception maviper paper histogram": {"2": 2.0, "4": 4.0, "6": 10.0},
@@ -18,7 +18,7 @@ TABLE = {
 
 @pytest.fixture
 def table(monkeypatch):
-    monkeypatch.setattr(costs, "measured", lambda: TABLE)
+    monkeypatch.setattr(costs, "load_costs", lambda: TABLE)
 
 
 def cost(game="physical-deception", algorithm="maviper", depth=4, splits="histogram", kind=EXTRACTION, effort=None):
@@ -51,7 +51,7 @@ def test_networks_that_respond_are_counted():
 
 @pytest.mark.parametrize("tier", ["quick", "default", "full"])
 def test_every_cell_of_a_tier_is_like_one_that_was_measured(tier):
-    tasks = planned(Asked(tier, seeds=1), "").tasks
+    tasks = plan_cells(Asked(tier, seeds=1), "").tasks
     assert all(costs.estimate(task) != costs.UNKNOWN for task in tasks)
     responding = [task for task in tasks if task.effort]
     trained = [replace(task, effort={"steps": 0, "refinement": 0}) for task in responding]

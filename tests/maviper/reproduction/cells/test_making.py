@@ -41,7 +41,7 @@ def test_everybody_meets_everybody_and_each_line_up_is_played_once(data, monkeyp
     played = []
     real = measures.values
     monkeypatch.setattr(measures, "values", lambda *given: played.append(given) or real(*given))
-    made = making.made(replace(TASK, of={"maviper": "a", "iviper": "b"}), {"maviper": data, "iviper": data})
+    made = making.make_cell(replace(TASK, of={"maviper": "a", "iviper": "b"}), {"maviper": data, "iviper": data})
     players = ("maviper", "iviper", "expert")
     named = {f"{team}:{a}-vs-{b}" for team in ("adversaries", "defenders") for a, b in product(players, players)}
     found = means(made)
@@ -53,7 +53,7 @@ def test_everybody_meets_everybody_and_each_line_up_is_played_once(data, monkeyp
 
 
 def test_a_team_of_trees_meets_the_opponents_that_the_line_up_names(data, profile):
-    found = means(making.made(replace(TASK, of={"maviper": "a"}), {"maviper": data}))
+    found = means(making.make_cell(replace(TASK, of={"maviper": "a"}), {"maviper": data}))
     expert, world = find_expert(GAME)
     ours = tree_policies(profile.agents)
     lineup = [expert, ours, ours]  # one adversary, two defenders
@@ -64,7 +64,7 @@ def test_a_team_of_trees_meets_the_opponents_that_the_line_up_names(data, profil
 
 def test_a_budget_of_leaves_plays_the_trees_that_are_there(data, profile):
     cell = replace(CELL, kind=EXTRACTION, algorithm="maviper", leaves=16)
-    made = making.made(replace(TASK, cell=cell, of={"maviper": "a"}), {"maviper": data})
+    made = making.make_cell(replace(TASK, cell=cell, of={"maviper": "a"}), {"maviper": data})
     assert made.files["profile.json"] == data and len(rows(made)) == (2 * 3 + 3 * 3 + 6) * 200
     told = json.loads(made.files["facts.json"])
     assert told["curve"] == [] and set(told["trees"]) == {policy.agent for policy in profile.agents}

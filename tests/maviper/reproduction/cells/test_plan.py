@@ -11,14 +11,14 @@ from maviper.experts import store
 from maviper.reproduction.cells import costs
 from maviper.reproduction.cells import plan as plans
 from maviper.reproduction.cells.cell import CROSSPLAY, EXPERT, EXPLOITABILITY, EXTRACTION
-from maviper.reproduction.cells.plan import Asked, experts_of, planned, shard
+from maviper.reproduction.cells.plan import Asked, experts_of, plan_cells, shard
 from maviper.reproduction.cells.store import Store
-from maviper.reproduction.run import said
+from maviper.reproduction.run import say_plan
 from maviper.worlds import find
 
 
 def cells(**asked):
-    return [task.cell for task in planned(Asked(**asked).checked(), "").tasks]
+    return [task.cell for task in plan_cells(Asked(**asked).validate(), "").tasks]
 
 
 def test_quick_is_one_seed_of_deception_with_every_algorithm():
@@ -63,7 +63,7 @@ def test_full_adds_the_ladder_released_leaf_budgets_and_further_experts():
 
 
 def test_a_budget_of_leaves_is_a_depth_that_is_extracted_once():
-    tasks = planned(Asked("full", seeds=1, games=("physical-deception",)), "").tasks
+    tasks = plan_cells(Asked("full", seeds=1, games=("physical-deception",)), "").tasks
     known = {task.id: task.cell for task in tasks}
     budgets = [task for task in tasks if task.cell.leaves and task.cell.algorithm != "rgmdt" and task.of]
     assert {(task.cell.leaves, task.cell.depth) for task in budgets} == {(4, 2), (8, 3), (16, 4), (32, 5)}
@@ -73,7 +73,7 @@ def test_a_budget_of_leaves_is_a_depth_that_is_extracted_once():
 
 
 def test_cells_of_several_profiles_need_the_extractions_of_its_own_seed():
-    tasks = planned(Asked(games=("physical-deception",), seeds=2), "").tasks
+    tasks = plan_cells(Asked(games=("physical-deception",), seeds=2), "").tasks
     known = {task.id: task.cell for task in tasks}
     for task in tasks:
         assert (task.cell.kind in (CROSSPLAY, EXPLOITABILITY)) == bool(task.of)
@@ -84,12 +84,12 @@ def test_cells_of_several_profiles_need_the_extractions_of_its_own_seed():
 def test_missing_experts_are_told_with_the_command_that_trains_one(monkeypatch):
     kept = {name: file for name, file in store.SHIPPED.items() if name != "predator-prey@maddpg"}
     monkeypatch.setattr(store, "SHIPPED", kept)
-    plan = planned(Asked(experts=("maddpg",), seeds=1), "")
+    plan = plan_cells(Asked(experts=("maddpg",), seeds=1), "")
     assert {task.cell.game for task in plan.tasks} == {"physical-deception", "cooperative-navigation"}
     told = dict(plan.left_out)
     assert "maviper train predator-prey --algorithm maddpg" in told["maddpg for predator-prey"]
     with pytest.raises(InputError, match="no expert"):
-        planned(Asked(experts=("maddpg",), games=("predator-prey",)), "")
+        plan_cells(Asked(experts=("maddpg",), games=("predator-prey",)), "")
 
 
 def test_families_are_other_cells():
@@ -100,7 +100,7 @@ def test_an_expert_in_a_file_travels_as_bytes_and_is_the_shipped_one(tmp_path):
     file = Path(store.__file__).parent / "shipped" / "physical_deception.2.safetensors"
     mine = tmp_path / "mine.safetensors"
     mine.write_bytes(file.read_bytes())
-    shipped, own = (planned(Asked("quick", (text,)), "").tasks for text in ("mappo", f"label={mine}"))
+    shipped, own = (plan_cells(Asked("quick", (text,)), "").tasks for text in ("mappo", f"label={mine}"))
     assert [task.id for task in own] == [task.id for task in shipped]
     assert {task.cell.expert for task in own} == {"label"}
     mine.unlink()
@@ -120,7 +120,7 @@ def test_experts_of_one_name_are_told_apart_and_one_without_a_card_says_so(tmp_p
 
 
 def test_a_family_is_every_shipped_expert_of_its_kind():
-    plan = planned(Asked(experts=("maddpg",), seeds=1), "")
+    plan = plan_cells(Asked(experts=("maddpg",), seeds=1), "")
     assert {(c.game, c.expert) for c in (task.cell for task in plan.tasks)} == {(g, "maddpg") for g in plans.GAMES}
     assert all("torch" in reason for _, reason in plan.left_out)  # nothing else is ever left out
 
@@ -131,9 +131,9 @@ def test_experts_of_a_family_may_be_named_one_by_one(tmp_path):
     run.mkdir()
     (run / "expert.safetensors").write_bytes((shipped / "cooperative_navigation.0.safetensors").read_bytes())
     texts = ("physical-deception@maddpg", "predator-prey@maddpg", f"maddpg={run}")
-    tasks = planned(Asked(experts=texts, seeds=1), "").tasks
+    tasks = plan_cells(Asked(experts=texts, seeds=1), "").tasks
     assert {(task.cell.game, task.cell.expert) for task in tasks} == {(game, "maddpg") for game in plans.GAMES}
-    twice = planned(Asked(experts=("maddpg", *texts[:2]), seeds=1), "").tasks
+    twice = plan_cells(Asked(experts=("maddpg", *texts[:2]), seeds=1), "").tasks
     assert {task.cell.expert for task in twice} == {"maddpg"}
 
 
@@ -147,12 +147,12 @@ def test_experts_of_a_family_may_be_named_one_by_one(tmp_path):
 )
 def test_unknown_names_are_suggested(asked, said):
     with pytest.raises(UnknownNameError, match=said):
-        Asked(**asked).checked()
+        Asked(**asked).validate()
 
 
 def test_an_expert_of_another_game_is_refused():
     with pytest.raises(InputError, match="none of the paper's games"):
-        planned(Asked(experts=("coordination",)), "")
+        plan_cells(Asked(experts=("coordination",)), "")
 
 
 def test_every_cell_is_called_otherwise():
@@ -162,7 +162,7 @@ def test_every_cell_is_called_otherwise():
 
 @pytest.mark.parametrize("of", [1, 2, 7])
 def test_shards_divide_the_cells_and_wait_for_nobody(of):
-    plan = planned(Asked(seeds=3), "")
+    plan = plan_cells(Asked(seeds=3), "")
     parts = [shard(plan, number, of) for number in range(1, of + 1)]
     assert Counter(task.id for part in parts for task in part.tasks) == Counter(task.id for task in plan.tasks)
     for part in parts:
@@ -175,12 +175,12 @@ def test_every_game_of_the_plan_is_a_world():
 
 
 def test_cells_like_none_that_was_measured_are_counted_in_the_plan(tmp_path, monkeypatch):
-    plan, store_ = planned(Asked("quick"), ""), Store(tmp_path)
-    monkeypatch.setattr(costs, "measured", lambda: {"expert physical-deception": {"0": 1.0}})
-    assert "11 cells were not measured" in "\n".join(said(plan, store_))
+    plan, store_ = plan_cells(Asked("quick"), ""), Store(tmp_path)
+    monkeypatch.setattr(costs, "load_costs", lambda: {"expert physical-deception": {"0": 1.0}})
+    assert "11 cells were not measured" in "\n".join(say_plan(plan, store_))
     like = "extraction physical-deception maviper-no-prediction paper histogram"
-    monkeypatch.setattr(costs, "measured", lambda: {like: {"4": 1.0}})
-    assert [task.cell.algorithm for task in plan.tasks if not costs.guessed(task.cell)] == ["maviper-no-prediction"]
+    monkeypatch.setattr(costs, "load_costs", lambda: {like: {"4": 1.0}})
+    assert [task.cell.algorithm for task in plan.tasks if not costs.is_guessed(task.cell)] == ["maviper-no-prediction"]
 
 
 def test_an_expert_of_a_world_with_options_is_one_name():

@@ -9,7 +9,7 @@ import time
 import pytest
 
 from maviper.reproduction.cells import store as stores
-from maviper.reproduction.cells.plan import Asked, planned
+from maviper.reproduction.cells.plan import Asked, plan_cells
 from maviper.reproduction.cells.store import Store
 from tests.maviper.reproduction.small import cheap
 
@@ -29,11 +29,11 @@ def test_one_of_two_has_the_claim_until_it_gives_it_back(tmp_path):
 
 
 def test_a_finished_cell_is_claimed_by_nobody(tmp_path):
-    task = planned(Asked("quick"), "").tasks[0]
+    task = plan_cells(Asked("quick"), "").tasks[0]
     with Store(tmp_path) as store:
         assert store.claim(task.id)
         store.write(cheap()(task, {}))
-        assert store.done(task.id) and not store.claim(task.id) and not store.held
+        assert store.is_done(task.id) and not store.claim(task.id) and not store.held
     assert not list(tmp_path.rglob("claim-*"))
 
 

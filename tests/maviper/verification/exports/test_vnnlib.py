@@ -21,7 +21,7 @@ from verify.claims.uncertified.own import OwnFormula
 from verify.claims.uncertified.starts import everywhere
 from verify.question import Question
 from verify.semantics import REAL
-from verify.states.real import measured
+from verify.states.real import measure_feature
 from verify.states.state import State, inside, sample, violates
 from verify.subjects import Game
 
@@ -31,7 +31,7 @@ def values(question, state):
     exact = state.exactly(question.profile)
     at = {("W", (place,)): value for place, value in enumerate(exact.values())}
     for number_, policy in enumerate(question.team):
-        seen = [measured(feature.meaning, exact, Fraction(0)) for feature in policy.features]
+        seen = [measure_feature(feature.meaning, exact, Fraction(0)) for feature in policy.features]
         at |= {(f"X_{number_}", (0, place)): Fraction(value) for place, value in enumerate(seen)}
         node = ir.ROOT
         while (feature := policy.tree.feature[node]) != ir.NO_FEATURE:

@@ -121,7 +121,7 @@ def test_a_forged_proof_about_episodes_is_refused(arrived, tmp_path, capsys):
 
 
 def test_a_proof_without_a_certificate_says_so(arrived, tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr("verify.episodes.certificates.made.__defaults__", (100,))
+    monkeypatch.setattr("verify.episodes.certificates.build_certificate.__defaults__", (100,))
     arguments = ["verify", str(arrived / "profile.json"), "--property", "reaches", "-o", str(tmp_path)]
     assert main.run(arguments) == 0
     assert not list(tmp_path.glob("certificate*"))

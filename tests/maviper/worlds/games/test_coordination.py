@@ -11,7 +11,7 @@ from codegen.policy_json import loads
 from maviper.cli import main
 from maviper.episodes.play import play
 from maviper.experts.finding import find_expert
-from maviper.experts.scripted import scripted
+from maviper.experts.scripted import build_script
 from maviper.extraction.growth.weights import iviper_weights, maviper_weights
 from maviper.worlds import find, parallel_env
 from maviper.worlds.matching import matching_places, matching_world
@@ -137,11 +137,11 @@ def test_measures():
 def test_the_script_takes_its_own_reading_for_what_is_hidden():
     """Without noise it is always right; with it, exactly as often as its reading demands the same."""
     world = find("coordination,kinds=1")
-    found = play(world, [scripted(world)] * 3, world.start_from_seeds(range(500)))
+    found = play(world, [build_script(world)] * 3, world.start_from_seeds(range(500)))
     assert (found.values == 1).all()
     world = find("coordination,noise=20,agents=2")
     state = world.start_from_seeds(range(100))
-    script = scripted(world)
+    script = build_script(world)
     acted = script.act([1, 0], world.observe(state), state)
     for row in range(100):
         for column, agent in enumerate((1, 0)):

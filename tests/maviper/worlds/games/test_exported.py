@@ -15,7 +15,7 @@ from pettingzoo import ParallelEnv
 
 from codegen.errors import InputError, UnknownNameError
 from maviper import manual
-from maviper.worlds import built_in, find, parallel_env
+from maviper.worlds import find, find_built_in, parallel_env
 from maviper.worlds.checking import Mark, check
 from maviper.worlds.games.exported import WorldEnv
 from maviper.worlds.games.physical_deception import PhysicalDeception
@@ -85,7 +85,7 @@ def test_an_episode_is_that_of_the_batched_simulator_bit_for_bit(name):
 
 
 def test_it_is_the_reference_environment_to_whoever_plays_it():
-    ours, theirs = parallel_env("physical-deception"), built_in("physical-deception").reference_env()
+    ours, theirs = parallel_env("physical-deception"), find_built_in("physical-deception").reference_env()
     rng = np.random.default_rng(1)
     seen, wanted = ours.reset(seed=3), theirs.reset(seed=3)
     assert ours.possible_agents == theirs.possible_agents and seen[1] == wanted[1]

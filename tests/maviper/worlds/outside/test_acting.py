@@ -49,7 +49,7 @@ def test_agents_may_give_as_many_numbers_as_they_like():
     seeds = range(world.games)
     (played,) = rollout(world, [Policies([still(1), still(2)])] * 2, seeds)
     assert played.actions.shape[2:] == (2, 2) and not played.actions.any()
-    (chance,) = rollout(world, [Uniform(world).started(seeds)] * 2, seeds)
+    (chance,) = rollout(world, [Uniform(world).start_episodes(seeds)] * 2, seeds)
     drawn = chance.actions.reshape(-1, 2, 2)
     assert (drawn[:, 0, 1] == 0).all() and (drawn[:, 1] <= [1, 3]).all() and (drawn[:, 1] >= [-1, 0]).all()
     assert drawn[:, 1, 1].max() > 2 and drawn[:, 0, 0].min() < -0.5

@@ -33,7 +33,7 @@ def returned(seed, acted, first):
 
 def test_measured_q_is_what_gymnasium_pays():
     world, controller = find("gymnasium:CartPole-v1"), Policies([lean])
-    expert = Measured.suited(world, controller)
+    expert = Measured.for_world(world, controller)
     clumsy = Policies([lambda seen: np.ones(len(seen), int)])
     (episodes,) = rollout(world, [clumsy], [5, 6, 7])
     observations, state = points(episodes)
@@ -59,4 +59,4 @@ def test_what_cannot_be_copied_is_refused():
 def test_a_simulator_in_c_is_refused():
     pytest.importorskip("Box2D")
     with pytest.raises(InputError, match="cannot be copied"):
-        Measured.suited(find("gymnasium:LunarLander-v3"), Policies([lean]))
+        Measured.for_world(find("gymnasium:LunarLander-v3"), Policies([lean]))

@@ -24,14 +24,14 @@ from maviper.extraction.algorithms import extract
 from maviper.extraction.released import released
 from maviper.extraction.selection import refine
 from maviper.extraction.settings import EPISODES_PER_SEED, Settings
-from maviper.worlds import built_in, find
+from maviper.worlds import find, find_built_in
 from maviper.worlds.checking import Mark, check, usable
 from maviper.worlds.matching import matching_world, not_ours
 from maviper.worlds.outside.flattening import legal_names
 from maviper.worlds.outside.making import import_maker
 from maviper.worlds.outside.pettingzoo import DEFAULT_STEPS, PettingZooWorld
 from maviper.worlds.outside.playing import EnvStates
-from maviper.worlds.outside.sources import named_by_user, parse_source
+from maviper.worlds.outside.sources import is_named_by_user, parse_source
 from maviper.worlds.seeds import TRAINING, fold_seed
 from maviper.worlds.world import world_name
 
@@ -68,7 +68,7 @@ def played(world, state, actions):
 
 
 def test_deception_is_our_own_world_bit_for_bit_in_processes_of_its_own():
-    ours, theirs = built_in("physical-deception"), world_of("adversary", games=2)
+    ours, theirs = find_built_in("physical-deception"), world_of("adversary", games=2)
     assert theirs.agents == ours.agents and theirs.spec.episode_steps == ours.spec.episode_steps
     rng = np.random.default_rng(0)
     for _ in range(3):
@@ -89,7 +89,7 @@ def test_deception_is_our_own_world_bit_for_bit_in_processes_of_its_own():
 
 
 def test_spread_is_our_own_world_with_options():
-    ours, theirs = built_in("cooperative-navigation,agents=2"), world_of("spread,N=2")
+    ours, theirs = find_built_in("cooperative-navigation,agents=2"), world_of("spread,N=2")
     assert theirs.name == "tests.support.environments:spread,N=2" and theirs.spec.options == {"N": 2}
     actions = np.random.default_rng(1).integers(5, size=(25, 1, 2))
     for seed in SEEDS:
@@ -139,7 +139,7 @@ def test_only_the_newest_state_can_be_stepped():
     actions = np.zeros((1, 2), int)
     newest = world.step(start, actions)
     foreign = other.start_from_seeds([1])
-    for old in (start, newest[:], EnvStates.joined([newest]), foreign):
+    for old in (start, newest[:], EnvStates.concatenate([newest]), foreign):
         with pytest.raises(RuntimeError, match="newest"):
             world.step(old, actions)
     world.close()
@@ -153,7 +153,7 @@ def test_only_the_newest_state_can_be_stepped():
 def test_states_are_joined_and_taken_apart():
     world = world_of("early")
     states = [world.start_from_seeds([seed]) for seed in range(3)]
-    joined = type(states[0]).joined(states)
+    joined = type(states[0]).concatenate(states)
     assert len(joined) == 3
     for seen, wanted in zip(world.observe(joined[1:]), zip(*map(world.observe, states[1:]), strict=True), strict=True):
         assert np.array_equal(seen, np.concatenate(wanted))
@@ -205,7 +205,7 @@ def test_seeds_of_different_purposes_stay_apart():
 
 def test_trainings_draw_from_seeds_of_their_own(here, monkeypatch):
     world, asked = world_of("early"), []
-    monkeypatch.setattr(world, "_entered", lambda verb, seeds: asked.extend(seeds))
+    monkeypatch.setattr(world, "_ask_copies", lambda verb, seeds: asked.extend(seeds))
     for each in range(1_000):
         world.start(1, np.random.default_rng(each))
     assert TRAINING[0] <= min(asked) and max(asked) < TRAINING[1] and len(set(asked)) > 990
@@ -523,7 +523,7 @@ def test_a_data_file_never_causes_an_import(extracted, tmp_path, monkeypatch):
     named = replace(extracted, world=replace(extracted.world, name="hostile_module", reference="hostile_module:make"))
     for options in ({}, {"x": "hostile_module:make"}, {"hostile_module:make": 1}):
         sneaky = replace(named, world=replace(named.world, options=options))
-        assert not named_by_user(world_name(sneaky.world))
+        assert not is_named_by_user(world_name(sneaky.world))
         assert matching_world(sneaky) is None
         compile.compile_profile(sneaky, ["json"])
     document = json.loads(policy_json.dumps(extracted))
@@ -532,5 +532,5 @@ def test_a_data_file_never_causes_an_import(extracted, tmp_path, monkeypatch):
     with pytest.raises(ProfileError, match="not a valid policy profile"):
         policy_json.loads(json.dumps(document))
     with pytest.raises(UnknownNameError):
-        built_in("hostile_module:make")
+        find_built_in("hostile_module:make")
     assert "hostile_module" not in sys.modules

@@ -48,8 +48,10 @@ def test_rows_are_single_states(text):
         assert holding.tolist() == [one.holds(each) for each in singles]
         at = np.flatnonzero(holding)
         held += len(at)
-        moved = columns.moved({name: each[at] for name, each in state.items()}, {agent.name: [taken[k] for k in at]})
-        expected = [one.moved(singles[row], {agent.name: taken[row]}) for row in at.tolist()]
+        moved = columns.move_states(
+            {name: each[at] for name, each in state.items()}, {agent.name: [taken[k] for k in at]}
+        )
+        expected = [one.move_state(singles[row], {agent.name: taken[row]}) for row in at.tolist()]
         assert {name: each.tolist() for name, each in moved.items()} == {
             name: [each[name] for each in expected] for name in moved
         }

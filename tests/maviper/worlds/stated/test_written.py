@@ -5,7 +5,7 @@ from fractions import Fraction as F
 import pytest
 
 from maviper.verification.ask import VerifyOptions
-from maviper.verification.run import verified_system
+from maviper.verification.run import verify_world
 from maviper.worlds.stated.written import episodes
 from tests.support.system_cases import policy, team
 from verify.result import Verdict
@@ -45,7 +45,7 @@ GOES = team(policy("a", ["f"], ["go"], 0))
 )
 def test_verdicts_are_of_the_rules_and_the_stated_errors(tmp_path, old, new, verdict):
     (tmp_path / "sine.toml").write_text(SINE.replace(old, new) if old else SINE)
-    (result,) = verified_system(GOES, VerifyOptions(world=tmp_path / "sine.toml")).results
+    (result,) = verify_world(GOES, VerifyOptions(world=tmp_path / "sine.toml")).results
     assert result.verdict is verdict
     assert (result.reason == ENCLOSED) == (verdict is Verdict.UNKNOWN)
     if verdict is Verdict.VIOLATED:
@@ -62,6 +62,6 @@ def test_starts_that_are_no_float64_stay_as_they_are(tmp_path):
     """A start of a tenth is the only one there is; the nearest float64 lies above it."""
     text = SINE.replace("[0, 1] }", '["1/10", "1/10"] }').replace("0.85", "0.09")
     (tmp_path / "sine.toml").write_text(text)
-    (result,) = verified_system(GOES, VerifyOptions(world=tmp_path / "sine.toml")).results
+    (result,) = verify_world(GOES, VerifyOptions(world=tmp_path / "sine.toml")).results
     assert result.verdict is Verdict.VIOLATED and result.counterexample.start == {"x": F(1, 10)}
     assert abs(result.counterexample.states[-1]["x"] - F("0.0998334166")) < F(1, 10**9)

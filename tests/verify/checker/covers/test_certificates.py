@@ -14,7 +14,7 @@ from tests.support.exact_play import refuted, start
 from tests.support.system_cases import box, double_integrator, stays, switching
 from verify.certificates.proofs import encode_numbers
 from verify.certificates.systems import to_json
-from verify.checker.covers.certificates import CoverCertificate, accepted, accepted_together, from_json
+from verify.checker.covers.certificates import CoverCertificate, check_certificate, check_together, from_json
 from verify.checker.envelope import body_hash
 from verify.checker.reading import RejectedError
 from verify.systems import documents
@@ -40,7 +40,7 @@ def proved():
 
 def test_the_text(proved):
     found, profile, system = proved
-    assert accepted(found, profile, system) > 20
+    assert check_certificate(found, profile, system) > 20
     text = to_json(found)
     assert from_json(text) == found and to_json(from_json(text)) == text
     assert "maviper-system-certificate-2" in text and len(text) < 2_000
@@ -49,12 +49,12 @@ def test_the_text(proved):
 def test_the_text_of_forms(proved):
     found, profile, system = proved
     of_forms = replace(found, widths={}, forms=True, claim=replace(found.claim, regions=(box(x=(F(-2), F(2))),)))
-    assert accepted(of_forms, profile, system) > 20
+    assert check_certificate(of_forms, profile, system) > 20
     text = to_json(of_forms)
     assert from_json(text) == of_forms and json.loads(text)["sets"] == "forms"
     assert "sets" not in json.loads(to_json(found))
     with pytest.raises(RejectedError, match="cells"):
-        accepted(replace(of_forms, widths=found.widths), profile, system)
+        check_certificate(replace(of_forms, widths=found.widths), profile, system)
 
 
 def edited(text, change, whole=True):
@@ -96,10 +96,10 @@ def test_what_is_refused(proved):
         {"claim": SystemClaim(Pattern.AVOIDS, (box(x=(F(1, 4), F(1, 2))),), 20)},
     ):  # fmt: skip
         with pytest.raises(RejectedError):
-            accepted(replace(found, **change), profile, system)
+            check_certificate(replace(found, **change), profile, system)
     for change in ({"widths": {"y": F(1)}}, {"inhabitant": {"x": F(0)}}, {"profile": "0" * 64}, {"system": "0" * 64}):
         with pytest.raises(InputError):
-            accepted(replace(found, **change), profile, system)
+            check_certificate(replace(found, **change), profile, system)
 
 
 def test_one_sweep_shows_several_claims(proved):
@@ -109,17 +109,17 @@ def test_one_sweep_shows_several_claims(proved):
     avoiding = replace(found, claim=SystemClaim(Pattern.AVOIDS, (box(x=(F(3), F(4))),), 12))
     late = replace(found, claim=SystemClaim(Pattern.REACHES_AND_STAYS, (box(x=(F(-1), F(1))),), 20, 19))
     true = [found, shorter, avoiding, late]
-    assert accepted_together(true, profile, system) == [accepted(each, profile, system) for each in true]
+    assert check_together(true, profile, system) == [check_certificate(each, profile, system) for each in true]
     false = replace(found, claim=stays(system, 20, x=(F(-1, 2), F(1, 4))))
     for place in range(len(true) + 1):
         with pytest.raises(RejectedError):
-            accepted_together([*true[:place], false, *true[place:]], profile, system)
+            check_together([*true[:place], false, *true[place:]], profile, system)
     once = replace(found, claim=SystemClaim(Pattern.REACHES, (box(x=(F(-1), F(1))),), 20))
     for other in (once, replace(found, widths={}), replace(found, cuts=b"\1\0\0")):
         with pytest.raises(ValueError, match=r"sweep|swept"):
-            accepted_together([found, other], profile, system)
+            check_together([found, other], profile, system)
     with pytest.raises(InputError):
-        accepted_together([found, replace(shorter, claim=stays(system, 7, y=(F(0), F(1))))], profile, system)
+        check_together([found, replace(shorter, claim=stays(system, 7, y=(F(0), F(1))))], profile, system)
 
 
 def forged(seeds, each):
@@ -136,7 +136,7 @@ def forged(seeds, each):
             found = certificate(profile, system, claim, state, recipe(random, system))
             for forgery in (found, replace(found, widths={}, forms=True)):
                 with pytest.raises(RejectedError):
-                    accepted(forgery, profile, system)
+                    check_certificate(forgery, profile, system)
             tried += 2
     return tried
 

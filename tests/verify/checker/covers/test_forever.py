@@ -19,7 +19,7 @@ from verify.certificates.proofs import encode_numbers
 from verify.certificates.systems import to_json
 from verify.checker.covers import forever, invariants
 from verify.checker.covers.certificates import CoverCertificate, from_json
-from verify.checker.covers.forever import InvariantPart, accepted
+from verify.checker.covers.forever import InvariantPart, check_certificate
 from verify.checker.covers.invariants import InvariantSweep
 from verify.checker.envelope import body_hash
 from verify.checker.reading import RejectedError
@@ -42,7 +42,7 @@ def proved():
 def test_new_worlds_for_ever(proved):
     found, profile, system = proved
     assert [list(part.widths) for part in found.parts] == [["x", "vx"], ["y", "vy"]]
-    assert accepted(found, profile, system) < 2_000
+    assert check_certificate(found, profile, system) < 2_000
     assert answered(thermostat(), always(warm=(F(14), F(25)))).verdict is Verdict.PROVED
 
 
@@ -98,7 +98,7 @@ def attacked(seeds, each=4):
         state = next((found for found in (start(random, system) for _ in range(20)) if found), None)
         if state is None:
             continue
-        parts = next(InvariantSearch(profile, system, claim, 4_000).found(), None)
+        parts = next(InvariantSearch(profile, system, claim, 4_000).iterate_invariants(), None)
         lists = [(forged(random, system, claim),) for _ in range(each)] + ([parts] if parts else [])
         taken = any_taken((system, profile), claim, state, lists)
         broken = refuted(random, (system, profile, claim), 40 if taken else 12)
@@ -126,10 +126,10 @@ def test_other_forms_show_nothing_for_ever(proved):
     about = found.profile, found.system, found.claim, found.inhabitant
     for other in (CoverCertificate(*about, {}, b"\0"), SystemCertificate(*about, ())):
         with pytest.raises(RejectedError, match="all steps"):
-            other.accepted(profile, system)
+            other.check(profile, system)
     steps = replace(found.claim, pattern=Pattern.STAYS_IN)
     with pytest.raises(RejectedError, match="all steps"):
-        accepted(replace(found, claim=steps), profile, system)
+        check_certificate(replace(found, claim=steps), profile, system)
 
 
 def test_what_is_refused(proved):
@@ -142,11 +142,11 @@ def test_what_is_refused(proved):
         (one, other._replace(cells=encode_numbers([2**63, 1, 0, 1, 0]))), (one, other._replace(cells=b"\0\0\0\0\0")),
     ):  # fmt: skip
         with pytest.raises(RejectedError):
-            accepted(replace(found, parts=parts), profile, system)
+            check_certificate(replace(found, parts=parts), profile, system)
     with pytest.raises(RejectedError, match="depends on vy"):
         InvariantSweep(profile, system, found.claim, {"y": 1.0})
     with pytest.raises(InputError):
-        accepted(replace(found, parts=(one._replace(widths={"q": F(1)}),)), profile, system)
+        check_certificate(replace(found, parts=(one._replace(widths={"q": F(1)}),)), profile, system)
 
 
 def test_the_text(proved):
@@ -170,14 +170,14 @@ def test_the_text(proved):
 # --- planted faults
 
 FAULTS = [
-    (invariants.FollowedMotion, "broken", lambda f: lambda self, boxes: boxes.taken(slice(0, 0))),
-    (invariants.FollowedMotion, "moved", lambda f: lambda self, boxes: boxes),
+    (invariants.FollowedMotion, "find_breaking", lambda f: lambda self, boxes: boxes.take(slice(0, 0))),
+    (invariants.FollowedMotion, "move_boxes", lambda f: lambda self, boxes: boxes),
     (invariants.FollowedMotion, "arriving", lambda f: lambda self, *given: iter(())),
     (invariants.InvariantSweep, "in_cells", lambda f: lambda self, boxes: _first(f(self, boxes))),
     (invariants.Known, "holds", lambda f: lambda self, cells: np.ones(len(cells), dtype=np.bool_)),
     (invariants, "_ensure_closed", lambda f: lambda system, followed: None),
     (forever, "ensure_shown", lambda f: lambda claim, parts: None),
-    (invariants, "shown_by", lambda f: lambda claim, followed: frozenset(range(9))),
+    (invariants, "find_shown_halves", lambda f: lambda claim, followed: frozenset(range(9))),
     (forever, "ensure_asked", lambda f: lambda *given, **named: None),
     (invariants.StatedStates, "beyond", lambda f: lambda self, low, high: np.zeros(len(low), dtype=np.bool_)),
 ]
@@ -185,7 +185,7 @@ FAULTS = [
 
 def _first(found):
     boxes, cells = found
-    return boxes.taken(slice(0, 1)), cells[:1]
+    return boxes.take(slice(0, 1)), cells[:1]
 
 
 def wrong(proved):
@@ -214,9 +214,9 @@ def test_lists_of_cells_obey_the_budget(monkeypatch):
     """Lists that end at once count too, and so do the episodes that show how far variables range."""
     system, profile = thermostat()
     tried, played = [], []
-    monkeypatch.setattr(CellSearch, "_closed_list", lambda self, *of: tried.append(of) or no_list())
-    reached = Sweep.reached
-    monkeypatch.setattr(Sweep, "reached", lambda self, *ends: played.append(len(ends[0])) or reached(self, *ends))
+    monkeypatch.setattr(CellSearch, "_close_cells", lambda self, *of: tried.append(of) or no_list())
+    own = Sweep.estimate_ranges
+    monkeypatch.setattr(Sweep, "estimate_ranges", lambda self, *ends: played.append(len(ends[0])) or own(self, *ends))
     for most, lists in ((1_000, 2), (60_000, 18)):
         tried.clear()
         assert CellSearch(profile, system, always(warm=(F(0), F(40))), most).part(["warm"]) is None

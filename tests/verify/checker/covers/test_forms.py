@@ -141,31 +141,31 @@ def narrower(found):
 
 
 FAULTS = [
-    (sweep.FormSweep, "_asked", lambda f: lambda self, listed, number, step: listed),
+    (sweep.FormSweep, "_ask_claim", lambda f: lambda self, listed, number, step: listed),
     (sweep.FormSweep, "_leave", lambda f: lambda *given: None),
     (sweep.StatedStates, "beyond", lambda f: lambda self, low, high: np.zeros(len(low), dtype=np.bool_)),
     (sweep, "of_boxes", after(narrower)),
     (cuts.FormTree, "_below", lambda f: lambda self, listed, node: _first(f(self, listed, node))),
     (cuts, "end_of", lambda f: lambda bound, strict: f(bound + F(1, 8), strict)),
     (cuts, "opposite", lambda f: lambda inequality: inequality),
-    (cuts.FormRegion, "within", lambda f: lambda self, listed: listed.taken(slice(0, 0))),
-    (cuts.FormRegion, "outside", lambda f: lambda self, listed: listed.taken(slice(0, 0))),
+    (cuts.FormRegion, "within", lambda f: lambda self, listed: listed.take(slice(0, 0))),
+    (cuts.FormRegion, "outside", lambda f: lambda self, listed: listed.take(slice(0, 0))),
     (moves.FormPieces, "_total", lambda f: lambda self, piece, name, joint: f(self, piece, name, 1)),
-    (moves.FormPieces, "_met", lambda f: lambda *given: _alone(f(*given))),
+    (moves.FormPieces, "_find_pairs", lambda f: lambda *given: _alone(f(*given))),
     (moves.FormPieces, "_room", lambda f: lambda self, joint, pairs, low, high: _only(self, joint, pairs)),
-    (moves.FormPieces, "_cut_and_moved", lambda f: lambda *given: f(*given).taken(slice(0, 0))),
+    (moves.FormPieces, "_cut_and_moved", lambda f: lambda *given: f(*given).take(slice(0, 0))),
     (moves, "_with_error", lambda f: lambda low, high: (0.5 * low + 0.5 * high, 0 * low)),
     (arrays.Moves, "of", after(lambda found: found._replace(columns=found.columns[:, :-1]))),
     (arrays.Moves, "of", after(lambda found: found._replace(middle=found.middle + 0.125))),
     (sweep, "with_fewer_columns", lambda f: lambda listed, most: listed._replace(columns=listed.columns[:, :3])),
-    (cuts, "narrowed", lambda f: lambda listed, of, most: f(listed, of, most - 0.25)),
+    (cuts, "narrow_forms", lambda f: lambda listed, of, most: f(listed, of, most - 0.25)),
     (arrays.Sums, "_reach", property(lambda self: self.rest)),
 ]
 
 
 def _first(found):
     listed, node = found
-    return listed.taken(slice(0, 1)), node[:1]
+    return listed.take(slice(0, 1)), node[:1]
 
 
 def _alone(pairs):
@@ -229,7 +229,7 @@ def test_images_and_cuts_hold_exact_points():
         low, high = moved.bounds()
         of = arrays.sums(some, weights)
         most = float(of.value[0] + random.uniform(-0.9, 0.9) * (of.high - of.value)[0])
-        cut = arrays.narrowed(some, of, most)
+        cut = arrays.narrow_forms(some, of, most)
         cut_low, cut_high = cut.bounds()
         for _ in range(10):
             signs = [F(int(random.integers(-8, 9)), 8) for _ in range(k)]

@@ -18,7 +18,7 @@ from verify.certificates.proofs import encode_numbers
 from verify.certificates.systems import to_json
 from verify.checker.covers import forever, invariants
 from verify.checker.covers.certificates import from_json
-from verify.checker.covers.forever import InvariantCertificate, InvariantPart, InvariantRegion, accepted
+from verify.checker.covers.forever import InvariantCertificate, InvariantPart, InvariantRegion, check_certificate
 from verify.checker.reading import RejectedError
 from verify.reach.forever.lasting import InvariantSearch
 from verify.result import Verdict
@@ -85,19 +85,19 @@ def test_states_in_a_row():
     tall = box(x=(F(-1), F(1)), y=(F(-2), F(2)))
     system, profile = shifting()
     search = InvariantSearch(profile, system, ever(tall), 20_000)
-    assert next(search.found())[0].cells  # those are found as well
+    assert next(search.iterate_invariants())[0].cells  # those are found as well
     made = InvariantPart({}, 2, b"", (InvariantRegion(tall, bytes(1)),))
     claim = ever(tall)
     sealed = InvariantCertificate(
         content_hash(profile), documents.content_hash(system), claim, {"x": 0, "y": 0}, (made,)
     )
-    assert accepted(sealed, profile, system) > 0
+    assert check_certificate(sealed, profile, system) > 0
     with pytest.raises(RejectedError, match="may leave it"):
-        accepted(replace(sealed, parts=(made._replace(steps=1),)), profile, system)
+        check_certificate(replace(sealed, parts=(made._replace(steps=1),)), profile, system)
     wide = replace(system, start=box(x=(-1, 1), y=(-2, 2)))
     sealed = replace(sealed, system=documents.content_hash(wide))
     with pytest.raises(RejectedError, match="at the first steps"):
-        accepted(sealed, profile, wide)
+        check_certificate(sealed, profile, wide)
 
 
 def test_many_coupled_variables_need_a_region():
@@ -130,7 +130,7 @@ def test_a_border_that_is_met_exactly():
     ):  # fmt: skip
         with pytest.raises(RejectedError):
             made = replace(found.certificate, parts=(part._replace(steps=steps, regions=regions),))
-            accepted(made, coasting[1], coasting[0])
+            check_certificate(made, coasting[1], coasting[0])
 
 
 # --- a later step, and what is assumed
@@ -159,7 +159,7 @@ def test_what_is_assumed():
     found = answered(drift, assumed)
     assert found.verdict is Verdict.PROVED and "assuming" in to_json(found.certificate)
     with pytest.raises(RejectedError):
-        accepted(replace(found.certificate, claim=claim), drift[1], drift[0])
+        check_certificate(replace(found.certificate, claim=claim), drift[1], drift[0])
     nobody = replace(claim, assuming=(box(y=(F(5), F(6))),))
     assert answered(drift, nobody, samples=0).verdict is Verdict.VACUOUS
     with pytest.raises(InputError, match="assumes nothing"):
@@ -198,7 +198,7 @@ def attacked(seeds, each=4):
         state = next((found for found in (start(random, system) for _ in range(20)) if found), None)
         if state is None or (assuming and not all(half.holds(state) for half in assuming[0])):
             continue
-        parts = next(InvariantSearch(profile, system, claim, 2_000).found(), None)
+        parts = next(InvariantSearch(profile, system, claim, 2_000).iterate_invariants(), None)
         lists = [
             (InvariantPart({}, int(random.integers(1, 4)), b"", tuple(forged(random, names) for _ in range(count))),)
             for count in random.integers(1, 3, each)
@@ -238,31 +238,31 @@ def test_what_is_refused():
         part._replace(regions=(InvariantRegion(box(x=(-1, 1)), bytes(1)),)), part._replace(joined={"x": F(2) ** 300}),
     ):  # fmt: skip
         with pytest.raises(RejectedError):
-            accepted(replace(found, parts=(other,)), profile, system)
+            check_certificate(replace(found, parts=(other,)), profile, system)
     with pytest.raises(RejectedError, match="depends on y"):
         invariants.RegionSweep(profile, system, found.claim, [box(x=(-1, 1))], 1)
     alone = moving(form(x=F(1, 2)), form(y=1))
     about = content_hash(alone[1]), documents.content_hash(alone[0]), ever(WIDE), {"x": F(0), "y": F(0)}
     with pytest.raises(RejectedError, match="shows some"):
-        accepted(
+        check_certificate(
             InvariantCertificate(*about, (InvariantPart({}, 1, b"", (InvariantRegion(box(x=(-1, 1)), bytes(1)),)),)),
             *alone[::-1],
         )
     with pytest.raises(InputError):
-        accepted(replace(found, parts=(part._replace(joined={"q": F(1)}),)), profile, system)
+        check_certificate(replace(found, parts=(part._replace(joined={"q": F(1)}),)), profile, system)
 
 
 # --- planted faults
 
 FAULTS = [
-    (invariants.RegionSweep, "left", lambda f: lambda self, boxes: np.zeros(0, dtype=np.int64)),
-    (invariants.FollowedMotion, "broken", lambda f: lambda self, boxes: boxes.taken(slice(0, 0))),
+    (invariants.RegionSweep, "find_open_parts", lambda f: lambda self, boxes: np.zeros(0, dtype=np.int64)),
+    (invariants.FollowedMotion, "find_breaking", lambda f: lambda self, boxes: boxes.taken(slice(0, 0))),
     (invariants.FollowedMotion, "arriving", lambda f: lambda self, *given: iter(())),
-    (invariants.FollowedMotion, "unstated", lambda f: lambda self, boxes: np.zeros(boxes.size, dtype=np.bool_)),
+    (invariants.FollowedMotion, "is_unstated", lambda f: lambda self, boxes: np.zeros(boxes.size, dtype=np.bool_)),
     (invariants, "outside_of", lambda f: lambda regions, boxes: boxes.taken(slice(0, 0))),
     (invariants, "_ensure_closed", lambda f: lambda system, followed: None),
     (forever, "ensure_shown", lambda f: lambda claim, parts: None),
-    (invariants.FollowedMotion, "spoken_of", lambda f: lambda self, boxes: f(self, boxes.taken(slice(0, 1)))),
+    (invariants.FollowedMotion, "restrict_boxes", lambda f: lambda self, boxes: f(self, boxes.taken(slice(0, 1)))),
 ]
 
 
@@ -286,7 +286,7 @@ def test_unstated():
     made = InvariantPart({}, 1, b"", (InvariantRegion(BOX, bytes(1)),))
     about = content_hash(profile), documents.content_hash(narrow), ever(WIDE), {"x": F(0), "y": F(0)}
     with pytest.raises(RejectedError):
-        accepted(InvariantCertificate(*about, (made,)), profile, narrow)
+        check_certificate(InvariantCertificate(*about, (made,)), profile, narrow)
 
 
 @pytest.mark.parametrize("number", range(len(FAULTS)))

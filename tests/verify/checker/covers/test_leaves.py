@@ -71,7 +71,7 @@ def lost(random, count, chosen):
     """States of boxes that are in no box of what is chosen there."""
     cuts, one = chosen
     listed = drawn_boxes(random, count)
-    found, missed = cuts.chosen(listed), []
+    found, missed = cuts.split_at_tests(listed), []
     for number in random.integers(count, size=12):
         low, high = listed.low[number], listed.high[number]
         shares = [some(random, [F(0), F(1), F(1, 2), F(1, 3)]) for _ in COLUMNS]
@@ -115,7 +115,7 @@ FAULTS = [
     (leaves.LeafWays, "_pairs", lambda f: lambda self, *of: tuple(each[1:] for each in f(self, *of))),
     (leaves, "_column", lambda f: lambda last: f(last - 0.25)),
     (leaves.LeafWays, "_pairs", lambda f: lambda self, columns, least, most: f(self, columns, least + 1.0, most)),
-    (leaves, "_nested_joined", lambda f: lambda bounds, at_end, kinds, unit: (np.arange(1), bounds[:1])),
+    (leaves, "_join_nested", lambda f: lambda bounds, at_end, kinds, unit: (np.arange(1), bounds[:1])),
 ]
 
 
@@ -131,7 +131,7 @@ def test_planted_faults_lose_states(number, monkeypatch):
 
 def ways(*ends):
     """Ways that go on where x is at most an end, and where it is not."""
-    begun, found = WayDown.begun(4, 0), []
+    begun, found = WayDown.begin(4, 0), []
     for number, (end, strict) in enumerate(ends):
         line = half_line(Linear(((F(1), "x"),), F(end), strict), COLUMNS)
         found += [begun.on([line], 2 * number), begun.on([line.opposite], 2 * number + 1)]
@@ -141,7 +141,7 @@ def ways(*ends):
 def met(low, high, *ends):
     """The nodes that a box [low, high] of x meets."""
     box = BoxList.of(*(np.array([[each, 0.0]]) for each in (low, high)), np.zeros(1, np.int64), np.zeros(1, np.int64))
-    return sorted(LeafWays(ways(*ends)).met(box)[1].tolist())
+    return sorted(LeafWays(ways(*ends)).split_at_leaves(box)[1].tolist())
 
 
 def test_bounds_that_are_no_numbers_are_refused():
@@ -175,11 +175,11 @@ def test_an_end_between_two_floats():
 def test_ways_that_no_state_goes():
     below, above = (half_line(Linear(((F(s), "x"),), F(0), True), COLUMNS) for s in (1, -1))
     assert (
-        WayDown.begun(4, 0).on([below, above], 1) is None and WayDown.begun(4, 0).on([below, below.opposite], 1) is None
+        WayDown.begin(4, 0).on([below, above], 1) is None and WayDown.begin(4, 0).on([below, below.opposite], 1) is None
     )
     closed = half_line(Linear(((F(1), "x"),), F(0)), COLUMNS)
-    assert WayDown.begun(4, 0).on([closed, above], 1) is None
-    assert WayDown.begun(4, 0).on([closed, below.opposite], 1).first == [0.0, -inf, -0.0, -inf]  # the one state 0
+    assert WayDown.begin(4, 0).on([closed, above], 1) is None
+    assert WayDown.begin(4, 0).on([closed, below.opposite], 1).first == [0.0, -inf, -0.0, -inf]  # the one state 0
 
 
 def test_opposite_half_lines_are_those_of_opposite_inequalities():
@@ -199,12 +199,12 @@ def test_nested_boxes_become_the_one_that_holds_them():
     at_end = np.zeros((2 * FEW, 4), dtype=np.bool_)
     at_end[:, 2] = True
     kinds = [np.zeros(2 * FEW, dtype=np.int64)]
-    kept, joined = leaves._nested_joined(bounds, at_end, kinds, np.full(4, 2.0**-36))
+    kept, joined = leaves._join_nested(bounds, at_end, kinds, np.full(4, 2.0**-36))
     assert len(kept) == FEW and (joined[:, 0] == 0.0).all()
     crossed = bounds.copy()
     crossed[::2, 1], crossed[1::2, 1], crossed[1::2, 0] = others[::2], others[::2] - 0.5, 0.5
     at_end[:, 3] = True
-    kept, joined = leaves._nested_joined(crossed, at_end, kinds, np.full(4, 2.0**-36))
+    kept, joined = leaves._join_nested(crossed, at_end, kinds, np.full(4, 2.0**-36))
     assert len(kept) == 2 * FEW and set(map(tuple, joined)) == set(map(tuple, crossed))
 
 

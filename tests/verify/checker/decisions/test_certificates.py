@@ -20,12 +20,12 @@ from verify.certificates.decisions import to_json
 from verify.certificates.proofs import varint
 from verify.checker import reading
 from verify.checker.decisions import walk as decisions
-from verify.checker.decisions.certificates import Certificate, accepted, from_json
+from verify.checker.decisions.certificates import Certificate, check_certificate, from_json
 from verify.checker.envelope import numbers
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import find_property
 from verify.claims.decisions import DistinctTargets, OwnTarget, formula
-from verify.claims.formula import FALSE, TRUE, Goal, Not, disjunction, negated
+from verify.claims.formula import FALSE, TRUE, Goal, Not, disjunction, negate
 from verify.claims.region import Region
 from verify.claims.uncertified.own import BUILT_IN
 from verify.claims.uncertified.starts import start_region
@@ -91,7 +91,7 @@ def test_a_certificate_comes_back_and_is_accepted(which, request):
     text = to_json(made)
     back = from_json(text)
     assert back == made and to_json(back) == text
-    assert accepted(back, pair) > 10
+    assert check_certificate(back, pair) > 10
 
 
 def test_real_semantics_is_named_and_not_the_machines(profile):
@@ -99,9 +99,9 @@ def test_real_semantics_is_named_and_not_the_machines(profile):
     pair = team(profile, towards(0, 0), towards(1, 1))
     asked = find_property("distinct_targets", pair, radius=Fraction(float(np.float32(0.05))))
     real = certified(pair, asked, start_region(pair.world), REAL)
-    assert accepted(from_json(to_json(real)), pair) > 10
+    assert check_certificate(from_json(to_json(real)), pair) > 10
     with pytest.raises(RejectedError):
-        accepted(replace(real, semantics=MACHINE), pair)
+        check_certificate(replace(real, semantics=MACHINE), pair)
 
 
 # --- what a certificate is bound to
@@ -111,26 +111,26 @@ def test_another_policy_is_told(roles, profile):
     _, made = roles
     other = team(profile, towards(0, 0), tree(STAY))
     with pytest.raises(InputError, match="another profile"):
-        accepted(made, other)
+        check_certificate(made, other)
     with pytest.raises(RejectedError):
-        accepted(replace(made, profile=content_hash(other)), other)
+        check_certificate(replace(made, profile=content_hash(other)), other)
 
 
 def test_the_formula_must_be_the_propertys(roles):
     pair, made = roles
     for changed in (TRUE, Not(FALSE), formula(pair, replace(made.claim, radius=Fraction(1)))):
         with pytest.raises(RejectedError, match="not the one that distinct_targets has"):
-            accepted(replace(made, formula=changed), pair)
-    assert accepted(replace(made, claim=None), pair) > 10
+            check_certificate(replace(made, formula=changed), pair)
+    assert check_certificate(replace(made, claim=None), pair) > 10
     strange = OwnTarget(made.claim.team, landmarks=("landmark_7", "landmark_8"))
     with pytest.raises(RejectedError, match="not the one that own_target has"):
-        accepted(replace(made, claim=strange), pair)
+        check_certificate(replace(made, claim=strange), pair)
 
 
 def test_every_goal_needs_its_proof(roles):
     pair, made = roles
     with pytest.raises(RejectedError, match="goals"):
-        accepted(replace(made, proofs={"landmark_0": made.proofs["landmark_0"]}), pair)
+        check_certificate(replace(made, proofs={"landmark_0": made.proofs["landmark_0"]}), pair)
 
 
 def test_an_empty_region_is_refused(roles):
@@ -139,9 +139,9 @@ def test_an_empty_region_is_refused(roles):
     empty = replace(made.region, differences=(("agent_0.x", "agent_1.x", (Fraction(3), Fraction(4))),))
     assert zones.decide(stated(pair, made.formula, empty)).verdict is Verdict.VACUOUS
     with pytest.raises(RejectedError, match="not a state of the region"):
-        accepted(replace(made, region=empty), pair)
+        check_certificate(replace(made, region=empty), pair)
     with pytest.raises(InputError, match="inhabitant"):
-        accepted(replace(made, region=empty, inhabitant={}), pair)
+        check_certificate(replace(made, region=empty, inhabitant={}), pair)
 
 
 @pytest.mark.parametrize("name", ["agent_9.x", "", "goal.z"])
@@ -149,7 +149,7 @@ def test_unknown_coordinates_are_told(roles, name):
     pair, made = roles
     box = {**made.region.box, name: (Fraction(0), Fraction(1))}
     with pytest.raises(InputError, match="does not have"):
-        accepted(replace(made, region=replace(made.region, box=box)), pair)
+        check_certificate(replace(made, region=replace(made.region, box=box)), pair)
 
 
 def damage(text, name):
@@ -243,7 +243,7 @@ def test_no_certificate_of_a_false_claim_is_accepted(which, request):
     for _ in range(500):
         kind, other, forged = changed(rng, pair, made)
         try:
-            accepted(forged, other)
+            check_certificate(forged, other)
         except RejectedError:
             refused[kind] += 1
             continue
@@ -261,12 +261,12 @@ def test_proofs_of_other_claims_are_refused(roles):
     pair, made = roles
     for proof in (b"", b"\0", b"\1", b"\0\0\0", varint(2**62) * 3, b"\xff" * 40, bytes(range(60))):
         with pytest.raises(RejectedError):
-            accepted(replace(made, proofs=dict.fromkeys(made.proofs, proof)), pair)
+            check_certificate(replace(made, proofs=dict.fromkeys(made.proofs, proof)), pair)
     with pytest.raises(RejectedError):
-        decisions.check(pair, negated(made.formula), made.region, "landmark_0", Semantics(), numbers(b""))
+        decisions.check(pair, negate(made.formula), made.region, "landmark_0", Semantics(), numbers(b""))
     for longer in (b"\0", b"\1\0"):
         with pytest.raises(RejectedError, match="continues"):
-            accepted(replace(made, proofs={goal: proof + longer for goal, proof in made.proofs.items()}), pair)
+            check_certificate(replace(made, proofs={goal: proof + longer for goal, proof in made.proofs.items()}), pair)
 
 
 # --- bugs in the engine: its certificates are refused
@@ -306,12 +306,12 @@ def right_forgotten(patch):
 
 
 def choices_forgotten(patch):
-    real = tables._joined
+    real = tables._join_flats
 
     def first_only(everyone, parts):
         return real(everyone, parts if everyone else [part for part in parts if part is not None][:1])
 
-    patch.setattr(tables, "_joined", first_only)
+    patch.setattr(tables, "_join_flats", first_only)
 
 
 def sides_swapped(patch):
@@ -407,7 +407,7 @@ def test_three_agents_with_velocities(profile):
     made = certified(trio, DistinctTargets("agents"), Region({**start.box, **low}, ()))
     written = to_json(made)
     assert set(made.proofs) == {None} and list(json.loads(written)["proofs"]) == [""]
-    assert from_json(written) == made and accepted(from_json(written), trio) == 4
+    assert from_json(written) == made and check_certificate(from_json(written), trio) == 4
 
 
 def test_no_property_whose_formula_says_less_is_accepted(roles):
@@ -420,7 +420,7 @@ def test_no_property_whose_formula_says_less_is_accepted(roles):
             from_json(rehashed(document | {"property": other}))
     with pytest.raises(InputError, match="margin must be between"):
         claim = replace(made.claim, margin=Fraction(-1))
-        accepted(replace(made, claim=claim, formula=formula(pair, claim)), pair)
+        check_certificate(replace(made, claim=claim, formula=formula(pair, claim)), pair)
 
 
 def test_the_goals_place_cannot_be_bounded_apart_from_its_landmark(roles):
@@ -429,10 +429,10 @@ def test_the_goals_place_cannot_be_bounded_apart_from_its_landmark(roles):
     far = {"goal.x": Fraction(5), "goal.y": Fraction(5)}
     odd = replace(made.region, box={**made.region.box, **{name: (value, value) for name, value in far.items()}})
     with pytest.raises(InputError, match=r"goal\.x"):
-        accepted(replace(made, region=odd, inhabitant={**made.inhabitant, **far}), pair)
+        check_certificate(replace(made, region=odd, inhabitant={**made.inhabitant, **far}), pair)
     loose = replace(made.region, differences=(("agent_0.vx", "agent_1.x", (Fraction(0), Fraction(1))),))
     with pytest.raises(InputError, match=r"agent_0\.vx"):
-        accepted(replace(made, region=loose), pair)
+        check_certificate(replace(made, region=loose), pair)
 
 
 def forged_for_all(made, pair):
@@ -446,9 +446,9 @@ def test_a_proof_for_one_goal_is_none_for_another_where_a_test_names_the_goal(pr
     pair = team(profile, towards(-1, 0), towards(1, 1))  # agent_0 goes to the goal: at landmark_1 both go there
     first = replace(start_region(pair.world), goals=("landmark_0",))
     made = certified(pair, find_property("distinct_targets", pair), first)
-    assert accepted(made, pair) > 0
+    assert check_certificate(made, pair) > 0
     with pytest.raises(RejectedError, match="goal landmark_1"):
-        accepted(forged_for_all(made, pair), pair)
+        check_certificate(forged_for_all(made, pair), pair)
 
 
 def test_a_proof_for_one_goal_is_none_for_another_where_the_claim_names_the_goal(profile):
@@ -457,9 +457,9 @@ def test_a_proof_for_one_goal_is_none_for_another_where_the_claim_names_the_goal
     asked = disjunction(Goal("landmark_0"), formula(pair, find_property("own_target", pair)))
     found = zones.decide(stated(pair, asked, first))
     made = Certificate(content_hash(pair), None, asked, first, MACHINE, found.inhabitant, found.proofs)
-    assert found.verdict is Verdict.PROVED and accepted(made, pair) >= 0
+    assert found.verdict is Verdict.PROVED and check_certificate(made, pair) >= 0
     with pytest.raises(RejectedError, match="goal landmark_1"):
-        accepted(forged_for_all(made, pair), pair)
+        check_certificate(forged_for_all(made, pair), pair)
 
 
 def test_goals_that_nothing_names_are_one_question(roles, monkeypatch):
@@ -471,10 +471,10 @@ def test_goals_that_nothing_names_are_one_question(roles, monkeypatch):
     # the region's state is sought once
     assert zones.decide(question).nodes == sum(one.nodes for one in alone.values()) - (len(alone) - 1)
     single = [replace(made, region=question.for_one_goal(goal).region, proofs=alone[goal].proofs) for goal in alone]
-    branches, read = sum(accepted(one, pair) for one in single), list[object]()
+    branches, read = sum(check_certificate(one, pair) for one in single), list[object]()
     real = decisions.check_all
     monkeypatch.setattr(decisions, "check_all", lambda *asked: read.append(asked) or real(*asked))
-    assert accepted(made, pair) == branches and len(read) == 1
+    assert check_certificate(made, pair) == branches and len(read) == 1
     other = made.region.goals[1]
     with pytest.raises(RejectedError, match=f"goal {other}"):
-        accepted(replace(made, proofs={**made.proofs, other: made.proofs[other][:-1]}), pair)
+        check_certificate(replace(made, proofs={**made.proofs, other: made.proofs[other][:-1]}), pair)

@@ -18,7 +18,7 @@ from verify.certificates.decisions import to_json
 from verify.checker import reading as bounds
 from verify.checker import thresholds
 from verify.checker.decisions import walk as decisions
-from verify.checker.decisions.certificates import accepted, from_json
+from verify.checker.decisions.certificates import check_certificate, from_json
 from verify.checker.envelope import numbers
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import find_property
@@ -64,7 +64,7 @@ def test_a_certificate_states_its_errors(roles):
     assert document["eps"] == "1/25"
     assert document["property"]["name"] == STEADY and document["property"]["of"] == "distinct_targets"
     assert document["property"]["eps"] == "1/25"
-    assert accepted(made, pair) > 10
+    assert check_certificate(made, pair) > 10
 
 
 def test_without_errors_a_certificate_says_nothing_of_them(roles):
@@ -78,19 +78,19 @@ def test_the_proof_of_the_property_itself_does_not_pass_for_steady(roles):
     pair, made = roles
     plain = proved(pair, find_property("distinct_targets", pair), start_region(pair.world))
     with pytest.raises(RejectedError, match="errors up to 1/25, but the proof about errors up to 0"):
-        accepted(replace(plain, claim=made.claim), pair)
+        check_certificate(replace(plain, claim=made.claim), pair)
     with pytest.raises(RejectedError):
-        accepted(replace(plain, claim=made.claim, eps=EPS), pair)
+        check_certificate(replace(plain, claim=made.claim, eps=EPS), pair)
     with pytest.raises(RejectedError, match="errors up to 0, but the proof about errors up to 1/25"):
-        accepted(replace(made, claim=plain.claim), pair)
+        check_certificate(replace(made, claim=plain.claim), pair)
     false = replace(made.claim, eps=Fraction(1, 4))
     assert decide(Question(Game(pair), false, plain.region)).verdict is Verdict.VIOLATED
     for proofs in (plain.proofs, made.proofs):
         with pytest.raises(RejectedError):
-            accepted(replace(plain, claim=false, eps=false.eps, proofs=proofs), pair)
+            check_certificate(replace(plain, claim=false, eps=false.eps, proofs=proofs), pair)
         with pytest.raises(RejectedError):
-            accepted(replace(plain, claim=None, eps=false.eps, proofs=proofs), pair)
-    assert accepted(replace(made, claim=None), pair) > 10, "a formula without a name may be said of errors too"
+            check_certificate(replace(plain, claim=None, eps=false.eps, proofs=proofs), pair)
+    assert check_certificate(replace(made, claim=None), pair) > 10, "a formula without a name may be said of errors too"
 
 
 @pytest.mark.parametrize("eps", [Fraction(-1, 100), Fraction(-9), Fraction(10**10)])
@@ -98,9 +98,9 @@ def test_errors_out_of_range_are_refused(roles, eps):
     """Negative errors would make sides narrower: a proof of less than what is claimed."""
     pair, made = roles
     with pytest.raises((InputError, RejectedError)):
-        accepted(replace(made, claim=replace(made.claim, eps=eps), eps=eps), pair)
+        check_certificate(replace(made, claim=replace(made.claim, eps=eps), eps=eps), pair)
     with pytest.raises(InputError, match="eps must be between"):
-        accepted(replace(made, claim=None, eps=eps), pair)
+        check_certificate(replace(made, claim=None, eps=eps), pair)
 
 
 @pytest.mark.parametrize(
@@ -141,7 +141,7 @@ def test_steady_without_its_errors_is_refused(roles):
     document = json.loads(to_json(made))
     del document["eps"]
     with pytest.raises(RejectedError, match="but the proof about errors up to 0"):
-        accepted(from_json(rehashed(document)), pair)
+        check_certificate(from_json(rehashed(document)), pair)
 
 
 def test_claims_of_ones_own_are_certified_with_their_errors(profile):
@@ -152,7 +152,7 @@ def test_claims_of_ones_own_are_certified_with_their_errors(profile):
     made = proved(pair, own, region)
     assert made.claim is None and made.eps == Fraction(1, 20)
     with pytest.raises(RejectedError):
-        accepted(replace(made, eps=Fraction(1, 5)), pair)
+        check_certificate(replace(made, eps=Fraction(1, 5)), pair)
     assert (
         opinions.by_zones(
             Question(Game(pair), replace(own, eps=Fraction(1, 5)), region, budgets=Budgets(10**9))
@@ -197,7 +197,7 @@ def test_no_certificate_of_a_false_claim_is_accepted(profile):
     for place in range(600):
         kind, other, forged = changed(rng, *teams[place % len(teams)])
         try:
-            accepted(forged, other)
+            check_certificate(forged, other)
         except RejectedError:
             refused[kind] += 1
             continue
@@ -233,7 +233,7 @@ def one_side_exact(patch):
 
 
 def barred_without_reason(patch):
-    real = zones.barred_sides
+    real = zones.find_barred_sides
 
     def more(policy, splits):
         tested = {}
@@ -242,7 +242,7 @@ def barred_without_reason(patch):
         again = [nodes[-1] for feature, nodes in tested.items() if feature >= 0 and len(nodes) > 1]
         return real(policy, splits) | {(node, 1) for node in again}
 
-    patch.setattr(zones, "barred_sides", more)
+    patch.setattr(zones, "find_barred_sides", more)
 
 
 def places_reversed(patch):
@@ -287,7 +287,7 @@ def test_the_checker_bars_what_contradicts_and_no_more(profile):
     for _ in range(60):
         pair, claim = noisy(rng, profile)
         for policy in pair.team("defenders"):
-            theirs = zones.barred_sides(policy, tables.split_sides(policy, Semantics().arithmetic, claim.eps))
+            theirs = zones.find_barred_sides(policy, tables.split_sides(policy, Semantics().arithmetic, claim.eps))
             reading = bounds.Reading([policy.agent], "landmark_0")
             found = reading.tree(policy, Semantics(eps=claim.eps))
             alive, waiting = set(), [0]
@@ -346,4 +346,4 @@ def test_a_region_of_one_point_is_enough_for_a_refusal(profile):
     claim = DistinctTargets("defenders", eps=end - little)
     made = proved(one, claim, Region(box, ("landmark_0",)))
     with pytest.raises(RejectedError):
-        accepted(replace(made, claim=replace(claim, eps=end), eps=end), one)
+        check_certificate(replace(made, claim=replace(claim, eps=end), eps=end), one)

@@ -98,7 +98,7 @@ def test_speeds_are_cut_between_bounds():
     for low in np.round(rng.uniform(-3, 3, (200, 2)) * 2**20) / 2**20:
         high = low + np.round(rng.uniform(0, 2, 2) * 2**20) / 2**20
         given = tuple((grid(a), grid(b)) for a, b in zip(low, high, strict=True))
-        found = np.array(contacts.limited(given, Fraction(1.3)), dtype=float) / GRID
+        found = np.array(contacts.limit_speed(given, Fraction(1.3)), dtype=float) / GRID
         velocity = rng.uniform(low, high, (60, 2))
         velocity[:4] = [[x, y] for x in (low[0], high[0]) for y in (low[1], high[1])]
         velocity *= np.minimum(1, 1.3 / np.hypot(*velocity.T))[:, None]

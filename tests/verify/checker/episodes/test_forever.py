@@ -12,7 +12,7 @@ from tests.support.teams import DOWN, LEFT, RIGHT, STAY, UP, team, tree
 from verify.certificates.episodes import to_json
 from verify.checker.episodes import certificates as over_steps
 from verify.checker.episodes.certificates import EpisodeCertificate
-from verify.checker.episodes.forever import RUNAWAY, SLACK, EdgeReading, accepted, from_json, of_either
+from verify.checker.episodes.forever import RUNAWAY, SLACK, EdgeReading, check_certificate, from_json, of_either
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import find_claim
 from verify.claims.uncertified.starts import everywhere
@@ -34,7 +34,7 @@ def asked(profile, name="stays_in", region=None, **given):
 def proved(profile, *options, **given):
     found = decide(asked(profile, *options, **given))
     assert found.verdict is Verdict.PROVED, found.reason
-    assert accepted(found.certificate, profile) > 0
+    assert check_certificate(found.certificate, profile) > 0
     return found.certificate
 
 
@@ -78,7 +78,7 @@ def test_nobody_crosses_an_edge(homers, certificate):
 def test_a_text_is_read_back(homers, certificate):
     text = to_json(certificate)
     assert of_either(text) == from_json(text) == certificate and to_json(from_json(text)) == text
-    assert accepted(from_json(text), homers) > 0 and certificate.size < 2_000
+    assert check_certificate(from_json(text), homers) > 0 and certificate.size < 2_000
     with pytest.raises(InputError, match="edited"):
         from_json(text.replace('"upper"', '"lower"', 1))
     with pytest.raises(InputError, match="not a certificate"):
@@ -164,7 +164,7 @@ def forgeries(certificate):
 def test_forged_edges_are_refused(homers, certificate):
     for what, forged in forgeries(certificate):
         with pytest.raises(RejectedError):
-            accepted(forged, homers)
+            check_certificate(forged, homers)
             pytest.fail(what)
 
 
@@ -173,7 +173,7 @@ def test_edges_of_another_team_are_refused(profile, homers, certificate):
     for first in (tree(RIGHT), homing(1), tree((2, -3.0, 1, 2), LEFT, RIGHT)):
         other = team(profile, first, homing(1))
         with pytest.raises(RejectedError):
-            accepted(replace(certificate, profile=content_hash(other)), other)
+            check_certificate(replace(certificate, profile=content_hash(other)), other)
 
 
 def test_no_claim_for_ever_from_some_steps(homers, certificate):
@@ -181,10 +181,10 @@ def test_no_claim_for_ever_from_some_steps(homers, certificate):
     ever = find_claim("keeps_apart", homers, steps="always", radius=F(1, 2))
     bounded = EpisodeCertificate(certificate.profile, ever, certificate.region, certificate.inhabitant, ())
     with pytest.raises(RejectedError, match="for ever"):
-        over_steps.accepted(bounded, homers)
+        over_steps.check_certificate(bounded, homers)
     some = replace(certificate, claim=find_claim("keeps_apart", homers, steps=25))
     with pytest.raises(RejectedError, match="another form"):
-        accepted(some, homers)
+        check_certificate(some, homers)
 
 
 def test_worlds_without_edges(homers, certificate):

@@ -12,7 +12,7 @@ from tests.support.flows import CASES, case
 from tests.support.system_cases import box
 from verify.certificates.proofs import encode_numbers
 from verify.certificates.systems import to_json
-from verify.checker.flows.certificates import FlowCertificate, accepted, from_json
+from verify.checker.flows.certificates import FlowCertificate, check_certificate, from_json
 from verify.checker.reading import RejectedError
 from verify.systems import documents
 from verify.systems.claims import Pattern
@@ -32,7 +32,7 @@ def test_a_certificate_is_read_as_it_was_written():
     for made in (certificate(), certificate(widths={"angle": F(1, 16)}, cuts=encode_numbers([1, 0, 0]))):
         again = from_json(to_json(made))
         assert again == made and again.claim.at_samples is False
-        assert accepted(again, TEAM, SYSTEM) > 20
+        assert check_certificate(again, TEAM, SYSTEM) > 20
 
 
 def test_an_edited_text_is_refused():
@@ -53,7 +53,7 @@ OTHER = {
 @pytest.mark.parametrize("name", OTHER)
 def test_another_profile_system_or_variable_is_told(name):
     with pytest.raises(InputError):
-        accepted(certificate(**OTHER[name]), TEAM, SYSTEM)
+        check_certificate(certificate(**OTHER[name]), TEAM, SYSTEM)
 
 
 FORGED = {
@@ -78,7 +78,7 @@ FORGED = {
 @pytest.mark.parametrize("name", FORGED)
 def test_a_forged_certificate_is_refused(name):
     with pytest.raises(RejectedError):
-        accepted(certificate(**FORGED[name]), TEAM, SYSTEM)
+        check_certificate(certificate(**FORGED[name]), TEAM, SYSTEM)
 
 
 @pytest.mark.parametrize("count", [4, pytest.param(200, marks=pytest.mark.slow)])
@@ -95,9 +95,9 @@ def test_random_forgeries_are_refused_whatever_the_plan(count):
         }
         claim = replace(CLAIM, regions=(box(angle=(0, high)),), at_samples=bool(random.random() < 0.5))
         with pytest.raises(RejectedError):
-            accepted(certificate(claim=claim, **plan), TEAM, SYSTEM)
+            check_certificate(certificate(claim=claim, **plan), TEAM, SYSTEM)
 
 
 def test_a_system_in_steps_has_no_such_certificate():
     with pytest.raises(InputError, match="moves in steps"):
-        accepted(certificate(), TEAM, replace(SYSTEM, flow=None))
+        check_certificate(certificate(), TEAM, replace(SYSTEM, flow=None))

@@ -70,7 +70,7 @@ def between():
         return False
 
 
-FRAMED, LEFT_OUT = steps._framed, FlowStep._left_out
+FRAMED, LEFT_OUT = steps._move_frame, FlowStep._bound_remainder
 
 
 def without_rest(frame, box, landed, slopes):
@@ -107,24 +107,29 @@ def first_half(frame, of, low, high):
 def first_side(trees, boxes):
     found = DECIDED(trees, boxes)
     _, first = np.unique(found.part, return_index=True)
-    return found.taken(first)
+    return found.take(first)
 
 
 def squares_of_starts(read, own, number, k, memo):
     return SQUARE(read, own, number, k, memo) if k == 0 else None
 
 
-SLOPES, RENAMED, DECIDED = FlowStep._slopes, sets._renamed, sweep.decided
+SLOPES, RENAMED, DECIDED = FlowStep._slopes, sets._rescale_frame, sweep.split_by_trees
 SQUARE = series._square
 FAULTS = {
-    "what the series leaves out": (FlowStep, "_left_out", no_remainder, lambda: escapes("turning", Plan((0,), 2, 1))),
-    "what frames leave out": (steps, "_framed", without_rest, lambda: escapes("pendulum")),
-    "rests that are not turned": (steps, "turned_with", straight, lambda: not _turned()),
+    "what the series leaves out": (
+        FlowStep,
+        "_bound_remainder",
+        no_remainder,
+        lambda: escapes("turning", Plan((0,), 2, 1)),
+    ),
+    "what frames leave out": (steps, "_move_frame", without_rest, lambda: escapes("pendulum")),
+    "rests that are not turned": (steps, "orthogonalise_rest", straight, lambda: not _turned()),
     "slopes of the middle": (FlowStep, "_slopes", at_the_middle, lambda: escapes("pendulum")),
     "errors of derivatives": (FlowStep, "_errors_of", no_errors, lambda: escapes("turning", errors=True)),
     "a tube that is the start": (FlowStep, "_stay", only_the_start, lambda: leaves_tubes("pendulum")),
-    "frames cut too far": (sets, "_renamed", first_half, lambda: escapes("pendulum")),
-    "one side of a split": (sweep, "decided", first_side, lambda: escapes("pendulum")),
+    "frames cut too far": (sets, "_rescale_frame", first_half, lambda: escapes("pendulum")),
+    "one side of a split": (sweep, "split_by_trees", first_side, lambda: escapes("pendulum")),
     "coefficients of squares": (series, "_square", squares_of_starts, lambda: not _squares()),
     "sin without its extremes": (
         functions,
@@ -132,9 +137,9 @@ FAULTS = {
         lambda span, place: np.zeros_like(span.low, dtype=np.bool_),
         lambda: not _holds_extremes(),
     ),
-    "claims at samples only": (FlowSweep, "_asked_on_the_way", lambda self, sets, *_: sets, between),
-    "nothing beyond a region": (FlowSweep, "_beyond", lambda self, boxes: boxes.taken(slice(0, 0)), narrow),
-    "nothing in a region": (FlowSweep, "_in_some", lambda self, boxes: boxes.taken(slice(0, 0)), forbidden),
+    "claims at samples only": (FlowSweep, "_ask_in_period", lambda self, sets, *_: sets, between),
+    "nothing beyond a region": (FlowSweep, "_beyond", lambda self, boxes: boxes.take(slice(0, 0)), narrow),
+    "nothing in a region": (FlowSweep, "_in_some", lambda self, boxes: boxes.take(slice(0, 0)), forbidden),
     "what never gets there": (FlowSweep, "_leave", lambda *_: None, never),
     "another action": (FlowSweep, "_of_joint", lambda self, joint: OF_JOINT(self, 0), lambda: escapes("pendulum")),
     "sums rounded to nearest": (spans, "plus", lambda a, b: Spans(a.low + b.low, a.high + b.high), lambda: _inexact()),
@@ -154,7 +159,7 @@ def _turned():
     random = np.random.default_rng(0)
     matrix, rest, more = random.normal(size=(300, 3, 3)), random.random((300, 3)), random.random((300, 3))
     rest[:9], more[9:18] = 0.0, 0.0
-    turned, bounds = steps.turned_with(matrix, rest, more)
+    turned, bounds = steps.orthogonalise_rest(matrix, rest, more)
     signs = random.choice([-1.0, 1.0], (2, 300, 3))
     ends = np.einsum("nij,nj->ni", matrix, signs[0] * rest) + signs[1] * more
     found = np.linalg.solve(turned, ends[:, :, None])[:, :, 0]

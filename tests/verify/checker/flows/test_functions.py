@@ -79,7 +79,7 @@ def test_sums_and_products_hold_exact_results():
             "plus": (spans.plus(one, other), lambda a, b: a + b),
             "minus": (spans.minus(one, other), lambda a, b: a - b),
             "times": (spans.times(one, other), lambda a, b: a * b),
-            "scaled": (spans.scaled(one, Factor(factor)), lambda a, b: a * factor),
+            "scaled": (spans.scale_spans(one, Factor(factor)), lambda a, b: a * factor),
         }
         for name, (found, exactly) in results.items():
             for place in range(N):

@@ -8,7 +8,7 @@ import pytest
 from tests.support.flows import CASES, case, rate
 from verify.checker.flows.series import FlowReading
 from verify.checker.flows.spans import Spans
-from verify.checker.flows.steps import FlowStep, Stepping, framed
+from verify.checker.flows.steps import FlowStep, Stepping, build_frames
 from verify.checker.reading import RejectedError
 from verify.language.units import PURE
 from verify.systems.language.expressions import Call, Name, Number, Product, Quotient
@@ -52,10 +52,13 @@ def escaping(name, count, seed, order=4, step=FlowStep):
     how = Stepping(order, flow.period / 2)
     stepping = step(FlowReading(flow, names), [(F(0), F(0))] * len(names), how)
     box = Spans(low[None], high[None])
-    frames, inputs = (framed(box),), {name: Spans(*([np.array([float(value)])] * 2)) for name, value in held.items()}
+    frames, inputs = (
+        (build_frames(box),),
+        {name: Spans(*([np.array([float(value)])] * 2)) for name, value in held.items()},
+    )
     begun = box
     for _ in range(2):
-        moved = stepping.moved(box, frames, inputs)
+        moved = stepping.move_sets(box, frames, inputs)
         assert moved.shown.all()
         box, frames = moved.box, moved.frames
     bad = 0
@@ -87,7 +90,7 @@ def test_points_stay_nearly_points():
     step = FlowStep(reading, [(F(0), F(0))] * 2, Stepping(16, F(1, 2)))
     point = np.array([[1.0, 0.0]])
     zero = {"one.u": Spans(np.zeros(1), np.zeros(1))}
-    found = step.moved(Spans(point, point), (framed(Spans(point, point)),), zero).box
+    found = step.move_sets(Spans(point, point), (build_frames(Spans(point, point)),), zero).box
     with mpmath.workdps(30):
         for place, exact in enumerate((mpmath.cos(0.5), -mpmath.sin(0.5))):
             assert found.low[0, place] <= exact <= found.high[0, place]
@@ -114,12 +117,12 @@ def test_what_divides_by_zero_or_grows_too_fast_is_not_shown():
     box = Spans(np.array([[1.5]]), np.array([[2.0]]))
     step = FlowStep(FlowReading(flow, ["x"]), [(F(0), F(0))], Stepping(4, F(1)))
     with np.errstate(all="ignore"):
-        assert not step.moved(box, (framed(box),), {}).shown.any()  # 2 / (1 - 2 t) has no value at 0.5
+        assert not step.move_sets(box, (build_frames(box),), {}).shown.any()  # 2 / (1 - 2 t) has no value at 0.5
     flow = Flow(F(1), {"x": Quotient(Number(F(1)), X)}, {("a", "b"): {}})
     step = FlowStep(FlowReading(flow, ["x"]), [(F(0), F(0))], Stepping(4, F(1)))
     box = Spans(np.array([[-0.5]]), np.array([[2.0]]))
     with np.errstate(all="ignore"):
-        assert not step.moved(box, (framed(box),), {}).shown.any()
+        assert not step.move_sets(box, (build_frames(box),), {}).shown.any()
 
 
 def test_what_is_not_known_is_refused():
@@ -136,4 +139,4 @@ def test_what_turns_as_it_drives_is_enclosed():
     point = np.array([[-0.8, -1.8, 1.4]])
     box = Spans(point, point)
     step = FlowStep(FlowReading(flow, ["x", "v", "h"]), [(F(0), F(0))] * 3, Stepping(4, F(1, 5)))
-    assert step.moved(box, (framed(box),), {}).shown.all()
+    assert step.move_sets(box, (build_frames(box),), {}).shown.all()

@@ -30,7 +30,7 @@ NO_READING = ("Answers",)  # what somebody who answers must have
 ELSEWHERE = {  # caught by what calls them, or in what they are imported into
     "trees.decisions": "walk.decisions",
     "walk.ways": "certificates.ways",
-    "Proof.visited": "does nothing",
+    "Proof.visit": "does nothing",
     "Proof.hull": "SystemQuestions.ensure_within",
     "Proof.asks_fulfilled": "SystemQuestions._unfulfilled",
     "Proof._times": "Proof.side",

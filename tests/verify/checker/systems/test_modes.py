@@ -169,7 +169,7 @@ def first_way(init):
 SEARCH, COVER, SOLVER, JUDGED = "search", "cover", "solver", "judged"
 FAULTS = [
     (SEARCH, trees, "goes_left", plainly),
-    (SEARCH, trees, "_parted", below_alone),
+    (SEARCH, trees, "_build_split", below_alone),
     (SEARCH, walk, "_is_mode", lambda f: lambda variable: conjunction()),
     (SEARCH, SystemQuestions, "__init__", without_when),
     (COVER, cover_trees, "_sides", one_side),
@@ -178,7 +178,7 @@ FAULTS = [
     (SOLVER, unrolled, "_goes_left", plainly),
     (SOLVER, unrolled, "_is_mode", lambda f: lambda value, count: terms.constant(True)),
     (SOLVER, unrolled, "_in_box", unconditioned),
-    (JUDGED, observing, "measured", plainly),
+    (JUDGED, observing, "measure_feature", plainly),
     (JUDGED, Piece, "holds", unconditioned),
     (JUDGED, replay, "piece_of", lambda f: lambda system, state, wanted=None, rank=0: f(system, state)),
     (JUDGED, replay, "piece_of", lambda f: lambda system, state, wanted=None, rank=0: f(system, state, wanted)),

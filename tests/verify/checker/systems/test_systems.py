@@ -12,10 +12,10 @@ from tests.support.system_cases import decided, double_integrator, form, policy,
 from tests.verify.reach import random_systems
 from verify.certificates.systems import to_json
 from verify.checker.reading import RejectedError
-from verify.checker.systems.certificates import accepted, from_json
+from verify.checker.systems.certificates import check_certificate, from_json
 from verify.checker.systems.walk import Hull
 from verify.reach.play.samples import Starts, courses
-from verify.reach.replay import replayed
+from verify.reach.replay import replay_course
 from verify.result import Verdict
 from verify.systems import documents
 from verify.systems.system import HalfSpace, Piece
@@ -76,7 +76,7 @@ def damaged(certificate, random):
 
 def refused(certificate, profile, system):
     try:
-        accepted(certificate, profile, system)
+        check_certificate(certificate, profile, system)
     except (RejectedError, InputError):
         return True
     return False
@@ -139,7 +139,7 @@ def changed(profile, system, claim, random):
 
 def is_false(profile, system, claim):
     played = (found.course for found in courses(profile, system, {0: claim}, Starts(256)))
-    return any(replayed(profile, system, claim, course) is not None for course in played)
+    return any(replay_course(profile, system, claim, course) is not None for course in played)
 
 
 @pytest.mark.slow
@@ -159,21 +159,21 @@ def test_no_certificate_shows_a_false_claim(proved):
 def test_another_profile_or_system_is_told_by_its_hash(proved):
     certificate, profile, system = proved[0]
     with pytest.raises(InputError, match="another system"):
-        accepted(certificate, profile, replace(system, name="another"))
+        check_certificate(certificate, profile, replace(system, name="another"))
     with pytest.raises(InputError, match="another profile"):
-        accepted(certificate, switching(axes=1), system)
+        check_certificate(certificate, switching(axes=1), system)
 
 
 def test_every_way_must_be_shown_by_variables_that_depend_on_no_other(proved):
     certificate, profile, system = proved[0]
     first, second = certificate.parts
     with pytest.raises(RejectedError, match="no part shows"):
-        accepted(replace(certificate, parts=(first,)), profile, system)
+        check_certificate(replace(certificate, parts=(first,)), profile, system)
     with pytest.raises(RejectedError, match="depends"):
-        accepted(replace(certificate, parts=(first._replace(followed=("x",)), second)), profile, system)
+        check_certificate(replace(certificate, parts=(first._replace(followed=("x",)), second)), profile, system)
     with pytest.raises(RejectedError, match="part 0"):  # what the first one follows says nothing of y
         swapped = (first._replace(shows=second.shows), second._replace(shows=first.shows))
-        accepted(replace(certificate, parts=swapped), profile, system)
+        check_certificate(replace(certificate, parts=swapped), profile, system)
 
 
 def test_hulls_hold_what_goes_on_in_them(proved):
@@ -195,14 +195,14 @@ def test_hulls_hold_what_goes_on_in_them(proved):
         (),
     ):
         with pytest.raises(RejectedError):
-            accepted(with_hulls(hulls), profile, system)
+            check_certificate(with_hulls(hulls), profile, system)
 
 
 def test_an_inhabitant_must_be_a_start(proved):
     certificate, profile, system = proved[0]
     far = {**certificate.inhabitant, "x": F(9)}
     with pytest.raises(RejectedError, match="vacuous"):
-        accepted(replace(certificate, inhabitant=far), profile, system)
+        check_certificate(replace(certificate, inhabitant=far), profile, system)
 
 
 def test_a_text_that_was_edited_is_refused(proved):

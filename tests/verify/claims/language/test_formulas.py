@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from codegen.errors import InputError
-from verify.claims.formula import Goal, for_goal, holds, negated, normal
+from verify.claims.formula import Goal, for_goal, holds, negate, normal
 from verify.claims.language.formulas import FUNCTIONS, WORDS, Vocabulary, formula_of
 
 AGENTS, MARKS = ("agent_0", "agent_1"), ("landmark_0", "landmark_1")
@@ -166,7 +166,7 @@ def test_formulas_mean_what_they_say(vocabulary, claim, states):
         wanted = true(at, acts, goal)
         assert holds(for_goal(found, goal), at, numbers) is wanted, text
         assert holds(for_goal(normal(found), goal), place, numbers) is wanted, text
-        assert holds(for_goal(negated(found), goal), place, numbers) is not wanted, text
+        assert holds(for_goal(negate(found), goal), place, numbers) is not wanted, text
 
 
 @pytest.mark.parametrize(

@@ -47,7 +47,7 @@ class FormList(NamedTuple):
         """How many there are."""
         return len(self.part)
 
-    def taken(self, which: Bool | Int64) -> FormList:
+    def take(self, which: Bool | Int64) -> FormList:
         """Some of the forms, by a mask or by their numbers."""
         return FormList(
             self.middle[which], self.columns[which], self.radius[which], self.part[which], self.joint[which]
@@ -115,7 +115,7 @@ class Sums(NamedTuple):
         lost = (np.abs(self.value) + reach) * (self.slopes.shape[1] + 4) * LOST
         return np.where(reach > 0, reach * _MORE + lost, 0.0)
 
-    def taken(self, which: Bool) -> Sums:
+    def take(self, which: Bool) -> Sums:
         """Those of some of the forms."""
         return Sums(*(column[which] for column in self))
 
@@ -138,7 +138,7 @@ def sums(forms: FormList, weights: Float64) -> Sums:
     return Sums(value, slopes, np.where(plain, rest, (rest + lost) * _MORE + _UNDER))
 
 
-def narrowed(forms: FormList, of: Sums, most: float | Float64) -> FormList:
+def narrow_forms(forms: FormList, of: Sums, most: float | Float64) -> FormList:
     """Forms that hold all states in which a sum is at most a number (of each form, [n])."""
     slopes = np.abs(of.slopes)
     reach = slopes.sum(axis=1)
@@ -177,9 +177,9 @@ class FormCut(NamedTuple):
         whole, crossing = sides(of, self.last, self.up)
         if whole.all():
             return forms
-        return together([forms.taken(whole), narrowed(forms.taken(crossing), of.taken(crossing), self.up)])
+        return together([forms.take(whole), narrow_forms(forms.take(crossing), of.take(crossing), self.up)])
 
-    def met(self, forms: FormList) -> Bool:
+    def may_meet(self, forms: FormList) -> Bool:
         """Which forms have a state that may meet the inequality, [n]."""
         return ~(sums(forms, self.weights).low > self.last)
 
@@ -242,7 +242,7 @@ def with_fewer_columns(forms: FormList, most: int) -> FormList:
 
 def weight(exact: Fraction) -> float:
     """The float nearest to a factor. RejectedError where it is too small or large for this arithmetic."""
-    found = 0.0 if not exact else float(exact) if abs(exact.numerator) < abs(exact.denominator) << 900 else np.inf
-    if exact and not LEAST <= abs(found) <= 1 / LEAST:
+    factor = 0.0 if not exact else float(exact) if abs(exact.numerator) < abs(exact.denominator) << 900 else np.inf
+    if exact and not LEAST <= abs(factor) <= 1 / LEAST:
         raise RejectedError("a number is too small or too large for the arithmetic of forms")
-    return found
+    return factor

@@ -15,7 +15,7 @@ import numpy as np
 
 from codegen.ir import NO_FEATURE, AgentPolicy, Bool, Float64, Int64, splits
 from verify.checker.covers.cuts import end_of, opposite
-from verify.checker.covers.forms.arrays import FormCut, FormList, narrowed, sides, sums, together, weight
+from verify.checker.covers.forms.arrays import FormCut, FormList, narrow_forms, sides, sums, together, weight
 from verify.checker.reading import RejectedError
 from verify.checker.systems.trees import goes_left
 from verify.claims.formula import FALSE, TRUE, Formula, Linear, Or
@@ -24,10 +24,10 @@ from verify.systems.system import System
 
 def weights(inequality: Linear, columns: Mapping[str, int]) -> Float64:
     """The factors of an inequality, by column."""
-    found = np.zeros(len(columns))
+    factors = np.zeros(len(columns))
     for factor, name in inequality.terms:
-        found[columns[name]] = weight(factor)
-    return found
+        factors[columns[name]] = weight(factor)
+    return factors
 
 
 def half(inequality: Linear, columns: Mapping[str, int]) -> FormCut:
@@ -50,11 +50,11 @@ class FormRegion:
 
     def outside(self, forms: FormList) -> FormList:
         """Forms around the states that may lie outside of it."""
-        found = [forms.taken(np.zeros(forms.size, dtype=np.bool_))]
+        outer_parts = [forms.take(np.zeros(forms.size, dtype=np.bool_))]
         for inside, outside in self._sides:
-            found.append(outside.within(forms))
+            outer_parts.append(outside.within(forms))
             forms = inside.within(forms)
-        return together(found)
+        return together(outer_parts)
 
 
 class FormTree:
@@ -96,27 +96,27 @@ class FormTree:
         else:
             raise RejectedError("a test that forms do not know")
 
-    def chosen(self, forms: FormList) -> FormList:
+    def split_at_tests(self, forms: FormList) -> FormList:
         """The forms, cut at the tests, each with this agent's action as one more digit of its joint action."""
-        found, node = [forms.taken(np.zeros(forms.size, dtype=np.bool_))], np.zeros(forms.size, dtype=np.int64)
+        at_leaves, node = [forms.take(np.zeros(forms.size, dtype=np.bool_))], np.zeros(forms.size, dtype=np.int64)
         while len(node):
             done = self._leaf[node]
-            leaves = forms.taken(done)
-            found.append(leaves._replace(joint=leaves.joint * self.actions + self._action[node[done]]))
-            forms, node = self._below(forms.taken(~done), node[~done])
-        return together(found)
+            leaves = forms.take(done)
+            at_leaves.append(leaves._replace(joint=leaves.joint * self.actions + self._action[node[done]]))
+            forms, node = self._below(forms.take(~done), node[~done])
+        return together(at_leaves)
 
     def _below(self, forms: FormList, node: Int64) -> tuple[FormList, Int64]:
         """One level further down."""
         of = sums(forms, self._weights[node])
-        found: list[FormList] = []
+        below: list[FormList] = []
         nodes: list[Int64] = []
         for place, (to, each) in enumerate(((self._left, of), (self._right, of.negative()))):
             last, up = self._ends[node, place].T
             whole, crossing = sides(each, last, up)
-            found += [forms.taken(whole), narrowed(forms.taken(crossing), each.taken(crossing), up[crossing])]
+            below += [forms.take(whole), narrow_forms(forms.take(crossing), each.take(crossing), up[crossing])]
             nodes += [to[node[whole]], to[node[crossing]]]
-        return together(found), np.concatenate(nodes)
+        return together(below), np.concatenate(nodes)
 
 
 def _two(test: Formula) -> tuple[Formula, Formula]:

@@ -18,7 +18,7 @@ import numpy as np
 
 from codegen.ir import AgentPolicy, Bool, Float64, Int64
 from verify.checker.covers.cuts import linear
-from verify.checker.covers.forms.arrays import LOST, FormList, Moves, narrowed, sides, sums, together, weight
+from verify.checker.covers.forms.arrays import LOST, FormList, Moves, narrow_forms, sides, sums, together, weight
 from verify.checker.covers.forms.cuts import half as cut_of
 from verify.checker.covers.rounding import ceiling, floor
 from verify.checker.reading import RejectedError
@@ -68,17 +68,17 @@ class FormPieces:
         forms = {piece.move.get(name, Affine()) for piece in self._pieces}
         return len(forms) > 1 or any(piece.error.get(name, ZERO) != ZERO for piece in self._pieces)
 
-    def moved(self, forms: FormList) -> FormList:
+    def move_forms(self, forms: FormList) -> FormList:
         """Forms around all next states."""
         low, high = forms.bounds()
-        pairs = self._met(forms, low, high)
+        pairs = self._find_pairs(forms, low, high)
         moves = self._of(forms.joint[pairs.form], pairs.first)
         one = np.bincount(pairs.form, minlength=forms.size)[pairs.form] == 1
         alone = Moves(moves.matrix[one], *_with_error(moves.low[one], moves.high[one]), self._kept)
-        found = [alone.of(forms.taken(pairs.form[one]))]
+        images = [alone.of(forms.take(pairs.form[one]))]
         if not one.all():
-            found += self._across(forms, _Pairs(*(each[~one] for each in pairs)), low, high)
-        return together(found)
+            images += self._across(forms, _Pairs(*(each[~one] for each in pairs)), low, high)
+        return together(images)
 
     def _across(self, forms: FormList, pairs: _Pairs, low: Float64, high: Float64) -> list[FormList]:
         """After a step, the forms that meet several pieces, each with a row for every such piece in `pairs`."""
@@ -90,9 +90,9 @@ class FormPieces:
         own = first.high - first.low
         fits = 2.0 * error <= JOINED * own + LOST * np.abs(shift)
         small = np.asarray(fits.all(axis=1), dtype=np.bool_)
-        joined = Moves(first.matrix[small], shift[small], error[small], self._kept).of(forms.taken(rows[small]))
+        joined = Moves(first.matrix[small], shift[small], error[small], self._kept).of(forms.take(rows[small]))
         cut = ~small[back.reshape(-1)]
-        return [joined, self._cut_and_moved(forms.taken(pairs.form[cut]), pairs.piece[cut])]
+        return [joined, self._cut_and_moved(forms.take(pairs.form[cut]), pairs.piece[cut])]
 
     def _cut_and_moved(self, forms: FormList, piece: Int64) -> FormList:
         """After a step, forms cut by the box of a piece each."""
@@ -103,39 +103,39 @@ class FormPieces:
                 of, end = sums(forms, weights), sign * self._ends[piece, column, side]
                 whole, crossing = sides(of, end, end)
                 if not whole.all():
-                    kept = [forms.taken(whole), narrowed(forms.taken(crossing), of.taken(crossing), end[crossing])]
+                    kept = [forms.take(whole), narrow_forms(forms.take(crossing), of.take(crossing), end[crossing])]
                     forms, piece = together(kept), np.concatenate([piece[whole], piece[crossing]])
         for number, cuts in enumerate(self._when):
             if cuts and (piece == number).any():
-                met, others = forms.taken(piece == number), piece != number
+                met, others = forms.take(piece == number), piece != number
                 for cut in cuts:
                     met = cut.within(met)
-                forms = together([forms.taken(others), met])
+                forms = together([forms.take(others), met])
                 piece = np.concatenate([piece[others], np.full(met.size, number)])
         moves = self._of(forms.joint, piece)
         return Moves(moves.matrix, *_with_error(moves.low, moves.high), self._kept).of(forms)
 
-    def _met(self, forms: FormList, low: Float64, high: Float64) -> _Pairs:
+    def _find_pairs(self, forms: FormList, low: Float64, high: Float64) -> _Pairs:
         """All forms with the pieces that they meet, form by form; first the piece that holds its middle."""
         count = len(self._ends)
         at_once = max(MAX_COMPARED // (count * max(len(self._cut), 1)), 1)
-        found: list[_Pairs] = []
+        pairs: list[_Pairs] = []
         for begin in range(0, forms.size, at_once):
             some = slice(begin, begin + at_once)
             met = self._meets(low[some], high[some])
             for number, cuts in enumerate(self._when):
                 for cut in cuts if met[:, number].any() else ():
-                    met[:, number] &= cut.met(forms.taken(np.arange(forms.size)[some]))
+                    met[:, number] &= cut.may_meet(forms.take(np.arange(forms.size)[some]))
             if not met.any(axis=1).all():
                 raise RejectedError("a form meets no piece")
             middle = met & self._meets(forms.middle[some], forms.middle[some])
             first = np.asarray(np.where(middle.any(axis=1), middle.argmax(axis=1), met.argmax(axis=1)), dtype=np.int64)
             form, piece = np.nonzero(met)
-            found.append(_Pairs(form + begin, piece, first[form]))
-        if not found:
+            pairs.append(_Pairs(form + begin, piece, first[form]))
+        if not pairs:
             none = np.zeros(0, dtype=np.int64)
             return _Pairs(none, none, none)
-        return found[0] if len(found) == 1 else _Pairs(*map(np.concatenate, zip(*found, strict=True)))
+        return pairs[0] if len(pairs) == 1 else _Pairs(*map(np.concatenate, zip(*pairs, strict=True)))
 
     def _meets(self, low: Float64, high: Float64) -> Bool:
         met = np.ones((len(low), len(self._ends)), dtype=np.bool_)

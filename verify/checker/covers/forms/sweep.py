@@ -63,13 +63,13 @@ class FormSweep:
         """
         swept = 0
         for parts in self._parts.parts(cuts):
-            found = self.left(parts._replace(part=np.arange(parts.size)), MAX_SWEPT - swept)
-            swept += found.forms
-            if found.open.any():
-                raise RejectedError(found.why)
+            left = self.find_open_parts(parts._replace(part=np.arange(parts.size)), MAX_SWEPT - swept)
+            swept += left.forms
+            if left.open.any():
+                raise RejectedError(left.why)
         return swept
 
-    def left(self, parts: BoxList, most: int) -> Left:
+    def find_open_parts(self, parts: BoxList, most: int) -> Left:
         """Follows boxes of starts, whose `part` are their places, with at most so many forms in all."""
         ensure_arithmetic()
         self._open, self._why = np.zeros((len(self._claims), parts.size), dtype=np.bool_), ""
@@ -85,32 +85,32 @@ class FormSweep:
         for step in range(max(claim.steps for claim in self._claims) + 1):
             asked = [number for number in everyone if self._claims[number].steps >= step]
             going = [number for number in asked if self._claims[number].steps > step]
-            self._leave(asked, forms.taken(~forms.finite), "a form has bounds that are not finite")
-            forms = forms.taken(forms.finite)
+            self._leave(asked, forms.take(~forms.finite), "a form has bounds that are not finite")
+            forms = forms.take(forms.finite)
             spent += forms.size
             for number in asked:
-                forms = self._asked(forms, number, step)
+                forms = self._ask_claim(forms, number, step)
             low, high = forms.bounds()
             for number in going:
                 beyond = self._stated[number].beyond(low, high)
-                self._leave([number], forms.taken(beyond), f"at step {step}, nothing may be stated")
+                self._leave([number], forms.take(beyond), f"at step {step}, nothing may be stated")
             shut = self._open[going][:, forms.part].all(axis=0)  # all, where no claim goes on
-            forms = forms.taken(np.asarray(~shut, dtype=np.bool_))
+            forms = forms.take(np.asarray(~shut, dtype=np.bool_))
             if not forms.size:
                 break
             if spent > most:
                 self._leave(going, forms, f"more than {most:,} forms")
                 break
-            forms = self._moved(forms)
+            forms = self._move_forms(forms)
         return spent
 
-    def _moved(self, forms: FormList) -> FormList:
+    def _move_forms(self, forms: FormList) -> FormList:
         forms = forms._replace(joint=np.zeros(forms.size, dtype=np.int64))
         for tree in self._trees:
-            forms = tree.chosen(forms)
-        return with_fewer_columns(self._pieces.moved(forms), MAX_COLUMNS)
+            forms = tree.split_at_tests(forms)
+        return with_fewer_columns(self._pieces.move_forms(forms), MAX_COLUMNS)
 
-    def _asked(self, forms: FormList, number: int, step: int) -> FormList:
+    def _ask_claim(self, forms: FormList, number: int, step: int) -> FormList:
         """The forms that are followed further, once the parts of those that may break a claim are left open for it."""
         claim = self._claims[number]
         says, regions = claim.says, self._regions[number]
