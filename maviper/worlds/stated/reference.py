@@ -7,7 +7,7 @@ Does not: compare (deviation.py).
 
 from __future__ import annotations
 
-from collections.abc import Generator, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from typing import Any, cast
 
@@ -20,6 +20,7 @@ from maviper.worlds.outside.making import import_maker, make_environment
 from maviper.worlds.outside.processes import Copy
 from maviper.worlds.outside.silence import output_aside
 from maviper.worlds.outside.sources import GYMNASIUM, fault, is_named_by_user, parse_source
+from maviper.worlds.outside.together import steps_alone
 from maviper.worlds.stated.systems import Floats
 from verify.systems.statement import Statement
 from verify.systems.system import Affine, Measure
@@ -42,6 +43,7 @@ class Reference:
         source = parse_source(self._where)
         self._copy = Copy(make_environment(import_maker(source), source), source)
         self._ask = self._copy.ask
+        self._step_alone: Callable[[int], tuple[Any, ...]] | None = None
         self.actions = {agent.name: tuple(agent.actions) for agent in statement.agents}
         self._names = [each.name for each in statement.system.variables]
         self._ensure_agents()
@@ -68,13 +70,17 @@ class Reference:
 
     @contextmanager
     def keep_quiet(self) -> Generator[None]:
-        """What it prints meanwhile goes to standard error: to see to that at each step takes as long as a small one."""
+        """What it prints meanwhile goes to standard error: to see to that at each step takes as long as a small one.
+        Where the state is read from an environment of one agent, so does what else a step tells, which nobody reads.
+        """
+        env = self._copy.env
         with output_aside():
             self._ask = self._copy.answer
+            self._step_alone = env.step_alone if self._statement.state and steps_alone(env) else None
             try:
                 yield
             finally:
-                self._ask = self._copy.ask
+                self._ask, self._step_alone = self._copy.ask, None
 
     def reset(self, seed: int) -> None:
         """Starts an episode as the environment does."""
@@ -93,6 +99,13 @@ class Reference:
     def step(self, actions: Mapping[str, str]) -> None:
         """One step, for a joint action by names."""
         chosen = [names.index(actions[agent]) for agent, names in self.actions.items()]
+        if self._step_alone is not None:
+            try:
+                _, _, ended, cut, _ = self._step_alone(chosen[0])
+            except (Exception, SystemExit) as error:
+                raise fault(error, parse_source(self._where), "the environment's step") from error
+            self.playing = not (ended or cut)
+            return
         outcome = self._ask("step", chosen)
         self._observations, self.playing = outcome.observations, not all(outcome.done)
 
