@@ -142,7 +142,7 @@ def forged_is_refused(case, world, claim, certificate):
         return None
     (other,) = case.world([false]).claims
     try:
-        replace(certificate, claim=other).accepted(world.profile, world.statement.system)
+        replace(certificate, claim=other).check(world.profile, world.statement.system)
     except (RejectedError, InputError):
         return True
     return False

@@ -80,7 +80,7 @@ def _inputs(patch):
         kept = tuple(term for term in formula.terms if term[1] not in inputs[1:])
         return compared(formula._replace(terms=kept), statement, acting, where)
 
-    patch.setattr(formulas, "_compared", alone)
+    patch.setattr(formulas, "_rewrite_comparison", alone)
 
 
 def _errors(patch):
@@ -97,7 +97,7 @@ def _ranges(patch):
         found = region(*given)
         return replace(found, box={name: (low, (low + high) / 2) for name, (low, high) in found.box.items()})
 
-    patch.setattr(stated, "named_region", half)
+    patch.setattr(stated, "resolve_region", half)
 
 
 def _unplayed(patch):
@@ -113,7 +113,7 @@ def _tighter(row):
 
 def _sums_of_rows(patch):
     """The checker takes any sum of rows for a contradiction."""
-    patch.setattr(rows.Branch, "contradicted", lambda self, used: True)
+    patch.setattr(rows.Branch, "is_contradicted", lambda self, used: True)
 
 
 def _bounds(patch):
@@ -121,7 +121,7 @@ def _bounds(patch):
     _unplayed(patch)
     settled = rows.Branch.decide_row
 
-    patch.setattr(rows.Branch, "settled", lambda self, row: settled(self, _tighter(row)))
+    patch.setattr(rows.Branch, "decide_row", lambda self, row: settled(self, _tighter(row)))
 
 
 def _choices(patch):
