@@ -85,7 +85,7 @@ def plain(world: World, expert: Any, leaves: int, plays: bool) -> Any:
     def episodes(player: Any, seeds: range) -> tuple[Any, Any]:
         parts = rollout(world, [player], seeds)
         seen = np.concatenate([points(part)[0][0] for part in parts])
-        return seen, expert.given(0, seen)
+        return seen, expert.give_numbers(0, seen)
 
     seen, given = episodes(expert, range(ROUNDS["rollouts"]))
     model = DecisionTreeRegressor(max_leaf_nodes=leaves, random_state=0)

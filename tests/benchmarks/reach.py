@@ -122,7 +122,8 @@ def boxes_prove(system, profile, claim):
         apart = claim.kind is Pattern.AVOIDS and any(
             spread(half.form, box)[0] > 0 for region in claim.regions for half in region
         )
-        inside = claim.kind is Pattern.STAYS_IN and not any(holds(claim.broken(step), each, {}) for each in corners)
+        broken = claim.violation_at(step)
+        inside = claim.kind is Pattern.STAYS_IN and not any(holds(broken, each, {}) for each in corners)
         if not apart and not inside:
             return False
         after = {}
