@@ -31,9 +31,6 @@ sys.dont_write_bytecode = False
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 
-DRAWS = 4  # of a test whose parameter is a seed; its further draws are slow tests
-
-
 def pytest_addoption(parser):
     parser.addoption("--update-golden", action="store_true", help="renew golden files instead of comparing")
     parser.addoption("--seconds", metavar="RECORD", help="write there how long each file took and what was skipped")
@@ -114,11 +111,7 @@ def pytest_make_collect_report(collector):
 
 
 @pytest.hookimpl(trylast=True)
-@pytest.hookimpl(tryfirst=True)  # before marks choose among them
 def pytest_collection_modifyitems(config, items):
-    for item in items:
-        if getattr(item, "callspec", None) and item.callspec.indices.get("seed", 0) >= DRAWS:
-            item.add_marker("slow")
     done = seconds.passed_in(map(Path, config.getoption("left_of")))
     config.hook.pytest_deselected(items=[item for item in items if item.nodeid in done])
     items[:] = [item for item in items if item.nodeid not in done]
