@@ -5,9 +5,9 @@
 Questions: a verdict or an UNKNOWN. Commands: `verify` on the demo's profile, with all files, once its modules are
 compiled; compilation of a wide tree and of many agents, extraction for many agents and for CartPole, whose expert
 stable-baselines3 trains first (or is --expert ZIP); beside the evaluation stands what Gymnasium's own loop takes for as
-many steps. Teams of 8 and 12 agents, trees of depth 12 to 16, and 131,000 leaves;
-default options. A command gets two minutes of CPU time, process start included, and should stay below
-two gigabytes. Trees: fixed roles under fitted splits (held), and full trees with splits and actions at random (full).
+many steps. Teams of 8 and 12 agents, trees of depth 12 to 16, and 131,000 leaves; default options. A command gets two
+minutes of CPU time, process start included, and should stay below two gigabytes. Trees: fixed roles under fitted splits
+(held), and full trees with splits and actions at random (full).
 """
 
 import argparse
@@ -163,7 +163,7 @@ def spent(words: list[str]) -> Ended:
     command = [sys.executable, "-S", "-c", SPENDING, str(LIMIT), sys.executable, "-m", "maviper", *words]
     ended = subprocess.run(command, capture_output=True, text=True, check=True, env=compiled)
     code, seconds, kilobytes = ended.stdout.split()
-    return Ended(ANSWERS.get(ExitCode(int(code)), "") if int(code) >= 0 else "", float(seconds), int(kilobytes) / 1024)
+    return Ended(ANSWERS.get(int(code), ""), float(seconds), int(kilobytes) / 1024)
 
 
 def command(name: str, expert: str = "") -> Ended:
