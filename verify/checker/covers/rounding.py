@@ -73,9 +73,9 @@ def lower(values: Float64, times: float = 1.0) -> Float64:
 
 
 def sum_down(one: Float64, other: Float64 | float) -> Float64:
-    """A float at most the sum, element by element."""
+    """A float at most the sum, element by element; NaN where it lies beyond the floats."""
     total, error = _with_error(one, other)
-    return np.where(error < 0, lower(total), total)
+    return np.where(error >= 0, total, lower(total))  # the error of an infinite total is NaN
 
 
 def sum_up(one: Float64, other: Float64 | float) -> Float64:
@@ -104,12 +104,13 @@ class Factor:
         self._some_shifts = bool(self._shifts.any())
 
     def times_down(self, values: Float64) -> Float64:
-        """A float at most the product with each value.
+        """A float at most the product with each value; NaN where it lies beyond the floats.
 
         The factor f is in [l, h], |h - l| <= 2^-52 |l|, and p is l v rounded. Where |l v| >= 2^-1022, p is off from
         f v by 2^-52 |l v| for the factor and 2^-53 |l v| for rounding. Twice that is taken off, about 3 2^-52 |p|, and
         the difference is rounded by a third of the rest. Below, the factor is off by less than 2^-1074, rounding by
-        2^-1075, and 3 2^-1074 or more are taken off, exactly.
+        2^-1075, and 3 2^-1074 or more are taken off, exactly. Products by powers of two are exact between 2^-1022,
+        which a smaller one may be rounded to, and infinity.
         """
         if self._all_ones:
             return values
@@ -118,7 +119,8 @@ class Factor:
         if self._some_ones:
             exact |= self._ones
         if self._some_shifts:
-            exact |= self._shifts & (np.abs(product) >= TINY)
+            size = np.abs(product)
+            exact |= self._shifts & (size > TINY) & (size < np.inf)
         return np.where(exact, product, lower(product, 3.0))
 
     def times_up(self, values: Float64) -> Float64:

@@ -12,6 +12,8 @@ from verify.checker.reading import RejectedError
 EDGES = [0.0, 1.0, -1.0, 2.0**-1074, 2.0**-1022, 2.0**-1022 * 3, 0.1, 1 / 3, 2.0**53, 2.0**53 + 2, 1e300, 1 - 2.0**-53]
 FACTORS = [F(1), F(-1), F(1, 10), F(-1, 3), F(2), F(-1, 4), F(7, 5), F(10) ** 20, F(1, 2), F(9, 8)]
 FACTORS += [F(2) ** -1020, F(1, 3) * F(2) ** -1020]  # products below the normal floats
+# half of the first is rounded up to the least normal float; twice the second is none
+BEYOND = np.array([(2 - 2.0**-52) * 2.0**-1022, 1.7e308])
 
 
 def numbers(count=2_000, seed=0):
@@ -37,9 +39,15 @@ def test_sums():
         assert (low == high) == (F(low) == exact)
 
 
+def test_sums_beyond_the_floats_are_none():
+    with np.errstate(all="ignore"):
+        assert np.isnan(sum_down(BEYOND[1:], BEYOND[1:])).all() and np.isnan(sum_up(-BEYOND[1:], -BEYOND[1:])).all()
+        assert sum_down(-BEYOND[1:], -BEYOND[1:]) == -np.inf and sum_up(BEYOND[1:], BEYOND[1:]) == np.inf
+
+
 @pytest.mark.parametrize("factor", FACTORS, ids=str)
 def test_products_and_quotients(factor):
-    values, by = numbers(500, seed=3), Factor(factor)
+    values, by = np.concatenate([numbers(500, seed=3), BEYOND, -BEYOND]), Factor(factor)
     with np.errstate(all="ignore"):
         found = by.times_down(values), by.times_up(values), by.into_down(values), by.into_up(values)
     for value, low, high, least, most in zip(values, *found, strict=True):
@@ -47,6 +55,7 @@ def test_products_and_quotients(factor):
         assert not np.isfinite(high) or factor * F(value) <= F(high)
         assert not np.isfinite(least) or F(least) <= F(value) / factor
         assert not np.isfinite(most) or F(value) / factor <= F(most)
+        assert low != np.inf and high != -np.inf
     assert (by.times_down(np.zeros(1)) == 0).all() and (by.times_up(np.zeros(1)) == 0).all()
 
 
