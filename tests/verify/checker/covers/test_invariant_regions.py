@@ -227,6 +227,7 @@ def test_thousands_of_forgeries(seeds):
 def test_what_is_refused():
     system, profile = turning()
     found = answered((system, profile), ever(WIDE, invariant=(BOX,))).certificate
+    assert found is not None
     (part,) = found.parts
     unbounded = InvariantRegion((*box(x=(-1, 1)), HalfSpace(form(-1, y=1))), bytes(1))
     outside = InvariantRegion(box(x=(-2, 2), y=(-2, 2)), bytes(1))
@@ -256,13 +257,13 @@ def test_what_is_refused():
 
 FAULTS = [
     (invariants.RegionSweep, "find_open_parts", lambda f: lambda self, boxes: np.zeros(0, dtype=np.int64)),
-    (invariants.FollowedMotion, "find_breaking", lambda f: lambda self, boxes: boxes.taken(slice(0, 0))),
+    (invariants.FollowedMotion, "find_breaking", lambda f: lambda self, boxes: boxes.take(slice(0, 0))),
     (invariants.FollowedMotion, "arriving", lambda f: lambda self, *given: iter(())),
     (invariants.FollowedMotion, "is_unstated", lambda f: lambda self, boxes: np.zeros(boxes.size, dtype=np.bool_)),
-    (invariants, "outside_of", lambda f: lambda regions, boxes: boxes.taken(slice(0, 0))),
+    (invariants, "outside_of", lambda f: lambda regions, boxes: boxes.take(slice(0, 0))),
     (invariants, "_ensure_closed", lambda f: lambda system, followed: None),
     (forever, "ensure_shown", lambda f: lambda claim, parts: None),
-    (invariants.FollowedMotion, "restrict_boxes", lambda f: lambda self, boxes: f(self, boxes.taken(slice(0, 1)))),
+    (invariants.FollowedMotion, "restrict_boxes", lambda f: lambda self, boxes: f(self, boxes.take(slice(0, 1)))),
 ]
 
 
@@ -273,7 +274,7 @@ def wrong():
         test_what_is_assumed()
         test_unstated()
         attacked(range(8), 2)
-    except (AssertionError, pytest.fail.Exception, ValueError, KeyError, AttributeError, RejectedError):
+    except (AssertionError, pytest.fail.Exception, ValueError, KeyError, RejectedError):
         return True
     return False
 
