@@ -52,6 +52,22 @@ def place(tmp_path_factory):
     return folder
 
 
+def test_a_copy_observes_what_it_copies(place, tmp_path, capsys):
+    """The words name the features that are off: all others are the agent's own."""
+    claims = written(tmp_path, JUMPS)
+    asked = ["verify", str(place / "cart.json"), "-o", str(tmp_path / "out")]
+    assert run([*asked, "--properties", str(claims), "--region", str(place / "region.toml")]) == 1
+    world = tmp_path / "world.toml"
+    source = (tmp_path / "out" / "world.toml").read_text() + claims.read_text()
+    world.write_text(source)
+    assert run([*asked, "--world", str(world)]) == 1
+    of_cart, of_copy = source.split("[agents.cart_off.features]")
+    world.write_text("[agents.cart_off.features]".join((of_cart, of_copy.replace('v = "v"', 'v = "v + 1"', 1))))
+    capsys.readouterr()
+    assert run([*asked, "--world", str(world)]) == 2
+    assert "cart_off does not observe v as cart does" in capsys.readouterr().err
+
+
 def test_verdicts_and_their_certificates(place):
     report = json.loads((place / "out" / "report.json").read_text())
     assert [result["verdict"] for result in report["results"]] == list(VERDICTS.values())

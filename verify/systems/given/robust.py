@@ -6,7 +6,7 @@ Assumes: a statement in which the copy stands: it acts like the agent, and obser
 Does not: decide. The formula is about two agents in one state.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from fractions import Fraction
 from typing import NamedTuple
 
@@ -71,7 +71,7 @@ def robust_of(table: Mapping[str, object], statement: Statement, where: Place) -
     added = set(statement.acting[agent].features) if agent in statement.acting else set[str]()
     features = {name: each for name, each in statement.system.features[agent].items() if name not in added}
     errors = errors_of(table, features, where)
-    _ensure_copied(statement, agent, errors, where)
+    _ensure_copied(statement, agent, features, errors, where)
     bounds = {f"{copy}.{name}": (-size, size) for name, size in errors.items()}
     for name in statement.names.known:
         if name.startswith(f"{copy}."):
@@ -81,16 +81,22 @@ def robust_of(table: Mapping[str, object], statement: Statement, where: Place) -
     return Robust(formula, box_of(bounds), told)
 
 
-def _ensure_copied(statement: Statement, agent: str, errors: Mapping[str, Fraction], where: Place) -> None:
-    """InputError where a copy observes anything but the feature and its error."""
+def _ensure_copied(
+    statement: Statement, agent: str, names: Iterable[str], errors: Mapping[str, Fraction], where: Place
+) -> None:
+    """InputError where a copy observes anything but the features `names` of its own, those of `errors` with them."""
     features, copy = statement.system.features, copy_called(agent)
-    for name, size in errors.items():
-        variable = f"{copy}.{name}"
+    known = {each.name: each.range for each in statement.system.variables}
+    for name in names:
+        variable, size = f"{copy}.{name}", errors.get(name)
         own, off = features[agent][name], features[copy][name]
-        erring = own.form.plus(Affine.of({variable: Fraction(1)}))
-        known = {each.name: each.range for each in statement.system.variables}
-        if variable not in known or off.form != erring or off.measure is not own.measure or off.bounds != own.bounds:
+        erring = [own.form.plus(Affine.of({variable: Fraction(1)}))] if variable in known else []
+        allowed = erring if size is not None else [own.form, *erring]  # an error that is not named is bounded to 0
+        if off.form not in allowed or off.measure is not own.measure or off.bounds != own.bounds:
+            if size is None:
+                advice = "observe the same, or name it in eps"
+                raise InputError(f"{copy} does not observe {name} as {agent} does", where, advice)
             advice = f'state it: {name} = "... + {variable}", with {variable} among the variables'
             raise InputError(f"{copy} does not observe {name} with an error {variable}", where, advice)
-        if not known[variable][0] <= -size <= size <= known[variable][1]:
+        if size is not None and not known[variable][0] <= -size <= size <= known[variable][1]:
             raise InputError(f"errors up to {plain(size)} are not within the range of {variable}", where / "eps")
