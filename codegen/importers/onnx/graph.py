@@ -183,8 +183,7 @@ class _Flow:
         self.double = False  # whether observations are float64
         self.nan = True  # whether it is known what becomes of a NaN
         self.tree: Any = next(node for node in graph.node if node.op_type in OPERATOR_TREES)
-        cast = [name for each in graph.node if each.op_type == "Cast" for name in each.input]
-        self.whole = any(name in cast for name in self.tree.output)  # whether its numbers are made whole ones
+        self.whole = self._makes_whole(graph)
         self.values: dict[str, Value] = {}
         for tensor in graph.initializer:
             self.values[tensor.name] = self.array(tensor, tensor.name)
@@ -279,6 +278,14 @@ class _Flow:
         if name not in kinds:
             raise InputError("a constant is no array of numbers", describe_node(node), ADVICE)
         return np.array(value, dtype=kinds[name])
+
+    def _makes_whole(self, graph: Any) -> bool:
+        """Whether a Cast is given the tree's numbers; nodes stand in order, and Identity changes nothing."""
+        given = set(self.tree.output)
+        for node in graph.node:
+            if node.op_type == "Identity" and given.intersection(node.input):
+                given.update(node.output)
+        return any(node.op_type == "Cast" and given.intersection(node.input) for node in graph.node)
 
     def of_numbers(self, node: Any, attributes: Mapping[str, Any], given: Sequence[Any]) -> Given | None:
         """What an operator makes of a regressor's numbers; None where it is given none of them."""

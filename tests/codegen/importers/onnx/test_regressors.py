@@ -14,7 +14,19 @@ from codegen.errors import InputError
 from codegen.importers.onnx.model import from_onnx
 from codegen.importers.scikit import from_sklearn
 from codegen.policy_json import dumps, loads
-from tests.codegen.importers.onnx.graphs import FLOAT, ROWS, THREE, WIDTH, converted, graph, helper, onnx, runtime
+from tests.codegen.importers.onnx.graphs import (
+    FLOAT,
+    INT64,
+    ROWS,
+    THREE,
+    WIDTH,
+    converted,
+    graph,
+    helper,
+    onnx,
+    runtime,
+    same,
+)
 
 WANTED = np.stack([ROWS[:, 0] * 2 - ROWS[:, 1], np.abs(ROWS[:, 2])], axis=1)
 
@@ -178,6 +190,19 @@ def test_the_newer_operator_gives_numbers_too(behind):
     model.ir_version = 10
     ours, theirs = numbers(model, from_onnx(model.SerializeToString()))
     assert np.array_equal(ours, theirs) and len(np.unique(theirs)) == 3
+
+
+@pytest.mark.parametrize("between", [(), ("Identity",), ("Identity", "Identity")], ids=len)
+def test_numbers_of_the_newer_operator_that_are_made_whole_are_actions(between):
+    names = ["y", *(f"same_{place}" for place in range(len(between)))]
+    nodes = [helper.make_node(each, [names[place]], [names[place + 1]]) for place, each in enumerate(between)]
+    whole = onnx.numpy_helper.from_array(np.array([2.0, 0.0, 1.0], np.float32))
+    nodes.append(helper.make_node("Cast", [names[-1]], ["whole"], to=INT64))
+    shape = onnx.numpy_helper.from_array(np.array([-1]), "shape")
+    nodes.append(helper.make_node("Reshape", ["whole", "shape"], ["label"]))
+    model = graph(ensemble(leaf_weights=whole), *nodes, initializers=[shape], ml=5, main=20)
+    model.ir_version = 10
+    assert len(same(model).agents[0].actions) == 3
 
 
 @pytest.mark.parametrize(
