@@ -56,7 +56,7 @@ def load_claim(profile: ir.PolicyProfile, certificate: Path) -> Shown:
 
 def _load_claim(profile: ir.PolicyProfile, certificate: Path, proved: Proved) -> Shown:
     if isinstance(proved.region, Start):
-        stated = forever.of_either(runs.read(certificate, MAX_BYTES), str(certificate))
+        stated = forever.of_either(runs.read_unpacked(certificate, MAX_BYTES), str(certificate))
         return Shown(stated.claim, f"{Verdict.PROVED.value} in {_name_region(profile, stated.region)}", proved.region)
     if isinstance(proved.region, Cover):
         what = "the certificate is about a stated system, and the page is of a game"

@@ -1,5 +1,6 @@
 """The page says of a state what a monitor made from the proof says of it."""
 
+import lzma
 from fractions import Fraction
 
 import numpy as np
@@ -82,6 +83,14 @@ def test_play_shows_the_claim_of_a_certificate(name):
     assert shown.verdict == "PROVED in a region of its own" and shown.proved is not None
     text = page(profile, Contents((shown,)))
     assert '"region":{"bounds":[["' in text and "PROVED in a region" in text
+
+
+def test_a_packed_proof_of_episodes_is_shown_as_the_plain_one(tmp_path):
+    profile = committed("verdicts/physical_deception")
+    plain = GENERATED / "verdicts" / "physical_deception" / "certificate-8-reaches.json"
+    packed = tmp_path / "certificate.json.xz"
+    packed.write_bytes(lzma.compress(plain.read_bytes()))
+    assert load_claim(profile, packed) == load_claim(profile, plain)
 
 
 @pytest.mark.parametrize("folder", ["physical_deception", "proved_defenders", "proved_navigation"])
