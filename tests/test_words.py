@@ -65,7 +65,7 @@ def test_rates_are_said_with_per():
 
 
 def test_counts_agree_with_their_nouns_by_one_function():
-    """`1 leaves` comes from writing the noun beside a count; the singular is the business of `counted`."""
+    """`1 leaves` comes from writing the noun beside a count; the singular is the business of `format_count`."""
     written = re.compile(r"len\([a-z_.]+\)(?::,)?\} (?:agents|branches|claims|guards|cells|leaves)\b")
     allowed = {"verify/claims/language/tables.py", "maviper/page/games.py"}  # more than one: the code beside says so
     found = {name: written.findall(text) for name, text in TEXTS.items() if name not in allowed}

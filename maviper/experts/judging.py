@@ -45,8 +45,8 @@ class Judged:
 
 
 def judge(world: World, controller: Controller, seeds: range, rivals: Sequence[Rival] = ()) -> Judged:
-    """Judges a controller of all agents on the episodes `seeds`. `rivals` count in a world where `is_rated`; the first
-    checkpoint of all has none and scores 0.
+    """Judges a controller of all agents on the episodes `seeds`. `rivals` count in a world that is rated (`is_rated`);
+    the first checkpoint of all has none and scores 0.
     """
     among = measures.evaluate(world, [controller] * len(world.agents), seeds)
     if not is_rated(world):
@@ -56,7 +56,7 @@ def judge(world: World, controller: Controller, seeds: range, rivals: Sequence[R
 
 
 def scores(world: World, finalists: Sequence[Controller], seeds: range) -> list[float]:
-    """A score of each, on the same episodes; in a world where `is_rated`, what it gains on the others on average."""
+    """A score of each, on the same episodes; in a rated world (`is_rated`), what it gains on the others on average."""
     if not is_rated(world):
         return [judge(world, controller, seeds).score for controller in finalists]
     gains = np.zeros((len(finalists), len(finalists)))

@@ -127,8 +127,8 @@ def family_lines(register, found, family):
 
 
 def words_of(pairs, alpha, margin):
-    """A word for each comparison of a family. Both tests of all are corrected together, as in verdicts.decided: of the
-    two hypotheses of a comparison only one can be true.
+    """A word for each comparison of a family. Both tests of all are corrected together, as in verdicts.decide_family:
+    of the two hypotheses of a comparison only one can be true.
     """
     adjusted = holm([p for pair in pairs for p in (pair.p_differs(), pair.p_equal(margin))], len(pairs))
     words = []

@@ -38,8 +38,8 @@ def union(
     measure: Callable[[Branch], int],
     budget: int,
 ) -> Union:
-    """The volume of all zones together. `own`: the volume of each; `fixed`: as of `fixed_coordinates`; `measure`: of a
-    zone.
+    """The volume of all zones together. `own`: the volume of each; `fixed`: as of `find_fixed_coordinates`;
+    `measure`: of a zone.
     """
     order = sorted(range(len(zones)), key=lambda number: (-own[number], number))
     cutter = _Cutter(problem, fixed)

@@ -76,7 +76,7 @@ class CompiledSearch:
         self._region = self._place(region)
 
     def is_inhabited(self) -> bool:
-        """As ZoneSearch.inhabited."""
+        """As `ZoneSearch.is_inhabited`."""
         return not self._walk(_Walk(-1, ()))[1]
 
     def lemmas(

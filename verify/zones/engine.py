@@ -35,7 +35,7 @@ from verify.zones.tables import (
 
 __all__ = ["BeyondZonesError", "Outcome", "Tests", "ZoneQuery", "decide"]
 ROOM = 8  # of what is left to a coordinate, a point leaves this part free at either end
-Barred: TypeAlias = Mapping[str, frozenset[tuple[int, int]]]  # agent -> barred_sides
+Barred: TypeAlias = Mapping[str, frozenset[tuple[int, int]]]  # agent -> its barred sides (`find_barred_sides`)
 Splits: TypeAlias = Mapping[str, Mapping[tuple[int, float], tuple[Formula, Formula]]]  # agent -> split_sides
 
 

@@ -82,7 +82,7 @@ class Replayed:
     by step, and whether the claim fails in it.
     """
 
-    property: str  # its name where that is sure, see `name_formula`
+    property: str  # the name of the built-in claim where the formula is sure to be that one
     violated: bool
     actions: Mapping[str, str]  # of an episode: in order, with spaces between
     before: Mapping[str, str]  # what the file says that it did

@@ -12,7 +12,7 @@ REAL = {"games": ("physical-deception",), "depths": (1,), "algorithms": ("mavipe
 
 
 def cheap(calls=None):
-    """What stands for `made`: two episodes of one measure, and a note of every call."""
+    """What stands for `make_cell`: two episodes of one measure, and a note of every call."""
 
     def made(task, profiles):
         if calls is not None:
