@@ -50,7 +50,7 @@ def run_passes(profile: ir.PolicyProfile, names: Sequence[str], region: str | No
         if name not in names:
             continue
         after = {DROP: _drop_leaves, MERGE: _merge_leaves, REORDER: _reorder_trees}[name](before, region or "")
-        notes.append(f"{name}: {_say_sizes(before, after)}")
+        notes.append(f"{name}: {_format_sizes(before, after)}")
         before = after
     if not names:
         return Transformed(profile, ())
@@ -59,7 +59,7 @@ def run_passes(profile: ir.PolicyProfile, names: Sequence[str], region: str | No
     return Transformed(replace(before, provenance=replace(profile.provenance, training=training)), tuple(notes))
 
 
-def _say_sizes(before: ir.PolicyProfile, after: ir.PolicyProfile) -> str:
+def _format_sizes(before: ir.PolicyProfile, after: ir.PolicyProfile) -> str:
     """Leaves and longest paths of each agent before and after."""
     parts: list[str] = []
     for old, new in zip(before.agents, after.agents, strict=True):

@@ -120,7 +120,7 @@ class _Group:
             return np.concatenate(columns, axis=1)
 
         given = (asked.world, asked.expert, self.controllers, self.agents, seeds, weigh)
-        met = self.journal.remember_rollouts(f"{iteration:04d}-rollouts{self.name}", collect, *given)
+        met = self.journal.load_or_collect(f"{iteration:04d}-rollouts{self.name}", collect, *given)
         self.data = met.data if self.data is None else self.data + met.data  # line 4
         return met
 

@@ -50,7 +50,7 @@ class Journal:
         """As `arrays`, for a step whose result is some trees."""
         return unpack_trees(self.arrays(name, lambda: pack_trees(compute(*arguments))))
 
-    def remember_rollouts(self, name: str, compute: Callable[..., Met], *arguments: Any) -> Met:
+    def load_or_collect(self, name: str, compute: Callable[..., Met], *arguments: Any) -> Met:
         """As `arrays`, for rollouts."""
         return Met.of(self.arrays(name, lambda: compute(*arguments).arrays()))
 

@@ -121,7 +121,7 @@ def reproduce_paper(folder: str | Path, options: Request, console: Console | Non
     mine = plans.shard(plan, *options.part)
     store, done = Store(Path(folder)), Reproduced(mine)
     if options.plan:
-        done.lines = say_plan(mine, store)
+        done.lines = describe_plan(mine, store)
         return done
     if not options.report_only:
         with store:
@@ -238,7 +238,7 @@ def _write_report(store: Store, plan: Plan, register: str, done: Reproduced, con
         done.lines.append(f"{format_count(len(done.failed), 'cell')} failed; run the command again to try again")
 
 
-def say_plan(plan: Plan, store: Store) -> list[str]:
+def describe_plan(plan: Plan, store: Store) -> list[str]:
     """The plan for people: a line for cells that differ by depth and seed only, then the sum."""
     counts, seconds = Counter[str](), Counter[str]()
     finished, left = 0, 0.0

@@ -51,7 +51,7 @@ from verify.systems.files import statement_of
 from verify.systems.given.played import as_played
 from verify.systems.observing import choose_actions
 from verify.systems.pieces import list_curved
-from verify.systems.properties import claims_in, claims_of, write_formula
+from verify.systems.properties import claims_in, claims_of, parse_written
 from verify.systems.statement import Statement
 from verify.verdicts.systems import ENCLOSED, JointQuestions, SystemResult, verify_system
 
@@ -193,7 +193,7 @@ class StatedWorld:
         confirm = observable if self.observed else truly
         again = confirm(self.statement, self.profile, claim, found)
         if again is not None and claim.about_decisions:
-            said = write_formula(claim, self.statement, self.profile)
+            said = parse_written(claim, self.statement, self.profile)
             if said is not None and not fails(self.statement, self.profile, said, again.start):
                 raise AssertionError(f"the reference breaks no formula at {dict(again.start)}: {claim.written}")
         return again

@@ -117,7 +117,7 @@ def find_episode_claim(name: str, profile: PolicyProfile, team: str | None = Non
 
 
 def check_zones(zones: int) -> int:
-    """How many zones may be visited, itself. InputError for a number out of its range."""
+    """Checks how many zones may be visited, and returns it. InputError for a number out of its range."""
     check_range(ZONES, zones, MAX_ZONES, 1)
     return zones
 

@@ -62,7 +62,7 @@ def _differences(document: Mapping[str, object], names: Sequence[str], where: Pl
         if (b, a) in differences and a != b:
             a, b, low, high = b, a, -high, -low
         before = differences.get((a, b), (low, high))
-        differences[a, b] = _check_order(max(low, before[0]), min(high, before[1]), where / "difference" / pair)
+        differences[a, b] = _make_interval(max(low, before[0]), min(high, before[1]), where / "difference" / pair)
     return tuple((a, b, bounds) for (a, b), bounds in differences.items())
 
 
@@ -108,10 +108,10 @@ def _interval(bounds: object, where: Place) -> Interval:
     if not is_list(bounds) or len(bounds) != 2:
         raise InputError("bounds are two numbers, [low, high]", where, ADVICE)
     low, high = (number(bound, where) for bound in bounds)
-    return _check_order(low, high, where)
+    return _make_interval(low, high, where)
 
 
-def _check_order(low: Fraction, high: Fraction, where: Place) -> Interval:
+def _make_interval(low: Fraction, high: Fraction, where: Place) -> Interval:
     if low > high:
         raise InputError(f"the lower bound {text(low)} is above the upper one {text(high)}", where, "swap them")
     return low, high

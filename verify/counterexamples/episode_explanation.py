@@ -153,7 +153,9 @@ def _spans(question: EpisodeQuestion, state: State, episode: Episode) -> tuple[S
         for k, there in zip(open_sides, stand([(sides[k][0], middle[k]) for k in open_sides]), strict=True):
             good[k], ends[k] = (middle[k], ends[k]) if there else (good[k], middle[k])
     lows, highs = good[::2], good[1::2]
-    between = [(name, float(value)) for name, *pair in zip(names, lows, highs, strict=True) for value in _spread(*pair)]
+    between = [
+        (name, float(value)) for name, *pair in zip(names, lows, highs, strict=True) for value in _space_evenly(*pair)
+    ]
     gaps = [moved for moved, there in zip(between, stand(between), strict=True) if not there]
     spans: list[StartSpan] = []
     for name, low, high in zip(names, lows, highs, strict=True):
@@ -167,7 +169,7 @@ def _spans(question: EpisodeQuestion, state: State, episode: Episode) -> tuple[S
     return tuple(spans)
 
 
-def _spread(low: float, high: float) -> list[float]:
+def _space_evenly(low: float, high: float) -> list[float]:
     """Values evenly between two ends."""
     return [] if low == high else [float(value) for value in np.linspace(low, high, BETWEEN + 2)[1:-1]]
 

@@ -220,7 +220,9 @@ def _tests(policy: AgentPolicy, view: AgentView, state: State, semantics: str) -
         feature = next(one for one in policy.features if one.name == step.feature)
         error = Fraction(state.errors.get(error_name(policy.agent, feature.name), 0.0))
         numbers = policy.numbers
-        left, right = sides(feature, step.threshold, numbers, REAL if _rounds_sum(feature, semantics) else semantics)
+        left, right = sides(
+            feature, step.threshold, numbers, REAL if _has_inexact_end(feature, semantics) else semantics
+        )
         meaning = feature.meaning
         if error and meaning is not None and not meaning.function and semantics == MACHINE:
             end = find_twice_rounded_end(step.threshold, numbers)  # no float64 number any more, so rounded as a sum is
@@ -234,7 +236,7 @@ def _tests(policy: AgentPolicy, view: AgentView, state: State, semantics: str) -
     return formulas
 
 
-def _rounds_sum(feature: FeatureSpec, semantics: str) -> bool:
+def _has_inexact_end(feature: FeatureSpec, semantics: str) -> bool:
     """Whether a test of the feature has no exact end, since the deployed arithmetic rounds after each addition."""
     return semantics == MACHINE and feature.meaning is not None and len(feature.meaning.terms) > AT_ONCE
 
@@ -245,7 +247,7 @@ def _find_undetermined(question: DecisionQuestion, found: Counterexample) -> set
     for view in found.agents:
         features = {one.name: one for one in question.profile.policy(view.agent).features}
         tested = [features[step.feature] for step in view.path]
-        meanings = [one.meaning for one in tested if one.meaning and _rounds_sum(one, question.semantics)]
+        meanings = [one.meaning for one in tested if one.meaning and _has_inexact_end(one, question.semantics)]
         names |= {name for meaning in meanings for _, name in meaning.terms}
     goal = found.state.goal
     return {f"{goal}{name.removeprefix(GOAL)}" if name.startswith(f"{GOAL}.") else name for name in names}

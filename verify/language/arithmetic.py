@@ -66,7 +66,7 @@ class Arithmetic(ABC, Generic[Value]):
         """What a call means, likewise."""
 
     @abstractmethod
-    def refuse_node(self, node: Node) -> InputError:
+    def make_node_error(self, node: Node) -> InputError:
         """About a tree that states no value."""
 
     # --- trees
@@ -95,7 +95,7 @@ class Arithmetic(ABC, Generic[Value]):
                     value = self._combine(value, sign, self.evaluate_node(other))
                 return value
             case _:
-                raise self.refuse_node(node)
+                raise self.make_node_error(node)
 
     def read(self, read: Callable[[str, str], Read], text: str, token: Token) -> Read:
         """What a part of the text is read as. InputError with its place."""

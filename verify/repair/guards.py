@@ -194,10 +194,10 @@ class _Grid:
         """
         if (axis, span, push) not in self._sides:
             low, high = (self._ends[axis][end] for end in span)
-            self._sides[axis, span, push] = None if low > high else self._check_engaged(low, high, Fraction(push))
+            self._sides[axis, span, push] = None if low > high else self._decide_engaged(low, high, Fraction(push))
         return self._sides[axis, span, push]
 
-    def _check_engaged(self, low: Fraction, high: Fraction, push: Fraction) -> tuple[bool, bool]:
+    def _decide_engaged(self, low: Fraction, high: Fraction, push: Fraction) -> tuple[bool, bool]:
         margin, radius = self._claim.margin, self._claim.radius
         if push:
             least, most = sorted((push * low, push * high))

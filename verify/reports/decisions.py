@@ -97,7 +97,7 @@ def facts(given: PolicyProfile, result: DecisionResult, command: str) -> dict[st
         "formula": claim.written.strip(),
         "data": formula_document(formula(profile, claim)) if claim.per_state else None,
         "assumption": claim.assumption.strip(),
-        "parameters": {name: _show_parameter(value, name) for name, value in claim.parameters.items()},
+        "parameters": {name: _format_parameter(value, name) for name, value in claim.parameters.items()},
         "semantics": result.semantics,
         "region_name": name_region(profile, result.region),
         "region": result.region.document(),
@@ -149,7 +149,7 @@ def _meaning(result: DecisionResult) -> str:
     return meanings.get(result.verdict, MEANINGS[result.verdict])
 
 
-def _show_parameter(value: Parameter, name: str) -> str:
+def _format_parameter(value: Parameter, name: str) -> str:
     """A parameter as text."""
     if isinstance(value, Fraction):
         return plain(value)

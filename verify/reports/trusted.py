@@ -116,32 +116,32 @@ def modules(base: Mapping[str, tuple[str, ...]]) -> list[str]:
     return sorted(f"{folder.replace('/', '.')}.{name}" for folder, names in base.items() for name in names)
 
 
-def render(base: Mapping[str, tuple[str, ...]]) -> str:
+def cite(base: Mapping[str, tuple[str, ...]]) -> str:
     """The modules of a base in words."""
     return "; ".join(f"{folder} ({', '.join(sorted(names))})" for folder, names in base.items())
 
 
-WITH_CERTIFICATE = f"for a proof about single decisions with a certificate: {render(DECISIONS)}"
+WITH_CERTIFICATE = f"for a proof about single decisions with a certificate: {cite(DECISIONS)}"
 WITHOUT_CERTIFICATE = (
     "for a proof about single decisions without a certificate: the solver, and the encoder of trees, roundings and "
     "claim (verify/solver/encode.py)"
 )
 EPISODES_WITH_CERTIFICATE = (
-    f"for a proof about episodes with a certificate: {render(EPISODES)}; and the dynamics in the profile's world spec"
+    f"for a proof about episodes with a certificate: {cite(EPISODES)}; and the dynamics in the profile's world spec"
 )
 EPISODES_WITHOUT_CERTIFICATE = (
     "for a proof about episodes without a certificate: one reading, which nothing checks, by the zones and their steps "
     "(verify/episodes: composition, contacts, cuts, unroll, zones), and the dynamics in the profile's world spec"
 )
 SYSTEMS_WITH_CERTIFICATE = (
-    f"for a proof about a stated system: {render(SYSTEMS)}; and that the statement is true of what it is about"
+    f"for a proof about a stated system: {cite(SYSTEMS)}; and that the statement is true of what it is about"
 )
 SYSTEMS_WITH_COVER = (
-    f"for a proof about a stated system by boxes or affine forms: {render(COVERS)}; that the processor rounds float64 "
+    f"for a proof about a stated system by boxes or affine forms: {cite(COVERS)}; that the processor rounds float64 "
     "to nearest, of which the checker asks samples; and that the statement is true of what it is about"
 )
 SYSTEMS_WITH_SETS = (
-    f"for a proof about continuous time: {render(FLOWS)}; that the processor rounds float64 to nearest, of which the "
+    f"for a proof about continuous time: {cite(FLOWS)}; that the processor rounds float64 to nearest, of which the "
     "checker asks samples; and that the statement is true of what it is about"
 )
 SYSTEM_READ = "that the world file was read as it is meant: verify/systems (files, and what it imports)"
@@ -158,7 +158,7 @@ FLOW_REPLAYED = (
     "replay` runs them again"
 )
 REPLAYED = "for a counterexample: none of this, since it can be replayed"
-REFEREED = f"for a counterexample in real arithmetic: the referee ({render(REFEREE)}); `maviper replay` asks it again"
+REFEREED = f"for a counterexample in real arithmetic: the referee ({cite(REFEREE)}); `maviper replay` asks it again"
 MEANINGS = "the meanings of the features in the profile"
 UNCHECKED = f"{MEANINGS} (not checked: this version cannot play the profile's world)"
 CHECKED = f"{MEANINGS} (the same as those of this version's world)"

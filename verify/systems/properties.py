@@ -144,7 +144,7 @@ def _robust(
     )
 
 
-def write_formula(claim: SystemClaim, statement: Statement, profile: PolicyProfile) -> Formula | None:
+def parse_written(claim: SystemClaim, statement: Statement, profile: PolicyProfile) -> Formula | None:
     """The formula of a claim about decisions as it was written, over variables, outputs and actions; None where it has
     curves or next values.
     """

@@ -71,7 +71,7 @@ def maviper(asked: Extraction, everybody: Sequence[int], selection: Selection) -
     journal, examples = asked.journal, asked.examples
     weigh = partial(weights, world, expert, settings)
     warm_up = _warm_up(settings)
-    data = journal.remember_rollouts(
+    data = journal.load_or_collect(
         "warm-up", collect, world, expert, [expert] * len(everybody), everybody, warm_up, weigh
     ).data
     for iteration in range(settings.iterations):
@@ -79,7 +79,7 @@ def maviper(asked: Extraction, everybody: Sequence[int], selection: Selection) -
         grown = journal.trees(f"{step}-trees", grow_teams, world, examples.before(world, data), settings, iteration)
         policies = tree_policies(agent_policies(world, grown))
         seeds = settings.rollout_episodes(iteration, WARM_UP)
-        met = journal.remember_rollouts(
+        met = journal.load_or_collect(
             f"{step}-rollouts", collect, world, expert, [policies] * len(everybody), everybody, seeds, weigh
         )
         data = data + met.data
@@ -212,9 +212,7 @@ def viper(asked: Extraction, agents: Sequence[int], selection: Selection) -> int
     def weigh(observations: tuple[Float32, ...], state: object, wanted: Int) -> Float64:
         return _own_weight(world, expert, observations, state, wanted, agent, moved=False)[:, None]
 
-    data = journal.remember_rollouts(
-        "warm-up", collect, world, expert, experts, [agent], _warm_up(settings), weigh
-    ).data
+    data = journal.load_or_collect("warm-up", collect, world, expert, experts, [agent], _warm_up(settings), weigh).data
     mine = examples.of_teams(world.team_of(world.agents[agent]))
     for iteration in range(settings.iterations):
         step = f"{iteration:04d}"
@@ -222,7 +220,7 @@ def viper(asked: Extraction, agents: Sequence[int], selection: Selection) -> int
         tree = journal.trees(f"{step}-trees", _grow_resampled, world, known, settings, agent, iteration)
         policies = among(world, agent_policies(world, tree, [agent]), experts)
         seeds = settings.rollout_episodes(iteration, WARM_UP)
-        met = journal.remember_rollouts(f"{step}-rollouts", collect, world, expert, policies, [agent], seeds, weigh)
+        met = journal.load_or_collect(f"{step}-rollouts", collect, world, expert, policies, [agent], seeds, weigh)
         data = data + met.data
         selection.note_rollouts(met.values, met.fidelity)
         selection.offer(tree)

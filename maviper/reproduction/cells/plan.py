@@ -290,8 +290,8 @@ def _answers(asked: Asked, made: Sequence[Task], left_out: list[tuple[str, str]]
     if not alike:
         return []
     effort = {QUICK: responding.UNTRAINED, FULL: responding.MORE}.get(asked.tier, responding.USUAL)
-    if effort["steps"] and responding.check_trainable():
-        left_out.append(("networks that respond", responding.check_trainable()))
+    if effort["steps"] and responding.explain_untrainable():
+        left_out.append(("networks that respond", responding.explain_untrainable()))
         effort = {**effort, "steps": 0}
     return [
         replace(task, cell=replace(task.cell, kind=EXPLOITABILITY, algorithm=name), effort=effort)

@@ -32,7 +32,7 @@ MORE: Mapping[str, int] = {**USUAL, "steps": 1_024_000}
 CHOSEN_ON = ":chosen-on"
 
 
-def check_trainable() -> str:
+def explain_untrainable() -> str:
     """Why no network can be trained; "" where one can."""
     return "" if find_spec("torch") else "torch is not installed: pip install 'maviper[train]'"
 

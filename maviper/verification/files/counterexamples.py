@@ -251,10 +251,10 @@ def read_counterexample(path: Path, profile: PolicyProfile) -> tuple[Counterexam
     stored, state = _read(path)
     if stored.view is not None:
         profile = over(profile, view_from(stored.view))
-    return stored, state, check_formula(stored.formula, stored.team, [state], profile, path)
+    return stored, state, resolve_formula(stored.formula, stored.team, [state], profile, path)
 
 
-def check_formula(
+def resolve_formula(
     document: dict[str, Any], team: str, states: Sequence[State], profile: PolicyProfile, path: Path
 ) -> Formula:
     """The formula of a file, if it and the world states are about what the profile's world has; else InputError."""

@@ -221,7 +221,7 @@ def _read(path: Path, policies: PolicyProfile) -> Failing | None:
     if ours != theirs:
         raise InputError("the states are of another world", f"{path}: {escape_text(theirs[:80])}, not {ours}", ADVICE)
     states = _points(written, path)
-    statement = counterexamples.check_formula(written.formula, written.team, states, policies, path)
+    statement = counterexamples.resolve_formula(written.formula, written.team, states, policies, path)
     _ensure_floats(statement, path)
     region = read_region(written.bounds, policies.world, f"{path}: bounds", find_observed_velocities(policies))
     label = counterexamples.name_formula(written.property, statement, written.team, policies)

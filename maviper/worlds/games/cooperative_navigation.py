@@ -53,7 +53,7 @@ class CooperativeNavigation(ParticleWorld):
         self.features, self.shown = self.extend_features(base, features), tuple(len(each) for each in base)
         lower = (Measure(AGENTS, name, lower_is_better=True) for name in ("D + collisions", "D", "collisions"))
         self.measures = (*lower, *(Measure(AGENTS, name, share=True) for name in SUCCESS))
-        self.spec = self.apply_physics(physics, self.spec)
+        self.spec = self.choose_physics(physics, self.spec)
 
     def _features(self, agent: str) -> tuple[FeatureSpec, ...]:
         others = [name for name in self.agents if name != agent]

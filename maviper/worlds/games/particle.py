@@ -150,7 +150,7 @@ class ParticleWorld(World):
     def _motion(self, quick: bool) -> Motion:
         return Motion(self._moving or self.spec, self.actions, quick, velocity_first=self._moving is not None)
 
-    def apply_physics(self, physics: str, spec: WorldSpec) -> WorldSpec:
+    def choose_physics(self, physics: str, spec: WorldSpec) -> WorldSpec:
         """The spec of a world that moves by mpe2's `physics`, or by those of the authors' fork: velocities change
         first, and positions move with the new ones. What steps, proves or draws a world reads its spec, which can state
         mpe2's order alone. So the spec of the other one states no motion (a `dt` of 0): nothing can step it wrongly.

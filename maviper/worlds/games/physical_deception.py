@@ -73,7 +73,7 @@ class PhysicalDeception(ParticleWorld):
             self.shown = (0,) * len(agents)
             self.features = tuple(map(self._anonymous, self.features))
         self.measures = tuple(Measure(team, name, share=True) for name in SUCCESS for team in self.teams)
-        self.spec = self.apply_physics(physics, self.spec)
+        self.spec = self.choose_physics(physics, self.spec)
 
     def _features(self, agent: str) -> tuple[FeatureSpec, ...]:
         seen = [entity.name for entity in self.spec.landmarks] + [name for name in self.agents if name != agent]

@@ -82,7 +82,7 @@ class PredatorPrey(ParticleWorld):
         self.return_first = (PREY,)
         inside = Measure(PREY, "touches inside", lower_is_better=True, partial=True)
         self.beside = (Measure(PREY, "fine", lower_is_better=True), Measure(PREY, "inside", share=True), inside)
-        self.spec = self.apply_physics(physics, self.spec)
+        self.spec = self.choose_physics(physics, self.spec)
 
     # --- observations
 

@@ -58,12 +58,12 @@ def find_registered(name: str) -> Callable[..., gymnasium.Env]:
         try:
             return gymnasium.make(name, disable_env_checker=True, **given)
         except (gymnasium.error.Error, ImportError) as error:
-            raise _refuse_name(name, error) from error
+            raise _make_name_error(name, error) from error
 
     return make
 
 
-def _refuse_name(name: str, error: Exception) -> InputError | MissingToolError:
+def _make_name_error(name: str, error: Exception) -> InputError | MissingToolError:
     """Why there is no such environment, and where it is to be found."""
     from gymnasium import error as errors
 

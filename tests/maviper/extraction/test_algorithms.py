@@ -372,7 +372,7 @@ def test_metrics_tell_how_far_the_team_is_right_together(world, expert, tmp_path
     extract(world, expert, small("maviper", preset="paper"), Running(lambda step: lines.append(step.line)), journal)
     observations, labelled = [[], [], []], []
     for step, line in enumerate(lines):
-        met = journal.remember_rollouts(f"{step:04d}-rollouts", pytest.fail).data
+        met = journal.load_or_collect(f"{step:04d}-rollouts", pytest.fail).data
         labelled += met.labels.tolist()
         for mine, seen in zip(observations, met.observations, strict=True):
             mine += seen.tolist()

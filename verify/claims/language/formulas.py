@@ -124,7 +124,7 @@ class _Sums(Arithmetic[CoordinateSum]):
     def resolve_name(self, name: Token) -> Typed[CoordinateSum]:
         known = self._known
         if name.text in TRUTHS:
-            raise self.refuse_node(NameNode(name))
+            raise self.make_node_error(NameNode(name))
         if name.text in known.constants:
             self.measured = self.measured or name
             number, unit = known.constants[name.text]
@@ -146,7 +146,7 @@ class _Sums(Arithmetic[CoordinateSum]):
             a, b = resolve_names(self.source, call, ("entity", self._known.entities), ("entity", self._known.entities))
             return Typed(distance(a, b), None)
         if function.text in (ACTS, *PREDICATES):
-            raise self.refuse_node(call)
+            raise self.make_node_error(call)
         if function.text not in (*EXTREMES, BARS):
             raise self.source.unknown("function", function, FUNCTIONS)
         single = function.text in ("abs", BARS)
@@ -168,7 +168,7 @@ class _Sums(Arithmetic[CoordinateSum]):
             raise self.source.wrong(what, node.token.place, "split the formula")
         return typed
 
-    def refuse_node(self, node: Node) -> InputError:
+    def make_node_error(self, node: Node) -> InputError:
         action = isinstance(node, CallNode) and node.token.text == ACTS
         what = f"{'an action' if action else 'a claim'} is no number"
         return self.source.wrong(what, node.token.place, "join claims by and, or, implies")

@@ -143,7 +143,7 @@ class CellSearch:
             while fresh:
                 cells = np.array(sorted(fresh), dtype=np.int64)
                 if self.spent - before > MAX_TRIED or self.spent > self.most:
-                    raise self._build_left_error(sweep, cells[:1], sweep.motion.move_boxes(sweep.boxes(cells[:1])))
+                    raise self._make_left_error(sweep, cells[:1], sweep.motion.move_boxes(sweep.boxes(cells[:1])))
                 fresh = self._becoming(sweep, cells, known, steps)
                 known |= fresh
         cells = encode_numbers(_numbers(np.array(sorted(known), dtype=np.int64)))
@@ -163,14 +163,14 @@ class CellSearch:
             boxes = sweep.motion.move_boxes(boxes)
             broken = sweep.motion.find_breaking(boxes)
             if broken.size:
-                raise self._build_left_error(sweep, cells, broken)
+                raise self._make_left_error(sweep, cells, broken)
             boxes, of = sweep.in_cells(boxes)
             self.spent += boxes.size
             tell(min(self.spent, self.most), self.most, "boxes")
             new = np.array([tuple(each) not in known for each in of.tolist()], dtype=np.bool_)
             boxes, of = boxes.take(new), of[new]
             if boxes.size and (boxes.size > MAX_TRIED or len(known) > MAX_CELLS or self.spent > self.most):
-                raise self._build_left_error(sweep, cells, boxes)
+                raise self._make_left_error(sweep, cells, boxes)
             if step == steps or not boxes.size:
                 return _cells(of)
         return set()
@@ -182,7 +182,7 @@ class CellSearch:
             raise LeftError(self._bounds(sweep, arriving), self._bounds(sweep, broken), self._claim.by)
         return arriving
 
-    def _build_left_error(self, sweep: InvariantSweep, cells: Int64, to: BoxList) -> LeftError:
+    def _make_left_error(self, sweep: InvariantSweep, cells: Int64, to: BoxList) -> LeftError:
         """That a state of a cell goes to where it may not, or goes on and on."""
         return LeftError(self._bounds(sweep, sweep.boxes(cells[to.part[:1]])), self._bounds(sweep, to))
 

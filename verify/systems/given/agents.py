@@ -259,7 +259,7 @@ class _Reading:
             self._features.setdefault(name, stated)
             return list(self._features).index(name)
         if stated.measure is not Measure.VALUE:
-            raise self._refuse_feature(place, "is rounded to float32 after it is clipped")
+            raise self._make_feature_error(place, "is rounded to float32 after it is clipped")
         return self._feature(
             self._with(stated.form, f"feature_{place + 1}", Sum(((1.0, place),)), self._errors.bound_feature(place))
         )
@@ -301,11 +301,13 @@ class _Reading:
                 form = form.plus(Affine((), Fraction(weight)))
                 continue
             if self._stated[place].measure is not Measure.VALUE:
-                raise self._refuse_feature(place, f"is {self._stated[place].measure.value}(..), and stands in a sum")
+                raise self._make_feature_error(
+                    place, f"is {self._stated[place].measure.value}(..), and stands in a sum"
+                )
             form = form.plus(self._stated[place].form, Fraction(weight))
         return form
 
-    def _refuse_feature(self, place: int, what: str) -> InputError:
+    def _make_feature_error(self, place: int, what: str) -> InputError:
         where = f"{self.real.agent}: feature {self.real.features[place].name}"
         return InputError(f"the feature {what}", where, "sums are proved of affine features only")
 

@@ -301,7 +301,7 @@ class _Expressions(Arithmetic[Expression]):
 
         return polytopes(self.source, tree, less)
 
-    def refuse_node(self, node: Node) -> InputError:
+    def make_node_error(self, node: Node) -> InputError:
         return self.source.wrong("not an expression", node.token.place, HOW)
 
     def half_spaces(self, tree: Node) -> list[HalfSpace]:

@@ -13,7 +13,7 @@ from maviper.reproduction.cells import plan as plans
 from maviper.reproduction.cells.cell import CROSSPLAY, EXPERT, EXPLOITABILITY, EXTRACTION
 from maviper.reproduction.cells.plan import Asked, experts_of, plan_cells, shard
 from maviper.reproduction.cells.store import Store
-from maviper.reproduction.run import say_plan
+from maviper.reproduction.run import describe_plan
 from maviper.worlds import find
 
 
@@ -177,7 +177,7 @@ def test_every_game_of_the_plan_is_a_world():
 def test_cells_like_none_that_was_measured_are_counted_in_the_plan(tmp_path, monkeypatch):
     plan, store_ = plan_cells(Asked("quick"), ""), Store(tmp_path)
     monkeypatch.setattr(costs, "load_costs", lambda: {"expert physical-deception": {"0": 1.0}})
-    assert "11 cells were not measured" in "\n".join(say_plan(plan, store_))
+    assert "11 cells were not measured" in "\n".join(describe_plan(plan, store_))
     like = "extraction physical-deception maviper-no-prediction paper histogram"
     monkeypatch.setattr(costs, "load_costs", lambda: {like: {"4": 1.0}})
     assert [task.cell.algorithm for task in plan.tasks if not costs.is_guessed(task.cell)] == ["maviper-no-prediction"]
