@@ -120,8 +120,8 @@ class Lookup:
 
     @property
     def counter(self) -> str:
-        """The type in C of a place in `order`: the narrower, the more of them a cache holds."""
-        return "unsigned short" if len(self.order) <= NARROW else "int"
+        """The type in C of a box, and of a place in `order`: the narrower, the more of them a cache holds."""
+        return "unsigned short" if max(len(self.order), len(self.boxes)) <= NARROW else "int"
 
     @property
     def comparisons(self) -> int:

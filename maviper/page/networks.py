@@ -1,7 +1,7 @@
 """What the page knows of an expert that is a network.
 
 Does: packs the layers that decide for an agent.
-Assumes: an expert that maviper ships.
+Assumes: a NetworkExpert.
 Does not: write HTML, or decide.
 """
 

@@ -127,7 +127,12 @@ def _episodes(path: Path) -> dict[tuple[str, str], Values]:
         raise InputError("the table lacks columns", f"{path}: {', '.join(EPISODE_COLUMNS)}", AGAIN)
     by_lineup: dict[tuple[str, str], tuple[list[float], list[float]]] = {}
     try:
-        for lineup, measure, episode, *columns in lines:  # a record packs episodes that follow one another in one row
+        for (
+            lineup,
+            measure,
+            episode,
+            *columns,
+        ) in lines:  # records of an earlier form pack episodes that follow one another in one row
             seeds, values = by_lineup.setdefault((lineup, measure), ([], []))
             seeds.extend(range(int(episode), int(episode) + len(columns)))
             values.extend(map(float, columns))

@@ -13,6 +13,8 @@ import lzma
 import math
 from pathlib import Path
 
+from maviper.files import runs
+
 FORM = "maviper-record-1"
 FILE = "cells.json.xz"
 HEAD = "lineup,measure,episode,value\n"
@@ -70,11 +72,10 @@ def _line(value: object) -> str:
 
 
 def unpacked(place: Path) -> dict:
-    """What a record's file holds. ValueError where it is none, or larger than any record."""
-    data = lzma.LZMADecompressor(memlimit=2**28).decompress(place.read_bytes(), MAX_BYTES + 1)
-    if len(data) > MAX_BYTES:
-        raise ValueError(f"{place}: more than {MAX_BYTES} bytes")
-    document = json.loads(data)
+    """What a record's file holds. ValueError where it is of another form, InputError where it cannot be unpacked, or is
+    larger than any record.
+    """
+    document = json.loads(runs.read_unpacked(place, MAX_BYTES))
     if document.get("form") != FORM:
         raise ValueError(f"{place}: not of the form {FORM}")
     return document

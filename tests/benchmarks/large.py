@@ -167,7 +167,7 @@ def spent(words: list[str]) -> Ended:
 
 
 def command(name: str, expert: str = "") -> Ended:
-    """A compilation or an extraction, and how it ended; what cannot be replayed is compiled all the same. `expert`: of
+    """A command of REACH, and how it ended; what cannot be replayed is compiled all the same. `expert`: of
     CartPole; "": one that is trained.
     """
     with tempfile.TemporaryDirectory() as folder:

@@ -33,7 +33,7 @@ def sentence(flow: Flow) -> str:
     """What verdicts about continuous time are about."""
     errors = {name: max(map(abs, bounds)) for name, bounds in flow.errors.items()}
     told = ", ".join(f"{name} {upwards(error)} a second" for name, error in errors.items())
-    jumping = [name for name in flow.each[-1].jumps if name not in flow.kept]
+    jumping = list(dict.fromkeys(name for each in flow.each for name in each.jumps if name not in flow.kept))
     jumps = f", jumps of {', '.join(jumping)} at samples" if jumping else ""
     cases = f" in {format_count(len(flow.cases), 'case')}" if flow.cases else ""
     often = f"of the stated flow{cases}, with actions held for {_periods(flow)}{_delays(flow)}{jumps}"

@@ -118,9 +118,11 @@ class StatedEnv(ParallelEnv[str, Any, Any]):
     def _observe_agents(self) -> dict[str, Any]:
         features = self.statement.system.features
         found: dict[str, Any] = {}
+        state, exact = self.state, _convert_exactly(self.state)
         for agent in self.possible_agents:
-            state = self._late()
-            exact = {name: Fraction(number) for name, number in state.items()}
+            late = self._late()
+            if late is not state:
+                state, exact = late, _convert_exactly(late)
             found[agent] = np.array([_of(feature, state, exact) for feature in features[agent].values()], np.float32)
         return found
 
@@ -131,6 +133,10 @@ class StatedEnv(ParallelEnv[str, Any, Any]):
             return self.state
         way = flow.seen[int(self._rng.integers(len(flow.seen)))]
         return {name: self.state[way.get(name, name)] for name in self.state}
+
+
+def _convert_exactly(state: Floats) -> dict[str, Fraction]:
+    return {name: Fraction(number) for name, number in state.items()}
 
 
 def _of(feature: Feature, state: Floats, exact: Mapping[str, Fraction]) -> np.float32:

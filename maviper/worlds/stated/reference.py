@@ -103,7 +103,7 @@ class Reference:
             try:
                 _, _, ended, cut, _ = self._step_alone(chosen[0])
             except (Exception, SystemExit) as error:
-                raise fault(error, parse_source(self._where), "the environment's step") from error
+                raise fault(error, self._copy.source, "the environment's step") from error
             self.playing = not (ended or cut)
             return
         outcome = self._ask("step", chosen)
@@ -121,7 +121,7 @@ class Reference:
                 return {name: float(table[name]) for name in self._names}
             numbers = np.asarray(given, dtype=np.float64).reshape(-1)
         except (Exception, SystemExit) as error:
-            raise fault(error, parse_source(self._where), f"the reference's {self._statement.state}") from error
+            raise fault(error, self._copy.source, f"the reference's {self._statement.state}") from error
         if len(numbers) != len(self._names):
             what = f"{self._statement.state} holds {len(numbers)} numbers, and there are {len(self._names)} variables"
             raise InputError(what, self._where, "list the variables in its order")

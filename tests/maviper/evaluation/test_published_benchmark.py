@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from codegen.errors import InputError
 from maviper.extraction.bundles import PARTS, bundle, group_agents
 from maviper.extraction.settings import MAX_NUMBER
 from tests.benchmarks import compact, published
@@ -244,7 +245,7 @@ def test_a_file_that_is_no_record_or_unpacks_to_more_than_any_is_refused(tmp_pat
         compact.unpacked(place)
     monkeypatch.setattr(compact, "MAX_BYTES", 2**16)
     place.write_bytes(lzma.compress(bytes(2**17)))
-    with pytest.raises(ValueError, match="more than 65536 bytes"):
+    with pytest.raises(InputError, match="more than 65536 bytes"):
         compact.unpacked(place)
 
 
