@@ -143,7 +143,7 @@ class Arithmetic:
         if kind.floating:
             if not given.kind.floating:
                 return round_number(value, kind)
-            number = (np.float32 if kind == FLOAT else np.float64)(value)
+            number = kind.float_type(value)
             if np.isfinite(value) and not np.isfinite(number):
                 raise self.refused(f"the number {value} is beyond {kind}", "write a smaller one")
             return number
@@ -253,7 +253,7 @@ class Arithmetic:
         return Symbol(given.feature.then(*steps), given.kind)
 
     def _floating(self, sign: str, one: Number | Symbol, other: Number | Symbol, kind: Kind) -> Value:
-        make = np.float32 if kind == FLOAT else np.float64
+        make = kind.float_type
         if isinstance(one, Number) and isinstance(other, Number):
             a, b = make(one.value), make(other.value)
             if sign == "/" and b == 0:
@@ -286,7 +286,7 @@ class Arithmetic:
         if sign != "*" or one.feature.key != other.feature.key:
             what = "a product of features" if sign in "*/" else "a sum of several features"
             raise self.refused(f"{what} is not read", TEST_ADVICE)
-        make = np.float32 if kind == FLOAT else np.float64
+        make = kind.float_type
         return self._then(
             one, Rounding(f"squared{kind}", lambda v: make(make(v) * make(v)), FOLDING, lambda v: v * v, kind)
         )
@@ -387,7 +387,7 @@ class Arithmetic:
 
 def _to(kind: Kind) -> Step:
     """The conversion to a floating type."""
-    make = np.float32 if kind == FLOAT else np.float64
+    make = kind.float_type
 
     def apply(v: Any) -> Any:
         return round_number(v, kind) if isinstance(v, int) else make(v)

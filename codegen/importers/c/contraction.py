@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from codegen.importers.c.kinds import DOUBLE, FLOAT, Kind, round_number
+from codegen.importers.c.kinds import DOUBLE, Kind, round_number
 from codegen.importers.symbolic.feature import FALLING, RISING, Feature, Step
 
 FLOATING: Mapping[str, Callable[[Any, Any], Any]] = {
@@ -33,7 +33,7 @@ class Rounding(Step):
 
 def make_step(sign: str, c: Any, kind: Kind, *, first: bool) -> Step:
     """Arithmetic of a feature, which stands `first` or last, and a number of its type."""
-    make: Any = np.float32 if kind == FLOAT else np.float64
+    make = kind.float_type
     compute, exact = FLOATING[sign], Fraction(float(c))
 
     def apply(v: Any) -> Any:

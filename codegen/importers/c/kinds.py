@@ -36,6 +36,11 @@ class Kind:
         """Whether it has negative numbers."""
         return self.floating or self.low < 0
 
+    @property
+    def float_type(self) -> Any:
+        """What NumPy calls a float or double."""
+        return np.float32 if self == FLOAT else np.float64
+
     def holds(self, value: Any) -> bool:
         """Whether a whole number is one of this type."""
         return self.low <= value <= self.high

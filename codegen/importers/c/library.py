@@ -68,7 +68,7 @@ def _make_step(name: str, kind: Kind, compute: Callable[[Any], Any], *, rising: 
 
     def handler(machine: Any, given: list[Any]) -> Value:
         value = machine.arithmetic.plain(machine.arithmetic.convert_value(machine.value(given[0]), kind))
-        make = np.float32 if kind == FLOAT else np.float64
+        make = kind.float_type
         if isinstance(value, Number):
             with np.errstate(all="ignore"):
                 return Number(make(compute(make(value.value))), kind)
