@@ -90,7 +90,7 @@ def in_cells(boxes: BoxList, widths: Mapping[int, float]) -> BoxList:
     cells = np.zeros((boxes.size, 0), dtype=np.int64)
     for column, width in widths.items():
         boxes, cells = cut(boxes, cells, column, width)
-    return _join_by_cell(boxes, cells)
+    return join_by_cell(boxes, cells)
 
 
 def cut(boxes: BoxList, cells: Int64, column: int, width: float) -> tuple[BoxList, Int64]:
@@ -120,7 +120,7 @@ def cut(boxes: BoxList, cells: Int64, column: int, width: float) -> tuple[BoxLis
     return parts.take(kept), cells[kept]
 
 
-def _join_by_cell(boxes: BoxList, cells: Int64) -> BoxList:
+def join_by_cell(boxes: BoxList, cells: Int64) -> BoxList:
     """For each cell and part of the start, the box around its boxes."""
     if not boxes.size:
         return boxes

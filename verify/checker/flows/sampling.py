@@ -14,10 +14,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-import numpy as np
-
 from codegen.ir import AgentPolicy
-from verify.checker.covers.boxes import BoxList, together
+from verify.checker.covers.boxes import BoxList, join_by_cell, together
 from verify.checker.covers.trees import TreeCuts
 from verify.systems.language.expressions import Name, Product
 from verify.systems.system import Flow, Interval, System
@@ -61,16 +59,5 @@ class LateTrees:
         """The boxes by what the agent may do, whichever way it is."""
         if len(self.ways) == 1:
             return self.ways[0].split_at_tests(boxes)
-        return _around(together([tree.split_at_tests(boxes) for tree in self.ways]))
-
-
-def _around(boxes: BoxList) -> BoxList:
-    """One box around those of one part and one joint action."""
-    if not boxes.size:
-        return boxes
-    pairs, of = np.unique(np.stack([boxes.part, boxes.joint], axis=1), axis=0, return_inverse=True)
-    low = np.full((len(pairs), boxes.low.shape[1]), np.inf)
-    high = np.full_like(low, -np.inf)
-    np.minimum.at(low, of.reshape(-1), boxes.low)
-    np.maximum.at(high, of.reshape(-1), boxes.high)
-    return BoxList.of(low, high, pairs[:, 0].copy(), pairs[:, 1].copy())
+        parts = together([tree.split_at_tests(boxes) for tree in self.ways])
+        return join_by_cell(parts, parts.joint[:, None])

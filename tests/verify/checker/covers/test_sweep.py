@@ -128,7 +128,7 @@ FAULTS = [
     (images._BoxMotion, "move_bounds", lambda f: lambda self, bounds, shift: f(self, bounds, np.abs(shift))),
     (images._BoxMotion, "move_bounds", lambda f: lambda self, bounds, shift: f(self, np.abs(bounds), shift)),
     (rounding.Factor, "times_down", lambda f: lambda self, values: f(self, values) / 2),
-    (boxes, "_join_by_cell", lambda f: lambda listed, cells: f(listed, cells).take(slice(0, 1))),
+    (boxes, "join_by_cell", lambda f: lambda listed, cells: f(listed, cells).take(slice(0, 1))),
     (boxes, "cut", lambda f: lambda *given: (lambda found: (found[0].take(slice(0, 1)), found[1][:1]))(f(*given))),
 ]  # fmt: skip
 
