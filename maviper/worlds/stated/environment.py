@@ -117,14 +117,15 @@ class StatedEnv(ParallelEnv[str, Any, Any]):
 
     def _observe_agents(self) -> dict[str, Any]:
         features = self.statement.system.features
-        found: dict[str, Any] = {}
+        observations: dict[str, Any] = {}
         state, exact = self.state, _convert_exactly(self.state)
         for agent in self.possible_agents:
             late = self._late()
             if late is not state:
                 state, exact = late, _convert_exactly(late)
-            found[agent] = np.array([_of(feature, state, exact) for feature in features[agent].values()], np.float32)
-        return found
+            numbers = [_of(feature, state, exact) for feature in features[agent].values()]
+            observations[agent] = np.array(numbers, np.float32)
+        return observations
 
     def _late(self) -> Floats:
         """The state as an agent observes it: of a flow with delays, as it was some periods ago, drawn by the seed."""
