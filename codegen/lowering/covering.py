@@ -42,7 +42,7 @@ class Cover:
     ever: bool
     paced: bool
     dt: float  # seconds of a step
-    rests: Mapping[str, int] = field(default_factory=dict[str, int])  # by agent the action that does nothing
+    rests: Mapping[str, str] = field(default_factory=dict[str, str])  # by agent the action that does nothing
 
     def holds(self, states: Float64, step: int) -> Bool:
         """Of which states [batch, variables] something is proved at a step."""

@@ -275,7 +275,7 @@ def _comparisons(region: Region | None) -> int:
     return 2 * len(region.bounds) + 4 * len(region.apart) + 4 * len(region.goals)
 
 
-def watch_cover(model: Model, cover: Cover, certificate: str, claim: str) -> Watch:
+def watch_cover(profile: ir.PolicyProfile, model: Model, cover: Cover, certificate: str, claim: str) -> Watch:
     """The monitor of a lowered profile for what a certificate about a stated system proves.
 
     InputError for sets of too many boxes, and for variables that code cannot tell apart.
@@ -292,7 +292,10 @@ def watch_cover(model: Model, cover: Cover, certificate: str, claim: str) -> Wat
     watched, open_ = _order_watched(
         watched, {place.upper: cover.bounds(at) for at, place in enumerate(places.values())}
     )
-    fallbacks = [Fallback(agent, cover.rests.get(agent.name, 0)) for agent in model.agents]
+    fallbacks = [
+        replace(_make_fallback(agent, policy), action=_place_action(policy, cover.rests.get(agent.name)))
+        for agent, policy in zip(model.agents, profile.agents, strict=True)
+    ]
     return Watch(
         model=model,
         guard=model.names.guard,
@@ -352,6 +355,11 @@ def _make_fallback(agent: Agent, policy: ir.AgentPolicy) -> Fallback:
         rest = min(max(0.0, low), high)
         outputs.append(Given(f"{name}_FALLBACK", _double(low), _double(high), _double(rest)))
     return Fallback(agent, 0 if outputs else _at_rest(policy), tuple(outputs))
+
+
+def _place_action(policy: ir.AgentPolicy, name: str | None) -> int:
+    """The place of an action among those of a profile; the first one where it has none of this name."""
+    return next((at for at, action in enumerate(policy.actions) if action.name == name), 0)
 
 
 def _finite(value: float) -> float:

@@ -50,7 +50,7 @@ def compile_verb(
     ordered.
 
     The target monitor adds code that says, at run time, whether a state is one for which the claim of --certificate is
-    proved. Of trees with sums or outputs nothing is proved: their monitor watches ranges, without a certificate.
+    proved. Trees with sums or outputs may have one without a certificate, which watches ranges.
 
     Passes make the trees smaller or faster. Each pass is proved to change no decision. For drop, this holds within the
     region.

@@ -34,7 +34,8 @@ from verify.checker.flows.certificates import FlowCertificate
 from verify.checker.systems.certificates import SystemCertificate
 from verify.reports.systems import period
 from verify.systems.claims import SystemClaim
-from verify.systems.given.played import as_played
+from verify.systems.given.played import as_played, list_roundings
+from verify.systems.language.expressions import Number
 from verify.systems.statement import Statement
 from verify.systems.system import HalfSpace, Polytope
 
@@ -63,7 +64,8 @@ def load_cover(certificate: Path, profile: PolicyProfile) -> Covered:
         lists[at].append(boxes)
 
     ensure_accepted(certificate, proof, statement, profile, watch)
-    claim = proof.claim
+    claim, rests = proof.claim, _rests(statement)
+    statement, profile = as_played(statement, profile)
     ranges = _ranges(statement)
     if isinstance(proof, SystemCertificate):
         steps = [[_within(statement, claim.regions or ((),), ranges)]]
@@ -80,8 +82,9 @@ def load_cover(certificate: Path, profile: PolicyProfile) -> Covered:
     dt = nearest_double(Fraction(period(statement) or 1))
     if not claim.about_decisions:
         ranges = _reaching(ranges, steps)
-    cover = Cover(ranges, tuple(map(tuple, steps)), ever, not claim.about_decisions, dt, _rests(statement))
-    return Covered(cover, sentence(replace(claim, label=""), *as_played(statement, profile)))
+    measured, bounds = _drop_roundings(statement, ranges, steps)
+    cover = Cover(measured, bounds, ever, not claim.about_decisions, dt, rests)
+    return Covered(cover, sentence(replace(claim, label=""), statement, profile))
 
 
 def _ensure_boxes(found: Certificate, where: str) -> None:
@@ -107,12 +110,14 @@ def _ensure_boxes(found: Certificate, where: str) -> None:
                 raise InputError(f"{what}, and {BOXES}", where, "state the region as a box")
 
 
-def _rests(statement: Statement) -> dict[str, int]:
-    """By agent the first action that sets nothing, else the first."""
-    return {
-        agent.name: next((at for at, sets in enumerate(agent.actions.values()) if not sets), 0)
-        for agent in statement.agents
-    }
+def _rests(statement: Statement) -> dict[str, str]:
+    """By agent the first action that sets nothing, so that all that others set is 0."""
+    rests: dict[str, str] = {}
+    for agent in statement.agents:
+        for name, sets in agent.actions.items():
+            if all(isinstance(value, Number) and not value.value for value in sets.values()):
+                rests.setdefault(agent.name, name)
+    return rests
 
 
 def _together(lists: Sequence[BoxList]) -> Boxes:
@@ -120,9 +125,12 @@ def _together(lists: Sequence[BoxList]) -> Boxes:
 
 
 def _ranges(statement: Statement) -> tuple[Variable, ...]:
-    """The ranges of the variables, rounded inward."""
-    ends = ((one.name, ceiling(one.range[0]) + 0.0, floor(one.range[1]) + 0.0) for one in statement.system.variables)
-    return tuple(Variable(*each) for each in ends)
+    """The ranges of the variables, rounded inward; of roundings, which no state is without, outward."""
+    roundings, ranges = set(list_roundings(statement)), list[Variable]()
+    for one in statement.system.variables:
+        least, most = (floor, ceiling) if one.name in roundings else (ceiling, floor)
+        ranges.append(Variable(one.name, least(one.range[0]) + 0.0, most(one.range[1]) + 0.0))
+    return tuple(ranges)
 
 
 def _reaching(ranges: Sequence[Variable], steps: Sequence[Sequence[Boxes]]) -> tuple[Variable, ...]:
@@ -136,6 +144,28 @@ def _reaching(ranges: Sequence[Variable], steps: Sequence[Sequence[Boxes]]) -> t
         high = max(float(part.high[:, at].max(initial=one.high)) for parts in steps for part in parts)
         variables.append(Variable(one.name, max(low, -most), min(high, most)))
     return tuple(variables)
+
+
+def _drop_roundings(
+    statement: Statement, ranges: Sequence[Variable], steps: Sequence[Sequence[Boxes]]
+) -> tuple[tuple[Variable, ...], tuple[tuple[Boxes, ...], ...]]:
+    """The variables that can be measured, and of each part the boxes that hold all roundings: what is proved of those
+    is proved of any that the agents make.
+    """
+    roundings = set(list_roundings(statement))
+    if not roundings:
+        return tuple(ranges), tuple(map(tuple, steps))
+    variables = statement.system.variables
+    kept = [at for at, one in enumerate(variables) if one.name not in roundings]
+    added = [at for at, one in enumerate(variables) if one.name in roundings]
+    least = np.array([floor(variables[at].range[0]) for at in added])
+    most = np.array([ceiling(variables[at].range[1]) for at in added])
+
+    def project(part: Boxes) -> Boxes:
+        whole = (part.low[:, added] <= least).all(axis=1) & (part.high[:, added] >= most).all(axis=1)
+        return Boxes(part.low[whole][:, kept], part.high[whole][:, kept])
+
+    return tuple(ranges[at] for at in kept), tuple(tuple(map(project, parts)) for parts in steps)
 
 
 def _within(statement: Statement, regions: Sequence[Polytope], ranges: Sequence[Variable]) -> Boxes:

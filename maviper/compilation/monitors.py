@@ -38,15 +38,12 @@ def split_targets(
 ) -> tuple[bool, tuple[str, ...]]:
     """Whether a monitor is asked for, and the other targets: C where there is none that a monitor can be written for.
 
-    InputError for a monitor without a certificate, and for a certificate or noise without one. Of `sums` nothing is
-    proved yet: there the monitor has no certificate.
+    InputError for a monitor without a certificate, and for a certificate or noise without one. Trees with `sums` have
+    monitors without a certificate too, of their inputs and outputs.
     """
     asked = MONITOR in targets
     if noise is not None and not asked:
         raise InputError("noise is only for the target monitor", "--noise", "leave it out, or add --target monitor")
-    if sums and asked and certificate is not None:
-        what = "nothing is proved about sums and outputs yet, so no certificate is about this profile"
-        raise InputError(what, "--certificate", "leave it out: the monitor checks ranges of inputs and outputs")
     if asked != (certificate is not None) and not (sums and asked):
         what = "a monitor is made from a certificate" if asked else "a certificate is only for the target monitor"
         raise InputError(what, "--certificate", "give --target monitor and --certificate FILE together")
@@ -78,6 +75,10 @@ def load_proof(certificate: Path, profile: PolicyProfile) -> Proved:
 
         covered = load_cover(certificate, profile)
         return Proved(covered.cover, _hash(text), covered.claim)
+    if any(policy.tree.arithmetic for policy in profile.agents):
+        what = "the certificate is about a game, and no claim about a game is proved of sums and outputs"
+        advice = "give one about a world file, or leave it out: then inputs and outputs are watched"
+        raise InputError(what, str(certificate), advice)
     if kind is kinds.EPISODE_CERTIFICATE:
         return _episodes(text, certificate, profile)
     try:
@@ -147,7 +148,7 @@ def lower_monitor(profile: PolicyProfile, model: Model, proved: Proved) -> Watch
     if isinstance(proved.region, Start):
         return watch_start(profile, model, proved.region, proved.certificate, proved.claim)
     if isinstance(proved.region, Cover):
-        return watch_cover(model, proved.region, proved.certificate, proved.claim)
+        return watch_cover(profile, model, proved.region, proved.certificate, proved.claim)
     return watch(profile, model, proved.region, proved.certificate, proved.claim)
 
 

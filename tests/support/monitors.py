@@ -93,6 +93,16 @@ class CoverTwin:
         return self.word
 
 
+def said_of_cover(cover, rows):
+    """What the twin says of what `asked_of_cover` gives."""
+    twin, words = CoverTwin(cover), []
+    for w, fresh, dt, start in zip(*rows, strict=True):
+        if start:
+            twin.start()
+        words.append(twin.step(w, fresh, dt))
+    return words
+
+
 def asked_of_cover(cover, count, seed):
     """States in boxes, at their ends and beside these, far away; sensors that fail, steps that are late or early: w,
     fresh, dt, start. Most are of the step that a monitor is at which says OK.

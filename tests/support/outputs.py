@@ -13,7 +13,7 @@ PROGRAM = """#include "{p}_monitor.h"
 void run(const double *given, long n, double *found);
 void run(const double *given, long n, double *found)
 {{
-    static const double x[{p_upper}_N_INPUTS] = {{0.0}};
+    static const double x[{size}] = {{0.0}};
     long i;
     int k;
     for (i = 0; i < n; i++) {{
@@ -48,10 +48,10 @@ fn main() {
     for each in given.iter() {
         let mut m = monitor::Monitor::new();
         m.renew_all();
-        let word = m.step(&[0.0; monitor::N_INPUTS], monitor::DT);
+        let word = m.step(&[0.0; monitor::SIZE], monitor::DT);
         assert!(word == monitor::Word::Ok);
         let y = m.AGENT(each.map(|one| one as KIND));
-        let now = m.step(&[0.0; monitor::N_INPUTS], monitor::DT);
+        let now = m.step(&[0.0; monitor::SIZE], monitor::DT);
         print!("{}", if now == monitor::Word::Ok { 0 } else { 3 });
         for one in y.iter() {
             print!(" {}", f64::from(*one).to_bits());
@@ -89,7 +89,8 @@ def _python(texts, watched, given):
 
 def _c(texts, watched, folder, given):
     p, agent = watched.model.prefix, watched.fallbacks[0].agent
-    names = {"p": p, "p_upper": p.upper(), "kind": agent.summed.kind, "K": len(given[0]), "agent": agent.lower}
+    names = {"p": p, "p_upper": p.upper(), "size": watched.size, "K": len(given[0])}
+    names |= {"kind": agent.summed.kind, "agent": agent.lower}
     (folder / "run.c").write_text(PROGRAM.format(**names))
     for name, text in texts.items():
         if name.endswith(".h"):
@@ -120,7 +121,13 @@ def _javascript(texts, watched, folder, given):
 def _rust(texts, watched, folder, given):
     each = watched.fallbacks[0]
     rows = "], [".join(", ".join(f"f64::from_bits({bits})" for bits in row) for row in np.array(given).view(np.uint64))
-    words = {"GIVEN": f"[[{rows}]]", "COUNT": len(given), "WIDTH": len(given[0]), "KIND": each.kind}
+    words = {
+        "SIZE": watched.count,
+        "GIVEN": f"[[{rows}]]",
+        "COUNT": len(given),
+        "WIDTH": len(given[0]),
+        "KIND": each.kind,
+    }
     script = RUST.replace("AGENT", each.agent.names.module)
     for word, text in words.items():
         script = script.replace(word, str(text))

@@ -21,7 +21,7 @@ from maviper.worlds.stated.certified import read_certificate
 from maviper.worlds.stated.systems import read
 from tests.support import monitors
 from tests.support.generated import FOLDER
-from tests.support.monitors import INVALID, LEAVING, OK, OUTSIDE, CoverTwin, asked_of_cover
+from tests.support.monitors import INVALID, LEAVING, OK, OUTSIDE, asked_of_cover, said_of_cover
 from tests.support.stated_play import Played
 from verify.checker.covers import certificates
 from verify.checker.envelope import body_hash
@@ -56,16 +56,6 @@ def made(folder, certificate):
     return profile, proved, lower_monitor(profile, lower(profile), proved)
 
 
-def said(cover, rows):
-    """What the twin says."""
-    twin, words = CoverTwin(cover), []
-    for w, fresh, dt, start in zip(*rows, strict=True):
-        if start:
-            twin.start()
-        words.append(twin.step(w, fresh, dt))
-    return words
-
-
 @pytest.mark.compile
 @pytest.mark.parametrize(
     ("form", "languages"),
@@ -85,7 +75,7 @@ def test_all_languages_say_what_the_proof_says(form, languages, for_ever, tmp_pa
     profile, proved, watched = made(folder, name)
     texts = {**emit(profile, languages), **monitor.emit(watched, languages)}
     rows = asked_of_cover(proved.region, 1_500, 5)
-    wanted = said(proved.region, rows)
+    wanted = said_of_cover(proved.region, rows)
     assert {OK, OUTSIDE, INVALID} <= set(wanted) and wanted.count(OK) > 500
     assert (LEAVING in wanted) is not proved.region.ever
     n, rest = len(watched.model.agents[0].actions), watched.fallbacks[0].action
@@ -301,7 +291,8 @@ def test_too_many_boxes_and_names_that_meet_are_refused(monkeypatch):
     boxes = Boxes(np.zeros((1, 2)), np.ones((1, 2)))
     cover = Cover((Variable("a.x", 0.0, 1.0), Variable("a_x", 0.0, 1.0)), ((boxes,),), True, True, 1.0)
     with pytest.raises(InputError, match="one name in code"):
-        watch_cover(lower(load(WORLDS / "pendulum" / "profile.json")), cover, "0" * 64, "nothing")
+        profile = load(WORLDS / "pendulum" / "profile.json")
+        watch_cover(profile, lower(profile), cover, "0" * 64, "nothing")
 
 
 def test_a_list_is_kept_as_it_is_asked_about():

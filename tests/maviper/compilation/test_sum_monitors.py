@@ -1,4 +1,4 @@
-"""Monitors of trees with sums: nothing is proved of these, so inputs and outputs alone are watched."""
+"""Monitors of trees with sums and without a certificate: inputs and outputs alone are watched."""
 
 import numpy as np
 import pytest
@@ -87,9 +87,9 @@ def test_outputs_of_another_number_are_invalid_and_what_has_no_bound_is_finite()
         assert told(outputs) == ([0.0, 0.0], INVALID)
 
 
-def test_a_monitor_of_sums_takes_no_certificate():
+def test_a_monitor_of_sums_needs_no_certificate():
     made = profile(policy(3, DOUBLE_SUMS))
-    with pytest.raises(InputError, match="nothing is proved about sums"):
+    with pytest.raises(InputError, match="no claim about a game is proved of sums"):
         compile_and_prove(made, ["python", "monitor"], certificate=PROVED)
     assert split_targets(["monitor", "python"], None, sums=True) == (True, ("python",))
     code = compile_and_prove(made, ["python", "monitor"])

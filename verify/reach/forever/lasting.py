@@ -14,6 +14,7 @@ from dataclasses import replace
 
 from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash
+from verify.boxes.covering import set_anew
 from verify.checker.covers.forever import InvariantCertificate, InvariantPart, check_certificate
 from verify.checker.covers.invariants import names_of
 from verify.checker.reading import RejectedError
@@ -40,6 +41,7 @@ class InvariantSearch:
 
     def __init__(self, profile: PolicyProfile, system: System, claim: SystemClaim, most: int) -> None:
         self._profile, self.system, self.claim, self._most = profile, system, claim, most
+        self._anew = set_anew(system)
         self._cells = CellSearch(profile, system, claim, most)
         self._by_regions, self.walking = 0, Spending(most)
         self.left: LeftError | None = None
@@ -150,6 +152,8 @@ class InvariantSearch:
                 for forms in (piece.move, *piece.effect.values()):
                     closed |= {read for name, form in forms.items() if name in closed for read, _ in form.terms}
             closed = closed.union(*(test for test in tests if together and test & closed))
+            # a rounding that is tested with them alone is one cell more, and without it the test would be open
+            closed = closed.union(*(test for test in tests if test - self._anew <= closed and test & closed))
         return closed
 
 
