@@ -156,8 +156,7 @@ class _Features:
 def _features(origin: Origin, agent: str, known: list[str], given: Renaming) -> _Features:
     """The features of a source among those of the world, and what they are called."""
     if given.plain is not None:  # the user's names for the world's features
-        _ensure_count(len(given.plain), known, agent, "feature")
-        known = list(given.plain)
+        known = _call_anew(known, given.plain, agent, "feature")
     own = [given.rename(each) for each in origin.features]
     keys = {identifier(legal(each, "x")): each for each in known}
     inside = [identifier(legal(each, "x")) in keys for each in own]
@@ -174,6 +173,19 @@ def _features(origin: Origin, agent: str, known: list[str], given: Renaming) -> 
         raise InputError(what, agent, f"the world shows {', '.join(known)}")
     names = own if own and _is_numbered(known) else known
     return _Features(replace(origin, features=(), n_features=len(known)), names)
+
+
+def _call_anew(known: Sequence[str], names: Sequence[str], agent: str, kind: str) -> list[str]:
+    """The user's names, in the order of the world. InputError for another number of them, and for a name of the world
+    that stands elsewhere in it: the user means another order, and would get another action or feature.
+    """
+    _ensure_count(len(names), known, agent, kind)
+    for place, name in enumerate(names):
+        if name != known[place] and name in known:
+            what = f"{kind} {place} of {agent} is {known[place]} in this world, and --{kind}s calls it {name}"
+            advice = f"names are in the world's order, {', '.join(known[:30])}; leave --{kind}s out to keep these"
+            raise InputError(what, agent, advice)
+    return list(names)
 
 
 def _ensure_count(count: int, known: Sequence[str], agent: str, kind: str) -> None:
@@ -194,8 +206,7 @@ def _is_numbered(names: Sequence[str]) -> bool:
 def _numbers(origin: Origin, agent: str, known: list[str], given: Renaming) -> list[int]:
     """The number in the world of each action that a source returns."""
     if given.plain is not None:
-        _ensure_count(len(given.plain), known, agent, "action")
-        known = list(given.plain)
+        known = _call_anew(known, given.plain, agent, "action")
     keys = {identifier(legal(each, "action")): k for k, each in enumerate(known)}
     indices = [_number(label, str(origin.called.get(label, "")), keys, given) for label in origin.labels]
     for label, number in zip(origin.labels, indices, strict=True):

@@ -60,7 +60,7 @@ def ensure_places(world: ir.WorldSpec, features: Iterable[FeatureSpec], advice: 
 def plays(profile: ir.PolicyProfile, world: World) -> bool:
     """Whether a world has exactly the profile's spec, agents, teams, features and actions, and shows agents what they
     compare. Where a file named the profile's features, they are what the world has by their number alone; where an
-    imported tree did, by their number and ranges.
+    imported tree did, by their number and ranges, unless a name is the world's for something else.
     """
     facts = profile.provenance.training
     named, own = FEATURES_FILE in facts, OWN_NAMES in facts
@@ -87,8 +87,22 @@ def plays(profile: ir.PolicyProfile, world: World) -> bool:
         )
         for policy in profile.agents
     ]
+    called = [
+        *zip(world.actions, (policy.actions for policy in profile.agents), strict=False),
+        *zip(world.features, (policy.features for policy in profile.agents), strict=False),
+    ]
+    if any(_is_reordered(specs, names) for specs, names in called):
+        return False
     single = all(policy.numbers == FLOAT32 for policy in profile.agents)  # as worlds show what agents observe
     return single and world.spec == profile.world and ours == theirs
+
+
+def _is_reordered(
+    specs: Sequence[FeatureSpec] | Sequence[ir.ActionSpec], own: Sequence[FeatureSpec] | Sequence[ir.ActionSpec]
+) -> bool:
+    """Whether a tree calls something by a name that the world has for something else."""
+    known = {each.name for each in specs}
+    return any(one.name != each.name and one.name in known for each, one in zip(specs, own, strict=False))
 
 
 def _nameless(specs: Sequence[FeatureSpec] | Sequence[ir.ActionSpec], own: bool) -> tuple[object, ...]:

@@ -1,5 +1,7 @@
 """Trees of others as agents of a game: numbers stay, names are tied, what does not fit is refused."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -72,6 +74,8 @@ def test_names_that_a_user_ties(bring):
         ("def car(a, b, c):\n    return 1 if b < 0 else 0\n", {}, "3 features"),
         (NUMBERS, {"feature_names": ["a"]}, "1 feature"),
         (NUMBERS, {"action_names": ["a", "b"]}, "2 actions"),
+        (NUMBERS, {"feature_names": ["velocity", "position"]}, "feature 0 of agent is position in this world"),
+        (NUMBERS, {"action_names": ["coast", "left", "right"]}, "calls it coast"),
         (
             TEXTS.format("position, velocity", "velocity"),
             {"action_names": ["coast=left", "coast=right"]},
@@ -82,6 +86,17 @@ def test_names_that_a_user_ties(bring):
 def test_what_does_not_fit_is_refused(bring, source, said, message):
     with pytest.raises((InputError, UnknownNameError), match=message):
         bring(source, **said)
+
+
+def test_a_name_of_the_world_for_something_else_is_another_world(bring):
+    """By name a proof would take one action, by place the game another one."""
+    profile = bring(NUMBERS, action_names=["left", "none", "right"])
+    world = find(CAR)
+    assert plays(profile, world)
+    (policy,) = profile.agents
+    for kind, names in (("actions", ["coast", "none", "right"]), ("features", ["velocity", "position"])):
+        own = tuple(replace(each, name=name) for each, name in zip(getattr(policy, kind), names, strict=True))
+        assert not plays(replace(profile, agents=(replace(policy, **{kind: own}),)), world)
 
 
 def test_each_agent_has_a_tree(tmp_path):
