@@ -27,6 +27,7 @@ FILES = {
     kinds.PROPERTIES: VERDICTS / "properties.toml",
     kinds.EXPERT: one("*.safetensors", ROOT / "maviper" / "experts" / "shipped"),
 }
+HEADERS = {"expert": kinds.EXPERT, "training": kinds.TRAINING}
 TAKERS = [
     (["show", "{}"], {kinds.PROFILE}, "a policy profile"),
     (["evaluate", "{}"], {kinds.PROFILE, kinds.EXPERT, kinds.PROPERTIES}, "a policy profile"),
@@ -62,14 +63,25 @@ def test_the_wrong_kind_is_answered_in_three_lines(tmp_path, monkeypatch, capsys
 def test_what_the_manual_lists_is_known():
     forms = re.findall(r"`(maviper-[a-z-]+-\d)`", TABLE.read_text())
     members = {"states": "states", "zones": "zones", "verification": "report", "cell": "format"}
-    members |= {"system-verification": "report", "difference-outputs": "difference"}
+    members |= {"system-verification": "report", "difference-outputs": "difference", "extraction": "format"}
     for form in forms:
         stem = form[len("maviper-") : -2]
-        if stem in ("claims", "record"):  # TOML of the package, an archive of the repository: no command takes these
+        if stem in ("claims", "record", "expert", "training"):  # for no command, or told by the header of tensors
             continue
         member = members.get(stem, stem.rpartition("-")[2])
         assert kinds.kind_of(f'{{"{member}": "{form}"}}'.encode()) is kinds.NAMED[stem]
     assert len(forms) >= 7
+
+
+def test_the_manual_says_what_reads_each_form():
+    rows = re.findall(r"^\| `(maviper-[a-z-]+-\d+)` +\|[^|]*\|([^|]*)\|$", TABLE.read_text(), re.MULTILINE)
+    assert len(rows) == len({form for form, _ in rows}) > 25
+    for form, readers in rows:
+        kind = (kinds.NAMED | HEADERS).get(form[len("maviper-") : -2])
+        if kind is not None and "the same" not in readers:
+            commands = re.findall(r"`maviper (\w+)", kind.taken)
+            assert [name for name in commands if f"`{name}" not in readers] == [], form
+            assert commands or "people" in readers, form
 
 
 def test_other_files_are_of_no_kind():
