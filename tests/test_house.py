@@ -78,7 +78,7 @@ def test_modules_that_headers_name_exist():
     for path in MODULES:
         header = ast.get_docstring(parsed(path)) or ""
         above = [folder for folder in path.parents if folder.is_relative_to(ROOT)] + [ROOT / name for name in PACKAGES]
-        for name in re.findall(r"(?<![/\w])[a-z_][\w/]*\.py\b", header):
+        for name in re.findall(r"(?<![/\w])[a-z_][\w/]*\.(?:py|md)\b", header):
             if name not in WRITTEN and not any((folder / name).is_file() for folder in above):
                 wrong.append(f"{path.relative_to(ROOT)}: {name}")
         for module, name in re.findall(r"`([a-z_]+)\.(?!toml|json|csv|save\b)(\w+)`", header):
@@ -88,6 +88,14 @@ def test_modules_that_headers_name_exist():
             if module in stems and not any(defined.search(each.read_text()) for each in stems[module]):
                 wrong.append(f"{path.relative_to(ROOT)}: {module}.{name}")
     assert not wrong, wrong
+
+
+def test_test_files_that_comments_and_pages_name_exist():
+    sources = [*(ROOT / "tests").rglob("*.py"), *MODULES, *(ROOT / "maviper" / "manual").glob("*.md")]
+    names = {path.name for path in sources}
+    named = {(path, name) for path in sources for name in re.findall(r"[# `(]+(test_\w+\.py)\b", path.read_text())}
+    named = {(path.relative_to(ROOT).as_posix(), name) for path, name in named if "_N_" not in name}
+    assert named and not {(path, name) for path, name in named if name not in names}
 
 
 def test_few_functions_take_many_parameters():

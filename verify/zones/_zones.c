@@ -1,4 +1,4 @@
-/* The zone search of zone_search.py, compiled: the same walks, the same bytes, the same counts.
+/* The zone search of search.py, compiled: the same walks, the same bytes, the same counts.
  *
  * Bounds are integers of 128 or of 256 bits, whichever holds every sum that can arise; the caller chooses. The file
  * includes itself once for each width. Formulas come packed as 32-bit integers:
