@@ -28,6 +28,7 @@ from maviper.episodes import measures
 from maviper.episodes.counting import Counting
 from maviper.worlds import World
 from maviper.worlds.matching import OWN_NAMES
+from maviper.worlds.world import find_misplaced
 
 EPISODES = 100  # that the trees play, so that the ranges of what they observe are known
 MAP = "write --{kind}s NEW=OLD for each that the world calls otherwise"
@@ -180,11 +181,11 @@ def _call_anew(known: Sequence[str], names: Sequence[str], agent: str, kind: str
     that stands elsewhere in it: the user means another order, and would get another action or feature.
     """
     _ensure_count(len(names), known, agent, kind)
-    for place, name in enumerate(names):
-        if name != known[place] and name in known:
-            what = f"{kind} {place} of {agent} is {known[place]} in this world, and --{kind}s calls it {name}"
-            advice = f"names are in the world's order, {', '.join(known[:30])}; leave --{kind}s out to keep these"
-            raise InputError(what, agent, advice)
+    place = find_misplaced(known, names)
+    if place is not None:
+        what = f"{kind} {place} of {agent} is {known[place]} in this world, and --{kind}s calls it {names[place]}"
+        advice = f"names are in the world's order, {', '.join(known[:30])}; leave --{kind}s out to keep these"
+        raise InputError(what, agent, advice)
     return list(names)
 
 

@@ -13,7 +13,7 @@ from codegen.errors import InputError
 from codegen.floats import FLOAT32
 from codegen.ir import FeatureSpec
 from maviper.worlds import WORLDS, ParticleWorld, World, find_built_in
-from maviper.worlds.world import world_name
+from maviper.worlds.world import find_misplaced, world_name
 
 NO_WORLD = "no built-in game has the profile's world, agents, features and actions, with float32 observations"
 REPLAYED = "episode replay: only built-in games can be replayed"
@@ -91,18 +91,12 @@ def plays(profile: ir.PolicyProfile, world: World) -> bool:
         *zip(world.actions, (policy.actions for policy in profile.agents), strict=False),
         *zip(world.features, (policy.features for policy in profile.agents), strict=False),
     ]
-    if any(_is_reordered(specs, names) for specs, names in called):
+    if any(
+        find_misplaced([each.name for each in ours], [each.name for each in own]) is not None for ours, own in called
+    ):
         return False
     single = all(policy.numbers == FLOAT32 for policy in profile.agents)  # as worlds show what agents observe
     return single and world.spec == profile.world and ours == theirs
-
-
-def _is_reordered(
-    specs: Sequence[FeatureSpec] | Sequence[ir.ActionSpec], own: Sequence[FeatureSpec] | Sequence[ir.ActionSpec]
-) -> bool:
-    """Whether a tree calls something by a name that the world has for something else."""
-    known = {each.name for each in specs}
-    return any(one.name != each.name and one.name in known for each, one in zip(specs, own, strict=False))
 
 
 def _nameless(specs: Sequence[FeatureSpec] | Sequence[ir.ActionSpec], own: bool) -> tuple[object, ...]:

@@ -24,7 +24,7 @@ from codegen.errors import InputError, UnknownNameError, escape_text
 from codegen.ir import MAX_LENGTH, NAME, FeatureSpec
 from maviper.files import runs
 from maviper.worlds.games.particle import ParticleWorld
-from maviper.worlds.world import World
+from maviper.worlds.world import World, find_misplaced
 
 MAX_BYTES = 2**20
 OPTION, EVERYBODY = "--features-file", "*"
@@ -69,6 +69,11 @@ def _name_features(world: World, agent: int, tables: Mapping[str, Any], path: Pa
         raise InputError(
             what if mask else what.removesuffix(" beside its mask"), where, "name them all, in their order"
         )
+    own = [features[place].name for place in places]
+    wrong = find_misplaced(own, list(rows))
+    if wrong is not None:
+        what = f"feature {wrong} of {name} is {own[wrong]}, and the file calls it {list(rows)[wrong]}"
+        raise InputError(what, where, f"name them in their order: {', '.join(own[:30])}")
     specs = list(features)
     for place, (key, value) in zip(places, rows.items(), strict=True):
         specs[place] = _feature(features[place], key, value, where)

@@ -88,6 +88,12 @@ def bounds(outputs: Sequence[OutputSpec]) -> tuple[Float64, Float64]:
     return np.array([each.low for each in outputs], np.float64), np.array([each.high for each in outputs], np.float64)
 
 
+def find_misplaced(known: Sequence[str], names: Sequence[str]) -> int | None:
+    """The first place at which names have one that a world has for something else; None where there is none."""
+    places = enumerate(zip(names, known, strict=False))
+    return next((place for place, (name, own) in places if name != own and name in known), None)
+
+
 def world_name(spec: WorldSpec) -> str:
     """The game's name with its options, as the command line reads it."""
     return ",".join([spec.name, *(f"{key}={value}" for key, value in sorted(spec.options.items()))])

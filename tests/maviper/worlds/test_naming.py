@@ -121,3 +121,12 @@ def test_the_commands(tmp_path, monkeypatch, capsys):
     assert main.run(["show", str(file)]) == 0
     out = capsys.readouterr().out
     assert "place <= " in out or "time <= " in out or "always" in out
+
+
+def test_a_name_that_the_game_has_for_something_else_is_refused(tmp_path):
+    """A table has no order to most who write one, and each name would be that of another number."""
+    car = "gymnasium:MountainCar-v0"
+    (features,) = named(tmp_path, '["*"]\nposition = "m"\nspeed = "m/s"\n', car).features
+    assert [each.name for each in features] == ["position", "speed"]
+    with pytest.raises(InputError, match="feature 0 of agent is position, and the file calls it velocity"):
+        named(tmp_path, '["*"]\nvelocity = "m/s"\nposition = "m"\n', car)
