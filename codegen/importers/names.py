@@ -22,6 +22,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 from codegen.check import identifier
 from codegen.errors import InputError, UnknownNameError, escape_text
+from codegen.wording import format_count
 
 SIGN = re.compile(r"(?<![A-Za-z0-9])-(?=\.?[0-9])")
 WHOLE = re.compile(r"0|[1-9][0-9]{0,8}")
@@ -120,9 +121,13 @@ def actions_of(labels: Sequence[Any], called: Mapping[Any, str], given: Renaming
 
 
 def outputs_of(count: int, given: Sequence[str] | None) -> Placed:
-    """The numbers that a source gives: by the user's names, or y0, y1, ... InputError for another number of names."""
+    """The numbers that a source gives: by the user's names, or y0, y1, ... InputError for another number
+    of names, and for a name that maps another one."""
     if given is not None and len(given) != count:
-        raise InputError(f"{len(given)} output names for {count} numbers", "--outputs", "name each number once")
+        what = f"{format_count(len(given), 'output name')} for {format_count(count, 'number')}"
+        raise InputError(what, "--outputs", "name each number once")
+    if any("=" in name for name in given or ()):
+        raise InputError("outputs are named in their order, without =", "--outputs", "write NAME,NAME,...")
     names = clean_names(list(given) if given is not None else [f"y{place}" for place in range(count)], "y")
     return Placed(tuple(names), tuple(range(count)), tuple(f"{place} {name}" for place, name in enumerate(names)))
 

@@ -111,8 +111,10 @@ def test_outputs_have_the_names_that_are_given():
     with pytest.raises(InputError, match="may be an action of several numbers") as caught:
         imported(text, "")
     assert "--outputs" in caught.value.next_step
-    with pytest.raises(InputError, match="1 output names for 2 numbers"):
+    with pytest.raises(InputError, match="1 output name for 2 numbers"):
         imported(text, "", outputs=("force",))
+    with pytest.raises(InputError, match="without ="):
+        imported(text, "", outputs=("force=a", "turn=b"))
 
 
 @pytest.mark.parametrize(
