@@ -56,7 +56,7 @@ def extract(
     """
     settings = settings.validate().deal_budget(world)
     world, settings = settings.judge_world(world), replace(settings, measure=settings.measure_in(world))
-    refine.check(settings)
+    refine.check(settings, world)
     check(world, settings, examples)
     expert = lawful_expert(expert, world)
     agents = [_agent(world, settings)] if settings.algorithm == VIPER else list(range(len(world.agents)))
@@ -116,6 +116,10 @@ def _check_outputs(world: World, settings: Settings) -> None:
         if settings.leaf:
             what, advice = "--leaves is for continuous actions, and these are numbered", "leave it out"
             raise InputError(what, world.name, advice)
+        if settings.splits in SUMMED and settings.refinement:
+            what = f"--splits {settings.splits} cannot be used with --refinement-episodes and numbered actions"
+            why = "refinement of numbered actions changes tests of single features"
+            raise InputError(f"{what}: {why}", world.name, "leave one of them out")
         return
     where = f"{world.name}: its agents give numbers"
     unfit = {
@@ -124,7 +128,6 @@ def _check_outputs(world: World, settings: Settings) -> None:
         "--labels": (settings.labels == RESPONSE, "a best reply is one of numbered actions"),
         "--weights": (settings.weights != EQUAL, "a weight compares the Q of numbered actions"),
         "--least-right": (settings.least_right != NO_VOTES, "votes count equal actions"),
-        "--refinement-episodes": (settings.refinement > 0, "refinement tries other numbered actions"),
     }
     for option, (wrong, why) in unfit.items():
         if wrong:

@@ -165,13 +165,6 @@ REFUSALS = (
         "choose --splits exact or histogram, or another algorithm",
         ("differences", "sums"),
     ),
-    Refusal(
-        ("splits",),
-        {"refinement": AllBut([0])},
-        "refinement changes tests of single features",
-        "leave --refinement-episodes out, or choose --splits histogram",
-        ("differences", "sums"),
-    ),
     Refusal(("share",), {"refinement": AllBut([0])}, "refinement changes the trees of a team one by one", SHARING),
     Refusal(
         ("share",),

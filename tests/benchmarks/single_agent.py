@@ -80,10 +80,13 @@ EXPERTS = {
 
 
 def learner(game: str, recipe: Mapping[str, Any], seed: int = 0) -> Any:
-    """A learner of stable-baselines3 by a recipe, on one core, that has not learned yet."""
+    """A learner of stable-baselines3 by a recipe, on one core, that has not learned yet. `scaled`: it learns from
+    rewards in parts of their running deviation; what it observes is never scaled.
+    """
     import stable_baselines3
     import torch
     from stable_baselines3.common.env_util import make_vec_env
+    from stable_baselines3.common.vec_env import VecNormalize
 
     torch.set_num_threads(1)
     falling = {key: (lambda left, top=top: left * top) for key, top in recipe.get("linear", {}).items()}
@@ -91,6 +94,8 @@ def learner(game: str, recipe: Mapping[str, Any], seed: int = 0) -> Any:
     kind = getattr(stable_baselines3, recipe["algorithm"])
     env = make_vec_env(game, recipe["envs"], seed=seed)
     settings = recipe["settings"] | falling
+    if recipe.get("scaled"):
+        env = VecNormalize(env, norm_obs=False, gamma=settings["gamma"])
     return kind("MlpPolicy", env, policy_kwargs=policy, device="cpu", seed=seed, **settings)
 
 

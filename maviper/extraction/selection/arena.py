@@ -16,7 +16,7 @@ import numpy as np
 from codegen.ir import Float32, Float64, GrownTree
 from maviper.episodes.measures import score
 from maviper.episodes.play import Controller, Episodes, in_columns, play
-from maviper.extraction.selection.stack import OneByOne, Stack, stack_trees
+from maviper.extraction.selection.stack import Stack, SummedStack, stack_trees
 from maviper.worlds import World
 from maviper.worlds.world import Int
 
@@ -30,7 +30,7 @@ Candidate = Sequence[GrownTree]  # one tree for each of an arena's agents, in th
 class _Stacked:
     """A controller: agents played by stacks of trees, each game with trees of its own."""
 
-    stacks: dict[int, tuple[Stack | OneByOne, Int]]  # agent -> its trees, and which of them plays in each game
+    stacks: dict[int, tuple[Stack | SummedStack, Int]]  # agent -> its trees, and which of them plays in each game
 
     def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any) -> Int:
         """As `Controller.act`."""

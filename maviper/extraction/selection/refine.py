@@ -2,13 +2,15 @@
 
 Does: proposes other actions at leaves, other tests at splits, new splits, smaller trees, and team-mates' trees of other
   iterates; races them in play; keeps the winner when its gain is beyond chance. So agents adapt to the final trees of
-  their team-mates. Where actions have masks, every tree is made lawful before it plays.
+  their team-mates. Where actions have masks, every tree is made lawful before it plays. Trees that give numbers are
+  moved by an evolution strategy instead (evolution.py).
 Assumes: opponents, and team-mates outside the arena, at their experts.
 Does not: look at labels or critics, but for the claims that the team was given counterexamples of.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -22,11 +24,13 @@ from maviper.extraction.examples import NO_EXAMPLES, Examples
 from maviper.extraction.extraction import QUIETLY, Extraction, Running
 from maviper.extraction.growth.lawful import Labelled, lawful
 from maviper.extraction.journal import Arrays, pack_trees, unpack_trees
+from maviper.extraction.selection import evolution
 from maviper.extraction.selection.arena import Arena, Candidate
 from maviper.extraction.selection.progress import REFINING, OnProgress, Progress, count_leaves
 from maviper.extraction.selection.stack import merge_leaves, reaching, with_leaf, with_new_split, with_split
 from maviper.extraction.settings import Settings
 from maviper.files.jobs import side_by_side
+from maviper.worlds import World
 
 MOVES = 48  # raced in a round
 FIRST, GROWTH, LAST = 64, 4, 1_024  # episodes of the first heat, how many times more in each further one, of the last
@@ -104,39 +108,49 @@ def _team(task: _Task, on_progress: OnProgress) -> tuple[Trees, int, Progress | 
     asked, settings = task.asked, task.asked.settings
     arena = Arena(asked.world, asked.expert, task.agents, settings.episodes(measures.REFINEMENT_SEEDS), SECONDARY)
     trees, others = [trees[0] for trees in task.chosen], [trees[1:] for trees in task.chosen]
-    total, last = settings.refinement // round_cost(), None
+    giving, last = bool(asked.world.outputs), None
+    steps = _count_steps(settings.refinement, giving)
     limits = Limits(settings.max_depth, settings.max_leaves)
-    for number in range(total):
+    start, name = trees, f"refine-{list(asked.world.teams).index(task.team)}"  # a user's team may have any name
+    for number in range(steps):
         rng = np.random.default_rng([settings.seed, *task.agents, number])
-        name = f"refine-{list(asked.world.teams).index(task.team)}-{number:04d}"  # a user's team may have any name
-        step = asked.journal.arrays(name, _round, arena, trees, others, limits, rng, asked.examples)
+        if giving and number == steps - 1:
+            given: Any = evolution.judge, arena, start, trees
+        elif giving:
+            given = evolution.improve_numbers, arena, trees, number / steps, rng
+        else:
+            given = refine_once, arena, trees, others, limits, rng, asked.examples
+        step = asked.journal.arrays(f"{name}-{number:04d}", _round, arena, *given)
         trees = unpack_trees({name: array for name, array in step.items() if "." in name})
         arena.used, arena.played = int(step["used"][0]), int(step["played"][0])
         estimates = {task.team: estimate(arena.primary, step["values"])}
         mean = float(score(arena.primary, step["values"]).mean())
-        last = Progress(REFINING, number + 1, total, mean, mean, estimates, None, count_leaves(trees))
+        last = Progress(REFINING, number + 1, steps, mean, mean, estimates, None, count_leaves(trees))
         on_progress(last)
-    return [merge_leaves(tree) for tree in trees], arena.played, last
+    return (trees if giving else [merge_leaves(tree) for tree in trees]), arena.played, last
 
 
-def _round(
-    arena: Arena,
-    trees: Trees,
-    others: Sequence[Trees],
-    limits: Limits,
-    rng: np.random.Generator,
-    examples: Examples,
-) -> Arrays:
-    trees, values = refine_once(arena, trees, others, limits, rng, examples)
+def _round(arena: Arena, refine: Callable[..., tuple[Trees, Float64]], *given: Any) -> Arrays:
+    """One round as a step of a journal. `refine`: of a team, given what follows."""
+    trees, values = refine(*given)
     spent = {"used": np.array([arena.used]), "played": np.array([arena.played]), "values": values}
     return pack_trees(trees) | spent
 
 
-def check(settings: Settings) -> None:
+def _count_steps(episodes: int, giving: bool) -> int:
+    """Rounds that so many episodes last for; where trees give numbers, the comparison at the end among them."""
+    if not giving:
+        return episodes // round_cost()
+    rounds = (episodes - evolution.judging_cost()) // evolution.round_cost()
+    return rounds + 1 if rounds > 0 else 0
+
+
+def check(settings: Settings, world: World) -> None:
     """InputError where there are episodes to refine by, but not enough for one round."""
-    if 0 < settings.refinement < round_cost():
+    least = evolution.round_cost() + evolution.judging_cost() if world.outputs else round_cost()
+    if 0 < settings.refinement < least:
         what = f"{settings.refinement} episodes are too few for one round of refinement"
-        raise InputError(what, "--refinement-episodes", f"give 0, or {round_cost()} at least")
+        raise InputError(what, "--refinement-episodes", f"give 0, or {least} at least")
 
 
 def round_cost() -> int:

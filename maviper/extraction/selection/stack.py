@@ -13,8 +13,9 @@ import numpy as np
 
 from codegen import ir
 from codegen.floats import round_down
-from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, ROOT, Bool, Float32, GrownTree
+from codegen.ir import CONSTANT, NO_ACTION, NO_CHILD, NO_FEATURE, ROOT, Bool, Float32, Float64, Floats, GrownTree, Sum
 from codegen.lowering.deploy import SummedTree
+from codegen.sums import clip_values
 from maviper.episodes.trees import agent_policies
 from maviper.worlds import World
 from maviper.worlds.world import Int
@@ -64,29 +65,99 @@ class Stack:
 
 
 @dataclass(frozen=True)
-class OneByOne:
-    """Trees that test sums or give numbers, each asked for its own rows."""
+class SummedStack:
+    """As `Stack`, of trees that test sums or give numbers: what each node tests is a sum of few terms.
 
-    policies: Sequence[ir.AgentPolicy]
+    Terms are added from left to right, as the reference does it. -0.0 stands for those that a shorter sum has not,
+    since adding it changes no number. So observations are followed by -0.0 and 1, of which a constant is a multiple.
+    """
+
+    place: Int  # [n_trees * n_nodes, most terms] of a term's feature
+    weight: Float64
+    threshold: Float64  # [n_trees * n_nodes], as all others; NaN at a leaf, so that every observation goes right
+    left: Int
+    right: Int
+    action: Int  # at a leaf: what it does, or its place in the vectors
+    n_nodes: int
+    depth: int
+    places: Int  # [n_vectors, n_outputs, most terms] of the vectors that leaves give; empty where they act
+    weights: Float64
+    outputs: Sequence[ir.OutputSpec]
+
+    @staticmethod
+    def of(policies: Sequence[ir.AgentPolicy]) -> "SummedStack":
+        """A stack of one agent's policies."""
+        trees, outputs = [policy.tree for policy in policies], policies[0].outputs
+        n_features, n_nodes = len(policies[0].features), max(len(tree.feature) for tree in trees)
+        size, tests = len(trees) * n_nodes, list[Sum]()
+        threshold, action = np.full(size, np.nan), np.zeros(size, np.int64)
+        left, right = np.arange(size), np.arange(size)
+        vectors: list[tuple[Sum, ...]] = []
+        for index, tree in enumerate(trees):
+            first = index * n_nodes
+            here, split = slice(first, first + len(tree.feature)), tree.feature != NO_FEATURE
+            single = [Sum(((1.0, feature),)) for feature in range(n_features)]
+            known = [*single, *tree.sums, single[0]]  # a leaf may test anything: its feature is -1
+            tests += [known[feature] for feature in tree.feature] + single[:1] * (n_nodes - len(tree.feature))
+            threshold[here] = np.where(split, tree.threshold, np.nan)
+            left[here] = np.where(split, first + tree.left, left[here])
+            right[here] = np.where(split, first + tree.right, right[here])
+            action[here] = np.where(split, 0, tree.action + len(vectors))
+            vectors += tree.vectors
+        depth = max(int(ir.depth(tree).max()) for tree in trees)
+        place, weight = _pad_terms(tests, n_features)
+        places, weights = _pad_terms([each for vector in vectors for each in vector], n_features)
+        shape = len(vectors), len(outputs), -1
+        vectored = (places.reshape(shape), weights.reshape(shape)) if vectors else (places, weights)
+        return SummedStack(place, weight, threshold, left, right, action, n_nodes, depth, *vectored, outputs)
 
     def act(self, which: Int, obs: Float32) -> Any:
-        """As `Stack.act`, or [n, n_outputs]."""
-        shape = (len(obs), len(self.policies[0].outputs)) if self.policies[0].outputs else len(obs)
-        decisions: Any = np.zeros(shape, np.float32 if self.policies[0].outputs else np.int64)
-        for place, policy in enumerate(self.policies):
-            rows = np.flatnonzero(which == place)
-            decisions[rows] = ir.outputs(policy, obs[rows]) if policy.outputs else ir.act(policy, obs[rows])
-        return decisions
+        """As `Stack.act`, or what agents give, [n, n_outputs] float32."""
+        node, n_features = which * self.n_nodes, obs.shape[1]
+        wide = np.empty((len(obs), n_features + 2))
+        wide[:, :n_features], wide[:, n_features:] = obs, (-0.0, 1.0)
+        flat, base = wide.ravel(), np.arange(len(obs)) * wide.shape[1]
+        with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+            for _ in range(self.depth):
+                tested = _add_terms(flat, base[:, None] + self.place[node], self.weight[node])
+                node = np.where(tested <= self.threshold[node], self.left[node], self.right[node])
+            action = self.action[node]
+            if not self.outputs:
+                return action
+            values = _add_terms(flat, base[:, None, None] + self.places[action], self.weights[action])
+            given = np.empty(values.shape, np.float32)
+            for column, output in enumerate(self.outputs):
+                given[:, column] = clip_values(values[:, column], output.low, output.high)
+        return given
 
 
-def stack_trees(world: World, agent: int, trees: Sequence[GrownTree]) -> Stack | OneByOne:
+def _pad_terms(sums: Sequence[Sum], n_features: int) -> tuple[Int, Float64]:
+    """The places and the weights of the terms of sums, [n_sums, most terms]; shorter sums end with terms of -0.0."""
+    most = max((len(each.terms) for each in sums), default=0)
+    places, weights = np.full((len(sums), most), n_features), np.ones((len(sums), most))
+    for row, each in enumerate(sums):
+        places[row, : len(each.terms)] = [n_features + 1 if at == CONSTANT else at for _, at in each.terms]
+        weights[row, : len(each.terms)] = [weight for weight, _ in each.terms]
+    return places, weights
+
+
+def _add_terms(flat: Float64, places: Int, weights: Float64) -> Float64:
+    """Sums of terms, from left to right. `places`, `weights`: [..., n_terms]."""
+    terms = flat[places] * weights
+    total = terms[..., 0]
+    for column in range(1, terms.shape[-1]):
+        total = total + terms[..., column]
+    return total
+
+
+def stack_trees(world: World, agent: int, trees: Sequence[GrownTree]) -> Stack | SummedStack:
     """Trees of an agent, to be asked at once."""
     if any(isinstance(tree, SummedTree) for tree in trees):
-        return OneByOne([agent_policies(world, [tree], [agent])[0] for tree in trees])
+        return SummedStack.of([agent_policies(world, [tree], [agent])[0] for tree in trees])
     return Stack.of(trees)
 
 
-def reaching(tree: GrownTree, obs: Float32) -> dict[int, Int]:
+def reaching(tree: GrownTree, obs: Floats) -> dict[int, Int]:
     """Which rows of `obs` pass through each node: node -> rows; every node from the root down that any row reaches."""
     threshold = round_down(tree.threshold)
     rows_at: dict[int, Int] = {ROOT: np.arange(len(obs))}

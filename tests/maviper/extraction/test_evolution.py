@@ -1,0 +1,172 @@
+"""Refinement of trees that give numbers: many of them at once, moves of their numbers, and runs that go on."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from codegen import ir, policy_json
+from codegen.errors import InputError
+from codegen.ir import AgentPolicy, FeatureSpec, OutputSpec
+from codegen.lowering.deploy import SummedTree, deploy_tree
+from codegen.paths import size
+from maviper.episodes.trees import agent_policies
+from maviper.evaluation import held_out
+from maviper.experts.finding import find_expert
+from maviper.extraction.algorithms import extract
+from maviper.extraction.extraction import Extraction
+from maviper.extraction.journal import Journal
+from maviper.extraction.selection import evolution, refine
+from maviper.extraction.selection.arena import Arena
+from maviper.extraction.selection.evolution import Moves
+from maviper.extraction.selection.stack import SummedStack
+from maviper.extraction.settings import Settings
+
+EXPERT = "tests.support.steering:pulling"
+SPANS = (OutputSpec("one", "N", -4.0, 4.0), OutputSpec("two", "N", None, 1.0))
+FEATURES = tuple(FeatureSpec(f"feature_{k}", "none", -9, 9, None) for k in range(4))
+
+
+def random_tree(rng):
+    """A tree of up to seven leaves that may test three sums, and gives two."""
+    feature, threshold, left, right, leaves = [-1], [0.0], [-1], [-1], [0]
+    for _ in range(int(rng.integers(0, 7))):
+        node = leaves.pop(int(rng.integers(len(leaves))))
+        feature[node], threshold[node] = int(rng.integers(7)), float(rng.normal())
+        left[node], right[node] = len(feature), len(feature) + 1
+        leaves += [left[node], right[node]]
+        feature, threshold = [*feature, -1, -1], [*threshold, 0.0, 0.0]
+        left, right = [*left, -1, -1], [*right, -1, -1]
+    action = np.full(len(feature), -1)
+    action[leaves] = np.arange(len(leaves))
+    tests = (rng.normal(size=(3, 4)) * (rng.random((3, 4)) < 0.6)).astype(np.float32)
+    tests[:, 0] = 1
+    given = rng.normal(size=(len(leaves), 2, 5)) * (rng.random((len(leaves), 2, 5)) < 0.6)
+    return SummedTree(*map(np.array, (feature, threshold, left, right)), action, tests, given)
+
+
+def observations(rng, n=200):
+    obs = rng.normal(size=(n, 4)).astype(np.float32)
+    for odd, share in ((-0.0, 0.1), (np.inf, 0.03), (np.nan, 0.03)):
+        obs[rng.random(obs.shape) < share] = odd
+    return obs
+
+
+def policy_of(tree, outputs=SPANS):
+    return AgentPolicy("one", "ones", FEATURES, (), deploy_tree(tree), outputs=outputs)
+
+
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")  # of infinities
+@pytest.mark.parametrize("seed", range(4))
+def test_a_stack_gives_the_bits_of_the_reference(seed):
+    rng = np.random.default_rng(seed)
+    policies, obs = [policy_of(random_tree(rng)) for _ in range(9)], observations(rng)
+    which = np.arange(len(obs)) % len(policies)
+    given = SummedStack.of(policies).act(which, obs)
+    for place, policy in enumerate(policies):
+        expected = ir.outputs(policy, obs[which == place])
+        here = given[which == place]
+        assert (np.isnan(expected) == np.isnan(here)).all()
+        told = ~np.isnan(expected)
+        assert (expected[told].view(np.uint32) == here[told].view(np.uint32)).all()
+
+
+def test_a_stack_of_trees_with_sums_acts_as_the_reference():
+    rng = np.random.default_rng(5)
+    trees = [replace(random_tree(rng), given=np.zeros((0, 0, 5))) for _ in range(9)]
+    policies, obs = [policy_of(tree, ()) for tree in trees], rng.normal(size=(99, 4)).astype(np.float32)
+    which = np.arange(len(obs)) % len(policies)
+    acted = SummedStack.of(policies).act(which, obs)
+    assert all((acted[which == place] == ir.act(policy, obs[which == place])).all()
+               for place, policy in enumerate(policies))  # fmt: skip
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_numbers_move_by_parts_of_ranges_and_a_tree_keeps_its_size(seed):
+    rng = np.random.default_rng(seed)
+    tree, obs = random_tree(rng), rng.normal(size=(500, 4)).astype(np.float32)
+    tree = replace(tree, given=np.where(tree.given == 0, tree.given, tree.given + 9))  # no sum ends at 0
+    moves, policy = Moves.of(tree, obs, np.array([8.0, 1.0])), policy_of(tree)
+    assert moves.size == len(tree.feature) + tree.given.size
+    still = moves.apply(tree, np.zeros(moves.size))
+    assert (still.given == tree.given).all() and (still.threshold == tree.threshold).all()
+    direction = rng.standard_normal(moves.size)
+    moved = moves.apply(tree, direction)
+    assert size(policy_of(moved)) == size(policy) or (tree.given[..., -1] == 0).any()
+    assert ((moved.given[..., :-1] == 0) == (tree.given[..., :-1] == 0)).all()
+    split = tree.feature != ir.NO_FEATURE
+    assert (moved.threshold[~split] == 0).all()
+    leaf = tree.action[ir.apply(deploy_tree_nodes(tree), wide(tree, obs))]
+    lined = np.column_stack([obs.astype(np.float64), np.ones(len(obs))])
+    apart = np.einsum("nok,nk->no", (moved.given - tree.given)[leaf], lined)
+    for vector in np.unique(leaf):
+        far = np.sqrt(np.square(apart[leaf == vector]).mean(axis=0)) / np.array([8.0, 1.0])
+        assert (far < 4 * evolution.SPREAD).all() and (far > 0).all()
+    unmet = np.setdiff1d(tree.action[~split], leaf)
+    assert (moved.given[unmet] == tree.given[unmet]).all()
+
+
+def wide(tree, obs):
+    return np.concatenate([obs, obs @ tree.tests.T], axis=1)
+
+
+def deploy_tree_nodes(tree):
+    """The tree over its sums as features, its nodes where they are."""
+    return ir.GrownTree(tree.feature, tree.threshold, tree.left, tree.right, tree.action)
+
+
+SMALL = {"iterations": 1, "rollouts": 4, "selection_episodes": 4, "max_leaves": 3, "max_depth": 4}
+
+
+@pytest.fixture
+def quick(monkeypatch):
+    monkeypatch.setattr(held_out, "EVALUATION_EPISODES", 6)
+    for name, value in (("PAIRS", 4), ("PLAYED", 3), ("RACED", 6), ("JUDGED", 16)):
+        monkeypatch.setattr(evolution, name, value)
+
+
+def test_a_refined_run_goes_on_to_the_same_bytes(quick, tmp_path):
+    expert, world = find_expert(EXPERT, giving=True)
+    cost = 2 * evolution.round_cost() + evolution.judging_cost()
+    settings = Settings.of({**SMALL, "refinement": cost + 1}, world)
+    refined = policy_json.dumps(extract(world, expert, settings, journal=Journal(tmp_path)))
+    steps = sorted(path.name for path in tmp_path.glob("refine-*"))
+    assert steps == [f"refine-0-{number:04d}.safetensors" for number in range(3)]
+    for step in steps[1:]:
+        (tmp_path / step).unlink()
+    assert policy_json.dumps(extract(world, expert, settings, journal=Journal(tmp_path))) == refined
+    assert policy_json.loads(refined).provenance.training["refinement_episodes"] == cost
+    world.close()
+
+
+def test_refinement_finds_numbers_that_pay_and_keeps_no_others(quick, monkeypatch):
+    expert, world = find_expert(EXPERT, giving=True)
+    still, worse = ([_tree(len(outputs), value) for outputs in world.outputs] for value in (0.0, -1.0))
+    asked = Extraction(world, expert, Settings(refinement=5 * evolution.round_cost() + evolution.judging_cost()))
+    trees, facts = refine.refine_trees(asked, [0, 1], [[tree] for tree in still])
+    assert facts["refinement_episodes"] == asked.settings.refinement
+    arena = Arena(world, expert, [0, 1], range(10**15, 10**15 + 1_000))
+    before, after = arena.scores([still, trees], 16).mean(axis=1)
+    assert after > 0.9 * before  # both are negative
+    assert [size(one) for one in agent_policies(world, trees)] == [size(one) for one in agent_policies(world, still)]
+    assert evolution.judge(arena, still, worse)[0] is still and evolution.judge(arena, worse, still)[0] is still
+    assert evolution.judge(arena, still, still)[0] is still  # no gain, no error
+    world.close()
+
+
+def _tree(n_outputs, value):
+    """On either side of a goal the same constants."""
+    arrays = [np.array(each) for each in ([2, -1, -1], [0.0, 0, 0], [1, -1, -1], [2, -1, -1], [-1, 0, 1])]
+    given = np.zeros((2, n_outputs, 3))
+    given[..., -1] = value
+    return SummedTree(*arrays, np.array([[1, -1]], np.float32), given)
+
+
+def test_too_few_episodes_and_tests_of_sums_with_numbered_actions_are_refused():
+    expert, world = find_expert(EXPERT, giving=True)
+    with pytest.raises(InputError, match="too few for one round of refinement"):
+        extract(world, expert, Settings.of({**SMALL, "refinement": 10}, world))
+    world.close()
+    expert, world = find_expert("physical-deception")
+    with pytest.raises(InputError, match="changes tests of single features"):
+        extract(world, expert, Settings.of({"splits": "sums", "least_right": "0", "refinement": 100_000}, world))
