@@ -21,7 +21,7 @@ from maviper.importing.verbs import from_file, from_onnx, from_sklearn
 from maviper.options.profiles import TARGETS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable
     from pathlib import Path
     from typing import Any, Unpack
 
@@ -178,38 +178,21 @@ def verify(
 
 
 @flags.defaults
+@options.spell_out(options.FileOptions)
 def verify_file(
-    profile: PolicyProfile,
-    file: str | Path,
-    region: str | Path = "start",
-    *,
-    semantics: str = "machine",
-    observations: bool = False,
-    shared: Sequence[str] | None = None,
-    where: bool = False,
-    max_cells: int | None = None,
-    solver_units: int | None = None,
+    profile: PolicyProfile, file: str | Path, region: str | Path = "start", **asked: Unpack[options.FileOptions]
 ) -> list[AnyResult]:
     """The verdicts on the claims of a property file, in its order; `region` is for those that name none.
 
-    The rest is as for `verify`. InputError with line and column for a claim that cannot be read.
+    InputError with line and column for a claim that cannot be read, and for a limit that nothing reads.
     """
     from pathlib import Path
 
     from maviper.verification.ask import VerifyOptions
     from maviper.verification.run import results
 
-    about = VerifyOptions(
-        file=Path(file),
-        region=str(region),
-        semantics=semantics,
-        observations=observations,
-        shared=None if shared is None else tuple(shared),
-        where=where,
-        max_cells=max_cells,
-        solver_units=solver_units,
-    )
-    return results(profile, about)
+    given = options.complete_options(options.FileOptions, asked)
+    return results(profile, VerifyOptions(file=Path(file), region=str(region), **given))
 
 
 @flags.defaults

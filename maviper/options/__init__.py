@@ -11,7 +11,7 @@ from maviper.options.profiles import CompileOptions, DiffOptions, ImportOptions,
 from maviper.options.reproduction import ReproduceOptions
 from maviper.options.table import complete_options, make_request, spell_out, table_of
 from maviper.options.training import TrainOptions
-from maviper.options.verification import SystemOptions, VerifyOptions
+from maviper.options.verification import FileOptions, SystemOptions, VerifyOptions
 
 __all__ = [
     "CompileOptions",
@@ -19,6 +19,7 @@ __all__ = [
     "EvaluateOptions",
     "ExploitOptions",
     "ExtractOptions",
+    "FileOptions",
     "ImportOptions",
     "RepairOptions",
     "ReproduceOptions",

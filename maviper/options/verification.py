@@ -14,8 +14,8 @@ from verify.claims.language.parameters import Names, Parameters
 QUESTION, EXTENT, BUDGETS = "What is asked", "Where a claim holds", "Budgets"
 
 
-class QuestionOptions(TypedDict, total=False):
-    """What is asked, whatever the claim."""
+class TeamOptions(TypedDict, total=False):
+    """Whose decisions a claim is about."""
 
     team: Annotated[
         str | None,
@@ -26,6 +26,11 @@ class QuestionOptions(TypedDict, total=False):
             "NAME",
         ),
     ]
+
+
+class QuestionOptions(TypedDict, total=False):
+    """What is asked, whatever the claim."""
+
     observations: Annotated[
         bool,
         Option(
@@ -70,8 +75,12 @@ class LimitOptions(TypedDict, total=False):
     ]
 
 
-class VerifyOptions(QuestionOptions, Parameters, LimitOptions, total=False):
+class VerifyOptions(TeamOptions, QuestionOptions, Parameters, LimitOptions, total=False):
     """What is asked of a claim."""
+
+
+class FileOptions(QuestionOptions, LimitOptions, total=False):
+    """What is asked of the claims of a property file, which says what each is about."""
 
 
 class SystemOptions(TypedDict, total=False):

@@ -149,6 +149,8 @@ def test_verify_file_answers_in_the_files_order(profile, tmp_path):
     )
     found = maviper.verify_file(profile, tmp_path / "p.toml")
     assert [each.claim.shown for each in found] == ["no_double", "mine"]
+    with pytest.raises(InputError, match="--max-cells has no effect without --where"):
+        maviper.verify_file(profile, tmp_path / "p.toml", max_cells=5)
     (tmp_path / "p.toml").write_text('[[property]]\nname = "no_doubl"\n')
     with pytest.raises(UnknownNameError) as error:
         maviper.verify_file(profile, tmp_path / "p.toml")

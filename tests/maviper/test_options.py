@@ -24,6 +24,7 @@ from maviper.options import (
     EvaluateOptions,
     ExploitOptions,
     ExtractOptions,
+    FileOptions,
     ImportOptions,
     RepairOptions,
     ReproduceOptions,
@@ -113,11 +114,14 @@ def test_a_verb_says_every_option_with_its_type_and_default(name):
         assert f"`{key}`: {option.help}" in verb.__doc__
 
 
-def test_verify_and_verify_system_have_the_options_about_systems():
+@pytest.mark.parametrize(
+    ("verb", "options"), [(maviper.verify_system, SystemOptions), (maviper.verify_file, FileOptions)]
+)
+def test_what_verify_asks_of_systems_and_files_are_options_of_the_command(verb, options):
     command = {each.name: each for each in main.cli.commands["verify"].params}
-    given, text = inspect.signature(maviper.verify_system), maviper.verify_system.__doc__
-    assert list(table_of(SystemOptions)) == [key for key in command if key in table_of(SystemOptions)]
-    for key, option in table_of(SystemOptions).items():
+    given, text = inspect.signature(verb), verb.__doc__
+    assert list(table_of(options)) == [key for key in command if key in table_of(options)]
+    for key, option in table_of(options).items():
         assert command[key].help == option.help and f"`{key}`: {option.help}" in text
         assert given.parameters[key].default == option.default and command[key].opts == [option.flag]
 
