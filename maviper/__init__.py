@@ -4,8 +4,9 @@ Does: every command as a function, with its options as parameters; profiles from
 Assumes: heavy libraries are imported by the functions that need them.
 Does not: import anything heavy itself, or print.
 
-Errors that a caller can mend are `codegen.errors.MaviperError`: they say what happened, where, and what to do next.
-InputError is a wrong file, name or number; UnknownNameError, one of them, carries the closest match.
+Errors that a caller can mend are `maviper.errors.MaviperError`: they say what happened, where, and what to do next.
+InputError is a wrong file, name or number; UnknownNameError, one of them, carries the closest match. Classes of what
+functions take and return are in `maviper.profiles` and `maviper.answers`.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from maviper import siblings as siblings  # first: it says what is in the way of
 # isort: split
 from codegen.process import flags
 from maviper import claims, options
+from maviper import errors as errors
 from maviper.importing.verbs import from_file, from_onnx, from_sklearn
 from maviper.options.profiles import TARGETS
 

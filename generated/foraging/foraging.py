@@ -15,7 +15,7 @@ import numpy.typing as npt
 from gymnasium.spaces import Box, Discrete
 from pettingzoo import ParallelEnv
 
-from codegen.ir import FeatureSpec
+from maviper.profiles import FeatureSpec
 from maviper.worlds import World, find
 
 PARTS = ("down", "right", "away", "later")

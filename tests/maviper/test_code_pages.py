@@ -1,13 +1,15 @@
 """The manual's pages on the code follow from it: python.md from signatures, architecture.md from the contracts."""
 
 import ast
+import builtins
+import re
 import tomllib
 from pathlib import Path
 
 import pytest
 
 import maviper
-from maviper import manual
+from maviper import answers, manual, profiles
 from tests.support import python_page
 
 ROOT = Path(__file__).parent.parent.parent
@@ -43,4 +45,16 @@ def test_the_page_follows_from_the_code(golden, topic, made):
 def test_every_public_function_and_claim_has_its_section():
     text = manual.page("python")
     assert all(f"\n### {name}\n" in text for name in maviper.__all__)
-    assert all(f"\n### {each.__name__}\n" in text for each in python_page.GROUPS["Claims"] if each.__name__[0] != "_")
+    assert all(f"\n### {each.__name__}\n" in text for _, classes in python_page.GROUPS.values() for each in classes)
+
+
+def test_what_functions_return_and_raise_has_a_name_under_maviper():
+    """And the page's text, which speaks of errors, names none that there is not."""
+    known = {*vars(answers), *vars(profiles), *vars(builtins), "Any", "AnyResult"}
+    for name in maviper.__all__:
+        verb = getattr(maviper, name)
+        assert set(re.findall(r"\w+", verb.__annotations__["return"])) <= known, name
+        assert set(re.findall(r"\b\w+Error\b", verb.__doc__)) <= {*vars(maviper.errors), "ImportError"}, name
+    modules = (maviper.claims, maviper.errors, answers, profiles)
+    shown = {each for module in modules for each in python_page.classes(module)}
+    assert {each for _, classes in python_page.GROUPS.values() for each in classes} == shown

@@ -590,6 +590,16 @@ def test_the_python_of_the_verdicts_page_runs(place):
     exec(source, {})
 
 
+@pytest.mark.slow
+@pytest.mark.solver
+def test_the_python_page_prints_what_it_says(place, capsys):
+    names = {}
+    for source in blocks("python", "python"):
+        exec(source, names)
+    said = [each for source in blocks("python", "python") for each in re.findall(r"print\(.*# (.*)", source)]
+    assert capsys.readouterr().out.splitlines() == said and len(said) == 2
+
+
 # --- the README
 
 

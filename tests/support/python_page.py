@@ -11,44 +11,48 @@ import inspect
 import re
 import textwrap
 from enum import Enum
+from types import ModuleType
 
 import maviper
-from codegen import ir
-from maviper import claims
-from maviper.compilation.compile import Compiled
-from maviper.evaluation.exploitability import Exploitability
-from maviper.evaluation.run import Evaluation
-from maviper.reproduction.run import Reproduced
-from maviper.verification.diff import Compared
-from maviper.verification.files.certificates import Checked
-from maviper.verification.files.counterexamples import Replayed
-from maviper.verification.repair import Repaired
-from maviper.verification.robust import Radii
-from maviper.verification.run import Verified
-from verify.question import Question
-from verify.result import Cost, Evidence, Result, Verdict
-from verify.verdicts.decisions import DecisionEvidence
-from verify.verdicts.episodes import EpisodeEvidence
-from verify.verdicts.systems import SystemEvidence
+from maviper import answers, claims, errors, profiles
 
 WIDTH = 100
-ANSWERS = [Result, Verdict, Evidence, DecisionEvidence, EpisodeEvidence, SystemEvidence, Cost, Question]
-FILES = [Compiled, Checked, Replayed, Repaired, Compared, Radii, Verified]
-MEASURED = [Evaluation, Exploitability, Reproduced]
-PROFILE = [ir.PolicyProfile, ir.AgentPolicy, ir.Tree, ir.FeatureSpec, ir.ActionSpec]
+VERDICTS = (
+    "Result",
+    "Verdict",
+    "Evidence",
+    "DecisionEvidence",
+    "EpisodeEvidence",
+    "SystemEvidence",
+    "Cost",
+    "Question",
+)
+STATES = ("Region", "Counterexample", "AgentView", "SystemCounterexample")
+
+
+def classes(module):
+    """The public classes of a module, in its order."""
+    shown = [each for name, each in vars(module).items() if not name.startswith("_")]
+    return [each for each in shown if inspect.isclass(each) and each.__module__ != "typing"]
+
+
 GROUPS = {
-    "Profiles": PROFILE,
-    "Answers": ANSWERS,
-    "What else functions return": [*FILES, *MEASURED],
-    "Claims": [each for each in vars(claims).values() if inspect.isclass(each) and issubclass(each, claims.Claim)],
+    "Profiles": (profiles, classes(profiles)),
+    "Answers": (answers, [getattr(answers, name) for name in (*VERDICTS, *STATES)]),
+    "What else functions return": (
+        answers,
+        [each for each in classes(answers) if each.__name__ not in (*VERDICTS, *STATES)],
+    ),
+    "Claims": (claims, classes(claims)),
+    "Errors": (errors, classes(errors)),
 }
 
 
 def page() -> str:
     """All sections, in Markdown."""
     sections = ["## Functions", *map(_function, maviper.__all__)]
-    for title, objects in GROUPS.items():
-        sections += [f"## {title}", *(_object(each) for each in objects if not each.__name__.startswith("_"))]
+    for title, (module, objects) in GROUPS.items():
+        sections += [f"## {title}", *(_object(module, each) for each in objects)]
     return "\n\n".join(sections) + "\n"
 
 
@@ -72,8 +76,8 @@ def _signature(name: str, function: object) -> str:
     return textwrap.indent("\n".join(lines), "    ")
 
 
-def _object(kind: type) -> str:
-    parts = [f"### {kind.__name__}", f"`{kind.__module__}.{kind.__qualname__}`", _reflowed(inspect.getdoc(kind) or "")]
+def _object(module: ModuleType, kind: type) -> str:
+    parts = [f"### {kind.__name__}", f"`{module.__name__}.{kind.__name__}`", _reflowed(inspect.getdoc(kind) or "")]
     lines = [bullet(line) for line in (*_fields(kind), *_members(kind))]
     return "\n\n".join([*parts, *(["\n".join(lines)] if lines else [])])
 
