@@ -23,7 +23,10 @@ WRITTEN = ("recompute.py",)  # files that a module writes
 VERBS = Path("maviper/__init__.py")  # whose parameters are the options of a command, in words
 MAX_MODULES_IN_A_FOLDER, MAX_README_LINES = 15, 130
 MAX_KINDS_ASKED = 8  # places that ask what a claim, a result, evidence or a certificate is about
-ABOUT_CLAIMS = ("verify/", "maviper/verification/", "maviper/page/", "maviper/cli/", "maviper/tour/")
+ABOUT_CLAIMS = (
+    "verify/",
+    *(f"maviper/{room}/" for room in ("cli", "compilation", "page", "tour", "verification", "worlds/stated")),
+)
 
 
 def tool(*command):

@@ -8,12 +8,11 @@ Every state of such a box is one of which the proof holds: the claim, from this 
 its file states. So a state in a box is vouched for, however it got there.
 """
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import singledispatch
 from itertools import chain
 from pathlib import Path
 
@@ -39,6 +38,7 @@ from verify.systems.language.expressions import Number
 from verify.systems.statement import Statement
 from verify.systems.system import HalfSpace, Polytope
 
+Lists = dict[int, list[BoxList]]  # by step, or by part of an invariant
 BOXES = "a monitor compares one variable at a time with numbers"
 
 
@@ -58,7 +58,7 @@ def load_cover(certificate: Path, profile: PolicyProfile) -> Covered:
     """
     proof, statement = read_certificate(certificate)
     _ensure_boxes(proof, str(certificate))
-    lists: dict[int, list[BoxList]] = defaultdict(list)
+    lists: Lists = defaultdict(list)
 
     def watch(at: int, boxes: BoxList) -> None:
         lists[at].append(boxes)
@@ -67,17 +67,7 @@ def load_cover(certificate: Path, profile: PolicyProfile) -> Covered:
     claim, rests = proof.claim, _rests(statement)
     statement, profile = as_played(statement, profile)
     ranges = _ranges(statement)
-    if isinstance(proof, SystemCertificate):
-        steps = [[_within(statement, claim.regions or ((),), ranges)]]
-    elif isinstance(proof, InvariantCertificate):
-        followed = [set(part.widths) for part in proof.parts]
-        parts = [_together(lists[at]) for at in range(len(followed))]
-        steps = [[_meeting(statement, claim, part, of) for part, of in zip(parts, followed, strict=True)]]
-        if claim.assuming:  # of whatever it leaves out nothing is said, and from then on nothing
-            anywhere = [one._replace(low=-np.inf, high=np.inf) for one in ranges]
-            steps[0].append(_within(statement, claim.assuming, anywhere))
-    else:
-        steps = [[_together(lists[step])] for step in range(claim.steps + 1)]
+    steps = _list_steps(proof, statement, ranges, lists)
     ever = claim.about_decisions or claim.says.ever
     dt = nearest_double(Fraction(period(statement) or 1))
     if not claim.about_decisions:
@@ -87,27 +77,85 @@ def load_cover(certificate: Path, profile: PolicyProfile) -> Covered:
     return Covered(cover, sentence(replace(claim, label=""), statement, profile))
 
 
+ADVICE = "a monitor needs a proof by boxes, by cells, or of a claim about decisions"
+TURNED = "the sets of the certificate are turned boxes, and " + BOXES
+
+
 def _ensure_boxes(found: Certificate, where: str) -> None:
     """InputError for a certificate whose sets are no boxes, or say nothing of later states."""
-    claim, advice = found.claim, "a monitor needs a proof by boxes, by cells, or of a claim about decisions"
-    if isinstance(found, SystemCertificate) and not claim.about_decisions:
-        what = "the certificate follows symbolic states, and a state cannot be compared with these"
-        raise InputError(what, where, f"{advice}: verify with a larger --max-boxes")
-    if (isinstance(found, CoverCertificate) and found.forms) or (
-        isinstance(found, FlowCertificate) and not found.widths
-    ):
-        raise InputError("the sets of the certificate are turned boxes, and " + BOXES, where, advice)
-    if claim.says.once:
+    _ensure_watchable(found, where)
+    if found.claim.says.once:
         what = "the claim is fulfilled once the region is reached, and nothing is proved of what comes then"
         raise InputError(what, where, "a monitor needs a claim about all states, such as reaches_and_stays")
-    if isinstance(found, InvariantCertificate) and any(part.regions for part in found.parts):
+
+
+# A function for each form of certificate: what of it can be watched, and the parts of its steps.
+
+
+@singledispatch
+def _ensure_watchable(found: Certificate, where: str) -> None:
+    """InputError for sets that are no boxes."""
+    raise TypeError(f"nobody watches a {type(found).__name__}")
+
+
+@singledispatch
+def _list_steps(
+    proof: Certificate, statement: Statement, ranges: Sequence[Variable], lists: Lists
+) -> list[list[Boxes]]:
+    """The parts of each step, all of which a state has to lie in; `lists`: the boxes that the checker asked about."""
+    return [[_together(lists[step])] for step in range(proof.claim.steps + 1)]
+
+
+@_ensure_watchable.register
+def _(found: SystemCertificate, where: str) -> None:
+    if not found.claim.about_decisions:
+        what = "the certificate follows symbolic states, and a state cannot be compared with these"
+        raise InputError(what, where, f"{ADVICE}: verify with a larger --max-boxes")
+    _ensure_boxed_regions(found.claim, where)
+
+
+@_list_steps.register
+def _(proof: SystemCertificate, statement: Statement, ranges: Sequence[Variable], lists: Lists) -> list[list[Boxes]]:
+    return [[_within(statement, proof.claim.regions or ((),), ranges)]]
+
+
+@_ensure_watchable.register
+def _(found: CoverCertificate, where: str) -> None:
+    if found.forms:
+        raise InputError(TURNED, where, ADVICE)
+
+
+@_ensure_watchable.register
+def _(found: FlowCertificate, where: str) -> None:
+    if not found.widths:
+        raise InputError(TURNED, where, ADVICE)
+
+
+@_ensure_watchable.register
+def _(found: InvariantCertificate, where: str) -> None:
+    if any(part.regions for part in found.parts):
         what = "the invariant is a region that may be left for some steps, and a monitor knows one state"
         raise InputError(what, where, "a monitor needs a proof by cells: leave `invariant` out of the claim")
-    if isinstance(found, SystemCertificate | InvariantCertificate):
-        for half in chain.from_iterable((*claim.regions, *claim.assuming)):
-            if len(half.form.terms) > 1:
-                what = f"a condition of the claim's regions compares {' and '.join(sorted(names_of(half)))}"
-                raise InputError(f"{what}, and {BOXES}", where, "state the region as a box")
+    _ensure_boxed_regions(found.claim, where)
+
+
+@_list_steps.register
+def _(proof: InvariantCertificate, statement: Statement, ranges: Sequence[Variable], lists: Lists) -> list[list[Boxes]]:
+    claim, followed = proof.claim, [set(part.widths) for part in proof.parts]
+    parts = [_together(lists[at]) for at in range(len(followed))]
+    steps = [[_meeting(statement, claim, part, of) for part, of in zip(parts, followed, strict=True)]]
+    if claim.assuming:  # of whatever it leaves out nothing is said, and from then on nothing
+        anywhere = [one._replace(low=-np.inf, high=np.inf) for one in ranges]
+        steps[0].append(_within(statement, claim.assuming, anywhere))
+    return steps
+
+
+def _ensure_boxed_regions(claim: SystemClaim, where: str) -> None:
+    """InputError for conditions of a claim's regions that compare several variables."""
+    for half in chain.from_iterable((*claim.regions, *claim.assuming)):
+        if len(half.form.terms) > 1:
+            what = f"a condition of the claim's regions compares {' and '.join(sorted(names_of(half)))}"
+            raise InputError(f"{what}, and {BOXES}", where, "state the region as a box")
 
 
 def _rests(statement: Statement) -> dict[str, str]:

@@ -27,7 +27,6 @@ from verify.checker.flows import certificates as flow_certificates
 from verify.checker.flows.certificates import FORM as FLOW_FORM
 from verify.checker.flows.certificates import FlowCertificate
 from verify.checker.reading import RejectedError
-from verify.checker.systems.certificates import SystemCertificate
 from verify.checker.systems.enclosures import ensure_enclosed
 from verify.systems.claims import SystemClaim
 from verify.systems.given.played import as_played, with_copies
@@ -106,8 +105,6 @@ def ensure_accepted(
     statement, profile = as_played(statement, profile)
     with _refusing(path):
         ensure_enclosed(statement, told)
-        if isinstance(found, SystemCertificate):
-            return found.check(profile, statement.system)
         return found.check(profile, statement.system, watch)
 
 
