@@ -11,8 +11,7 @@ right, and the profile says where that differs.
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -21,18 +20,23 @@ import numpy as np
 from codegen.errors import InputError, escape_text
 from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers.documents import NEAR, second_class
-from codegen.importers.nodes import Leaf, Source, Split, json_of, origin_of
+from codegen.importers.nodes import Leaf, Split, json_of
 from codegen.importers.origin import AGENT, DOUBLES, SINGLES, Origin
-from codegen.importers.products import Product, Tree
+from codegen.importers.products import Tree, origin_of_sum
 from codegen.importers.symbolic.affine import Terms
+from codegen.importers.symbolic.program import Described
 from codegen.ir import CONSTANT
 
 XGBOOST, LIGHTGBM = "XGBoost", "LightGBM"
 ONE = "train one tree, or a few small ones, of an objective that is understood"
 AGAIN = "save the model again"
-NUMBERS = ("reg:squarederror", "reg:absoluteerror", "reg:pseudohubererror")
-MULTI = ("multi:softmax", "multi:softprob")
-REGRESSIONS = ("regression", "regression_l1", "huber", "fair")
+SIGN, LARGEST, NUMBER = "sign", "largest", "number"  # what scores stand for
+LINKS = {  # of objectives: XGBoost's, then LightGBM's
+    "binary:logistic": SIGN, "multi:softmax": LARGEST, "multi:softprob": LARGEST, "reg:squarederror": NUMBER,
+    "reg:absoluteerror": NUMBER, "reg:pseudohubererror": NUMBER,
+    "binary": SIGN, "multiclass": LARGEST, "regression": NUMBER, "regression_l1": NUMBER, "huber": NUMBER,
+    "fair": NUMBER,
+}  # fmt: skip
 ZERO = float(np.float32(1e-35))  # kZeroThreshold of LightGBM
 CATEGORICAL, DEFAULT_LEFT, MISSING_ZERO, MISSING_NAN = 1, 2, 1 << 2, 2 << 2  # bits of LightGBM's decision_type
 
@@ -53,17 +57,15 @@ def from_xgboost(content: bytes, where: str) -> dict[str, Origin]:
             what = "the model has a best_iteration, up to which some of XGBoost's functions predict, and others do not"
             raise InputError(what, where, "save the booster's slice: booster[: best_iteration + 1]")
         trees = [Tree(0, partial(_xgboost_node, tree, where)) for tree in booster["model"]["trees"]]
+        classes = [int(each) for each in booster["model"].get("tree_info", [0] * len(trees))]
         names = [str(each) for each in learner.get("feature_names", ())]
         width = int(learner["learner_model_param"]["num_feature"])
-        link = _Link(learner["objective"]["name"], _bases(learner["learner_model_param"]["base_score"]), where)
-        if len(trees) == 1:
-            read = link.alone(trees[0])
-            origin = origin_of(Source(XGBOOST, where), 0, read, names, width)
-        else:
-            classes = [int(each) for each in booster["model"].get("tree_info", [0] * len(trees))]
-            whole = Product(trees, partial(link.together, classes), where)
-            origin = origin_of(Source(XGBOOST, where, FLOAT32), whole.root, whole.read, names, width)
-        return {AGENT: replace(origin, given=SINGLES)}
+        objective = learner["objective"]["name"]
+        # a number, or a list
+        bases = [float(each) for each in str(learner["learner_model_param"]["base_score"]).strip("[]").split(",")]
+        add = partial(_add_xgboost, objective, bases, classes, where)
+        said = Described(kind=XGBOOST, features=names, n_features=width, numbers=FLOAT32, given=SINGLES)
+        return {AGENT: origin_of_sum(trees, add, said, where)}
     except (LookupError, TypeError, AttributeError, ValueError, OverflowError) as error:
         raise InputError(f"not XGBoost's JSON: {escape_text(error)[:100]}", where, AGAIN) from None
 
@@ -81,51 +83,36 @@ def _xgboost_node(tree: Mapping[str, Any], where: str, place: int) -> Split | Le
     return Split(int(tree["split_indices"][place]), "<", number, then, otherwise, nan=bool(tree["default_left"][place]))
 
 
-class _Link:
-    """What the leaves of XGBoost stand for, alone and together: float32 numbers, added to the base in their order."""
-
-    def __init__(self, objective: str, bases: Sequence[float], where: str) -> None:
-        self.objective, self.bases, self.where = objective, bases, where
-
-    def alone(self, tree: Tree) -> Callable[[int], Split | Leaf]:
-        """The nodes of the only tree."""
-
-        def read(place: int) -> Split | Leaf:
-            each = tree.read(place)
-            return (
-                each
-                if isinstance(each, Split)
-                else Leaf(_apply_link(self.objective, _value(each), self.base, self.where))
-            )
-
-        return read
-
-    @property
-    def base(self) -> float:
-        """The only base."""
-        (base,) = self.bases
-        return base
-
-    def together(self, classes: Sequence[int], leaves: Sequence[Leaf]) -> Leaf:
-        """What the leaves of a path stand for. `classes`: of the trees, where there are more than two."""
-        numbers = [np.float32(_value(leaf)) for leaf in leaves]
-        if self.objective in MULTI:
-            bases = self.bases if len(self.bases) > 1 else [*self.bases] * (max(classes) + 1)
-            scores = [np.float32(base) for base in bases]
-            for place, number in zip(classes, numbers, strict=True):
-                scores[place] = np.float32(scores[place] + number)
-            return Leaf(best_class([float(score) for score in scores], self.where))
-        if self.objective in NUMBERS:
-            total = np.float32(self.base)
-            for number in numbers:
-                total = np.float32(total + number)
-            return Leaf(0, ((float(total), CONSTANT),))
-        return Leaf(_apply_link(self.objective, math.fsum(map(float, numbers)), self.base, self.where))
+def _add_xgboost(
+    objective: str, bases: Sequence[float], classes: Sequence[int], where: str, leaves: Sequence[Leaf]
+) -> Leaf:
+    """What the leaves of a path stand for. `classes`: of the trees, where there are more than two."""
+    if LINKS.get(objective) == SIGN and len(bases) == 1 and 0 < bases[0] < 1:
+        logit = math.log(bases[0] / (1 - bases[0]))
+        return _apply_link(objective, [math.fsum(map(_value, leaves)) + logit], where, alone=len(leaves) == 1)
+    several = LINKS.get(objective) == LARGEST and len(bases) == 1
+    scores = [np.float32(base) for base in ([*bases] * (max(classes) + 1) if several else bases)]
+    for place, leaf in zip(classes, leaves, strict=True):
+        scores[place] = np.float32(scores[place] + np.float32(_value(leaf)))
+    return _apply_link(objective, scores, where, alone=len(leaves) == 1)
 
 
 def _value(leaf: Leaf) -> float:
     assert isinstance(leaf.label, float), "the label of a tree that is read alone is its number"
     return leaf.label
+
+
+def _apply_link(objective: str, scores: Sequence[Any], where: str, *, alone: bool) -> Leaf:
+    """What scores stand for: a class, or a number, which is a label where the tree stands `alone`."""
+    link = LINKS.get(objective)
+    if link == LARGEST:
+        return Leaf(best_class([float(score) for score in scores], where))
+    if link is None or len(scores) > 1:
+        raise InputError(f"the objective is not understood: {escape_text(objective)}", where, ONE)
+    score = float(scores[0])
+    if link == SIGN:
+        return Leaf(second_class(score, where))
+    return Leaf(score) if alone else Leaf(0, ((score, CONSTANT),))
 
 
 def best_class(scores: Sequence[float], where: str) -> int:
@@ -134,20 +121,6 @@ def best_class(scores: Sequence[float], where: str) -> int:
     if not first - second >= NEAR:
         raise InputError(f"two classes have scores too close to call, {first} and {second}", where, "train it again")
     return scores.index(first)
-
-
-def _bases(text: Any) -> list[float]:
-    """The base scores: a number, or a list."""
-    return [float(each) for each in str(text).strip("[]").split(",")]
-
-
-def _apply_link(objective: str, value: float, base: float, where: str) -> int | float:
-    """What a leaf of XGBoost stands for."""
-    if objective == "binary:logistic" and 0 < base < 1:
-        return second_class(value + math.log(base / (1 - base)), where)
-    if objective in NUMBERS:
-        return float(np.float32(value) + np.float32(base))
-    raise InputError(f"the objective is not understood: {escape_text(objective)}", where, ONE)
 
 
 def from_lightgbm(content: bytes, where: str) -> dict[str, Origin]:
@@ -168,31 +141,25 @@ def from_lightgbm(content: bytes, where: str) -> dict[str, Origin]:
             raise InputError("the model gives the mean of its trees (boosting rf)", where, "use boosting gbdt")
         names = model.get("feature_names", "").split(" ")
         width = int(model["max_feature_idx"]) + 1
-        named = names if len(names) == width else ()
         read = [_LightGbm(tree, link, where) for tree in fields]
-        if len(read) == 1:
-            origin = origin_of(Source(LIGHTGBM, where), read[0].root, read[0].read, named, width)
-        else:
-            if any(each.forms for each in read):
-                raise InputError("several trees have linear leaves, whose sums are added to sums", where, ONE)
-            whole = Product([Tree(each.root, each.raw) for each in read], partial(_together, link, model, where), where)
-            origin = origin_of(Source(LIGHTGBM, where), whole.root, whole.read, named, width)
-        return {AGENT: replace(origin, numbers=FLOAT64, given=DOUBLES)}
+        if len(read) > 1 and any(each.forms for each in read):
+            raise InputError("several trees have linear leaves, whose sums are added to sums", where, ONE)
+        add = partial(_add_lightgbm, link, int(model.get("num_tree_per_iteration", "1")), where)
+        named = names if len(names) == width else ()
+        said = Described(kind=LIGHTGBM, features=named, n_features=width, numbers=FLOAT64, given=DOUBLES)
+        return {AGENT: origin_of_sum([Tree(each.root, each.read) for each in read], add, said, where)}
     except (LookupError, ValueError, OverflowError) as error:
         raise InputError(f"not LightGBM's text: {escape_text(error)[:100]}", where, AGAIN) from None
 
 
-def _together(link: str, model: Mapping[str, str], where: str, leaves: Sequence[Leaf]) -> Leaf:
-    """What the leaves of a path stand for: doubles, added to 0 in their order."""
-    count = int(model.get("num_tree_per_iteration", "1"))
+def _add_lightgbm(link: str, count: int, where: str, leaves: Sequence[Leaf]) -> Leaf:
+    """What the leaves of a path stand for: doubles, added to 0 in their order, for each of `count` classes."""
+    if leaves[0].terms:
+        return leaves[0]
     scores = [0.0] * count
     for place, leaf in enumerate(leaves):
         scores[place % count] += _value(leaf)
-    if link == "multiclass":
-        return Leaf(best_class(scores, where))
-    if link in REGRESSIONS and count == 1:
-        return Leaf(0, ((scores[0], CONSTANT),))
-    return Leaf(_label(scores[0], link, where))
+    return _apply_link(link, scores, where, alone=len(leaves) == 1)
 
 
 def _fields(text: str) -> Mapping[str, str]:
@@ -245,13 +212,6 @@ class _LightGbm:
         return 0 if self.features else -1
 
     def read(self, place: int) -> Split | Leaf:
-        """A split, or a leaf with what it stands for."""
-        each = self.raw(place)
-        if isinstance(each, Split) or each.terms:
-            return each
-        return Leaf(_label(_value(each), self.link, self.where))
-
-    def raw(self, place: int) -> Split | Leaf:
         """A split, or a leaf with its number."""
         if place < 0:
             return Leaf(0, self.forms[-place - 1]) if self.forms else Leaf(self.values[-place - 1])
@@ -264,12 +224,3 @@ class _LightGbm:
         # without missing values in training, a NaN counts as 0
         nan = bool(kind & DEFAULT_LEFT) if kind & MISSING_NAN else number >= 0
         return Split(self.features[place], "<=", number, self.sides[0][place], self.sides[1][place], nan)
-
-
-def _label(value: float, link: str, where: str) -> int | float:
-    """What a number of LightGBM stands for."""
-    if link == "binary":
-        return second_class(value, where)
-    if link in REGRESSIONS:
-        return value
-    raise InputError(f"the objective is not understood: {escape_text(link)}", where, ONE)

@@ -16,10 +16,10 @@ from typing import Any, cast
 
 from codegen.errors import InputError, escape_text
 from codegen.floats import FLOAT32, FLOAT64, NUMBERS
-from codegen.importers.nodes import Leaf, Source, Split, json_of, origin_of
+from codegen.importers.nodes import Leaf, Split, json_of, origin_of
 from codegen.importers.origin import AGENT, DOUBLES, NOTHING, Origin, Said
-from codegen.importers.reading import SUMS
-from codegen.importers.symbolic.affine import Terms
+from codegen.importers.symbolic.affine import Affine, Sums, Terms
+from codegen.importers.symbolic.program import Described
 from codegen.ir import CONSTANT
 from codegen.wording import format_count
 
@@ -36,7 +36,8 @@ def from_dtcontrol(content: bytes, where: str, said: Said = NOTHING) -> dict[str
     InputError for what is no such tree, and for a leaf that permits several actions of which none is preferred.
     """
     document = json_of(content, where)
-    names, sums = _Names(), list[Terms]()
+    names, sums = _Names(), Sums(FLOAT64)
+    facts = Described(kind=DTCONTROL, features=names.given, numbers=FLOAT64, given=DOUBLES)
 
     def read(node: Mapping[str, Any]) -> Split | Leaf:
         try:
@@ -45,8 +46,7 @@ def from_dtcontrol(content: bytes, where: str, said: Said = NOTHING) -> dict[str
             raise InputError(f"a node is not understood: {escape_text(error)[:100]}", where, AGAIN) from None
 
     try:
-        origin = origin_of(Source(DTCONTROL, where, FLOAT64, sums), document, read, names.given, 0)
-        return {AGENT: replace(origin, numbers=FLOAT64, given=DOUBLES, keyed=bool(names.given))}
+        return {AGENT: replace(origin_of(document, read, facts, where, sums), keyed=bool(names.given))}
     except RecursionError:
         raise InputError("the file is nested too deeply", where, "simplify it first") from None
 
@@ -84,7 +84,7 @@ class _Names:
         return int(number[1]) if number else self.given.index(var) if isinstance(var, str) else int(cast(Any, var))
 
 
-def _split(node: Mapping[str, Any], names: _Names, sums: list[Terms], where: str) -> Split:
+def _split(node: Mapping[str, Any], names: _Names, sums: Sums, where: str) -> Split:
     split, children = node["split"], cast(list[Any], node["children"])
     side: object = split["lhs"]
     listed = cast("list[Mapping[str, Any]]", side) if isinstance(side, list) else []
@@ -101,9 +101,7 @@ def _split(node: Mapping[str, Any], names: _Names, sums: list[Terms], where: str
     terms, limit = _linear(listed, names, float(split["rhs"]), where)
     if len(terms) == 1 and terms[0][0] == 1:
         return Split(terms[0][1], "<=", limit, then, otherwise, nan=False)
-    if terms not in sums:
-        sums.append(terms)
-    return Split(SUMS + sums.index(terms), "<=", limit, then, otherwise, nan=False)
+    return Split(sums.place(Affine(terms)), "<=", limit, then, otherwise, nan=False)
 
 
 def _single(side: object) -> bool:
@@ -132,8 +130,6 @@ def from_treelite(content: bytes, where: str) -> dict[str, Origin]:
         if len(trees) != 1:
             raise InputError(f"the model has {len(trees)} trees, one is needed", where, "export one tree")
         nodes = {int(node["node_id"]): node for node in trees[0]["nodes"]}
-        width = int(document["num_feature"])
-
         giving = _gives(document, list(nodes.values()))
 
         def read(place: int) -> Split | Leaf:
@@ -142,8 +138,9 @@ def from_treelite(content: bytes, where: str) -> dict[str, Origin]:
         numbers = str(document.get("threshold_type", FLOAT32))
         if numbers not in NUMBERS:
             raise InputError(f"the type of thresholds is not understood: {escape_text(numbers)}", where, AGAIN)
-        origin = origin_of(Source(TREELITE, where, numbers), 0, read, (), width)
-        return {AGENT: replace(origin, numbers=numbers, given=f"{numbers}, the type of its thresholds")}
+        given, width = f"{numbers}, the type of its thresholds", int(document["num_feature"])
+        said = Described(kind=TREELITE, n_features=width, numbers=numbers, given=given)
+        return {AGENT: origin_of(0, read, said, where)}
     except (LookupError, TypeError, AttributeError, ValueError, OverflowError) as error:
         raise InputError(f"not treelite's JSON: {escape_text(error)[:100]}", where, AGAIN) from None
 

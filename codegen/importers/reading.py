@@ -5,7 +5,7 @@ Assumes: readers that understood all of their source.
 Does not: read any, or make a profile (origin.py).
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -17,32 +17,38 @@ SUMS = 1 << 24  # from this place on, features of a grown tree are sums
 SINGLES, DOUBLES = (f"any numbers, which it makes {numbers}" for numbers in (FLOAT32, FLOAT64))
 
 
-@dataclass(frozen=True)
-class Origin:
-    """What an agent's tree comes from: its tests, its labels, and how it decides by itself."""
+@dataclass(frozen=True, kw_only=True)
+class Facts:
+    """What is known of a source, beside its tree."""
 
     kind: str  # in words, such as "if/else Python"
+    replayed_by: str = "a second reading of the file"  # who decides where the tree is replayed, in words
+    features: Sequence[str] = ()  # names; (): the source gives none
+    n_features: int = 0  # 0: the source does not say; then as many as are tested or named
+    n_read: int = 0  # features up to the last one that the source looks at, also in a test that decides nothing
+    nan: bool = False  # whether a NaN is decided as in the source
+    finite: bool = False  # whether the source takes finite numbers only
+    numbers: str = FLOAT32  # that it compares; what is given to it becomes one of these first
+    given: str = "any numbers"  # what the source is given where it decides so, in words
+    keyed: bool = False  # whether it looks features up by these names, wherever they are
+    notes: tuple[str, ...] = ()  # what of the source was skipped or assumed, in words
+    called: Mapping[Any, str] = field(default_factory=dict[Any, str])  # what it calls some of the labels
+
+
+@dataclass(frozen=True, kw_only=True)
+class Origin(Facts):
+    """What an agent's tree comes from: its tests, its labels, and how it decides by itself."""
+
     grown: GrownTree  # a leaf's action is the place of its label
     labels: tuple[Any, ...]  # that its leaves return; numbers ascending
     act: Callable[[Floats], Any]  # rows [n, n_features] -> the places of its own labels [n], or numbers [n, n_outputs]
-    replayed_by: str  # who decides in `act`, in words
-    features: tuple[str, ...] = ()  # names; (): the origin gives none
-    n_features: int = 0  # 0: the origin does not say; then as many as are tested or named
-    nan: bool = False  # whether a NaN is decided as in the origin
-    finite: bool = False  # whether the origin takes finite numbers only
     takes: Callable[[Floats], Bool] | None = None  # which observations it takes, where not all finite ones
-    numbers: str = FLOAT32  # that it compares; what is given to it becomes one of these first
-    given: str = "any numbers"  # what the origin is given where it decides so, in words
-    called: Mapping[Any, str] = field(default_factory=dict[Any, str])  # what it calls some of the labels
-    keyed: bool = False  # whether it looks features up by these names, wherever they are
-    notes: tuple[str, ...] = ()  # what of the source was skipped or assumed, in words
     arithmetic: str = ""  # of sums; "": there is none
     sums: tuple[Sum, ...] = ()  # the feature SUMS + k of `grown` is sums[k]
     vectors: tuple[tuple[Sum, ...], ...] = ()  # what leaves give, in place of labels
     gives: str = FLOAT64  # what that is rounded to
     bounds: tuple[tuple[float | None, float | None], ...] = ()  # of each output; (): there are none
     permits: tuple[tuple[str, ...], ...] = ()  # of each leaf, left to right: the labels that it permits; (): its own
-    n_read: int = 0  # features up to the last one that the origin looks at, also in a test that decides nothing
 
     @property
     def n_named(self) -> int:

@@ -24,8 +24,9 @@ from pycparser.c_parser import ParseError
 from codegen.equivalence import structure
 from codegen.errors import InputError, escape_text
 from codegen.floats import FLOAT32, FLOAT64
-from codegen.importers.nodes import Leaf, Source, Split, origin_of
+from codegen.importers.nodes import Leaf, Split, origin_of
 from codegen.importers.origin import Origin
+from codegen.importers.symbolic.program import Described
 from codegen.lowering.deploy import deploy_tree
 
 KIND, PROVED_BY = "our own C header", "a second reading of the file, and a proof of its structure"
@@ -86,11 +87,11 @@ def _agent(
     tables = {item.name: item.init.exprs for item in items if structure.is_table(item)}
     called = [each.removeprefix(f"{upper}_X_").lower() for each in features]
     labels = [each.removeprefix(f"{upper}_").lower() for each in actions]
+    said = Described(kind=KIND, replayed_by=PROVED_BY, features=called, n_features=len(called))
     if tables:
-        origin = origin_of(Source(KIND, where), 0, _Tables(tables, labels).read, called, len(called))
+        origin = origin_of(0, _Tables(tables, labels).read, said, where)
     else:
-        read = partial(_read_nested, numbers=numbers, labels=labels)
-        origin = origin_of(Source(KIND, where), items, read, called, len(called))
+        origin = origin_of(items, partial(_read_nested, numbers=numbers, labels=labels), said, where)
     return _number_actions(origin, labels)
 
 
@@ -118,12 +119,9 @@ def _prove_origin(function: c_ast.FuncDef, origin: Origin, numbers: Mapping[str,
 def _number_actions(origin: Origin, labels: Sequence[str]) -> Origin:
     """The origin with all actions of the header, in its order, also those that no leaf takes."""
     place = np.array([labels.index(each) for each in origin.labels])
-    grown = origin.grown
-    action = np.where(grown.action < 0, grown.action, place[grown.action])
-    tree = type(grown)(grown.feature, grown.threshold, grown.left, grown.right, action)
-    return replace(
-        origin, grown=tree, labels=tuple(labels), act=lambda rows: place[origin.act(rows)], replayed_by=PROVED_BY
-    )
+    action = np.where(origin.grown.action < 0, origin.grown.action, place[origin.grown.action])
+    grown = replace(origin.grown, action=action)
+    return replace(origin, grown=grown, labels=tuple(labels), act=lambda rows: place[origin.act(rows)])
 
 
 def _read_nested(node: list[Any], numbers: Mapping[str, int], labels: Sequence[str]) -> Split | Leaf:

@@ -31,7 +31,7 @@ from codegen.importers.c.text import Expanded, expand_source
 from codegen.importers.c.values import Reference
 from codegen.importers.origin import NOTHING, Origin, Said
 from codegen.importers.symbolic.paths import Paths
-from codegen.importers.symbolic.program import Described, origin_of
+from codegen.importers.symbolic.program import REPLAYED_BY, Described, origin_of
 from codegen.ir import Bool, Floats
 
 KIND = "if/else C"
@@ -242,6 +242,7 @@ def _follow_machine(machine: _Machine, text: Expanded, said: Said) -> Origin:
         notes = [f"read without {', '.join(text.missing)}"] if text.missing else []
         return Described(
             kind=KIND,
+            replayed_by=REPLAYED_BY,
             given=f"{machine.numbers}, as it declares",
             places=used_places,
             features=features,

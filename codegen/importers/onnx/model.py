@@ -63,11 +63,11 @@ def origin_of(content: bytes, feature_names: Sequence[str] | None = None) -> Ori
 
     numbers = FLOAT64 if tree.double else FLOAT32
     origin = Origin(
-        KIND,
-        tree.grown,
-        tree.labels,
-        act,
-        replayed_by,
+        kind=KIND,
+        grown=tree.grown,
+        labels=tree.labels,
+        act=act,
+        replayed_by=replayed_by,
         n_features=tree.n_features,
         nan=tree.nan,
         numbers=numbers,

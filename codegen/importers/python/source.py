@@ -35,7 +35,7 @@ from codegen.importers.symbolic.affine import Affine, Given, Sums
 from codegen.importers.symbolic.feature import Feature, Test
 from codegen.importers.symbolic.labels import Value
 from codegen.importers.symbolic.paths import Paths
-from codegen.importers.symbolic.program import OTHER, ROUND_IT, Described, origin_of
+from codegen.importers.symbolic.program import OTHER, REPLAYED_BY, ROUND_IT, Described, origin_of
 from codegen.process.unwarned import silence_warnings
 
 KIND = "if/else Python"
@@ -232,9 +232,9 @@ class _Follower:
         given = FLOATS_ONLY if m.long and not self.said.arrays else GIVEN[self.said.arrays]
         last = max((_find_index(node, m.inputs.parameters) for node in ast.walk(self.function.node)), default=-1)
         plain = Described(
-            KIND,
-            given,
-            [],
+            kind=KIND,
+            replayed_by=REPLAYED_BY,
+            given=given,
             order=order,
             called=self._collect_names(),
             scores=self.said.scores,

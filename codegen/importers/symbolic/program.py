@@ -1,44 +1,36 @@
 """The origin of a tree that is a program: its tree, its labels, and its replay.
 
-Does: follows a program for its tree, and again for each observation of the replay.
+Does: follows a program for its tree, and again for each observation of the replay; replays trees that files hold as
+  data by the program that walks them.
 Assumes: a front end (`Reading`) that interprets its language, with `Paths` to ask where a feature decides.
 Does not: know the language.
 """
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields, replace
 from typing import Any, cast
 
 import numpy as np
 
 from codegen.errors import InputError
 from codegen.floats import FLOAT64
-from codegen.importers.reading import SUMS, Origin
+from codegen.importers.reading import SUMS, Facts, Origin
 from codegen.importers.summed import with_sums
 from codegen.importers.symbolic.affine import Affine, Bounds, Given, Sums, sum_terms
 from codegen.importers.symbolic.labels import Labels, Value, labels_of
 from codegen.importers.symbolic.paths import Growth, Replay, Run
-from codegen.ir import CONSTANT, Floats
+from codegen.ir import CONSTANT, Floats, GrownTree
 
 OTHER, ROUND_IT = "{!r} is returned among numbers that are {}, and is none", "round it in the source"
 REPLAYED_BY = "an interpreter of the file's syntax tree"
 
 
-@dataclass(frozen=True)
-class Described:
+@dataclass(frozen=True, kw_only=True)
+class Described(Facts):
     """What a front end knows of a program once all its paths were followed."""
 
-    kind: str  # in words, such as "if/else Python"
-    given: str  # what the program is given, in words
-    places: Sequence[int]  # the place among the features of each input that tests name
-    features: Sequence[str] = ()  # their names, where the source has some
-    n_features: int = 0  # 0: the source does not say
-    n_read: int = 0
-    keyed: bool = False
-    finite: bool = False
+    places: Sequence[int] = ()  # the place among the features of each input that tests name
     order: Sequence[Value] = ()  # texts as the source names them
-    called: Mapping[Value, str] = field(default_factory=dict[Value, str])  # names of values
-    notes: tuple[str, ...] = ()  # what was skipped or assumed, in words
     scores: bool = False  # whether the user says that lists are scores
 
 
@@ -52,43 +44,39 @@ def origin_of(
     growth = Growth(where, numbers, sums)
     with np.errstate(all="ignore"):
         growth.follow(run)
-    said, grown = describe(), growth.tree()
-    values = list(growth.values)
+    said = replace(describe(), numbers=numbers, nan=growth.nan)
+    return origin_of_tree(growth.tree(), list(growth.values), run, said, where, sums)
+
+
+def origin_of_tree(
+    grown: GrownTree, values: Sequence[Any], run: Run, said: Described, where: str, sums: Sums | None
+) -> Origin:
+    """The origin of a tree, whose actions are places of `values`, and of the program that replays it."""
     given = _Values(values, said, where, sums)
     places = np.array([*said.places, -1], dtype=np.int32)  # the last one: no feature
     columns = np.array(said.places, dtype=np.int64)
+    single = grown.feature < SUMS
 
     def act(rows: Floats) -> Any:
         replay = Replay(where, rows[:, columns], sums)
         with np.errstate(all="ignore"):
             replay.follow(run)
-        return given.answers(replay.values, replay.columns, sums.numbers if sums else numbers)
+        return given.answers(replay.values, replay.columns, sums.numbers if sums else said.numbers)
 
+    said = replace(said, nan=said.nan and given.nan, called=given.labels.called)
+    facts: dict[str, Any] = {each.name: getattr(said, each.name) for each in fields(Facts)}
     origin = Origin(
-        kind=said.kind,
+        **facts,
         grown=replace(
             grown,
-            feature=np.where(
-                grown.feature >= SUMS, grown.feature, places[np.where(grown.feature >= SUMS, -1, grown.feature)]
-            ),
+            feature=np.where(single, places[np.where(single, grown.feature, -1)], grown.feature),
             action=np.where(grown.action < 0, grown.action, given.place[grown.action]),
         ),
         labels=given.labels.labels,
-        called=given.labels.called,
         act=act,
-        replayed_by=REPLAYED_BY,
-        features=tuple(said.features),
-        n_features=said.n_features,
-        nan=growth.nan and given.nan,
-        finite=said.finite,
-        numbers=numbers,
-        given=said.given,
-        keyed=said.keyed,
-        n_read=said.n_read,
-        notes=said.notes,
+        bounds=given.bounds,
     )
     tests = tuple(each.terms for each in sums.known) if sums else ()
-    origin = replace(origin, bounds=given.bounds)
     return with_sums(origin, tests, given.vectors, said.places, sums.arithmetic if sums else "")
 
 

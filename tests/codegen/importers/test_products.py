@@ -12,7 +12,8 @@ from codegen.importers import products, replay
 from codegen.importers.boosted import from_lightgbm, from_xgboost
 from codegen.importers.nodes import Leaf, Split
 from codegen.importers.origin import Names, profile_of
-from codegen.importers.products import Product, Tree
+from codegen.importers.products import Tree, origin_of_sum
+from codegen.importers.symbolic.program import Described
 
 pytestmark = pytest.mark.interop
 FULL = [pytest.mark.full, pytest.mark.timeout(3_600)]
@@ -134,12 +135,15 @@ def test_tests_that_are_decided_are_left_out():
     nodes = {0: Split(0, "<", 1.0, 1, 2, nan=False), 1: Leaf(1.0), 2: Leaf(2.0)}
     other = {0: Split(0, "<=", 0.5, 1, 2, nan=False), 1: Leaf(10.0), 2: Leaf(20.0)}
     trees = [Tree(0, nodes.__getitem__), Tree(0, other.__getitem__)]
-    whole = Product(trees, lambda leaves: Leaf(sum(leaf.label for leaf in leaves)), "here")
-    seen, open_ = [], [whole.root]
-    while open_:
-        each = whole.read(open_.pop())
-        if isinstance(each, Leaf):
-            seen.append(each.label)
-        else:
-            open_ += [each.otherwise, each.then]
-    assert seen == [11.0, 21.0, 22.0], "x >= 1 is above 0.5: 12 is no sum"
+    said = Described(kind="two trees", n_features=1, numbers="float64")
+    origin = origin_of_sum(trees, lambda leaves: Leaf(sum(leaf.label for leaf in leaves)), said, "here")
+    assert origin.labels == (11.0, 21.0, 22.0), "x >= 1 is above 0.5: 12 is no sum"
+    assert np.count_nonzero(origin.grown.feature == 0) == 2
+    assert origin.act(np.array([[0.5], [0.75], [1.0]])).tolist() == [0, 1, 2]
+
+
+def test_a_node_that_leads_back_to_itself_is_refused():
+    nodes = {0: Split(0, "<", 1.0, 0, 1, nan=False), 1: Leaf(1.0)}
+    trees = [Tree(0, nodes.__getitem__), Tree(0, nodes.__getitem__)]
+    with pytest.raises(InputError, match="leads back to itself"):
+        origin_of_sum(trees, lambda leaves: leaves[0], Described(kind="two trees", n_features=1), "here")
