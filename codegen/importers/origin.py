@@ -30,9 +30,9 @@ from codegen.importers.reading import SINGLES as SINGLES
 from codegen.importers.reading import SUMS
 from codegen.importers.reading import Origin as Origin
 from codegen.importers.reading import Said as Said
-from codegen.importers.summed import ensure_alike, move_sum, tree_of
+from codegen.importers.summed import ensure_alike, place_sum
 from codegen.ir import MAX_LENGTH, Bool, Floats
-from codegen.lowering.deploy import deploy_tree
+from codegen.lowering.deploy import Given, deploy_tree, with_given
 from codegen.lowering.render import comment
 
 MAX_NOTES = 8
@@ -135,40 +135,19 @@ def _name_origin(
         return takes(rows[:, columns])
 
     inside = None if takes is None else within
-    sums = tuple(move_sum(each, columns) for each in origin.sums)
-    vectors = tuple(tuple(move_sum(each, columns) for each in vector) for vector in origin.vectors)
+    sums = tuple(place_sum(each.terms, columns) for each in origin.sums)
+    vectors = tuple(tuple(place_sum(each.terms, columns) for each in vector) for vector in origin.vectors)
     return _Named(replace(origin, grown=grown, act=act, takes=inside, sums=sums, vectors=vectors), placed, chosen)
 
 
-def _policy(agent: str, found: _Named, numbers: str | None) -> ir.AgentPolicy:
-    origin, features, actions = found
+def _policy(agent: str, named: _Named, numbers: str | None) -> ir.AgentPolicy:
+    """The policy of an origin. InputError for trees that are too deep, and for other numbers than its own."""
+    origin, features, chosen = named
     if int(ir.depth(origin.grown).max()) > ir.MAX_DEPTH:
         raise InputError(f"the tree is deeper than {ir.MAX_DEPTH} splits", agent, "simplify it first")
     numbers = numbers or origin.numbers
     if (numbers, origin.numbers) == (FLOAT64, FLOAT32):
         raise InputError(f"{origin.kind} compares float32, not float64", agent, "leave --numbers out")
-    if origin.arithmetic:
-        return _summing(agent, found, numbers)
-    tree = deploy_tree(origin.grown, numbers)
-    if not replay.representable(tree):
-        raise InputError(f"a threshold lies below every {numbers} number", agent, "rescale that feature")
-    return ir.AgentPolicy(
-        agent,
-        TEAM,
-        tuple(ir.FeatureSpec(each, "none", -MAX_LENGTH, MAX_LENGTH, None) for each in features.names),
-        tuple(ir.ActionSpec(*each) for each in zip(actions.names, repeat(None), repeat(""), actions.labels)),
-        tree,
-        origin.grown if numbers == FLOAT32 else None,
-    )
-
-
-def _summing(agent: str, found: _Named, numbers: str) -> ir.AgentPolicy:
-    """The policy of an origin that tests sums or gives numbers. InputError for another arithmetic than its own."""
-    origin, features, chosen = found
-    if numbers != origin.numbers:
-        what = f"sums of {origin.numbers} numbers would be others as {numbers}"
-        raise InputError(what, agent, "leave --numbers out; --arrays float32 says what if/else Python is given")
-    ensure_alike(origin, agent)
     specs = tuple(ir.FeatureSpec(each, "none", -MAX_LENGTH, MAX_LENGTH, None) for each in features.names)
     outputs, actions = (), ()
     if origin.vectors:
@@ -178,4 +157,20 @@ def _summing(agent: str, found: _Named, numbers: str) -> ir.AgentPolicy:
         actions = tuple(
             ir.ActionSpec(*each) for each in zip(chosen.names, repeat(None), repeat(""), chosen.labels, strict=False)
         )
-    return ir.AgentPolicy(agent, TEAM, specs, actions, tree_of(origin, len(specs)), outputs=outputs)
+    if origin.arithmetic:
+        tree = _tree_of(agent, origin, len(specs), numbers)
+        return ir.AgentPolicy(agent, TEAM, specs, actions, tree, outputs=outputs)
+    tree = deploy_tree(origin.grown, numbers)
+    if not np.isfinite(tree.threshold).all():
+        raise InputError(f"a threshold lies below every {numbers} number", agent, "rescale that feature")
+    return ir.AgentPolicy(agent, TEAM, specs, actions, tree, origin.grown if numbers == FLOAT32 else None)
+
+
+def _tree_of(agent: str, origin: Origin, n_features: int, numbers: str) -> ir.Tree:
+    """The tree of an origin that tests sums or gives numbers. InputError for another arithmetic than its own."""
+    if numbers != origin.numbers:
+        what = f"sums of {origin.numbers} numbers would be others as {numbers}"
+        raise InputError(what, agent, "leave --numbers out; --arrays float32 says what if/else Python is given")
+    ensure_alike(origin, agent)
+    given = Given(origin.sums, origin.vectors, origin.arithmetic, origin.gives)
+    return with_given(origin.grown, given, n_features, SUMS, origin.numbers)

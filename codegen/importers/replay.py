@@ -24,11 +24,6 @@ MAX_NUMBERS = 1 << 28  # in all observations together: a GiB
 MAX_SPECIAL = 64  # features that are put at special values, one by one
 
 
-def representable(tree: Tree) -> bool:
-    """Whether all thresholds are finite numbers."""
-    return bool(np.isfinite(tree.threshold).all())
-
-
 def observations(policy: AgentPolicy, *, nan: bool, finite: bool) -> Floats:
     """What both are asked about, [n, n_features]. InputError where that is more than fits into memory."""
     if policy.tree.arithmetic:

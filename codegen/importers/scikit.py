@@ -13,19 +13,21 @@ NaN goes right here, whatever scikit-learn does with it at a node (its bigger si
 is class k, in the classifier's own order: scikit-learn sorts its labels.
 """
 
-from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Callable, Iterator, Sequence
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 
 from codegen import ir
 from codegen.errors import InputError, escape_text
-from codegen.floats import neighbour, round_down
+from codegen.floats import FLOAT32, round_down
 from codegen.importers import steps
 from codegen.importers.folding import LARGEST, Asked, fold_steps
 from codegen.importers.origin import AGENT, SINGLES, Names, Origin, profile_of
 from codegen.importers.summed import giving
-from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, Bool, Float32, Floats, GrownTree, Int32
+from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, ROOT, Bool, Float32, Floats, GrownTree, Int32
+from codegen.paths import EVERYTHING, Box
 from codegen.process.unwarned import silence_warnings
 
 # what a subclass may have of its own: no prediction reads it
@@ -79,10 +81,16 @@ def origin_of(model: Any) -> Origin:
     for each in {id(each): each for each in (model, _unwrap_search(model), estimator, single)}.values():
         _ensure_plain(each)
     _ensure_without_missing(tree)
-    if regressor:
-        given = _predict_leaves(estimator, tree)
-        return giving(_origin(model, before, given.leaves, tree), given.values, lambda rows: _numbers(model, rows))
-    return _origin(model, before, _leaves(estimator, tree), tree)
+    if not regressor and not _of(estimator, *BOOSTERS):
+        return _origin(model, before, list(estimator.classes_), tree.value[:, 0].argmax(axis=1), tree)
+    nodes, values = _predict_leaves(estimator, tree)
+    action = np.zeros(tree.node_count, dtype=np.int64)
+    if not regressor:
+        place = _places(estimator.classes_)
+        action[nodes] = [place[label] for label in values[:, 0].tolist()]
+        return _origin(model, before, list(estimator.classes_), action, tree)
+    action[nodes] = np.arange(len(nodes))
+    return giving(_origin(model, before, range(len(nodes)), action, tree), values, lambda rows: _numbers(model, rows))
 
 
 def _numbers(model: Any, rows: Floats) -> Any:
@@ -104,94 +112,49 @@ def _single(estimator: Any) -> Any:
     return trees[0]
 
 
-class _HistogramTree(NamedTuple):
-    """A tree of histogram gradient boosting with the attributes that others have. It compares doubles."""
-
-    feature: Any
-    threshold: Any
-    children_left: Any
-    children_right: Any
-    n_node_samples: Any
-    missing_go_to_left: Any
-    n_features: int
-    n_outputs: int = 1
-
-    @property
-    def node_count(self) -> int:
-        """How many nodes there are."""
-        return len(self.feature)
-
-
-def _histogram_tree(estimator: Any, single: Any) -> _HistogramTree:
-    """The nodes of the one tree. InputError where it has categories."""
+def _histogram_tree(estimator: Any, single: Any) -> SimpleNamespace:
+    """The one tree, which compares doubles, with the attributes that others have. InputError for categories."""
     nodes, leaf = single.nodes, single.nodes["is_leaf"].astype(bool)
     if nodes["is_categorical"][~leaf].any() or getattr(estimator, "_preprocessor", None) is not None:
         advice = "fit it on numbers, with categorical_features=None"
         raise InputError("the tree has categories", type(estimator).__name__, advice)
-    left, right = (np.where(leaf, NO_CHILD, nodes[side].astype(np.int64)) for side in ("left", "right"))
-    features, thresholds = nodes["feature_idx"].astype(np.int64), nodes["num_threshold"].astype(np.float64)
-    missing = nodes["missing_go_to_left"]
-    return _HistogramTree(features, thresholds, left, right, nodes["count"], missing, int(estimator.n_features_in_))
+    return SimpleNamespace(
+        feature=nodes["feature_idx"].astype(np.int64),
+        threshold=nodes["num_threshold"].astype(np.float64),
+        children_left=np.where(leaf, NO_CHILD, nodes["left"].astype(np.int64)),
+        children_right=np.where(leaf, NO_CHILD, nodes["right"].astype(np.int64)),
+        n_node_samples=nodes["count"],
+        missing_go_to_left=nodes["missing_go_to_left"],
+        node_count=len(nodes),
+        n_features=int(estimator.n_features_in_),
+        n_outputs=1,
+    )
 
 
-class _Leaves(NamedTuple):
-    """What leaves stand for: labels, and the place of one for each node; those of splits count for nothing."""
-
-    labels: list[Any]
-    action: Any  # [n_nodes]
-
-
-def _leaves(estimator: Any, tree: Any) -> _Leaves:
-    """The classes of a classifier's leaves."""
-    labels = list(estimator.classes_)
-    if not _of(estimator, *BOOSTERS):
-        return _Leaves(labels, tree.value[:, 0].argmax(axis=1))
-    predicted = _predict_leaves(estimator, tree)
-    place = {label: index for index, label in enumerate(np.asarray(labels).tolist())}
-    action = np.zeros(tree.node_count, dtype=np.int64)
-    action[predicted.nodes] = [place[label] for label in predicted.values[:, 0].tolist()]
-    return _Leaves(labels, action)
-
-
-class _Predicted(NamedTuple):
-    """What an estimator predicts in the leaves that observations reach."""
-
-    nodes: Any  # [n_leaves]
-    values: Any  # [n_leaves, n_outputs]
-    n_nodes: int
-
-    @property
-    def leaves(self) -> _Leaves:
-        """Each leaf as a label of its own."""
-        action = np.zeros(self.n_nodes, dtype=np.int64)
-        action[self.nodes] = np.arange(len(self.nodes))
-        return _Leaves([*range(len(self.nodes))], action)
-
-
-def _predict_leaves(estimator: Any, tree: Any) -> _Predicted:
+def _predict_leaves(estimator: Any, tree: Any) -> tuple[Any, Any]:
+    """The leaves that observations reach, [n_leaves], and what an estimator predicts there, [n_leaves, n_outputs]."""
     grown = read_sklearn_tree(tree, np.arange(tree.node_count))
-    nodes, low, high = (np.array(each) for each in zip(*_boxes(grown, int(tree.n_features)), strict=True))
+    nodes, rows = zip(*_reached_leaves(grown, int(tree.n_features)), strict=True)
     with silence_warnings():
-        # a number in each box: the largest one, or else the one after the bound below
-        said = estimator.predict(np.where(np.isfinite(high), high, np.where(np.isfinite(low), low, 0)))
-    return _Predicted(nodes, np.asarray(said).reshape(len(nodes), -1), int(tree.node_count))
+        return np.array(nodes), np.asarray(estimator.predict(np.array(rows))).reshape(len(nodes), -1)
 
 
-def _boxes(grown: GrownTree, width: int) -> list[tuple[int, Float32, Float32]]:
-    """Each leaf with the least and the largest float32 numbers that come to it, [width] each."""
-    boxes: list[tuple[int, Float32, Float32]] = []
-    open_ = [(0, np.full(width, -np.inf, np.float32), np.full(width, np.inf, np.float32))]
+def _reached_leaves(grown: GrownTree, width: int) -> Iterator[tuple[int, Floats]]:
+    """Each leaf that finite observations reach, and one of them, [width]."""
+    open_: list[tuple[int, Box | None]] = [(ROOT, EVERYTHING)]
     while open_:
-        node, low, high = open_.pop()
-        feature = int(grown.feature[node])
-        if feature == NO_FEATURE:
-            boxes.append((node, low, high))
+        node, box = open_.pop()
+        if box is None:
             continue
-        at = round_down(float(grown.threshold[node]))
-        below, above = high.copy(), low.copy()
-        below[feature], above[feature] = min(high[feature], at), max(low[feature], neighbour(at, np.inf))
-        open_ += [(int(grown.left[node]), low, below), (int(grown.right[node]), above, high)]
-    return [each for each in boxes if (each[1] <= each[2]).all()]
+        if grown.feature[node] != NO_FEATURE:
+            left, right = box.split_at(int(grown.feature[node]), float(round_down(float(grown.threshold[node]))))
+            open_ += [(int(grown.left[node]), left), (int(grown.right[node]), right)]
+        elif np.isfinite(point := box.point(width, FLOAT32)).all():
+            yield node, point
+
+
+def _places(labels: Any) -> dict[Any, int]:
+    return {label: index for index, label in enumerate(np.asarray(labels).tolist())}
 
 
 def _of(model: Any, *kinds: str) -> bool:
@@ -207,10 +170,11 @@ def _unwrap_search(model: Any) -> Any:
     return model
 
 
-def _origin(model: Any, before: Sequence[tuple[str, Any]], leaves: _Leaves, tree: Any) -> Origin:
-    place = {label: index for index, label in enumerate(np.asarray(leaves.labels).tolist())}
+def _origin(model: Any, before: Sequence[tuple[str, Any]], labels: Sequence[Any], action: Any, tree: Any) -> Origin:
+    """The origin of a tree. `action`: the place among the labels at each node; those of splits count for nothing."""
+    place = _places(labels)
     n_features = int(getattr(before[0][1], "n_features_in_", tree.n_features)) if before else int(tree.n_features)
-    grown = read_sklearn_tree(tree, leaves.action)
+    grown = read_sklearn_tree(tree, action)
     source = steps.columns(before, n_features)
 
     def transform_rows(rows: Floats) -> tuple[Float32, Bool]:
@@ -231,7 +195,7 @@ def _origin(model: Any, before: Sequence[tuple[str, Any]], leaves: _Leaves, tree
     return Origin(
         kind=KIND,
         grown=_fold_steps(grown, lambda rows: transform_rows(rows)[0], source, n_features) if before else grown,
-        labels=tuple(leaves.labels),
+        labels=tuple(labels),
         act=act,
         replayed_by=REPLAYED_BY,
         features=tuple(str(each) for each in getattr(model, "feature_names_in_", ())),

@@ -1,6 +1,6 @@
-"""Origins whose trees test sums or give numbers, and the trees of the IR that are made of them.
+"""Origins whose trees test sums or give numbers.
 
-Does: keeps, of the sums that a reader found, those that the tree names; makes an ir.Tree with them.
+Does: keeps, of the sums that a reader found, those that the tree names; says what they need of a caller.
 Assumes: a grown tree whose features from SUMS on count in the sums, and whose actions count in the vectors.
 Does not: read any source.
 """
@@ -12,12 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from codegen import ir
 from codegen.errors import InputError
 from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers.reading import SUMS, Origin
 from codegen.ir import CONSTANT, NO_FEATURE, Floats, Sum
-from codegen.lowering.deploy import Given, with_given
 from codegen.sums import DOUBLE_SUMS, FLOAT32_STEPS, FLOAT64_SUMS
 
 Terms = Sequence[tuple[float, int]]
@@ -47,12 +45,13 @@ def with_sums(
         grown=replace(origin.grown, feature=np.array(feature)),
         arithmetic=chosen,
         gives=FLOAT32 if chosen == FLOAT32_STEPS else FLOAT64,
-        sums=tuple(_sum(tests[each], places) for each in named),
-        vectors=tuple(tuple(_sum(each, places) for each in vector) for vector in vectors),
+        sums=tuple(place_sum(tests[each], places) for each in named),
+        vectors=tuple(tuple(place_sum(each, places) for each in vector) for vector in vectors),
     )
 
 
-def _sum(terms: Terms, places: Sequence[int]) -> Sum:
+def place_sum(terms: Terms, places: Any) -> Sum:
+    """The sum over the features at these places. `places`: of each that terms name."""
     return Sum(tuple((weight, CONSTANT if place == CONSTANT else int(places[place])) for weight, place in terms))
 
 
@@ -90,17 +89,6 @@ def rounds(origin: Origin) -> bool:
 
 def _plain(each: Sum) -> bool:
     return all(abs(weight) == 1 and place != CONSTANT for weight, place in each.terms)
-
-
-def move_sum(each: Sum, columns: Any) -> Sum:
-    """The sum over other places. `columns`: the new place of each."""
-    return Sum(tuple((weight, CONSTANT if place == CONSTANT else int(columns[place])) for weight, place in each.terms))
-
-
-def tree_of(origin: Origin, n_features: int) -> ir.Tree:
-    """The tree of an origin with sums, over so many features."""
-    given = Given(origin.sums, origin.vectors, origin.arithmetic, origin.gives)
-    return with_given(origin.grown, given, n_features, SUMS, origin.numbers)
 
 
 def ensure_alike(origin: Origin, agent: str) -> None:
