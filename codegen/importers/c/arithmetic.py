@@ -31,7 +31,7 @@ from codegen.importers.c.kinds import (
     round_number,
     truncate_float,
 )
-from codegen.importers.c.sums import CONTRACTED, TEST_ADVICE, Summing
+from codegen.importers.c.sums import CONTRACTED, ROUNDINGS, TEST_ADVICE, Summing
 from codegen.importers.c.values import Condition, Number, Symbol, Value
 from codegen.importers.symbolic.affine import Given
 from codegen.importers.symbolic.feature import (
@@ -53,6 +53,7 @@ COMPUTE = {sign: FLOATING[sign] for sign in "+-*"}
 BITS: Mapping[str, Callable[[int, int], int]] = {
     "&": lambda a, b: a & b, "|": lambda a, b: a | b, "^": lambda a, b: a ^ b,
 }  # fmt: skip
+OF_ENUM = "an enum {} a negative number, which compilers read differently"
 RANGE_ADVICE = "give the parameter a type that it fits, such as int16_t, or test its range first"
 FLOAT_ADVICE = "return where it is too large or too small: if (!(x > -1000 && x < 1000)) return 0;"
 MAX_VALUES = 256  # of a whole number that is asked for its value
@@ -61,32 +62,26 @@ MAX_VALUES = 256  # of a whole number that is asked for its value
 class Arithmetic:
     """Computes on one path. `contracts`: whether a product and a sum may be joined."""
 
-    def __init__(self, refused: Callable[[str, str], InputError], numbers: str, *, contracts: bool) -> None:
-        self.refused, self.numbers, self.contracts = refused, numbers, contracts
+    def __init__(self, make_error: Callable[[str, str], InputError], numbers: str, *, contracts: bool) -> None:
+        self.make_error, self.numbers, self.contracts = make_error, numbers, contracts
         self.paths: Paths | None = None
         self.used = set[int]()  # inputs that a test has looked at
-        self.summing = Summing(refused, numbers, contracts=contracts)
-        self.defined: dict[
-            str, tuple[Feature, int, int]
-        ] = {}  # features that must fit, for the program to mean something
+        self.summing = Summing(make_error, numbers, contracts=contracts)
+        # features that must fit, for the program to mean something
+        self.defined = dict[str, tuple[Feature, int, int]]()
 
     # --- truth
 
     def truth(self, value: Value) -> bool:
         """Whether a value is not 0."""
-        if isinstance(value, Condition):
-            return value.holds()
-        if isinstance(value, Number):
-            return bool(value.value != 0)
-        if isinstance(value, Symbol):
-            return self._holds(value.feature, "!=", 0)
-        if value is None:
-            raise self.refused("a value is used that nothing has set", "set it on every path")
-        return True  # of a pointer
+        if value is not None and not isinstance(value, Condition | Number | Symbol):
+            return True  # of a pointer
+        given = self.plain(value)
+        return bool(given.value != 0) if isinstance(given, Number) else self._holds(given.feature, "!=", 0)
 
     def _holds(self, feature: Feature, sign: str, number: Any) -> bool:
         if self.paths is None:
-            raise self.refused("a feature is read outside a function", TEST_ADVICE)
+            raise self.make_error("a feature is read outside a function", TEST_ADVICE)
         self.used |= self.summing.inputs(feature)
         if number != number:
             return sign == "!="
@@ -94,10 +89,7 @@ class Arithmetic:
         test = Test(feature, sign, number if isinstance(number, int) else np.float64(number))
         once, numbers = contract_feature(feature) if self.contracts else None, self.summing.numbers_of(feature)
         if once and turns_of(test, numbers) != turns_of(Test(once, sign, test.number), numbers):
-            what = (
-                "a product and a sum may be rounded once or twice, as the compiler likes, and a decision depends on it"
-            )
-            raise self.refused(what, CONTRACTED)
+            raise self.make_error(f"{ROUNDINGS}, and a decision depends on it", CONTRACTED)
         return self.paths.holds(test)
 
     def plain(self, value: Value) -> Number | Symbol:
@@ -107,8 +99,8 @@ class Arithmetic:
         if isinstance(value, Number | Symbol):
             return value
         if value is None:
-            raise self.refused("a value is used that nothing has set", "set it on every path")
-        raise self.refused("a pointer or a text is used as a number", TEST_ADVICE)
+            raise self.make_error("a value is used that nothing has set", "set it on every path")
+        raise self.make_error("a pointer or a text is used as a number", TEST_ADVICE)
 
     def resolve_number(self, value: Value) -> Number | Symbol:
         """A value as a number, also a feature that is one of few whole numbers: it is asked which."""
@@ -145,11 +137,11 @@ class Arithmetic:
                 return round_number(value, kind)
             number = kind.float_type(value)
             if np.isfinite(value) and not np.isfinite(number):
-                raise self.refused(f"the number {value} is beyond {kind}", "write a smaller one")
+                raise self.make_error(f"the number {value} is beyond {kind}", "write a smaller one")
             return number
         if given.kind.floating:
             if not np.isfinite(value) or not kind.holds(math.trunc(float(value))):
-                raise self.refused(f"the number {value} is no {kind}", RANGE_ADVICE)
+                raise self.make_error(f"the number {value} is no {kind}", RANGE_ADVICE)
             return math.trunc(float(value))
         return self.wrap_number(value, kind)
 
@@ -158,7 +150,7 @@ class Arithmetic:
         if kind.holds(value):
             return value
         if kind.signed or kind in (ULONG, ENUM) or kind.name == "char":
-            raise self.refused(f"the number {value} is no {kind}", "write a number of the type")
+            raise self.make_error(f"the number {value} is no {kind}", "write a number of the type")
         return value % (kind.high + 1)
 
     def _feature(self, given: Symbol, kind: Kind) -> Feature:
@@ -175,13 +167,13 @@ class Arithmetic:
         if least < kind.low or most > kind.high:
             told = "converted to" if given.kind.floating else "made"
             what = f"a number from {least} to {most} is {told} {kind}, which holds {kind.low} to {kind.high}"
-            raise self.refused(what, FLOAT_ADVICE if given.kind.floating else RANGE_ADVICE)
+            raise self.make_error(what, FLOAT_ADVICE if given.kind.floating else RANGE_ADVICE)
         return feature
 
     def ends(self, feature: Feature) -> tuple[Any, Any]:
         """The least and the most that a feature is on this path."""
         if self.paths is None:
-            raise self.refused("a feature is read outside a function", TEST_ADVICE)
+            raise self.make_error("a feature is read outside a function", TEST_ADVICE)
         if any(step.key.startswith("truncated") for step in feature.steps):
             self.paths.nan = False
         return self.paths.least(feature), -self.paths.least(feature.then(NEGATE))
@@ -201,13 +193,11 @@ class Arithmetic:
         if sign == "-":
             return self._whole("-", Number(0, given.kind), given, given.kind)
         if not isinstance(given, Number) or given.kind.floating:
-            raise self.refused("bits of a feature are used", TEST_ADVICE)
+            raise self.make_error("bits of a feature are used", TEST_ADVICE)
         return Number(~given.value if given.kind.signed else given.kind.high - given.value, given.kind)
 
     def _promote_number(self, given: Number | Symbol) -> Number | Symbol:
-        if given.kind == ENUM:
-            return Number(given.value, INT, given.name) if isinstance(given, Number) else Symbol(given.feature, INT)
-        if given.kind.rank >= INT.rank:
+        if given.kind != ENUM and given.kind.rank >= INT.rank:
             return given
         return Number(given.value, INT, given.name) if isinstance(given, Number) else Symbol(given.feature, INT)
 
@@ -228,14 +218,14 @@ class Arithmetic:
         kind = self.common(one.kind, other.kind)
         one, other = (self.plain(self.convert_value(each, kind)) for each in (one, other))
         if enums and any(isinstance(each, Number) and each.value < 0 for each in (one, other)):
-            raise self.refused("an enum meets a negative number, which compilers read differently", "convert it to int")
+            raise self.make_error(OF_ENUM.format("meets"), "convert it to int")
         if sign in SIGNS:
             return self._compare_values(sign, one, other)
         if kind.floating:
             return self._floating(sign, one, other, kind)
         whole = self._whole(sign, one, other, kind)
         if enums and isinstance(whole, Number) and whole.value < 0:
-            raise self.refused("an enum makes a negative number, which compilers read differently", "convert it to int")
+            raise self.make_error(OF_ENUM.format("makes"), "convert it to int")
         return whole
 
     def _compare_values(self, sign: str, one: Number | Symbol, other: Number | Symbol) -> Value:
@@ -257,9 +247,9 @@ class Arithmetic:
         if isinstance(one, Number) and isinstance(other, Number):
             a, b = make(one.value), make(other.value)
             if sign == "/" and b == 0:
-                raise self.refused("a number is divided by 0", "write the value")
+                raise self.make_error("a number is divided by 0", "write the value")
             if sign not in "+-*/":
-                raise self.refused(f"the operator {sign} takes no floats", TEST_ADVICE)
+                raise self.make_error(f"the operator {sign} takes no floats", TEST_ADVICE)
             with np.errstate(all="ignore"):
                 return Number(make(FLOATING[sign](a, b)), kind)
         if isinstance(one, Symbol) and isinstance(other, Symbol):
@@ -271,7 +261,7 @@ class Arithmetic:
         c, first = make(number.value), given is one
         if not np.isfinite(c) or (sign in "*/" and c == 0) or (sign == "/" and not first) or sign not in "+-*/":
             what = "a number is divided by a feature" if sign == "/" and not first else f"a feature {sign} {c}"
-            raise self.refused(f"{what} is not read", TEST_ADVICE)
+            raise self.make_error(f"{what} is not read", TEST_ADVICE)
         return self._then(given, make_step(sign, c, kind, first=first))
 
     def build_given(self, values: Sequence[Value]) -> Given | None:
@@ -285,7 +275,7 @@ class Arithmetic:
     def _square_feature(self, sign: str, one: Symbol, other: Symbol, kind: Kind) -> Symbol:
         if sign != "*" or one.feature.key != other.feature.key:
             what = "a product of features" if sign in "*/" else "a sum of several features"
-            raise self.refused(f"{what} is not read", TEST_ADVICE)
+            raise self.make_error(f"{what} is not read", TEST_ADVICE)
         make = kind.float_type
         return self._then(
             one, Rounding(f"squared{kind}", lambda v: make(make(v) * make(v)), FOLDING, lambda v: v * v, kind)
@@ -299,7 +289,7 @@ class Arithmetic:
             if isinstance(few, Number):
                 return self._whole(sign, one, few, kind)
             what = "a product of features" if sign in "*/%" else "a sum of several features"
-            raise self.refused(f"{what} is not read", TEST_ADVICE)
+            raise self.make_error(f"{what} is not read", TEST_ADVICE)
         given, number = (one, other) if isinstance(one, Symbol) else (other, one)
         assert isinstance(given, Symbol) and isinstance(number, Number)
         c, first = int(number.value), given is one
@@ -317,7 +307,7 @@ class Arithmetic:
         least, most = self.ends(symbol.feature)
         if least < kind.low or most > kind.high:
             if not kind.signed:
-                raise self.refused(f"a number from {least} to {most} wraps around in {kind}", RANGE_ADVICE)
+                raise self.make_error(f"a number from {least} to {most} wraps around in {kind}", RANGE_ADVICE)
             self.defined[symbol.feature.key] = (symbol.feature, kind.low, kind.high)
         return symbol
 
@@ -326,7 +316,7 @@ class Arithmetic:
         low, high = self.ends(given.feature)
         if high - low >= MAX_VALUES:
             what = f"the operator {sign} of a whole number that is a feature is not read"
-            raise self.refused(what, "give a type of at most 8 bits, or test the range first")
+            raise self.make_error(what, "give a type of at most 8 bits, or test the range first")
         pairs = {v: (v, c) if first else (c, v) for v in range(low, high + 1)}
         known = {v: self._compute_number(sign, *pair, given.kind) for v, pair in pairs.items()}
         within = self._then(given, Step(f"{low} to {high}", lambda v: min(max(v, low), high)))  # as it is on this path
@@ -336,25 +326,25 @@ class Arithmetic:
         """A number of two whole numbers."""
         if sign in ("/", "%"):
             if b == 0:
-                raise self.refused("a number is divided by 0", "write the value")
+                raise self.make_error("a number is divided by 0", "write the value")
             whole = quotient(a, b)
             return self.wrap_number(whole if sign == "/" else a - whole * b, kind)
         if sign in BITS:
             return BITS[sign](a, b)
         if sign not in COMPUTE:
-            raise self.refused(f"the operator {sign} is not read", TEST_ADVICE)
+            raise self.make_error(f"the operator {sign} is not read", TEST_ADVICE)
         return self.wrap_number(COMPUTE[sign](a, b), kind)
 
     def _shift_number(self, sign: str, one: Number | Symbol, other: Number | Symbol) -> Value:
         if not isinstance(other, Number) or one.kind.floating or not 0 <= other.value < one.kind.bits:
-            raise self.refused("a shift is not read", "shift by a number within the type")
+            raise self.make_error("a shift is not read", "shift by a number within the type")
         factor = 2**other.value
         if isinstance(one, Symbol):
             if sign == ">>" and self.ends(one.feature)[0] < 0:
-                raise self.refused("a negative number may be shifted", RANGE_ADVICE)
+                raise self.make_error("a negative number may be shifted", RANGE_ADVICE)
             return self._whole("*" if sign == "<<" else "/", one, Number(factor, one.kind), one.kind)
         if one.value < 0:
-            raise self.refused("a negative number is shifted", "write the value")
+            raise self.make_error("a negative number is shifted", "write the value")
         return Number(self.wrap_number(one.value * factor if sign == "<<" else one.value // factor, one.kind), one.kind)
 
     # --- functions of one number
@@ -376,7 +366,7 @@ class Arithmetic:
         if isinstance(one, Number) and isinstance(other, Number):
             return Number(choose(one.value, other.value), kind)
         if isinstance(one, Symbol) and isinstance(other, Symbol):
-            raise self.refused("the larger or smaller of two features is not read", TEST_ADVICE)
+            raise self.make_error("the larger or smaller of two features is not read", TEST_ADVICE)
         given, number = (one, other) if isinstance(one, Symbol) else (other, one)
         assert isinstance(given, Symbol) and isinstance(number, Number) and self.paths is not None
         self.paths.nan = False  # they leave a NaN out

@@ -7,7 +7,7 @@ Does not: evaluate expressions, but asks `constant` for lengths and enumerators.
 
 # pyright: basic
 # pycparser's nodes have no declared attributes
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import PurePath
 from typing import Any
 
@@ -27,7 +27,7 @@ from codegen.importers.c.kinds import (
     Type,
     Void,
 )
-from codegen.importers.c.values import Cell, Number, Object
+from codegen.importers.c.values import Number, Object
 
 ADVICE = "give functions of ifs, comparisons with numbers, and returns"
 MAX_SHOWN, MAX_LENGTH = 60, 1 << 20
@@ -128,13 +128,19 @@ class Declarations:
         return INT if lowest < 0 or self.typedefs.get(f"enum {node.name}") == INT else ENUM
 
 
-def collect_assigned(node: Any, assigned: set[str] | None = None) -> set[str]:
-    """The names that are assigned to, counted up or down, or whose address is taken, below a node; but not its own."""
-    assigned = set() if assigned is None else assigned
-    own = set[str]()
+def walk(node: Any) -> Iterator[Any]:
+    """A node and all below it."""
     open_ = [node]
     while open_:
         each = open_.pop()
+        yield each
+        open_ += [child for _, child in each.children()]
+
+
+def collect_assigned(node: Any) -> set[str]:
+    """The names that are assigned to, counted up or down, or whose address is taken, below a node; but not its own."""
+    assigned, own = set[str](), set[str]()
+    for each in walk(node):
         target = None
         if isinstance(each, c_ast.Assignment):
             target = each.lvalue
@@ -146,7 +152,6 @@ def collect_assigned(node: Any, assigned: set[str] | None = None) -> set[str]:
             target = target.name
         if isinstance(target, c_ast.ID):
             assigned.add(target.name)
-        open_ += [child for _, child in each.children()]
     return assigned - own
 
 
@@ -155,6 +160,3 @@ def is_const(node: Any) -> bool:
     while isinstance(node, c_ast.Decl | c_ast.ArrayDecl | c_ast.Typename):
         node = node.type
     return "const" in getattr(node, "quals", ())
-
-
-__all__ = ["ADVICE", "Cell", "Declarations", "collect_assigned", "is_const", "text_of"]

@@ -14,7 +14,7 @@ from pycparser import c_ast
 
 from codegen.errors import InputError, escape_text
 from codegen.importers.c.arithmetic import TEST_ADVICE
-from codegen.importers.c.declarations import text_of
+from codegen.importers.c.declarations import text_of, walk
 from codegen.importers.c.kinds import CHAR, ENUM, INT, ULONG, Callable_, Kind, Many, Pointer, Type, literal, size_of
 from codegen.importers.c.library import CONSTANTS, FUNCTIONS, RESULTS
 from codegen.importers.c.objects import Objects
@@ -99,7 +99,7 @@ class Expressions(Objects):
         if parsed is None:
             advice = "write a finite number of int, float or double"
             raise self.make_error(f"a number is not read: {escape_text(node.value)[:60]}", advice)
-        return Number(*parsed)
+        return parsed
 
     def _unary(self, node: Any) -> Value:
         if node.op == "sizeof":
@@ -120,28 +120,25 @@ class Expressions(Objects):
         if node.op in ("++", "--", "p++", "p--"):
             target = self.place(node.expr)
             before = self.load(target)
-            after = self._step_value(before, 1 if "+" in node.op else -1)
-            self.store(target, after)
+            self.store(target, self._combine(node.op.strip("p")[0], before, Number(1, INT), node))
             return before if node.op[0] == "p" else self.load(target)
         return self.arithmetic.unary(node.op, self.value(node.expr))
-
-    def _step_value(self, value: Value, step: int) -> Value:
-        if isinstance(value, Reference):
-            return Reference(value.target, value.at + step)
-        return self.arithmetic.binary("+" if step > 0 else "-", value, Number(1, INT))
 
     def _binary(self, node: Any) -> Value:
         if node.op in ("&&", "||"):
             return self._both(node)
         left, right = self.value(node.left), self.value(node.right)
         self.at(node)
-        pointers = [each for each in (left, right) if isinstance(each, Reference | Text | Function)]
-        if not pointers:
-            return self.arithmetic.binary(node.op, left, right)
-        if node.op in ("==", "!=") and any(isinstance(each, Number) and each.value == 0 for each in (left, right)):
-            return Number(int(node.op == "!="), INT)  # no pointer that is given is null
-        if node.op in ("+", "-") and isinstance(left, Reference) and isinstance(right, Number):
-            return Reference(left.target, left.at + (right.value if node.op == "+" else -right.value))
+        return self._combine(node.op, left, right, node)
+
+    def _combine(self, sign: str, left: Value, right: Value, node: Any) -> Value:
+        """An operator of two values; of a pointer, a step or the question whether it is null."""
+        if not any(isinstance(each, Reference | Text | Function) for each in (left, right)):
+            return self.arithmetic.binary(sign, left, right)
+        if sign in ("==", "!=") and any(isinstance(each, Number) and each.value == 0 for each in (left, right)):
+            return Number(int(sign == "!="), INT)  # no pointer that is given is null
+        if sign in ("+", "-") and isinstance(left, Reference) and isinstance(right, Number):
+            return Reference(left.target, left.at + (right.value if sign == "+" else -right.value))
         raise self.make_error(f"pointers or texts are computed with: {text_of(node)}", TEST_ADVICE)
 
     def _both(self, node: Any) -> Value:
@@ -176,12 +173,7 @@ class Expressions(Objects):
         if node.op == "=":
             value = self.value(node.rvalue)
         else:
-            before, sign = self.load(target), node.op[:-1]
-            given = self.value(node.rvalue)
-            if isinstance(before, Reference) and isinstance(given, Number):
-                value = Reference(before.target, before.at + int(given.value) * (1 if sign == "+" else -1))
-            else:
-                value = self.arithmetic.binary(sign, before, given)
+            value = self._combine(node.op[:-1], self.load(target), self.value(node.rvalue), node)
         self.at(node)
         self.store(target, value)
         return self.load(target)
@@ -257,11 +249,8 @@ class Expressions(Objects):
 
 def _acts(node: Any) -> bool:
     """Whether an expression may do more than compute."""
-    open_ = [node]
-    while open_:
-        each = open_.pop()
-        counts = isinstance(each, c_ast.UnaryOp) and each.op in ("++", "--", "p++", "p--")
-        if counts or isinstance(each, c_ast.Assignment | c_ast.FuncCall | c_ast.TernaryOp):
-            return True
-        open_ += [child for _, child in each.children()]
-    return False
+    return any(
+        isinstance(each, c_ast.Assignment | c_ast.FuncCall | c_ast.TernaryOp)
+        or (isinstance(each, c_ast.UnaryOp) and each.op in ("++", "--", "p++", "p--"))
+        for each in walk(node)
+    )

@@ -14,8 +14,10 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
 from codegen.errors import InputError
-from codegen.importers.c.kinds import CHAR, DOUBLE, FLOAT, Kind, Many, Pointer, Record, Type, Void
+from codegen.importers.c.kinds import CHAR, FLOAT, Kind, Many, Pointer, Record, Type, Void
 from codegen.importers.c.values import Array, Cell, Object, Origin, Reference, Symbol, Value, cells, make_object
 from codegen.importers.symbolic.feature import Feature, Step
 
@@ -29,7 +31,7 @@ class Inputs:
 
     parameters: Mapping[str, Type]
     wide: bool  # whether observations are doubles
-    refused: Callable[[str, str], InputError]
+    make_error: Callable[[str, str], InputError]
     read: dict[Origin, int] = field(default_factory=dict[Origin, int])  # what was read, by its number
     written: set[str] = field(default_factory=set[str])
     objects: dict[str, Object] = field(default_factory=dict[str, Object])  # of the present path
@@ -58,19 +60,17 @@ class Inputs:
         origin, kind = cell.origin, cell.type
         assert origin is not None
         if not isinstance(kind, Kind):
-            raise self.refused(
+            raise self.make_error(
                 f"the parameter {origin.parameter} is not a number", "give arrays and structs of numbers"
             )
         if origin.parameter in self.written:
-            raise self.refused(f"{origin.parameter} is read and written: what it held decides", STATE_ADVICE)
+            raise self.make_error(f"{origin.parameter} is read and written: what it held decides", STATE_ADVICE)
         at = self.read.setdefault(origin, len(self.read))
         return Symbol(Feature(at, self._first(kind)), kind)
 
     def _first(self, kind: Kind) -> tuple[Step, ...]:
         """How the caller's number becomes one of the parameter's type."""
         if kind.floating:
-            import numpy as np
-
             return (Step("to float", np.float32),) if self.wide and kind == FLOAT else ()
         low, high = kind.low, kind.high
 
@@ -85,18 +85,18 @@ class Inputs:
             return
         name = cell.origin.parameter
         if any(origin.parameter == name for origin in self.read):
-            raise self.refused(f"{name} is read and written: what it held decides", STATE_ADVICE)
+            raise self.make_error(f"{name} is read and written: what it held decides", STATE_ADVICE)
         self.written.add(name)
 
     def results(self) -> list[Cell]:
         """What was written to on this path, of one result."""
         held = {name: list(cells(self.objects[name])) for name in self.objects if name in self.written}
         if len(held) > 1:
-            raise self.refused(f"results are written to {' and '.join(held)}", "write to one of them")
+            raise self.make_error(f"results are written to {' and '.join(held)}", "write to one of them")
         for name, each in held.items():
             to = self.parameters[name].to  # type: ignore[union-attr]
             if any(cell.value is None for cell in each) or (isinstance(to, Many) and to.length != len(each)):
-                raise self.refused(f"a part of {name} is not set on some path", "set all of it on every path")
+                raise self.make_error(f"a part of {name} is not set on some path", "set all of it on every path")
         return [cell for each in held.values() for cell in each]
 
     # --- afterwards
@@ -158,17 +158,13 @@ class Inputs:
         to = type_.to
         if isinstance(to, Record):
             if any(origin.parameter == name and origin.way[0] != 0 for origin in self.read):
-                raise self.refused(f"{name} is read as an array of structs of no length", "declare its length")
+                raise self.make_error(f"{name} is read as an array of structs of no length", "declare its length")
             yield from _within(to, Origin(name))
             return
         length = to.length if isinstance(to, Many) else 0
         read = [int(origin.way[0]) for origin in self.read if origin.parameter == name]
         for at in range(length or max(read, default=-1) + 1):
             yield from _within(to.of if isinstance(to, Many) else to, Origin(name, (at,)))
-
-    def doubles(self) -> bool:
-        """Whether a double was read, or a whole number that float32 does not hold."""
-        return any(kind == DOUBLE for kind in self.kinds())
 
     def kinds(self) -> list[Kind]:
         """The types of all numbers that may be observed."""

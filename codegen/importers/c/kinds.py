@@ -11,7 +11,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any, Final, NamedTuple, TypeAlias
+from typing import Any, Final, TypeAlias
 
 import numpy as np
 
@@ -147,11 +147,13 @@ def size_of(type_: Type) -> tuple[int, int]:
     return bits // 8, bits // 8
 
 
-class Literal(NamedTuple):
-    """A number and its type."""
+@dataclass(frozen=True)
+class Number:
+    """A number and its type. `name`: what the source calls it."""
 
     value: Any
     kind: Kind
+    name: str = ""
 
 
 DECIMAL = re.compile(r"(\d+\.\d*|\.\d+|\d+)([eE][+-]?\d{1,4})?([fF]?)")
@@ -163,12 +165,12 @@ MAX_DIGITS = 1_000
 LEAST_INFINITE = 2**128 - 2**103  # halfway between the largest float and 2**128
 
 
-def literal(text: str) -> Literal | None:
+def literal(text: str) -> Number | None:
     """A literal without its sign; None: it is not understood, or not finite."""
     if len(text) > MAX_DIGITS:
         return None
     if match := CHARACTER.fullmatch(text):
-        return Literal(ESCAPES[match[1][1]] if len(match[1]) == 2 else ord(match[1]), INT)
+        return Number(ESCAPES[match[1][1]] if len(match[1]) == 2 else ord(match[1]), INT)
     if match := WHOLE_NUMBER.fullmatch(text):
         return _parse_integer(match[1], match[2].lower())
     match = DECIMAL.fullmatch(text)
@@ -183,12 +185,12 @@ def literal(text: str) -> Literal | None:
     return None
 
 
-def _finite(exact: Fraction, kind: Kind) -> Literal | None:
+def _finite(exact: Fraction, kind: Kind) -> Number | None:
     value = round_number(exact, kind)
-    return Literal(value, kind) if np.isfinite(value) else None
+    return Number(value, kind) if np.isfinite(value) else None
 
 
-def _parse_integer(digits: str, suffix: str) -> Literal | None:
+def _parse_integer(digits: str, suffix: str) -> Number | None:
     """A whole number, of the first type that holds it."""
     decimal = digits[0] != "0"
     value = int(digits, 10 if decimal else 16 if digits[:2] in ("0x", "0X") else 8)
@@ -199,7 +201,7 @@ def _parse_integer(digits: str, suffix: str) -> Literal | None:
         kinds = [INT, LONG, LLONG]
     rank = {0: 3, 1: 4, 2: 5}[suffix.count("l")]
     fitting = [kind for kind in kinds if kind.rank >= rank and kind.holds(value)]
-    return Literal(value, fitting[0]) if fitting else None
+    return Number(value, fitting[0]) if fitting else None
 
 
 def round_number(exact: Fraction | int, kind: Kind) -> Any:

@@ -22,7 +22,7 @@ from pycparser.c_parser import ParseError
 
 from codegen.errors import InputError, escape_text
 from codegen.floats import FLOAT32, FLOAT64
-from codegen.importers.c.declarations import ADVICE, collect_assigned, is_const
+from codegen.importers.c.declarations import ADVICE, collect_assigned, is_const, walk
 from codegen.importers.c.inputs import Inputs
 from codegen.importers.c.kinds import DOUBLE, STANDARD
 from codegen.importers.c.library import PRINTING
@@ -91,13 +91,7 @@ def _deciding(parsed: Any, where: str, wanted: str) -> list[str]:
 
 def _names(node: Any) -> set[str]:
     """The names of variables and functions below a node."""
-    names, open_ = set[str](), [node]
-    while open_:
-        each = open_.pop()
-        if isinstance(each, c_ast.ID):
-            names.add(each.name)
-        open_ += [child for _, child in each.children()]
-    return names
+    return {each.name for each in walk(node) if isinstance(each, c_ast.ID)}
 
 
 def _collect_aliased(parsed: Any) -> set[str]:
@@ -110,15 +104,11 @@ def _collect_aliased(parsed: Any) -> set[str]:
 
 def _collect_escaping(node: Any) -> set[str]:
     """The names of objects that stand below a node as they are, not as a part of an expression that reads them."""
-    names, open_ = set[str](), [node]
-    while open_:
-        each = open_.pop()
-        parts = [child for _, child in each.children()]
-        if not isinstance(each, c_ast.ArrayRef | c_ast.StructRef) and not (
-            isinstance(each, c_ast.UnaryOp) and each.op == "sizeof"
-        ):
-            names |= {part.name for part in parts if isinstance(part, c_ast.ID)}
-        open_ += parts
+    names = set[str]()
+    for each in walk(node):
+        sized = isinstance(each, c_ast.UnaryOp) and each.op == "sizeof"
+        if not sized and not isinstance(each, c_ast.ArrayRef | c_ast.StructRef):
+            names |= {part.name for _, part in each.children() if isinstance(part, c_ast.ID)}
     return names
 
 
@@ -135,9 +125,7 @@ def _collect_written(name: str, functions: Mapping[str, Any], outer: frozenset[s
     """The parameters of a function that something may be written through."""
     node, handed = functions[name], set[str]()
     parameters = [each for each in parameters_of(node) if isinstance(each.type, c_ast.PtrDecl | c_ast.ArrayDecl)]
-    open_ = [node.body]
-    while open_:
-        each = open_.pop()
+    for each in walk(node.body):
         if isinstance(each, c_ast.Assignment):
             handed |= _names(each.lvalue)
         elif isinstance(each, c_ast.FuncCall) and each.args is not None:
@@ -149,7 +137,6 @@ def _collect_written(name: str, functions: Mapping[str, Any], outer: frozenset[s
                 if called in PRINTING or (known is not None and places[at : at + 1] and places[at] not in inner):
                     continue
                 handed |= set() if isinstance(given, c_ast.ArrayRef | c_ast.StructRef) else _names(given)
-        open_ += [child for _, child in each.children()]
     return {each.name for each in parameters if each.name in handed and not is_const(each.type.type)}
 
 

@@ -254,7 +254,6 @@ class Statements(Expressions):
         return self.together([target])
 
     def together(self, values: Sequence[Value]) -> Any:
-        """A value of Python for one value, a tuple for several."""
         """A value of Python for one value, a tuple for several; what they give, where that depends on features."""
         numbers = not any(isinstance(each, Text) for each in values)
         given = self.arithmetic.build_given(values) if numbers else None

@@ -21,14 +21,15 @@ from codegen.sums import DOUBLE_SUMS
 
 TEST_ADVICE = "compare one feature, or a sum of features, with a number"
 IN_ORDER = "write w0 * x[0] + w1 * x[1] + ... + c, each feature once, without parentheses, and scale no sum"
+ROUNDINGS = "a product and a sum may be rounded once or twice, as the compiler likes"
 CONTRACTED = "compare the feature itself with a number, or say #pragma STDC FP_CONTRACT OFF"
 
 
 class Summing:
     """The sums of one function. `numbers`: of the observation; `contracts`: whether a compiler may join roundings."""
 
-    def __init__(self, refused: Callable[[str, str], InputError], numbers: str, *, contracts: bool) -> None:
-        self._refused, self._numbers, self._contracts = refused, numbers, contracts
+    def __init__(self, make_error: Callable[[str, str], InputError], numbers: str, *, contracts: bool) -> None:
+        self._make_error, self._numbers, self._contracts = make_error, numbers, contracts
         self.sums = Sums("")
         self.finite = False  # whether two features are compared
 
@@ -41,7 +42,7 @@ class Summing:
     def compare_symbols(self, one: Symbol, other: Symbol) -> Symbol:
         """A difference, whose sign is that of the comparison, unless both are the same infinity."""
         if one.feature.key == other.feature.key or not one.kind.floating:
-            raise self._refused("two features are compared", TEST_ADVICE)
+            raise self._make_error("two features are compared", TEST_ADVICE)
         self.finite = True
         return Symbol(self._add_features("-", one, other, one.kind), one.kind)
 
@@ -71,7 +72,7 @@ class Summing:
             else self.sums.represent_number(value.value)
         )
         if form is None:
-            raise self._refused(self.sums.why, IN_ORDER)
+            raise self._make_error(self.sums.why, IN_ORDER)
         self._ensure_weights(form)
         self._ensure_one_rounding(form)
         return form
@@ -80,7 +81,7 @@ class Summing:
         self._compute_in(kind)
         total = self.sums.add_features(one.feature, other.feature, minus=sign == "-")
         if total is None:
-            raise self._refused("two sums are joined whose roundings have no order", IN_ORDER)
+            raise self._make_error("two sums are joined whose roundings have no order", IN_ORDER)
         self._ensure_weights(self.sums.known[total.place - SUMS])
         return total
 
@@ -88,7 +89,7 @@ class Summing:
         """Sums are of this type from now on. InputError where others are of another one."""
         numbers = FLOAT32 if kind == FLOAT else FLOAT64
         if self.sums.numbers not in ("", numbers) or (self._numbers, numbers) == (FLOAT64, FLOAT32):
-            raise self._refused("sums of float and of double stand side by side", "use one type for all of them")
+            raise self._make_error("sums of float and of double stand side by side", "use one type for all of them")
         self.sums.numbers, self.sums.weights = numbers, self._numbers
 
     def _ensure_weights(self, form: Affine) -> None:
@@ -96,7 +97,7 @@ class Summing:
         for weight, place in form.terms if self.sums.arithmetic == DOUBLE_SUMS else ():
             if place != CONSTANT and float(np.float32(weight)) != weight:
                 what = f"a float is multiplied with {weight!r}, which is no float"
-                raise self._refused(what, "write it as a float, such as 0.1f, or let the observation be double")
+                raise self._make_error(what, "write it as a float, such as 0.1f, or let the observation be double")
 
     def _ensure_one_rounding(self, form: Affine) -> None:
         """InputError for products that a compiler may join with the sum behind them; those of floats in double are
@@ -105,4 +106,4 @@ class Summing:
         if not self._contracts or len(form.terms) < 2 or self.sums.arithmetic == DOUBLE_SUMS:
             return
         if any(abs(weight) != 1 and place != CONSTANT for weight, place in form.terms):
-            raise self._refused("a product and a sum may be rounded once or twice, as the compiler likes", CONTRACTED)
+            raise self._make_error(ROUNDINGS, CONTRACTED)

@@ -9,17 +9,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
-from codegen.importers.c.kinds import Kind, Many, Record, Type
+from codegen.importers.c.kinds import Kind, Many, Number, Record, Type
 from codegen.importers.symbolic.feature import Feature
-
-
-@dataclass(frozen=True)
-class Number:
-    """A number and its type. `name`: what the source calls it."""
-
-    value: Any
-    kind: Kind
-    name: str = ""
 
 
 @dataclass(frozen=True)

@@ -133,32 +133,32 @@ def _with_constant(call: Call) -> tuple[Columns, np.ndarray, bool]:
     return columns, constant, first
 
 
-def _add(call: Call) -> Columns:
-    columns, constant, _ = _with_constant(call)
-    numbers = call.each(constant, columns[0].kind, columns)
-    return tuple(column.after(lambda x, c=number: x + c) for column, number in zip(columns, numbers, strict=True))
+def _make_operator(
+    compute: Callable[[Any, Any], Any], falls: Callable[[Any, bool], bool], *, kind: str = "", factors: bool = False
+) -> Callable[[Call], Columns]:
+    """An operator of columns and a constant. `falls`: whether a column never rises, by its number and whether that
+    stands first; `kind`: of what it makes, where that is another one; `factors`: whether no number may be 0.
+    """
 
+    def apply_to(call: Call) -> Columns:
+        columns, constant, first = _with_constant(call)
+        numbers = (_factors if factors else Call.each)(call, constant, columns[0].kind, columns)
+        return tuple(
+            column.after(
+                (lambda x, c=number: compute(c, x)) if first else (lambda x, c=number: compute(x, c)),
+                kind=kind,
+                turned=falls(number, first),
+            )
+            for column, number in zip(columns, numbers, strict=True)
+        )
 
-def _sub(call: Call) -> Columns:
-    columns, constant, first = _with_constant(call)
-    pairs = zip(columns, call.each(constant, columns[0].kind, columns), strict=True)
-    if first:
-        return tuple(column.after(lambda x, c=number: c - x, turned=True) for column, number in pairs)
-    return tuple(column.after(lambda x, c=number: x - c) for column, number in pairs)
-
-
-def _mul(call: Call) -> Columns:
-    columns, constant, _ = _with_constant(call)
-    pairs = zip(columns, _factors(call, constant, columns[0].kind, columns), strict=True)
-    return tuple(column.after(lambda x, c=number: x * c, turned=number < 0) for column, number in pairs)
+    return apply_to
 
 
 def _div(call: Call) -> Columns:
-    columns, constant, first = _with_constant(call)
-    if first:
+    if isinstance(call.given[0], np.ndarray):
         raise call.make_error("a number is divided by a column, which neither rises nor falls throughout")
-    pairs = zip(columns, _factors(call, constant, columns[0].kind, columns), strict=True)
-    return tuple(column.after(lambda x, c=number: x / c, turned=number < 0) for column, number in pairs)
+    return _make_operator(np.divide, lambda number, first: number < 0, factors=True)(call)
 
 
 def _neg(call: Call) -> Columns:
@@ -230,19 +230,6 @@ def _binarizer(call: Call) -> Columns:
     return tuple(
         column.after(lambda x, t=number: (x > t).astype(np.float32))._replace(nan=False) for column, number in pairs
     )
-
-
-def _make_comparison(compare: Callable[[Any, Any], Any], *, above: bool) -> Callable[[Call], Columns]:
-    """A comparison; `above`: one that holds for large numbers, with the column first."""
-
-    def operator(call: Call) -> Columns:
-        columns, constant, first = _with_constant(call)
-        pairs = zip(columns, call.each(constant, columns[0].kind, columns), strict=True)
-        if first:
-            return tuple(c.after(lambda x, n=n: compare(n, x), kind=TRUTH, turned=above) for c, n in pairs)
-        return tuple(c.after(lambda x, n=n: compare(x, n), kind=TRUTH, turned=not above) for c, n in pairs)
-
-    return operator
 
 
 def _not(call: Call) -> Columns:
@@ -325,17 +312,17 @@ OPERATORS: dict[tuple[str, str], tuple[frozenset[str], Callable[[Call], Columns]
     ),
     (ML, "Binarizer"): (frozenset({"threshold"}), _binarizer),
     (ML, "ArrayFeatureExtractor"): (frozenset(), _extract_columns),
-    (MAIN, "Add"): (frozenset(), _add),
-    (MAIN, "Sub"): (frozenset(), _sub),
-    (MAIN, "Mul"): (frozenset(), _mul),
+    (MAIN, "Add"): (frozenset(), _make_operator(np.add, lambda number, first: False)),
+    (MAIN, "Sub"): (frozenset(), _make_operator(np.subtract, lambda number, first: first)),
+    (MAIN, "Mul"): (frozenset(), _make_operator(np.multiply, lambda number, first: number < 0, factors=True)),
     (MAIN, "Div"): (frozenset(), _div),
     (MAIN, "Neg"): (frozenset(), _neg),
     (MAIN, "Clip"): (frozenset({"min", "max"}), _clip),
     (MAIN, "Cast"): (frozenset({"to", "saturate", "round_mode"}), _cast),
-    (MAIN, "Greater"): (frozenset(), _make_comparison(np.greater, above=True)),
-    (MAIN, "GreaterOrEqual"): (frozenset(), _make_comparison(np.greater_equal, above=True)),
-    (MAIN, "Less"): (frozenset(), _make_comparison(np.less, above=False)),
-    (MAIN, "LessOrEqual"): (frozenset(), _make_comparison(np.less_equal, above=False)),
+    (MAIN, "Greater"): (frozenset(), _make_operator(np.greater, lambda number, first: first, kind=TRUTH)),
+    (MAIN, "GreaterOrEqual"): (frozenset(), _make_operator(np.greater_equal, lambda number, first: first, kind=TRUTH)),
+    (MAIN, "Less"): (frozenset(), _make_operator(np.less, lambda number, first: not first, kind=TRUTH)),
+    (MAIN, "LessOrEqual"): (frozenset(), _make_operator(np.less_equal, lambda number, first: not first, kind=TRUTH)),
     (MAIN, "Not"): (frozenset(), _not),
     (MAIN, "Identity"): (frozenset(), _same),
     (MAIN, "Flatten"): (frozenset({"axis"}), _flatten),

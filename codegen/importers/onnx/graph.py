@@ -9,6 +9,7 @@ Does not: run a model, read a file that it refers to, or guess. Another operator
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from importlib import import_module
 from typing import Any, NamedTuple, TypeAlias
 
@@ -27,7 +28,7 @@ from codegen.importers.onnx.columns import (
     Columns,
     apply_operator,
 )
-from codegen.importers.onnx.ensemble import ENSEMBLE, NUMBER, WHOLE, read_ensemble, read_given
+from codegen.importers.onnx.ensemble import ENSEMBLE, NUMBER, WHOLE, read_ensemble
 from codegen.importers.onnx.tree import (
     ADVICE,
     LABELS,
@@ -36,6 +37,7 @@ from codegen.importers.onnx.tree import (
     REGRESSOR,
     TREES,
     describe_node,
+    make_error,
     read_tree,
 )
 from codegen.ir import NO_FEATURE, Bool, Float32, GrownTree
@@ -94,16 +96,13 @@ def decision_tree(model: bytes, n_features: int = 0) -> OnnxTree:
     except Exception as error:  # ValidationError, or what the parser of types raises
         raise InputError("not a valid ONNX model", str(error)[:200], "export it again") from None
     flow = _Flow(onnx, loaded.graph, n_features)
-    numbered = read_ensemble if flow.whole else read_given
-    read = numbered if flow.tree.op_type == ENSEMBLE else read_tree
+    read = partial(read_ensemble, whole=flow.whole) if flow.tree.op_type == ENSEMBLE else read_tree
     grown, labels, gives = read(onnx, flow.tree, flow.double)
     gives = None if gives is None else _after(gives, flow.values[flow.output], flow.tree)
     n_columns = len(flow.before) or flow.width
     last = int(grown.feature.max())
     if 0 < n_columns <= last:
-        raise InputError(
-            f"the tree tests feature {last}, the input has {n_columns}", describe_node(flow.tree), "export it again"
-        )
+        raise make_error(flow.tree, f"the tree tests feature {last}, the input has {n_columns}", "export it again")
     whole = _fold_columns(grown, flow.before) if flow.before else Folded(grown, True)
     nan = whole.nan and flow.nan
     return OnnxTree(whole.tree, labels, flow.width, flow.input, flow.output, nan, flow.double, gives)
@@ -134,11 +133,11 @@ def _after(gives: Float32, value: Value, tree: Any) -> Float32:
         return gives
     numbers: Float32 = np.stack([each.values(gives[:, each.source]) for each in value.columns], axis=1)
     if not np.isfinite(numbers).all():
-        raise InputError("a leaf's number is not finite", describe_node(tree), "export it again")
+        raise make_error(tree, "a leaf's number is not finite", "export it again")
     for each in value.columns:
         stages = [each._replace(steps=each.steps[:n]).values(gives[:, each.source]) for n in range(len(each.steps) + 1)]
         if not each.nan and any((np.signbit(stage) & (stage == 0)).any() for stage in stages):
-            raise InputError("a number is cut at -0.0, of which runtimes keep either sign", describe_node(tree), ADVICE)
+            raise make_error(tree, "a number is cut at -0.0, of which runtimes keep either sign")
     return numbers
 
 
@@ -157,9 +156,7 @@ def _ensure_understood(loaded: Any) -> None:
         raise InputError("the model defines operators of its own", repr(loaded.functions[0].name), ADVICE)
     for node in loaded.graph.node:
         if _operator(node) not in UNDERSTOOD:
-            raise InputError(
-                f"the model has a node that is not understood: {node.op_type!r}", describe_node(node), ADVICE
-            )
+            raise make_error(node, f"the model has a node that is not understood: {node.op_type!r}")
     trees = [node.op_type for node in loaded.graph.node if node.op_type in OPERATOR_TREES]
     if len(trees) != 1:
         what = f"the model has {len(trees)} nodes {' or '.join(OPERATOR_TREES)}, one is needed"
@@ -264,9 +261,9 @@ class _Flow:
         if node.op_type == "Reshape" and _flattens(given):
             return [FLAT]
         if not texts and _operator(node) in OPERATORS and len(node.output) == 1:
-            return [self.of_numbers(node, attributes, given) or self.columns(node, attributes, given)]
+            return [self.columns(node, attributes, given)]
         if len(given) != 1 or not texts:
-            raise InputError(f"a node has {len(given)} inputs, one is understood", describe_node(node), ADVICE)
+            raise make_error(node, f"a node has {len(given)} inputs, one is understood")
         return [self.follow_label(node, attributes, texts[0])]
 
     def constant(self, node: Any, attributes: Mapping[str, Any]) -> Value:
@@ -276,7 +273,7 @@ class _Flow:
             return self.array(value, node.name)
         kinds = {"value_float": np.float32, "value_floats": np.float32, "value_int": np.int64, "value_ints": np.int64}
         if name not in kinds:
-            raise InputError("a constant is no array of numbers", describe_node(node), ADVICE)
+            raise make_error(node, "a constant is no array of numbers")
         return np.array(value, dtype=kinds[name])
 
     def _makes_whole(self, graph: Any) -> bool:
@@ -287,39 +284,30 @@ class _Flow:
                 given.update(node.output)
         return any(node.op_type == "Cast" and given.intersection(node.input) for node in graph.node)
 
-    def of_numbers(self, node: Any, attributes: Mapping[str, Any], given: Sequence[Any]) -> Given | None:
-        """What an operator makes of a regressor's numbers; None where it is given none of them."""
-        if not any(isinstance(each, Given) for each in given):
-            return None
-        if any(isinstance(each, tuple) for each in given):
-            raise InputError("a node mixes the tree's numbers with the observation", describe_node(node), ADVICE)
-        nan = self.nan
-        found = self.columns(node, attributes, [each.columns if isinstance(each, Given) else each for each in given])
-        self.nan = nan  # a leaf's numbers are none
-        return Given(found)
-
-    def columns(self, node: Any, attributes: Mapping[str, Any], given: Sequence[Any]) -> Columns:
-        """The columns that an operator before the tree makes."""
+    def columns(self, node: Any, attributes: Mapping[str, Any], given: Sequence[Any]) -> Columns | Given:
+        """What an operator makes of columns, before the tree, or of a regressor's numbers, behind it."""
+        behind = any(isinstance(each, Given) for each in given)
+        if behind and any(isinstance(each, tuple) for each in given):
+            raise make_error(node, "a node mixes the tree's numbers with the observation")
         if "to" in attributes:
             attributes = {**attributes, "to": _type(self.onnx, attributes["to"])}
+        given = [each.columns if isinstance(each, Given) else each for each in given]
         columns = apply_operator(_operator(node), Call(describe_node(node), attributes, given))
         self.work += len(columns) * (1 + len(columns[0].steps))
-        self.nan &= all(column.nan for column in columns)
+        self.nan &= behind or all(column.nan for column in columns)  # a leaf's numbers are no NaN
         if self.work > MAX_WORK:
-            raise InputError("the operators before the tree are too many", describe_node(node), ADVICE)
-        return columns
+            raise make_error(node, "the operators before the tree are too many")
+        return Given(columns) if behind else columns
 
     def follow_tree(self, node: Any, attributes: Mapping[str, Any], given: Sequence[Value | None]) -> Sequence[Value]:
         """The outputs of the tree."""
         value = given[0] if len(given) == 1 else UNKNOWN
         if not isinstance(value, tuple) and not (isinstance(value, str) and value == OBSERVATION):
             what = value if isinstance(value, str) else "a constant"
-            raise InputError(f"a node works on {what}: {node.op_type!r}", describe_node(node), ADVICE)
+            raise make_error(node, f"a node works on {what}: {node.op_type!r}")
         if isinstance(value, tuple):
             for other in sorted({column.kind for column in value} - {FLOAT}):
-                raise InputError(
-                    f"a node works on {other}: {node.op_type!r}", describe_node(node), "cast it to float32"
-                )
+                raise make_error(node, f"a node works on {other}: {node.op_type!r}", "cast it to float32")
             untouched = tuple(Column(place) for place in range(self.width))
             self.before = () if value == untouched else value
         if node.op_type == REGRESSOR:
@@ -334,10 +322,10 @@ class _Flow:
         """What becomes of the tree's label or scores."""
         if origin == OBSERVATION and self.double:
             what = "operators work on float64 observations before the tree"
-            raise InputError(what, describe_node(node), "export it with a float32 input")
+            raise make_error(node, what, "export it with a float32 input")
         if origin == OBSERVATION:
             what = "the model does not say how many features it takes, or takes too many"
-            raise InputError(what, describe_node(node), "give their names")
+            raise make_error(node, what, "give their names")
         if node.op_type == "Identity" or (node.op_type in ("ZipMap", "Cast") and origin == SCORES):
             return origin
         if node.op_type == "Cast" and origin == NUMBER and _type(self.onnx, attributes["to"]) == "INT64":
@@ -346,8 +334,8 @@ class _Flow:
             to = _type(self.onnx, attributes["to"])
             if origin.endswith(f", {to}"):
                 return origin
-            raise InputError(f"a Cast makes {to} of {origin}", describe_node(node), "export the label as it is")
-        raise InputError(f"a node works on {origin}: {node.op_type!r}", describe_node(node), ADVICE)
+            raise make_error(node, f"a Cast makes {to} of {origin}", "export the label as it is")
+        raise make_error(node, f"a node works on {origin}: {node.op_type!r}")
 
 
 def _flattens(given: Sequence[Any]) -> bool:

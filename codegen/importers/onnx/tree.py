@@ -8,7 +8,7 @@ Does not: guess. Several trees, other comparisons, scores that are changed, or l
 
 from collections import Counter
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
@@ -35,6 +35,11 @@ def describe_node(node: Any) -> str:
     return f"operator {operator!r}, node {node.name!r}, output {list(node.output)!r}"
 
 
+def make_error(node: Any, what: str, advice: str = ADVICE) -> InputError:
+    """Why a node is not understood."""
+    return InputError(what, describe_node(node), advice)
+
+
 class Read(NamedTuple):
     """A tree, the labels of its classes, and what a regressor gives at each leaf, float32 [n_leaves, n_targets]."""
 
@@ -48,15 +53,15 @@ def read_tree(onnx: Any, node: Any, double: bool) -> Read:
     if node.op_type == REGRESSOR:
         if double:
             raise InputError("a regressor takes float64", describe_node(node), "export it with a float32 input")
-        return _numbers(_attributes(onnx, node, double))
+        return _numbers(_attributes(onnx, node, double), node)
     given = _attributes(onnx, node, double)
     labels = tuple(
         each.decode(errors="replace") if isinstance(each, bytes) else each for name in LABELS for each in given[name]
     )
-    return Read(_build_tree(given, lambda place, split: _classes(given, place, split, labels)), labels)
+    return Read(_build_tree(given, node, lambda place, split: _classes(given, place, split, labels)), labels)
 
 
-def _numbers(given: dict[str, Any]) -> Read:
+def _numbers(given: dict[str, Any], node: Any) -> Read:
     """A regressor's tree, whose leaves count in what it gives: weights plus the values that all have in common."""
     n = int(given["n_targets"] or 1)
     base = np.array(given["base_values"] or [0.0] * n, dtype=np.float32)
@@ -71,7 +76,7 @@ def _numbers(given: dict[str, Any]) -> Read:
         leaf_numbers.append(numbers[~split].astype(np.float32) + base)
         return np.cumsum(~split) - 1
 
-    grown = _build_tree(given, leaves)
+    grown = _build_tree(given, node, leaves)
     if not np.isfinite(leaf_numbers[0]).all():
         raise InputError("a leaf's number is not finite", "target_weights", "export it again")
     return Read(grown, (), leaf_numbers[0])
@@ -88,26 +93,22 @@ def _attributes(onnx: Any, node: Any, double: bool) -> dict[str, Any]:
         tensor = given.pop(f"{name}_as_tensor", None)
         if tensor is None or name in given or tensor.external_data or tensor.data_type != onnx.TensorProto.DOUBLE:
             what = f"the model's input is DOUBLE, and the tree's {name} are no tensor of doubles"
-            raise InputError(what, describe_node(node), "export it with a float32 input")
+            raise make_error(node, what, "export it with a float32 input")
         given[name] = onnx.numpy_helper.to_array(tensor).ravel().tolist()
     unknown = sorted(set(given) - read - HARMLESS)
     changing = [name for name in unknown if name.endswith("_as_tensor") or len(given[name])]
     if changing:
-        raise InputError(
-            f"the tree has the attribute {changing[0]!r}, which is not understood", describe_node(node), ADVICE
-        )
+        raise make_error(node, f"the tree has the attribute {changing[0]!r}, which is not understood")
     transform = given.get("post_transform", b"NONE").decode(errors="replace")
     if transform != "NONE":
-        raise InputError(
-            f"the tree's scores go through {transform!r}", describe_node(node), "export it with post_transform NONE"
-        )
+        raise make_error(node, f"the tree's scores go through {transform!r}", "export it with post_transform NONE")
     if any(given.get("nodes_missing_value_tracks_true", ())):
         raise InputError(
             "a node sends missing values to the left", "", "NaN always goes right here: convert a tree without this"
         )
     attributes: dict[str, Any] = {name: given.get(name, []) for name in read}
     if len({*attributes["nodes_treeids"], *attributes[f"{leaf}_treeids"]}) > 1:
-        raise InputError("the ensemble has several trees", describe_node(node), ADVICE)
+        raise make_error(node, "the ensemble has several trees")
     for names, like in (
         (NODE_LISTS, "nodes_values"),
         (leaf_lists, weights),
@@ -116,39 +117,54 @@ def _attributes(onnx: Any, node: Any, double: bool) -> dict[str, Any]:
         for name in names:
             if len(attributes[name]) != len(attributes[like]) or not attributes[like]:
                 what = f"{name} has {len(attributes[name])} entries, {like} has {len(attributes[like])}"
-                raise InputError(what, describe_node(node), "export it again")
+                raise make_error(node, what, "export it again")
     if all(attributes.get(name) for name in LABELS):
-        raise InputError("the tree has both integer and string labels", describe_node(node), "export it again")
+        raise make_error(node, "the tree has both integer and string labels", "export it again")
     return attributes
 
 
-def _build_tree(given: dict[str, Any], leaves: Callable[[dict[int, int], Bool], Any]) -> GrownTree:
+class Nodes(NamedTuple):
+    """Nodes by their places, [n] each; what stands at leaves counts for nothing, but for their actions."""
+
+    split: Bool
+    feature: Any
+    number: Any  # that the feature is compared with
+    less: Any  # whether by `<`; else by `<=`
+    sides: tuple[Any, Any]  # the places of children
+    action: Any
+
+
+def build_tree(nodes: Nodes, node: Any) -> GrownTree:
+    """The tree. InputError where the nodes form none, or one does not compare a feature with a finite number."""
+    split, feature, number = nodes.split, nodes.feature, nodes.number
+    if not ((feature[split] >= 0) & (feature[split] < MAX_FEATURES) & np.isfinite(number[split])).all():
+        raise make_error(node, "a node tests no feature, or has no finite threshold", "export it again")
+    children = [each for side in nodes.sides for each in side[split].tolist()]
+    # each node but the first, where runtimes begin, is a child once: so no walk meets a node twice
+    if Counter(children) != Counter(range(1, len(split))):
+        raise make_error(node, "the nodes do not form a tree", "export it again")
+    # x < t and x <= (the double before t) say the same
+    threshold = cast("Any", np.where(nodes.less, neighbour(number, -np.inf, FLOAT64), number))
+    left, right = (np.where(split, side, NO_CHILD) for side in nodes.sides)
+    action = np.where(split, NO_ACTION, nodes.action)
+    return GrownTree(np.where(split, feature, NO_FEATURE), np.where(split, threshold, 0.0), left, right, action)
+
+
+def _build_tree(given: dict[str, Any], node: Any, leaves: Callable[[dict[int, int], Bool], Any]) -> GrownTree:
     """The tree. `leaves`: the action at each leaf, anything at splits, from places of nodes and which are splits."""
     modes = [mode.decode(errors="replace") for mode in given["nodes_modes"]]
     unknown = sorted(set(modes) - {LESS_EQUAL, LESS, LEAF})
     if unknown:
-        raise InputError(f"a node compares by {unknown[0]!r}", "", f"only {LESS_EQUAL} and {LESS} are supported")
-    place: dict[int, int] = {node: index for index, node in enumerate(given["nodes_nodeids"])}
-    split = np.array([mode != LEAF for mode in modes])
-    values = np.array(given["nodes_values"], dtype=np.float64)
-    less = np.array([mode == LESS for mode in modes])
-    features = np.array(given["nodes_featureids"])
-    if not ((features[split] >= 0) & (features[split] < MAX_FEATURES) & np.isfinite(values[split])).all():
-        raise InputError("a node tests no feature, or has no finite threshold", "", "export it again")
-    sides = {side: [place.get(node) for node in given[f"nodes_{side}nodeids"]] for side in ("true", "false")}
-    children = [side[node] for side in sides.values() for node in np.flatnonzero(split)]
-    # each node but the first, where runtimes begin, is a child once: so no walk meets a node twice
-    if sorted(place) != [*range(len(modes))] or Counter(children) != Counter(range(1, len(modes))):
-        raise InputError("the nodes do not form a tree", "nodes_truenodeids, nodes_falsenodeids", "export it again")
-    left, right = (np.array([NO_CHILD if each is None else each for each in side]) for side in sides.values())
-    return GrownTree(
-        np.where(split, features, NO_FEATURE),
-        # x < t and x <= (the double before t) say the same
-        np.where(split, np.where(less, neighbour(values, -np.inf, FLOAT64), values), 0.0),
-        np.where(split, left, NO_CHILD),
-        np.where(split, right, NO_CHILD),
-        np.where(split, NO_ACTION, leaves(place, split)),
+        raise make_error(node, f"a node compares by {unknown[0]!r}", f"only {LESS_EQUAL} and {LESS} are supported")
+    place: dict[int, int] = {each: index for index, each in enumerate(given["nodes_nodeids"])}
+    if sorted(place) != [*range(len(modes))]:
+        raise make_error(node, "the nodes do not form a tree", "export it again")
+    split, less = np.array([mode != LEAF for mode in modes]), np.array([mode == LESS for mode in modes])
+    true, false = (
+        np.array([place.get(each, NO_CHILD) for each in given[f"nodes_{side}nodeids"]]) for side in ("true", "false")
     )
+    features, numbers = np.array(given["nodes_featureids"]), np.array(given["nodes_values"], dtype=np.float64)
+    return build_tree(Nodes(split, features, numbers, less, (true, false), leaves(place, split)), node)
 
 
 def _classes(given: dict[str, Any], place: dict[int, int], split: Bool, labels: Sequence[int | str]) -> np.ndarray:

@@ -14,8 +14,8 @@ from codegen.importers.c.kinds import (
     SHORT,
     UINT,
     ULONG,
-    Literal,
     Many,
+    Number,
     Record,
     literal,
     round_number,
@@ -55,7 +55,7 @@ from codegen.importers.c.kinds import (
     ],
 )
 def test_literals(text, value, kind):
-    assert literal(text) == Literal(value, kind)
+    assert literal(text) == Number(value, kind)
 
 
 @pytest.mark.parametrize(
