@@ -24,6 +24,7 @@ import numpy as np
 from codegen.importers.python.machine import MAX_ITEMS, TEST_ADVICE, Machine, step_of
 from codegen.importers.python.values import Array, Condition, Extreme, Instance, Length, Member, Part, Symbol, Unread
 from codegen.importers.symbolic.feature import FALLING, FOLDING, RISING, SIGNS, TURNED, Feature, Step, Test
+from codegen.importers.symbolic.line import at_most
 
 MAX_BITS = 1 << 12
 OPERATIONS: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
@@ -31,12 +32,7 @@ OPERATIONS: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.FloorDiv: operator.floordiv, ast.Mod: operator.mod, ast.Pow: operator.pow, ast.LShift: operator.lshift,
     ast.RShift: operator.rshift, ast.BitAnd: operator.and_, ast.BitOr: operator.or_, ast.BitXor: operator.xor,
 }  # fmt: skip
-NAMES: Mapping[type[ast.operator], str] = {
-    ast.Add: "sum",
-    ast.Sub: "difference",
-    ast.Mult: "product",
-    ast.Div: "quotient",
-}
+NAMES: Mapping[type[ast.operator], str] = {ast.Mult: "product", ast.Div: "quotient"}
 FORMS: Mapping[type[ast.operator], str] = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/"}
 COMPARISONS: Mapping[type[ast.cmpop], str] = {
     ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!=",
@@ -59,12 +55,10 @@ def binary(m: Machine, kind: type[ast.operator], left: Any, right: Any) -> Any:
     if kind is ast.MatMult:
         return m.unread("a product of arrays is computed, which NumPy adds in an order of its own", IN_ORDER)
     for each in (left, right):
-        if isinstance(each, Unread | Symbol):
-            return (
-                each
-                if isinstance(each, Unread)
-                else m.unread(f"the name {each.name!r} is not defined in the file", "write the number itself")
-            )
+        if isinstance(each, Symbol):
+            return m.unread(f"the name {each.name!r} is not defined in the file", "write the number itself")
+        if isinstance(each, Unread):
+            return each
     if isinstance(left, Array) or isinstance(right, Array):
         return _elementwise(m, lambda a, b: binary(m, kind, a, b), left, right)
     if isinstance(left, Extreme) or isinstance(right, Extreme):
@@ -73,13 +67,13 @@ def binary(m: Machine, kind: type[ast.operator], left: Any, right: Any) -> Any:
         if m.counts(left) and m.counts(right):
             return binary(m, kind, left, m.whole(right))
         if kind is ast.Mult and left.key == right.key:
-            return _convert_feature(m, left).then(Step("square", lambda value: value * value, FOLDING))
-        joined = m.sums.add_features(left, right, minus=kind is ast.Sub) if kind in (ast.Add, ast.Sub) else None
-        if joined is not None:
+            return convert_feature(m, left).then(Step("square", lambda value: value * value, FOLDING))
+        if kind in (ast.Add, ast.Sub):
+            joined = m.sums.add_features(left, right, minus=kind is ast.Sub)
+            if joined is None:
+                return m.unread("two sums are joined whose roundings have no order", IN_ORDER)
             m.sums.line = m.sums.line or m.line
             return joined
-        if kind in (ast.Add, ast.Sub):
-            return m.unread("two sums are joined whose roundings have no order", IN_ORDER)
         word = NAMES.get(kind, "combination")
         return m.unread(f"the {word} of two features is computed", SEVERAL.format(word))
     if isinstance(left, Feature) or isinstance(right, Feature):
@@ -123,7 +117,7 @@ def of_feature(m: Machine, kind: type[ast.operator], left: Any, right: Any) -> A
     feature, number = (right, left) if turned else (left, right)
     if not _is_number(number):
         return m.unread("a feature is combined with something that is no number", TEST_ADVICE)
-    feature = _convert_feature(m, feature)
+    feature = convert_feature(m, feature)
     if kind is ast.Mult and number == 0 and isinstance(number, int) and m.counts(feature):
         return 0
     if not _usable(number, feature.value(1.0), kind):
@@ -138,13 +132,13 @@ def of_feature(m: Machine, kind: type[ast.operator], left: Any, right: Any) -> A
         return m.whole(feature) % number
     if kind is ast.FloorDiv and not turned and not whole and math.frexp(number)[0] == 0.5:
         m.finite = True  # of infinities Python gives NaN
-        return feature.then(Step(f"floor {number!r}", partial(_floor_quotient, number)))
+        # of a power of 2, which rounds nothing
+        return feature.then(Step(f"floor {number!r}", partial(apply_finite, lambda value: value // number)))
     allowed = (ast.Add, ast.Sub, ast.Mult, *(() if turned else (ast.Div,)))
     if kind not in allowed and not (kind is ast.FloorDiv and whole and not turned):
         return _refuse_operator(m, kind, turned)
-    apply = (
-        partial(_apply_left, OPERATIONS[kind], number) if turned else partial(_apply_right, OPERATIONS[kind], number)
-    )
+    operate = OPERATIONS[kind]
+    apply = partial(operate, number) if turned else lambda value: operate(value, number)
     sign = FORMS.get(kind)
     form = ("c-" if kind is ast.Sub and turned else sign, number) if sign else None
     return feature.then(Step(f"{kind.__name__}{turned:d}{type(number).__name__}{number!r}", apply, sense, form=form))
@@ -160,32 +154,15 @@ def _power(number: Any, value: Any) -> Any:
         return math.inf if value > 0 or number % 2 == 0 else -math.inf
 
 
-def _floor_quotient(number: Any, value: Any) -> Any:
-    """`value // number` for a power of 2, which rounds nothing; what is infinite stays so."""
-    return value // number if math.isfinite(value) else value
-
-
-def _apply_right(function: Callable[[Any, Any], Any], number: Any, value: Any) -> Any:
-    return function(value, number)
-
-
-def _apply_left(function: Callable[[Any, Any], Any], number: Any, value: Any) -> Any:
-    return function(number, value)
+def apply_finite(function: Callable[[Any], Any], value: Any) -> Any:
+    """A whole number of a finite number; what is infinite, or NaN, stays so, where Python gives up."""
+    return function(value) if math.isfinite(value) else value
 
 
 def _usable(number: Any, sample: Any, kind: type[ast.operator]) -> bool:
     """Whether arithmetic with a number keeps the order of floats and makes no NaN."""
-    try:
-        near = (
-            type(sample)(number)
-            if isinstance(sample, np.floating)
-            else number
-            if isinstance(sample, int)
-            else float(number)
-        )
-        return bool(math.isfinite(near)) and (near != 0 or kind in (ast.Add, ast.Sub))
-    except OverflowError:
-        return False
+    near = _near(sample if isinstance(sample, np.floating) else 1.0, number)
+    return near is not None and math.isfinite(near) and bool(near != 0 or kind in (ast.Add, ast.Sub))
 
 
 def _refuse_operator(m: Machine, kind: type[ast.operator], turned: bool) -> Unread:
@@ -199,7 +176,7 @@ def _refuse_operator(m: Machine, kind: type[ast.operator], turned: bool) -> Unre
     return m.unread(f"{what} is not understood", advice.get(kind, TEST_ADVICE))
 
 
-def _convert_feature(m: Machine, feature: Feature) -> Feature:
+def convert_feature(m: Machine, feature: Feature) -> Feature:
     """The feature as the scalar that Python computes with."""
     return feature if feature.steps else feature.then(*step_of(m.arrays))
 
@@ -275,11 +252,9 @@ def compare_values(m: Machine, sign: str, left: Any, right: Any) -> Any:
         pairs = [compare_values(m, "==", a, b) for a, b in zip(left, right, strict=True)]
         return Condition(lambda: all(m.truth(each) for each in pairs) == (sign == "=="))
     if any(isinstance(each, Instance) for each in (left, right)):
-        return (
-            m.unread("objects are compared", "compare their attributes")
-            if left is not right
-            else sign in ("==", "<=", ">=")
-        )
+        if left is not right:
+            return m.unread("objects are compared", "compare their attributes")
+        return sign in ("==", "<=", ">=")
     for one, other, said in ((left, right, sign), (right, left, TURNED[sign])):
         if isinstance(one, Extreme) and _is_number(other):
             return _extreme_compared(m, one, said, other)
@@ -294,13 +269,9 @@ def compare_values(m: Machine, sign: str, left: Any, right: Any) -> Any:
     if isinstance(left, Feature | Extreme) or isinstance(right, Feature | Extreme):
         return m.unread("two features are compared", SEVERAL.format("difference"))
     if isinstance(left, Symbol) or isinstance(right, Symbol):
-        return (
-            left == right
-            if sign == "=="
-            else left != right
-            if sign == "!="
-            else m.require_value(left if isinstance(left, Symbol) else right)
-        )
+        if sign not in ("==", "!="):
+            m.require_value(left if isinstance(left, Symbol) else right)
+        return (left == right) == (sign == "==")
     try:
         return bool(SIGNS[sign](left, right))
     except (TypeError, ValueError):
@@ -324,12 +295,10 @@ def _two_compared(m: Machine, sign: str, left: Feature, right: Feature) -> Any:
 def _with_number(m: Machine, feature: Feature, sign: str, number: Any) -> Any:
     """A test of a feature."""
     if not _is_number(number):
-        if number is None or (isinstance(number, str | Member | Symbol) and sign in ("==", "!=")):
-            return (
-                m.unread("a feature is compared with a text", "features are numbers: compare with a number")
-                if number is not None
-                else sign == "!="
-            )
+        if number is None:
+            return sign == "!="
+        if isinstance(number, str | Member | Symbol) and sign in ("==", "!="):
+            return m.unread("a feature is compared with a text", "features are numbers: compare with a number")
         return m.unread("a feature is compared with what is no number", TEST_ADVICE)
     if isinstance(number, float | np.floating) and math.isnan(number):
         return sign == "!="
@@ -340,18 +309,10 @@ def _with_number(m: Machine, feature: Feature, sign: str, number: Any) -> Any:
             return m.unread(f"a number is beyond {sample.dtype}", "write a smaller one; NumPy warns of it, too")
         number = near
     elif not feature.steps and isinstance(number, int):
-        m.long |= float(at_most_float(number)) != number
+        m.long |= at_most(number) != number
     if not feature.steps:
         number = number if isinstance(number, int) and not isinstance(number, bool) else float(number)
     return Test(feature, sign, number)
-
-
-def at_most_float(number: int) -> float:
-    """The nearest double; infinite beyond the largest."""
-    try:
-        return float(number)
-    except OverflowError:
-        return math.inf
 
 
 def _near(sample: Any, number: Any) -> Any:

@@ -44,7 +44,7 @@ METHODS: Mapping[type, frozenset[str]] = {
 MAX_TEXT = 1 << 10
 CONSTANT = (int, float, str, bool, type(None), Member, tuple)
 CHANGING = frozenset(("append", "extend", "insert", "pop", "remove", "reverse", "clear", "update", "setdefault", "add",
-                      "discard"))  # fmt: skip
+                      "discard", "sort"))  # fmt: skip
 
 
 def attribute_of(m: Machine, value: Any, name: str, node: ast.AST) -> Any:
@@ -57,19 +57,20 @@ def attribute_of(m: Machine, value: Any, name: str, node: ast.AST) -> Any:
         member = value.members.get(name)
         if member is None and value.name in ("enum", "dataclasses", "typing", "functools"):
             return Symbol(name)
-        return (
-            member
-            if member is not None
-            else m.unread(f"{value.name}.{name} is not known", "write what it computes with comparisons and numbers")
-        )
+        advice = "write what it computes with comparisons and numbers"
+        return m.unread(f"{value.name}.{name} is not known", advice) if member is None else member
     if isinstance(value, Part):
         return _of_part(m, value, name)
     if isinstance(value, Instance | Class):
         return _of_object(m, value, name, node)
     if isinstance(value, Member):
         return _of_member(m, value, name, node)
+    if isinstance(value, int | float | Feature) and name in ("real", "item"):
+        return value if name == "real" else Bound(name, lambda m, node, given, named: value)
+    if isinstance(value, Feature) and name == "copy":
+        return Bound(name, lambda m, node, given, named: value)
     if isinstance(value, Feature):
-        return _of_number(m, value, name)
+        return m.unread(f"'.{escape_text(name)}' of a feature is not understood", "compare the feature with a number")
     kind = next((kind for kind in METHODS if isinstance(value, kind)), None)
     if kind is not None and name in METHODS[kind]:
         return _method(value, name)
@@ -80,11 +81,8 @@ def attribute_of(m: Machine, value: Any, name: str, node: ast.AST) -> Any:
         return Bound(name, lambda m, node, given, named: join(m.truth(each) for each in value))
     if isinstance(value, Array) and name in ("size", "shape"):
         return len(value) if name == "size" else (len(value),)
-    if isinstance(value, int | float) and name in ("real", "item"):
-        return value if name == "real" else Bound(name, lambda m, node, given, named: value)
-    what = (
-        "a number has no attributes" if isinstance(value, int | float) else f"'.{escape_text(name)}' is not understood"
-    )
+    unknown = f"'.{escape_text(name)}' is not understood"
+    what = "a number has no attributes" if isinstance(value, int | float) else unknown
     return m.unread(what, "write the number or the text itself")
 
 
@@ -96,11 +94,9 @@ def _of_part(m: Machine, part: Part, name: str) -> Any:
         return kind if isinstance(kind, Unread) else replace(part, steps=part.steps + kind, array=True)
 
     def get_key(m: Machine, node: ast.AST, given: list[Any], named: dict[str, Any]) -> Any:
-        return (
-            m.inputs.enter(part, given[0], m.line)
-            if given and isinstance(given[0], str)
-            else m.unread("a key of the observation is not understood", 'write x["speed"]')
-        )
+        if given and isinstance(given[0], str):
+            return m.inputs.enter(part, given[0], m.line)
+        return m.unread("a key of the observation is not understood", 'write x["speed"]')
 
     if name in SAME:
         same = replace(part, array=part.array or name not in ("copy", "values"))
@@ -159,12 +155,6 @@ def _of_member(m: Machine, value: Member, name: str, node: ast.AST) -> Any:
             return m.apply(member, [value], {}, node)
         return Bound(name, lambda m, node, given, named: m.apply(member, [value, *given], named, node))
     return m.unread(f"'.{escape_text(name)}' is not understood", "use .value or .name")
-
-
-def _of_number(m: Machine, value: Feature, name: str) -> Any:
-    if name in ("real", "item", "copy"):
-        return value if name == "real" else Bound(name, lambda m, node, given, named: value)
-    return m.unread(f"'.{escape_text(name)}' of a feature is not understood", "compare the feature with a number")
 
 
 def _method(value: Any, name: str) -> Bound:

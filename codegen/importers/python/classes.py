@@ -35,9 +35,8 @@ def _class_of(m: Machine, node: ast.ClassDef, scope: Scope) -> Class | Unread:
     names = [each.name.rpartition(".")[2] for each in bases if isinstance(each, Symbol)]
     names += [each.name for each in bases if hasattr(each, "name") and not isinstance(each, Symbol | Class)]
     own = tuple(each for each in bases if isinstance(each, Class))
-    odd = [each for each in names if each not in PLAIN] + [
-        each for each in map(decorator_of, node.decorator_list) if each not in DECORATORS
-    ]
+    odd = [each for each in names if each not in PLAIN]
+    odd += [each for each in map(decorator_of, node.decorator_list) if each not in DECORATORS]
     unread = [each for each in bases if isinstance(each, Unread)]
     if odd or unread or node.keywords:
         what = f"the class {escape_text(node.name)} is built on {escape_text(odd[0]) if odd else 'what is not known'}"
@@ -103,14 +102,9 @@ def instance_of(m: Machine, kind: Class, given: Sequence[Any], named: Mapping[st
         return made
     values = dict(zip(kind.fields, given, strict=False)) | dict(named)
     for name in kind.fields:
-        value = values.pop(name, kind.find(name))
-        if (
-            value is None
-            and kind.find(name) is None
-            and name not in named
-            and name not in dict(zip(kind.fields, given, strict=False))
-        ):
+        if name not in values and kind.find(name) is None:
             raise m.make_error(node, f"{text_of(node)} lacks {escape_text(name)}", "give it, or a default")
+        value = values.pop(name, kind.find(name))
         made.attributes[name] = m.call(value.make, [], {}, node) if isinstance(value, Factory) else value
     if values or len(given) > len(kind.fields):
         raise m.make_error(node, f"{text_of(node)} does not fit the class {escape_text(kind.name)}", "mend it")

@@ -118,9 +118,8 @@ def part_of(m: Machine, part: Part, key: Any, node: ast.AST) -> Any:
 
 @reads(EXPRESSIONS, ast.Slice)
 def _slice(m: Machine, node: ast.Slice, scope: Scope) -> Any:
-    return slice(
-        *(None if each is None else m.whole(m.eval(each, scope)) for each in (node.lower, node.upper, node.step))
-    )
+    ends = (node.lower, node.upper, node.step)
+    return slice(*(None if each is None else m.whole(m.eval(each, scope)) for each in ends))
 
 
 @reads(EXPRESSIONS, ast.ListComp, ast.SetComp, ast.DictComp, ast.GeneratorExp)
@@ -134,17 +133,13 @@ def _comprehension(m: Machine, node: Any, scope: Scope) -> Any:
     items = items_of(m, first)
     if isinstance(items, Unread):
         return items
+    turns = _turns(m, node, inner, items)
     if isinstance(node, ast.DictComp):
-        entries: Any = {
-            key_of(m, m.eval(node.key, inner)): m.eval(node.value, inner) for _ in _turns(m, node, inner, items)
-        }
-        return m.keep_value(entries)
-    each = (m.eval(node.elt, inner) for _ in _turns(m, node, inner, items))
-    return (
-        each
-        if isinstance(node, ast.GeneratorExp)
-        else m.keep_value(list(each) if isinstance(node, ast.ListComp) else {key_of(m, one) for one in each})
-    )
+        return m.keep_value({key_of(m, m.eval(node.key, inner)): m.eval(node.value, inner) for _ in turns})
+    each = (m.eval(node.elt, inner) for _ in turns)
+    if isinstance(node, ast.GeneratorExp):
+        return each
+    return m.keep_value(list(each) if isinstance(node, ast.ListComp) else {key_of(m, one) for one in each})
 
 
 def _turns(m: Machine, node: Any, scope: Scope, items: Any, depth: int = 0) -> Iterator[None]:
@@ -155,9 +150,8 @@ def _turns(m: Machine, node: Any, scope: Scope, items: Any, depth: int = 0) -> I
         assign(m, generator.target, each, scope)
         if all(eval_condition(m, test, scope) for test in generator.ifs):
             if depth + 1 < len(node.generators):
-                yield from _turns(
-                    m, node, scope, items_of(m, m.eval(node.generators[depth + 1].iter, scope)), depth + 1
-                )
+                inner = items_of(m, m.eval(node.generators[depth + 1].iter, scope))
+                yield from _turns(m, node, scope, inner, depth + 1)
             else:
                 yield
 

@@ -213,16 +213,11 @@ def _is_told(function: Any) -> bool:
 def _super(m: Machine, node: ast.Call, scope: Scope) -> Any:
     """The bases of the object whose method this is."""
     first = next(iter(scope.names.values()), None)
-    bases = getattr(getattr(first, "kind", None), "bases", ())
-    return (
-        Class("super", bases, {"__init__": Bound("__init__", lambda m, node, given, named: None)})
-        if not bases
-        else _Above(m, first, bases)
-    )
+    return _Above(m, first, getattr(getattr(first, "kind", None), "bases", ()))
 
 
 class _Above(Class):
-    """What `super()` is: methods of the bases, for the object."""
+    """What `super()` is: methods of the bases, for the object; `__init__` also where no base of the file has one."""
 
     def __init__(self, m: Machine, value: Any, bases: tuple[Class, ...]) -> None:
         super().__init__("super", bases, {})
@@ -232,7 +227,7 @@ class _Above(Class):
         found = super().find(name)
         if isinstance(found, Function):
             return Bound(name, lambda m, node, given, named: m.apply(found, [self.value, *given], named, node))
-        return found if found is not None else Bound(name, lambda m, node, given, named: None)
+        return Bound(name, lambda m, node, given, named: None) if found is None and name == "__init__" else found
 
 
 @reads(EXPRESSIONS, ast.Lambda)

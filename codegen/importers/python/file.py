@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from codegen.errors import InputError, escape_text
+from codegen.importers.python.attributes import CHANGING
 from codegen.importers.python.machine import STATE_ADVICE, Machine, text_of
 from codegen.importers.python.values import Class, Function, Instance, Module, Scope, Unread
 
@@ -72,16 +73,9 @@ def file_of(parsed: ast.Module, machine: Machine) -> File:
             for name in node.names:
                 scope.names[name] = Unread(f"{escape_text(name)!r} may change between calls", STATE_ADVICE, node.lineno)
     inner = [part for node in nodes if isinstance(node, ast.FunctionDef) for part in node.body]
-    return File(
-        scope,
-        sorted(nodes, key=_place),
-        machine,
-        not any(map(_is_changing, (each for part in inner for each in ast.walk(part)))),
-    )
-
-
-def _place(node: ast.AST) -> tuple[int, int]:
-    return getattr(node, "lineno", 0), getattr(node, "col_offset", 0)
+    simple = not any(_is_changing(each) for part in inner for each in ast.walk(part))
+    ordered = sorted(nodes, key=lambda node: (getattr(node, "lineno", 0), getattr(node, "col_offset", 0)))
+    return File(scope, ordered, machine, simple)
 
 
 def _is_changing(node: ast.AST) -> bool:
@@ -91,10 +85,6 @@ def _is_changing(node: ast.AST) -> bool:
     if isinstance(node, ast.AugAssign | ast.Lambda | ast.FunctionDef | ast.GeneratorExp):
         return True
     return isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in CHANGING
-
-
-CHANGING = frozenset(("append", "extend", "insert", "pop", "remove", "reverse", "clear", "update", "setdefault", "add",
-                      "discard", "sort"))  # fmt: skip
 
 
 def _skip(m: Machine, node: ast.stmt, scope: Scope, error: InputError) -> None:
@@ -112,11 +102,8 @@ def _skip(m: Machine, node: ast.stmt, scope: Scope, error: InputError) -> None:
         if isinstance(each, ast.FunctionDef | ast.ClassDef):
             scope.names[each.name] = unread
     if own:
-        scope.names |= {
-            name: unread
-            for name, value in scope.names.items()
-            if isinstance(value, MUTABLE) and not isinstance(value, Class)
-        }
+        mutable = [name for name, value in scope.names.items() if isinstance(value, MUTABLE)]
+        scope.names |= {name: unread for name in mutable if not isinstance(scope.names[name], Class)}
     m.notes[f"line {node.lineno}: {text_of(node)} is skipped: {error.what}"] = None
 
 
@@ -166,32 +153,22 @@ def _method(file: File, name: str, value: Class | Instance) -> Decider | None:
     kind = value if isinstance(value, Class) else value.kind
     if kind.enum:
         return None
-    members = {
-        each: function
-        for base in reversed(_bases(kind))
-        for each, function in base.members.items()
-        if isinstance(function, Function)
-    }
-    public = [each for each in members.values() if each.name == "__call__" or not each.name.startswith("_")]
-    taking = [
-        each
-        for each in public
-        if each.kind != "property"
-        and not _idle(file.machine, Decider(name, each, () if each.kind == "static" else (value,)))
-    ]
-    used = {inner.attr for each in taking for inner in ast.walk(each.node) if isinstance(inner, ast.Attribute)}
-    roots = [each for each in taking if each.name not in used] or taking
-    usual = [each for wanted in USUAL for each in roots if each.name == wanted]
-    if not roots:
-        return None
+    methods = dict[str, Any]()
+    for base in reversed(_bases(kind)):
+        methods |= base.members
+    public = [each for each in methods.values() if isinstance(each, Function) and each.kind != "property"]
+    public = [each for each in public if each.name == "__call__" or not each.name.startswith("_")]
+    given = [Decider(name, each, () if each.kind == "static" else (value,)) for each in public]
+    taking = [each for each in given if not _idle(file.machine, each)]
+    nodes = (inner for each in taking for inner in ast.walk(each.function.node))
+    used = {inner.attr for inner in nodes if isinstance(inner, ast.Attribute)}
+    roots = [each for each in taking if each.function.name not in used] or taking
+    usual = [each for wanted in USUAL for each in roots if each.function.name == wanted]
     if len(roots) > 1 and not usual:
-        several = ", ".join(each.name for each in roots)
+        several = ", ".join(each.function.name for each in roots)
         what = f"the class {escape_text(kind.name)} has several methods that may decide: {several}"
-        raise file.machine.make_error(roots[1].node, what, "name the one that decides act")
-    chosen = (usual or roots)[0]
-    if chosen.kind == "static":
-        return Decider(name, chosen)
-    return Decider(name, chosen, (value,))
+        raise file.machine.make_error(roots[1].function.node, what, "name the one that decides act")
+    return next(iter(usual or roots), None)
 
 
 def _bases(kind: Class) -> list[Class]:

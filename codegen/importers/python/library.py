@@ -38,18 +38,8 @@ from codegen.importers.python.values import (
 )
 from codegen.importers.symbolic.feature import Feature, Test
 
-SAME = (
-    "asarray",
-    "array",
-    "asfarray",
-    "ascontiguousarray",
-    "squeeze",
-    "ravel",
-    "atleast_1d",
-    "copy",
-    "reshape",
-    "nan_to_num",
-)
+SAME = ("asarray", "array", "asfarray", "ascontiguousarray", "squeeze", "ravel", "atleast_1d", "copy", "reshape",
+        "nan_to_num")  # fmt: skip
 
 
 # --- choices
@@ -112,10 +102,8 @@ def _every(function: Callable[[Iterable[Any]], bool]) -> Call:
 
 def _array(name: str) -> Call:
     def handle_call(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
-        value, kind = (
-            given[0],
-            named.get("dtype", given[1] if len(given) > 1 and name in ("asarray", "array") else None),
-        )
+        value, typed = given[0], len(given) > 1 and name in ("asarray", "array")
+        kind = named.get("dtype", given[1] if typed else None)
         if name == "nan_to_num" and m.paths is not None:
             m.paths.nan = False
         if isinstance(value, Part):
@@ -123,12 +111,11 @@ def _array(name: str) -> Call:
             return steps if isinstance(steps, Unread) else replace(value, steps=value.steps + steps, array=True)
         if not isinstance(value, list | tuple):
             return m.plain(value)
-        return m.keep_value(
-            Array(
-                handle_call(m, node, [each], named) if isinstance(each, list | tuple) else _element(m, each, kind)
-                for each in value
-            )
+        parts = (
+            handle_call(m, node, [each], named) if isinstance(each, list | tuple) else _element(m, each, kind)
+            for each in value
         )
+        return m.keep_value(Array(parts))
 
     return handle_call
 
@@ -155,9 +142,9 @@ def _best(largest: bool) -> Call:
 
 
 def _attribute(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
-    return (
-        attribute_of(m, given[0], given[1], node) if isinstance(given[1], str) else m.unread("getattr", "write x.name")
-    )
+    if not isinstance(given[1], str):
+        return m.unread("getattr", "write x.name")
+    return attribute_of(m, given[0], given[1], node)
 
 
 def _field(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
@@ -167,15 +154,6 @@ def _field(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
 
 def _bounds(names: Mapping[str, Call | Any], module: str) -> dict[str, Any]:
     return {name: Bound(f"{module}{name}", call) if callable(call) else call for name, call in names.items()}
-
-
-def _quiet(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
-    return None
-
-
-def _operation(sign: str) -> Call:
-    """operator.lt and its like."""
-    return lambda m, node, given, named: compare_values(m, sign, given[0], given[1])
 
 
 def _named_tuple(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
@@ -194,11 +172,6 @@ def _reduce(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
     for each in items[1:]:
         total = m.call(given[0], [total, each], {}, node)
     return total
-
-
-def _in_any_order(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
-    """numpy.dot and its like: `left @ right`."""
-    return binary(m, ast.MatMult, *given[:2])
 
 
 def _partial(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
@@ -241,7 +214,7 @@ BUILTINS: dict[str, Any] = _bounds(
         "iter": sequences.make_list_call(iter),
         "str": numbers.make_constant_call(str),
         "divmod": numbers.make_constant_call(divmod),
-        "print": _quiet,
+        "print": lambda m, node, given, named: None,
         "getattr": _attribute,
     },
     "",
@@ -251,73 +224,76 @@ _MATH = ("sqrt", "exp", "log", "log2", "log10", "sin", "cos", "tan", "asin", "ac
 _NUMPY = ("sqrt", "exp", "log", "sin", "cos", "tan", "arctan", "arctan2", "tanh", "mean", "prod", "hypot")
 _TYPES = ("ndarray", "floating", "integer", "number", "random")
 _SIGNS = {"lt": "<", "le": "<=", "gt": ">", "ge": ">=", "eq": "==", "ne": "!="}
-MODULES: dict[str, Module] = {
-    "math": Module(
+
+
+def _module(name: str, names: Mapping[str, Call | Any]) -> Module:
+    return Module(name, _bounds(names, f"{name}."))
+
+
+_KNOWN = (
+    _module(
         "math",
-        _bounds(
-            {
-                **{name: numbers.make_constant_call(getattr(math, name)) for name in _MATH},
-                **_steps("math"),
-                **{name: getattr(math, name) for name in ("pi", "e", "tau", "inf", "nan")},
-                "isnan": numbers.isnan(False),
-                "isfinite": numbers.isnan(True),
-            },
-            "math.",
-        ),
+        {
+            **{name: numbers.make_constant_call(getattr(math, name)) for name in _MATH},
+            **_steps("math"),
+            **{name: getattr(math, name) for name in ("pi", "e", "tau", "inf", "nan")},
+            "isnan": numbers.isnan(False),
+            "isfinite": numbers.isnan(True),
+        },
     ),
-    "numpy": Module(
+    _module(
         "numpy",
-        _bounds(
-            {
-                **{name: numbers.make_constant_call(getattr(np, name)) for name in _NUMPY},
-                **_steps("numpy"),
-                **{name: getattr(np, name) for name in ("pi", "e", "inf", "nan")},
-                **{name: Symbol(f"numpy.{name}") for name in _TYPES},
-                **{name: _array(name) for name in SAME},
-                **dict.fromkeys(("int64", "int32", "int_", "intp"), numbers.make_step("int")),
-                **dict.fromkeys(("minimum", "fmin"), numbers.extreme(True, False)),
-                **dict.fromkeys(("maximum", "fmax"), numbers.extreme(False, False)),
-                **dict.fromkeys(("min", "amin"), numbers.extreme(True, True)),
-                **dict.fromkeys(("max", "amax"), numbers.extreme(False, True)),
-                **dict.fromkeys(("any", "logical_or"), _every(any)),
-                **dict.fromkeys(("all", "logical_and"), _every(all)),
-                "round": numbers.make_step("numpy.rint"),
-                "clip": numbers.clip,
-                **{each.__name__: numbers.make_spacing(each) for each in (np.linspace, np.arange)},
-                "sign": numbers.sign,
-                "where": _where,
-                "digitize": numbers.make_binning(None),
-                "searchsorted": numbers.make_binning(False),
-                "isnan": numbers.isnan(False),
-                "isfinite": numbers.isnan(True),
-                "argmax": _best(True),
-                "argmin": _best(False),
-                "bool_": _bool,
-                "sum": sequences.sum_of,
-                **dict.fromkeys(("dot", "matmul", "inner", "vdot"), _in_any_order),
-                "logical_not": lambda m, node, given, named: not m.truth(given[0]),
-            },
-            "numpy.",
-        ),
+        {
+            **{name: numbers.make_constant_call(getattr(np, name)) for name in _NUMPY},
+            **_steps("numpy"),
+            **{name: getattr(np, name) for name in ("pi", "e", "inf", "nan")},
+            **{name: Symbol(f"numpy.{name}") for name in _TYPES},
+            **{name: _array(name) for name in SAME},
+            **dict.fromkeys(("int64", "int32", "int_", "intp"), numbers.make_step("int")),
+            **dict.fromkeys(("minimum", "fmin"), numbers.extreme(True, False)),
+            **dict.fromkeys(("maximum", "fmax"), numbers.extreme(False, False)),
+            **dict.fromkeys(("min", "amin"), numbers.extreme(True, True)),
+            **dict.fromkeys(("max", "amax"), numbers.extreme(False, True)),
+            **dict.fromkeys(("any", "logical_or"), _every(any)),
+            **dict.fromkeys(("all", "logical_and"), _every(all)),
+            "round": numbers.make_step("numpy.rint"),
+            "clip": numbers.clip,
+            **{each.__name__: numbers.make_spacing(each) for each in (np.linspace, np.arange)},
+            "sign": numbers.sign,
+            "where": _where,
+            "digitize": numbers.make_binning(None),
+            "searchsorted": numbers.make_binning(False),
+            "isnan": numbers.isnan(False),
+            "isfinite": numbers.isnan(True),
+            "argmax": _best(True),
+            "argmin": _best(False),
+            "bool_": _bool,
+            "sum": sequences.sum_of,
+            # left @ right, which NumPy adds in an order of its own
+            **dict.fromkeys(
+                ("dot", "matmul", "inner", "vdot"), lambda m, node, given, named: binary(m, ast.MatMult, *given[:2])
+            ),
+            "logical_not": lambda m, node, given, named: not m.truth(given[0]),
+        },
     ),
-    "bisect": Module(
+    _module(
         "bisect",
-        _bounds(
-            {
-                "bisect": numbers.make_binning(True),
-                "bisect_right": numbers.make_binning(True),
-                "bisect_left": numbers.make_binning(False),
-            },
-            "bisect.",
-        ),
+        {
+            **dict.fromkeys(("bisect", "bisect_right"), numbers.make_binning(True)),
+            "bisect_left": numbers.make_binning(False),
+        },
     ),
-    "collections": Module("collections", {"namedtuple": Bound("namedtuple", _named_tuple)}),
-    "functools": Module("functools", _bounds({"partial": _partial, "reduce": _reduce}, "")),
-    "operator": Module(
+    _module("collections", {"namedtuple": _named_tuple}),
+    _module("functools", {"partial": _partial, "reduce": _reduce}),
+    _module(
         "operator",
-        _bounds({name: _operation(sign) for name, sign in _SIGNS.items()}, "operator."),
+        {
+            name: lambda m, node, given, named, sign=sign: compare_values(m, sign, given[0], given[1])
+            for name, sign in _SIGNS.items()
+        },
     ),
-    "enum": Module("enum", {"auto": Bound("auto", lambda m, node, given, named: AUTO)}),
-    "dataclasses": Module("dataclasses", {"field": Bound("field", _field)}),
-    "typing": Module("typing", {"TYPE_CHECKING": False}),
-}
+    _module("enum", {"auto": lambda m, node, given, named: AUTO}),
+    _module("dataclasses", {"field": _field}),
+    _module("typing", {"TYPE_CHECKING": False}),
+)
+MODULES: Mapping[str, Module] = {each.name: each for each in _KNOWN}

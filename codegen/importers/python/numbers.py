@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from codegen.importers.python.arithmetic import compare_values
+from codegen.importers.python.arithmetic import apply_finite, compare_values, convert_feature
 from codegen.importers.python.machine import MAX_ITEMS, TEST_ADVICE, Machine, step_of
 from codegen.importers.python.sequences import Call, Given, Named, items_of
 from codegen.importers.python.values import (
@@ -32,11 +32,6 @@ from codegen.importers.symbolic.feature import FOLDING, RISING, Feature, Step
 UNKNOWN = "write what it computes with comparisons and numbers"
 
 
-def _apply_finite(function: Callable[[float], Any], value: Any) -> Any:
-    """A whole number of a finite number; what is infinite, or NaN, stays so, where Python gives up."""
-    return function(value) if math.isfinite(value) else value
-
-
 WHOLE: Mapping[str, Callable[..., Any]] = {  # of finite numbers only
     "int": int, "math.floor": math.floor, "math.ceil": math.ceil, "math.trunc": math.trunc, "round": round,
 }  # fmt: skip
@@ -48,7 +43,7 @@ STEPS: Mapping[str, tuple[Callable[[Any], Any], str]] = {  # of a feature
     "numpy.rint": (np.rint, RISING), "math.radians": (math.radians, RISING), "math.degrees": (math.degrees, RISING),
     "numpy.deg2rad": (np.deg2rad, RISING), "numpy.radians": (np.radians, RISING),
     "numpy.rad2deg": (np.rad2deg, RISING), "numpy.degrees": (np.degrees, RISING),
-    **{name: (partial(_apply_finite, function), RISING) for name, function in WHOLE.items()},
+    **{name: (partial(apply_finite, function), RISING) for name, function in WHOLE.items()},
 }  # fmt: skip
 
 
@@ -58,33 +53,24 @@ def make_step(name: str) -> Call:
     plain = WHOLE.get(name, apply)
 
     def handle_call(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
-        if (len(given) == 1 and isinstance(given[0], Part) and name.startswith("numpy.")) or (
-            name == "float" and len(given) == 1 and isinstance(given[0], Part)
-        ):
-            return replace(
-                given[0],
-                steps=(*given[0].steps, *step_of(m.arrays if not given[0].steps else ""), Step(name, apply, sense)),
-            )
+        if len(given) == 1 and isinstance(given[0], Part) and (name == "float" or name.startswith("numpy.")):
+            before = given[0].steps or step_of(m.arrays)
+            return replace(given[0], steps=(*before, Step(name, apply, sense)))
         given = [m.require_value(m.plain(each)) for each in given]
         if given and isinstance(given[0], Extreme) and sense == RISING:
-            return Extreme(
-                given[0].least, tuple(handle_call(m, node, [each, *given[1:]], named) for each in given[0].parts)
-            )
+            parts = tuple(handle_call(m, node, [each, *given[1:]], named) for each in given[0].parts)
+            return Extreme(given[0].least, parts)
         if not given or not isinstance(given[0], Feature):
             return constant(m, node, plain, given, named)
         m.finite |= name in WHOLE
         if len(given) > 1 or named:
             if name != "round" or named or not isinstance(given[1], int):
                 return m.unread(f"{name} with further arguments is not understood", UNKNOWN)
-            apply_ = partial(_apply_finite, lambda value, digits=given[1]: round(value, digits))
-            return _of(m, given[0]).then(Step(f"round{given[1]}", apply_))
-        return _of(m, given[0]).then(Step(name, apply, sense))
+            apply_ = partial(apply_finite, lambda value, digits=given[1]: round(value, digits))
+            return convert_feature(m, given[0]).then(Step(f"round{given[1]}", apply_))
+        return convert_feature(m, given[0]).then(Step(name, apply, sense))
 
     return handle_call
-
-
-def _of(m: Machine, feature: Feature) -> Feature:
-    return feature if feature.steps else feature.then(*step_of(m.arrays))
 
 
 def constant(m: Machine, node: ast.AST, function: Callable[..., Any], given: Given, named: Named) -> Any:
@@ -145,14 +131,8 @@ def extreme(least: bool, builtin: bool) -> Call:
             parts = _join_constants(m, function, parts)
         if len(parts) == 1:
             return parts[0]
-        return Extreme(
-            least,
-            tuple(
-                one
-                for each in parts
-                for one in (each.parts if isinstance(each, Extreme) and each.least == least else [each])
-            ),
-        )
+        flat = [each.parts if isinstance(each, Extreme) and each.least == least else [each] for each in parts]
+        return Extreme(least, tuple(one for each in flat for one in each))
 
     return handle_call
 
@@ -170,11 +150,7 @@ def _join_constants(m: Machine, function: Any, parts: Given) -> Given:
     if not isinstance(number, int | float | np.number):
         raise m.make_error(None, "a feature is compared with what is no number", TEST_ADVICE)
     first = isinstance(parts[0], Feature)
-    return [_of(m, features[0]).then(*_make_bound(function, number, first))]
-
-
-def _either(function: Any, number: Any, first: bool, value: Any) -> Any:
-    return function(value, number) if first else function(number, value)
+    return [convert_feature(m, features[0]).then(*_make_bound(function, number, first))]
 
 
 def clip(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
@@ -196,15 +172,11 @@ def clip(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
     ends = [m.plain(bound) for bound in (low, high)]
     if isinstance(value, Feature) and all(isinstance(end, int | float | np.number) for end in ends):
         step = f"clip{','.join(f'{type(end).__name__}{end!r}' for end in ends)}"
-        return value.then(Step(step, partial(_within, *ends), form=("clip", tuple(ends), True)))
+        return value.then(Step(step, lambda given: np.clip(given, *ends), form=("clip", tuple(ends), True)))
     for bound, function in ((low, np.maximum), (high, np.minimum)):
         if bound is not None:
             value = extreme(function is np.minimum, False)(m, node, [value, bound], {})
     return value
-
-
-def _within(low: Any, high: Any, value: Any) -> Any:
-    return np.clip(value, low, high)
 
 
 def _clip_part(m: Machine, part: Part, low: Any, high: Any) -> Any:
@@ -224,7 +196,8 @@ def _make_bound(function: Any, number: Any, first: bool) -> tuple[Step]:
     name = f"{function.__name__}{first:d}{type(number).__name__}{number!r}"
     kind = "max" if function in (max, np.maximum) else "min"
     keeps = first and function in (max, min)  # of equal ones Python's give the first; NumPy's depend on the processor
-    return (Step(name, partial(_either, function, number, first), form=(kind, number, keeps)),)
+    apply = (lambda value: function(value, number)) if first else partial(function, number)
+    return (Step(name, apply, form=(kind, number, keeps)),)
 
 
 def make_spacing(function: Callable[..., Any]) -> Call:
@@ -251,9 +224,9 @@ def sign(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
     if isinstance(value, Feature | Extreme):
         if m.paths is not None:
             m.paths.nan = False  # numpy gives NaN
-        return (
-            1 if m.truth(compare_values(m, ">", value, 0)) else -1 if m.truth(compare_values(m, "<", value, 0)) else 0
-        )
+        if m.truth(compare_values(m, ">", value, 0)):
+            return 1
+        return -1 if m.truth(compare_values(m, "<", value, 0)) else 0
     return constant(m, node, np.sign, [value], named)
 
 
@@ -286,14 +259,8 @@ def isnan(known: bool) -> Call:
         if isinstance(value, Feature):
             if m.paths is not None:
                 m.paths.nan = False
-            if known:
-                return Condition(
-                    lambda: (
-                        m.truth(compare_values(m, "<", value, math.inf))
-                        and m.truth(compare_values(m, ">", value, -math.inf))
-                    )
-                )
-            return False
+            ends = [compare_values(m, "<", value, math.inf), compare_values(m, ">", value, -math.inf)]
+            return Condition(lambda: all(m.truth(each) for each in ends)) if known else False
         return constant(m, node, math.isfinite if known else math.isnan, [value], {})
 
     return handle_call

@@ -216,11 +216,8 @@ class _Follower:
         m = self.machine
         both = m.symbols & m.texts
         if both:
-            raise m.make_error(
-                self.function.node,
-                f"{escape_text(min(both))!r} is returned as a text and as a name",
-                "return one of them",
-            )
+            what = f"{escape_text(min(both))!r} is returned as a text and as a name"
+            raise m.make_error(self.function.node, what, "return one of them")
         order: list[Any] = [
             each.value if isinstance(each, ast.Constant) else ast.unparse(each)
             for each in self.file.nodes
@@ -258,15 +255,7 @@ class _Follower:
         """What the source calls its numbers, where it uses a name for one as a value."""
         names: dict[Value, str] = {}
         for node in self.file.nodes:
-            parts = (
-                [node]
-                if isinstance(
-                    node,
-                    ast.Return | ast.Assign | ast.AnnAssign | ast.IfExp | ast.List | ast.Tuple | ast.Dict | ast.Lambda,
-                )
-                else []
-            )
-            for each in (value for part in parts for value in _values(part)):
+            for each in _values(node):
                 name, held = self._constant(each)
                 if isinstance(held, int | float) and not isinstance(held, bool) and held == held:
                     names.setdefault(held, name)
@@ -289,5 +278,7 @@ def _values(node: ast.AST) -> list[ast.expr]:
         return [*node.elts] if isinstance(node.ctx, ast.Load) else []
     if isinstance(node, ast.Dict):
         return [*node.values]
-    value = node.body if isinstance(node, ast.Lambda) else getattr(node, "value", None)
-    return [value] if isinstance(value, ast.expr) else []
+    value = node.body if isinstance(node, ast.Lambda) else None
+    if isinstance(node, ast.Return | ast.Assign | ast.AnnAssign):
+        value = node.value
+    return [] if value is None else [value]

@@ -8,6 +8,7 @@ Does not: take try, with, global, nonlocal, del or raise on a path that may be t
 # pyright: basic
 # the values of a program may be anything
 import ast
+import copy
 from collections.abc import Sequence
 from typing import Any
 
@@ -133,22 +134,14 @@ def _run_annotation(m: Machine, node: ast.AnnAssign, scope: Scope) -> None:
 
 @reads(STATEMENTS, ast.AugAssign)
 def _run_augmented(m: Machine, node: ast.AugAssign, scope: Scope) -> None:
-    load = ast.copy_location(_load_target(node.target), node.target)
+    load = copy.copy(node.target)
+    load.ctx = ast.Load()
     left, right = m.eval(load, scope), m.eval(node.value, scope)
     m.line = node.lineno
     if isinstance(left, list) and not isinstance(left, Array) and isinstance(node.op, ast.Add):
         m.ensure_fresh(left, node).extend(m.require_value(items_of(m, right)))
         return
     assign(m, node.target, binary(m, type(node.op), left, right), scope)
-
-
-def _load_target(target: ast.expr) -> ast.expr:
-    if isinstance(target, ast.Name):
-        return ast.Name(target.id, ast.Load())
-    if isinstance(target, ast.Attribute):
-        return ast.Attribute(target.value, target.attr, ast.Load())
-    assert isinstance(target, ast.Subscript)
-    return ast.Subscript(target.value, target.slice, ast.Load())
 
 
 # --- loops
