@@ -134,12 +134,12 @@ def _histogram_tree(estimator: Any, single: Any) -> SimpleNamespace:
 def _predict_leaves(estimator: Any, tree: Any) -> tuple[Any, Any]:
     """The leaves that observations reach, [n_leaves], and what an estimator predicts there, [n_leaves, n_outputs]."""
     grown = read_sklearn_tree(tree, np.arange(tree.node_count))
-    nodes, rows = zip(*_reached_leaves(grown, int(tree.n_features)), strict=True)
+    nodes, rows = zip(*_reach_leaves(grown, int(tree.n_features)), strict=True)
     with silence_warnings():
         return np.array(nodes), np.asarray(estimator.predict(np.array(rows))).reshape(len(nodes), -1)
 
 
-def _reached_leaves(grown: GrownTree, width: int) -> Iterator[tuple[int, Floats]]:
+def _reach_leaves(grown: GrownTree, width: int) -> Iterator[tuple[int, Floats]]:
     """Each leaf that finite observations reach, and one of them, [width]."""
     open_: list[tuple[int, Box | None]] = [(ROOT, EVERYTHING)]
     while open_:
