@@ -207,7 +207,8 @@ def test_arrays_decide_as_numpy_compares_them(numbers, sign):
         near = np.concatenate([at, neighbour(at, -np.inf, numbers), neighbour(at, np.inf, numbers), [np.inf, -np.inf]])
         rows = np.random.default_rng(0).choice(near, (2_000, 3)).astype(numbers)
         rows[:, 2] = np.where(np.arange(len(rows)) % 3, 0, rows[:, 2])
-        said = [called(text, "act")(row) for row in rows]
+        act = called(text, "act")
+        said = [act(row) for row in rows]
     assert [policy.actions[place].name for place in ir.act(policy, rows)] == [f"action_{each}" for each in said]
 
 
