@@ -25,6 +25,7 @@ from verify.states.shares import SAMPLE_SEED
 from verify.states.state import State, inside, sample, state_at
 
 BISECTIONS = 40  # of an interval's ends; of the radius too
+AT_ONCE = 4  # bisections whose possible values are played together: an episode more costs little, a batch more a lot
 BETWEEN = 32  # values between the ends of an interval that are played
 STARTS = 2_000  # sampled for other ways to fail
 MAX_TRIED = 20  # of those that fail by other actions, looked at exactly
@@ -111,19 +112,28 @@ def explain_episode(question: EpisodeQuestion, state: State, episode: Episode) -
     )
 
 
-def _stand(question: EpisodeQuestion, states: Sequence[State], episode: Episode) -> list[bool]:
-    """Which starts lie in the region, lead to the team's actions in `course` and fail the claim."""
-    if not states:
-        return []
-    profile, claim = question.profile, question.claim
-    coordinates, actions = courses(profile, states, claim.steps)
-    team = _team(profile, claim)
-    return [
-        np.array_equal(actions[:, row, team], episode.actions[:, team])
-        and inside(question.region, state)
-        and fails(profile, claim, coordinates[:, row])
-        for row, state in enumerate(states)
-    ]
+class _Starts:
+    """Starts that differ from a failing one in one coordinate, played together; each is refereed when asked about."""
+
+    def __init__(
+        self, question: EpisodeQuestion, state: State, episode: Episode, moved: Sequence[tuple[str, float]]
+    ) -> None:
+        """`moved`: for each start the coordinate and its value."""
+        self._question = question
+        self._states = [State({**state.position, name: value}, state.goal) for name, value in moved]
+        team = _team(question.profile, question.claim)
+        if self._states:
+            self._coordinates, actions = courses(question.profile, self._states, question.claim.steps)
+            self._alike = (actions[..., team] == episode.actions[:, None, team]).all(axis=(0, 2))
+
+    def stands(self, row: int) -> bool:
+        """Whether a start lies in the region, leads to the team's actions and fails the claim."""
+        profile, claim = self._question.profile, self._question.claim
+        return (
+            bool(self._alike[row])
+            and inside(self._question.region, self._states[row])
+            and fails(profile, claim, self._coordinates[:, row])
+        )
 
 
 def _team(profile: PolicyProfile, claim: EpisodeClaim) -> list[int]:
@@ -135,38 +145,60 @@ def _team(profile: PolicyProfile, claim: EpisodeClaim) -> list[int]:
 def _spans(question: EpisodeQuestion, state: State, episode: Episode) -> tuple[StartSpan, ...]:
     region = question.region
 
-    def stand(moved: Sequence[tuple[str, float]]) -> list[bool]:
-        states = [State({**state.position, name: value}, state.goal) for name, value in moved]
-        return _stand(question, states, episode)
+    def play_starts(moved: Sequence[tuple[str, float]]) -> _Starts:
+        return _Starts(question, state, episode, moved)
 
     names = [name for name in region.box if not name.endswith((".vx", ".vy"))]
     sides = [(name, side) for name in names for side in (0, 1)]
     ends = [_round_inwards(region.box[name][side], side) for name, side in sides]
     good = [float(state.position[name]) for name, _ in sides]
-    reached = stand([(name, end) for (name, _), end in zip(sides, ends, strict=True)])
-    good = [end if there else start for start, end, there in zip(good, ends, reached, strict=True)]
-    for _ in range(BISECTIONS):
-        middle = [(a + b) / 2 for a, b in zip(good, ends, strict=True)]
-        open_sides = [k for k, value in enumerate(middle) if value not in (good[k], ends[k])]
-        if not open_sides:
+    reached = play_starts([(name, end) for (name, _), end in zip(sides, ends, strict=True)])
+    good = [end if reached.stands(k) else start for k, (start, end) in enumerate(zip(good, ends, strict=True))]
+    for _ in range(0, BISECTIONS, AT_ONCE):
+        middles = [_list_middles(a, b) for a, b in zip(good, ends, strict=True)]
+        places = [(k, n) for k, values in enumerate(middles) for n in values]
+        if not places:
             break
-        for k, there in zip(open_sides, stand([(sides[k][0], middle[k]) for k in open_sides]), strict=True):
-            good[k], ends[k] = (middle[k], ends[k]) if there else (good[k], middle[k])
+        tried = play_starts([(sides[k][0], middles[k][n]) for k, n in places])
+        rows = {place: row for row, place in enumerate(places)}
+        for k, values in enumerate(middles):
+            n = 1
+            while n in values:
+                there = tried.stands(rows[k, n])
+                good[k], ends[k] = (values[n], ends[k]) if there else (good[k], values[n])
+                n = 2 * n + there
     lows, highs = good[::2], good[1::2]
     between = [
         (name, float(value)) for name, *pair in zip(names, lows, highs, strict=True) for value in _space_evenly(*pair)
     ]
-    gaps = [moved for moved, there in zip(between, stand(between), strict=True) if not there]
+    in_between = play_starts(between)
+    gaps = [moved for row, moved in enumerate(between) if not in_between.stands(row)]
     spans: list[StartSpan] = []
     for name, low, high in zip(names, lows, highs, strict=True):
-        here, played = float(state.position[name]), [value for other, value in between if other == name]
+        here, inner = float(state.position[name]), [value for other, value in between if other == name]
         holes = [value for other, value in gaps if other == name]
         floor = max((value for value in holes if value < here), default=-math.inf)
         roof = min((value for value in holes if value > here), default=math.inf)
-        left = [value for value in (low, *played, here, high) if floor < value < roof]
+        left = [value for value in (low, *inner, here, high) if floor < value < roof]
         box = tuple(_round_inwards(region.box[name][side], side) for side in (0, 1))
         spans.append(StartSpan(name, min(left), max(left), whole=(min(left), max(left)) == box))
     return tuple(spans)
+
+
+def _list_middles(good: float, end: float) -> dict[int, float]:
+    """All values that the next bisections of good to end may come to: 1 is the middle, 2n follows n where that does not
+    stand, 2n + 1 where it does. What no number lies between has none.
+    """
+    pairs, values = {1: (good, end)}, dict[int, float]()
+    for n in range(1, 2**AT_ONCE):
+        if n not in pairs:
+            continue
+        low, high = pairs[n]
+        middle = (low + high) / 2
+        if middle not in (low, high):
+            values[n] = middle
+            pairs |= {2 * n: (low, middle), 2 * n + 1: (middle, high)}
+    return values
 
 
 def _space_evenly(low: float, high: float) -> list[float]:
