@@ -300,35 +300,28 @@ def passes(certificate, profile, system):
     return False
 
 
-def caught(guard):
-    """Whether a guard speaks."""
+def find_case(guard, first=None):
+    """The number of a guard's case that speaks, or None. `first`: the number of the one that is asked first."""
     if guard == FORGED:
-        return spoken(guard, forgeries(), lambda forged: passes(*forged))
+        return find_speaking(forgeries(), lambda forged: passes(*forged), first)
     if guard == POINTS:
-        return points_lost()
+        return 0 if points_lost() else None
     if guard == JUDGED:
-        return any(judged(*question, course) != kept for question, course, kept in episodes())
+        return find_speaking(episodes(), lambda each: judged(*each[0], each[1]) != each[2], first)
     if guard == OPINED:
         said = list(zip(asked(), opinions(), strict=True))
-        return spoken(guard, said, lambda each: opinion(each[0][0]) is not each[1])
+        return find_speaking(said, lambda each: opinion(each[0][0]) is not each[1], first)
     if guard == ANSWERED:
-        return spoken(guard, asked(), lambda each: answer(each[0], PLAYED) is not each[1])
+        return find_speaking(asked(), lambda each: answer(each[0], PLAYED) is not each[1], first)
     proved = Verdict.PROVED
     if guard == BROKEN:
         broken = [question for question, verdict in asked() if verdict is not proved and verdict is not Verdict.VACUOUS]
-        return spoken(guard, broken, lambda question: answer(question, SEARCHED) is proved)
+        return find_speaking(broken, lambda question: answer(question, SEARCHED) is proved, first)
     held = [question for question, verdict in asked() if verdict is proved]
-    return spoken(guard, held, lambda question: answer(question, SEARCHED) is not proved)
+    return find_speaking(held, lambda question: answer(question, SEARCHED) is not proved, first)
 
 
-SPOKE = {}  # guard -> places of its cases, those that saw a fault before first: like faults are seen by like cases
-
-
-def spoken(guard, cases, speaks):
-    """Whether a guard speaks of some case; all are asked before it says no."""
-    order = SPOKE.setdefault(guard, list(range(len(cases))))
-    for rank, place in enumerate(order):
-        if speaks(cases[place]):
-            order.insert(0, order.pop(rank))
-            return True
-    return False
+def find_speaking(cases, speaks, first):
+    """The number of a case that speaks, or None once all were asked."""
+    order = sorted(range(len(cases)), key=lambda number: number != first)
+    return next((number for number in order if speaks(cases[number])), None)

@@ -1,6 +1,7 @@
 """Every planted fault in a reading of stated systems is caught by its guard; without a fault no guard speaks."""
 
 import ast
+import json
 from pathlib import Path
 
 import pytest
@@ -16,7 +17,7 @@ from tests.support.system_guards import (
     OPINED,
     POINTS,
     asked,
-    caught,
+    find_case,
     forgeries,
     opinions,
 )
@@ -25,6 +26,7 @@ from verify.result import SETTLED, Verdict
 from verify.solver import unrolled
 
 pytestmark = pytest.mark.solver
+SEEN = Path(__file__).parent / "seen.json"  # fault -> the number of its guard's case that saw it
 CONSTRUCTING = ("__init__", "sum")
 NO_READING = ("Answers",)  # what somebody who answers must have
 ELSEWHERE = {  # caught by what calls them, or in what they are imported into
@@ -53,15 +55,26 @@ def known():
     assert {first for first, second in said if second is Verdict.VIOLATED} == {Verdict.VIOLATED, Verdict.UNKNOWN}
 
 
+@pytest.fixture(scope="module")
+def seen(request):
+    """Which case saw each fault, and is asked first: a fault is the sooner seen, and others are asked all the same."""
+    cases = json.loads(SEEN.read_text())
+    yield cases
+    if request.config.getoption("--update-golden"):
+        SEEN.write_text(json.dumps(cases, indent=1, sort_keys=True) + "\n")
+
+
 @pytest.mark.parametrize("fault", ALL, ids=lambda fault: f"{fault.place}: {fault.name}")
-def test_the_fault_is_caught(fault, monkeypatch):
+def test_the_fault_is_caught(fault, monkeypatch, seen):
+    named = f"{fault.place}: {fault.name}"
     fault.plant(monkeypatch)
-    assert caught(fault.guard), f"{fault.place}, {fault.name}: went unnoticed, though {fault.guard}"
+    seen[named] = find_case(fault.guard, seen.get(named))
+    assert seen[named] is not None, f"{named}: went unnoticed, though {fault.guard}"
 
 
 @pytest.mark.parametrize("guard", [BROKEN, HELD, FORGED, ANSWERED, POINTS, JUDGED, OPINED])
 def test_without_a_fault_no_guard_speaks(guard):
-    assert not caught(guard)
+    assert find_case(guard) is None
 
 
 def functions(module):
