@@ -2,8 +2,7 @@
 
     python -m tests.benchmarks.monitor [--json] [--states N] [--only WORD]
 
-Of committed proofs that have a monitor, and of proofs for ever of three committed worlds, which are made first. Left
-out: arch/airplane, arch/double_pendulum_*, arch/quad, and the proofs of single decisions outside of verdicts/.
+Of all committed proofs that have a monitor, and of proofs for ever of three committed worlds, which are made first.
 
 Cost: a step of the monitor beside the decision of all agents from the same state, in C, in turn, over states of
 episodes; the decision makes its observations from the state, too. Both are built into one loop over all states
@@ -43,13 +42,19 @@ from tests.support.stated_play import Played
 
 GENERATED = Path(__file__).parents[2] / "generated"
 GAMES = (
-    "physical_deception/certificate-1-distinct_targets",
-    "physical_deception/certificate-2-own_target",
-    "cooperative_navigation/certificate-1-distinct_targets",
-    "predator_prey/certificate-1-formula",
-    "predator_prey/certificate-2-formula",
+    "verdicts/physical_deception/certificate-1-distinct_targets",
+    "verdicts/physical_deception/certificate-2-own_target",
+    "verdicts/cooperative_navigation/certificate-1-distinct_targets",
+    "verdicts/predator_prey/certificate-1-formula",
+    "verdicts/predator_prey/certificate-2-formula",
+    "physical_deception/certificate-1-distinct_targets",  # what the demo writes
+    "proved_defenders/certificate-1-distinct_targets",
+    "proved_navigation/certificate-1-distinct_targets",
 )
-EPISODES = ("physical_deception/certificate-7-reaches", "physical_deception/certificate-8-reaches")
+EPISODES = (
+    "verdicts/physical_deception/certificate-7-reaches",
+    "verdicts/physical_deception/certificate-8-reaches",
+)
 FLOWN = "flight/certificate-1-reaches"  # with numbers that are off, in a closed loop
 OFF = 0.007  # by how much its monitor lets numbers be off: 3.5 standard deviations of the noise
 SYSTEMS = (
@@ -68,6 +73,10 @@ SYSTEMS = (
     "worlds/pendulum_v1/certificate-1-stays_in",
     "worlds/pendulum_v1/certificate-2-decides",
     "arch/acc/certificate-1-stays_in",
+    "arch/airplane/certificate-1-stays_in",
+    "arch/double_pendulum_less/certificate-1-stays_in",
+    "arch/double_pendulum_more/certificate-1-stays_in",
+    "arch/quad/certificate-1-reaches_and_stays",
     "arch/docking/certificate-1-stays_in",
     "arch/pendulum/certificate-1-reaches_and_stays",
 )
@@ -126,7 +135,7 @@ def episodes(profile: Any, count: int, seed: int) -> Any:
 
 def game(name: str, states: int) -> dict[str, Any]:
     """The figures of a claim about decisions of a game."""
-    certificate = GENERATED / "verdicts" / f"{name}.json"
+    certificate = GENERATED / f"{name}.json"
     profile = load(certificate.parent / "profile.json")
     proved, formula = load_proof(certificate, profile), formula_of(certificate)
     names = profile.world.coordinates()
@@ -317,7 +326,7 @@ def measured(states: int, only: str = "") -> Iterator[tuple[str, dict[str, Any]]
             yield name, game(name, states)
     for name in EPISODES:
         if only in name:
-            yield name, arriving(GENERATED / "verdicts" / f"{name}.json", states)
+            yield name, arriving(GENERATED / f"{name}.json", states)
     if only in FLOWN:
         profile = GENERATED / "verdicts" / "physical_deception" / "profile.json"
         yield FLOWN, flying(GENERATED / f"{FLOWN}.json", profile, states, OFF, NOISE * SIDE)

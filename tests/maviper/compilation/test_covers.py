@@ -233,9 +233,9 @@ def searched(found, state):
     """What a reader of the search says, for the first list, and how many numbers it compared."""
     (grid, *_), (axes, *_), (columns, *_) = found.grids, found.axes, found.columns
     cell, compared = grid.begin, 0
-    for low, scale, most, stride, axis in zip(*grid[:4], axes, strict=True):
-        place = (state[axis] - float(low.decimal)) * float(scale.decimal)
-        cell += stride * int(min(max(place, 0.0), float(most.decimal)))
+    for low, high, scale, stride, axis in zip(*grid[:4], axes, strict=True):
+        place = min(max(state[axis], float(low.decimal)), float(high.decimal))
+        cell += stride * int((place - float(low.decimal)) * float(scale.decimal))
         compared += 2
     end = found.order.index(-1, found.rests[cell])
     for at in (found.firsts[cell], *found.order[found.rests[cell] : end]):
