@@ -18,6 +18,7 @@ from codegen import ir
 from codegen.agreement import compiled
 from codegen.agreement.compiled import find_compiler
 from tests import seconds
+from tests.support.kept import keep_profile
 
 settings.register_profile("repeatable", derandomize=True, deadline=None, max_examples=40)
 settings.register_profile("random", deadline=None, max_examples=500, print_blob=True)  # --hypothesis-profile=random
@@ -276,11 +277,12 @@ def profile(world, expert) -> ir.PolicyProfile:
 
 
 def extracted_quickly(world, expert) -> ir.PolicyProfile:
-    """Few iterations, depth 3."""
+    """Few iterations, depth 3; kept on disk, since it takes a third of the time of the smoke tests."""
     from maviper.extraction.algorithms import extract
     from maviper.extraction.settings import Settings
 
-    return extract(world, expert, Settings(max_depth=3, iterations=4, rollouts=30, selection_episodes=30))
+    settings = Settings(max_depth=3, iterations=4, rollouts=30, selection_episodes=30)
+    return keep_profile(f"{world.name} {expert.hash}", lambda: extract(world, expert, settings))
 
 
 @pytest.fixture

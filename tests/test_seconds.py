@@ -5,7 +5,9 @@ from types import SimpleNamespace
 
 import pytest
 
+from codegen import policy_json
 from tests import conftest, seconds
+from tests.support import kept
 
 pytestmark = pytest.mark.smoke
 
@@ -112,3 +114,20 @@ def test_tests_of_some_folders_must_not_be_skipped(tmp_path, capsys):
     assert seconds.main([file, "--all-of", "tests/page"]) == 1
     out = capsys.readouterr().out
     assert "NOT TO BE SKIPPED: tests/page/a.py::x: no chromium" in out and "TO BE SKIPPED: tests/pages.py" not in out
+
+
+def test_a_profile_is_made_once_for_the_sources_that_make_it(tmp_path, monkeypatch, profile):
+    monkeypatch.setattr(kept, "PLACE", tmp_path / "profiles")
+    made = []
+
+    def make():
+        made.append(profile)
+        return profile
+
+    first = kept.keep_profile("an expert", make)
+    assert kept.keep_profile("an expert", make) is not first and len(made) == 1
+    assert policy_json.dumps(first) == policy_json.dumps(profile)
+    kept.keep_profile("another", make)
+    monkeypatch.setattr(kept, "hash_sources", lambda: "0" * 64)
+    kept.keep_profile("an expert", make)
+    assert len(made) == 3 and len(list((tmp_path / "profiles").iterdir())) == 1
