@@ -69,7 +69,7 @@ EXTRACTED = ("pendulum", "nav", "acc", "docking", "tora_reach")
 QUICK = ("pendulum", "nav", "tora_reach")  # to check
 WEAK = {  # verdicts about shuffled trees other than VIOLATED
     "nav": ["VIOLATED", "PROVED"],
-    "acc": ["PROVED"],
+    "acc": ["UNKNOWN"],
     "tora_reach": ["PROVED"],
     "attitude": ["UNKNOWN"],
     "cart_pole": ["UNKNOWN"],

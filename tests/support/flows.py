@@ -5,6 +5,9 @@ from scipy.integrate import solve_ivp
 
 from codegen.ir import act
 from tests.support.system_cases import policy, team
+from verify.checker.flows.series import FlowReading
+from verify.checker.flows.spans import Spans
+from verify.checker.flows.tapes import Program
 from verify.systems.files import statement_of
 from verify.systems.language.expressions import Call, Name, Number, Pi, Power, Product, Quotient, Sum
 from verify.systems.properties import claims_of
@@ -119,6 +122,17 @@ def rate(expression, known):
         case Call(function, argument, None):
             return getattr(known["library"], function)(rate(argument, known))
     raise AssertionError(expression)
+
+
+def coefficients(flow, start, order):
+    """Bounds of the coefficients 0 to `order` of each variable, for solutions from a point [variables]."""
+    names = list(flow.rates)
+    tape, series = FlowReading(flow, names).series(order, sloped=False)
+    places = [None if each is None else each.value for of in series for each in of]
+    given = {name: Spans(np.array([value]), np.array([value])) for name, value in zip(names, start, strict=True)}
+    found = Program(tape, places).run(given, 1)
+    ends = zip(found.low[:, 0].tolist(), found.high[:, 0].tolist(), strict=True)
+    return [[next(ends) for _ in range(order + 1)] for _ in names]
 
 
 def actions(system, profile, states):

@@ -13,6 +13,7 @@ import numpy as np
 
 from verify.checker.covers.parts import StartBox
 from verify.checker.covers.rounding import ceiling, floor
+from verify.checker.flows.programs import Stepping, StepPrograms
 from verify.checker.flows.series import FlowReading
 from verify.checker.flows.spans import Spans, finite, hull
 from verify.checker.flows.sweep import FlowSweep, Plan, SeenStep
@@ -27,7 +28,8 @@ def find_undefined(system: System, sweep: FlowSweep, parts: Sequence[StartBox], 
     """The variables whose derivatives may not be defined over a part, or over what was followed of it last."""
     assert system.flow is not None
     names = [one.name for one in system.variables]
-    readings = [FlowReading(each, names) for each in system.flow.each]
+    once = Stepping(1, system.flow.period)
+    rates = [StepPrograms(FlowReading(each, names), once, ()).rates for each in system.flow.each]
     ends: dict[str, list[float]] = {}
     for values in system.flow.held.values():
         for name, value in values.items():
@@ -50,10 +52,9 @@ def find_undefined(system: System, sweep: FlowSweep, parts: Sequence[StartBox], 
         by = BEYOND * (span.high - span.low)
         wide = Spans(span.low - by, span.high + by)
         held = {name: Spans(*(np.full(len(by), end) for end in (min(of), max(of)))) for name, of in ends.items()}
+        given = held | {name: wide.at((slice(None), column)) for column, name in enumerate(names)}
         with np.errstate(all="ignore"):
-            series = [one for reading in readings for one in reading.series(wide, held, 1, sloped=False)]
-            for name, coefficients in zip(names * len(readings), series, strict=True):
-                rate = coefficients[1]
-                if rate is not None and not finite(rate.value).all():
-                    undefined_names[name] = None
+            defined = [finite(each.run(given, len(by))) for each in rates]
+        for row in defined:
+            undefined_names |= {name: None for place, name in enumerate(names) if not row[place].all()}
     return list(undefined_names)

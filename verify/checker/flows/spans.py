@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from codegen.ir import Bool, Float64, Int64
-from verify.checker.covers.rounding import Factor, ceiling, floor, sum_down, sum_up
+from verify.checker.covers.rounding import Factor, ceiling, floor, lower, sum_down, sum_up
 
 Index = int | slice | Bool | Int64 | tuple[int | slice | None, ...]
 RELATIVE = 1.0 + 2.0**-44  # more than rounding takes from a sum of at most 500 products that are not negative
@@ -29,6 +29,11 @@ class Spans(NamedTuple):
 
     low: Float64
     high: Float64
+
+    @property
+    def ends(self) -> Float64:
+        """The same as one array, [2, ...]: bounds from below of the numbers, and of their negatives."""
+        return np.stack([self.low, -self.high])
 
     def at(self, index: Index) -> Spans:
         """Some of them."""
@@ -65,9 +70,19 @@ def _ends(number: Fraction) -> tuple[float, float]:
     return floor(number), ceiling(number)
 
 
+def of_ends(ends: Float64) -> Spans:
+    """Intervals by their ends."""
+    return Spans(ends[0], -ends[1])
+
+
 def plus(one: Spans, other: Spans) -> Spans:
     """Sums."""
-    return Spans(sum_down(one.low, other.low), sum_up(one.high, other.high))
+    return of_ends(add_ends(one.ends, other.ends))
+
+
+def add_ends(one: Float64, other: Float64) -> Float64:
+    """Sums, by ends."""
+    return sum_down(one, other)
 
 
 def minus(one: Spans, other: Spans) -> Spans:
@@ -77,11 +92,16 @@ def minus(one: Spans, other: Spans) -> Spans:
 
 def times(one: Spans, other: Spans) -> Spans:
     """Products."""
-    ends = one.low * other.low, one.low * other.high, one.high * other.low, one.high * other.high
-    low = np.minimum(np.minimum(ends[0], ends[1]), np.minimum(ends[2], ends[3]))
-    high = np.maximum(np.maximum(ends[0], ends[1]), np.maximum(ends[2], ends[3]))
-    nothing = _is_zero(one) | _is_zero(other)
-    return Spans(np.where(nothing, 0.0, np.nextafter(low, -np.inf)), np.where(nothing, 0.0, np.nextafter(high, np.inf)))
+    return of_ends(multiply_ends(one.ends, other.ends))
+
+
+def multiply_ends(one: Float64, other: Float64) -> Float64:
+    """Products, by ends: those of like ends bound the products as they are, those of unlike ends their negatives."""
+    alike, unlike = one * other, one * other[::-1]
+    low = np.minimum(np.minimum(alike[0], alike[1]), -np.maximum(unlike[0], unlike[1]))
+    negative = np.minimum(-np.maximum(alike[0], alike[1]), np.minimum(unlike[0], unlike[1]))
+    nothing = (one == 0.0).all(axis=0) | (other == 0.0).all(axis=0)
+    return np.where(nothing, 0.0, lower(np.stack([low, negative])))
 
 
 def _is_zero(span: Spans) -> Bool:
@@ -90,8 +110,8 @@ def _is_zero(span: Spans) -> Bool:
 
 def scale_spans(span: Spans, factor: Factor) -> Spans:
     """Multiples by one exact number other than 0."""
-    ends = (span.low, span.high) if factor.positive else (span.high, span.low)
-    return Spans(factor.times_down(ends[0]), factor.times_up(ends[1]))
+    ends = span.ends if factor.positive else -span.ends[::-1]
+    return of_ends(factor.times_down(ends))
 
 
 def square(span: Spans) -> Spans:

@@ -22,15 +22,16 @@ W) lies in it.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
+from math import isqrt
 from typing import NamedTuple
 
 import numpy as np
 
 from codegen.ir import Bool, Float64
 from verify.checker.covers.rounding import Factor
-from verify.checker.flows.series import Coefficient, FlowReading, Known
+from verify.checker.flows.programs import Stepping, StepPrograms, error_name
+from verify.checker.flows.series import FlowReading
 from verify.checker.flows.spans import (
     LEAST,
     Spans,
@@ -42,10 +43,9 @@ from verify.checker.flows.spans import (
     plus,
     round_up,
     scale_spans,
-    times,
-    total,
     within,
 )
+from verify.checker.flows.tapes import Program
 
 ROUNDS = 12  # in which a box is made wider until it holds the image of itself
 WIDER = 0.1  # of its width, by which it is made wider
@@ -98,34 +98,23 @@ class Moved(NamedTuple):
     empty: Bool
 
 
-@dataclass(frozen=True)
-class Stepping:
-    """How to step: the order K of the series, and the seconds h of a step."""
-
-    order: int
-    seconds: Fraction
-
-
 class FlowStep:
     """Steps of one flow. `errors`: of the derivative of each variable."""
 
     def __init__(self, reading: FlowReading, errors: Sequence[tuple[Fraction, Fraction]], how: Stepping) -> None:
-        self._reading, self._how, self._errors = reading, how, errors
-        self._off = any(each != EXACT for each in errors)
-        self._powers = [Factor(how.seconds**k) for k in range(how.order + 1)]
+        self._names, self._errors = reading.names, errors
+        self._power = Factor(how.seconds)
+        off = [name for name, each in zip(reading.names, errors, strict=False) if each != EXACT]
+        self._programs = StepPrograms(reading, how, off)
 
     def move_sets(self, box: Spans, frames: tuple[Frame, ...], held: Mapping[str, Spans]) -> Moved:
         """The sets a step later; `held`: the inputs of each, [n]."""
         stay, shown = self._stay(box, held)
         left_out = self._bound_remainder(stay, held)
-        centres = [frame.centre for frame in frames]
-        around = box
-        for centre in centres:
-            around = hull(around, Spans(centre, centre))
-        slopes = self._slopes(around, held)
+        slopes = self._slopes(_around(box, frames), held)
         moved_frames: list[Frame] = []
         after = common(stay, plus(box, self._moves(stay, held)))  # by the mean of each derivative on the way
-        for frame, polynomial in zip(frames, self._polynomials(centres, held), strict=True):
+        for frame, polynomial in zip(frames, self._of_centres(self._programs.polynomial, frames, held), strict=True):
             moved = _move_frame(frame, box, plus(polynomial, left_out), slopes)
             moved_frames.append(moved)
             after = common(after, moved.box)
@@ -134,15 +123,10 @@ class FlowStep:
 
     def jump_sets(self, box: Spans, frames: tuple[Frame, ...], held: Mapping[str, Spans]) -> Moved:
         """The sets after a jump to the values that the reading gives, by their mean value form too."""
-        image = _columns([each[1] for each in self._reading.series(box, held, 1, sloped=False)], len(box.low))
-        around = box
-        for frame in frames:
-            around = hull(around, Spans(frame.centre, frame.centre))
-        slopes = _sum_slopes(self._reading.series(around, held, 1, sloped=True), len(box.low), (1,), self._powers)
+        image = self._run(self._programs.rates, box, held)
+        slopes = _as_matrices(self._run(self._programs.rate_slopes, _around(box, frames), held))
         after, carried = image, list[Frame]()
-        for frame in frames:
-            start = Spans(frame.centre, frame.centre)
-            landed = _columns([each[1] for each in self._reading.series(start, held, 1, sloped=False)], len(box.low))
+        for frame, landed in zip(frames, self._of_centres(self._programs.rates, frames, held), strict=True):
             carried.append(_move_frame(frame, box, landed, slopes))
             after = common(after, carried[-1].box)
         shown = np.asarray(finite(after).all(axis=1)) & np.asarray(finite(image).all(axis=1))
@@ -177,8 +161,8 @@ class FlowStep:
 
     def _moves(self, stay: Spans, held: Mapping[str, Spans]) -> Spans:
         """h (f(B) + W)."""
-        rates = _columns([each[1] for each in self._reading.series(stay, held, 1, sloped=False)], len(stay.low))
-        return scale_spans(plus(rates, self._errors_of(len(stay.low))), self._powers[1])
+        rates = self._run(self._programs.rates, stay, held)
+        return scale_spans(plus(rates, self._errors_of(len(stay.low))), self._power)
 
     def _errors_of(self, count: int) -> Spans:
         ends = [(exact(low, count).low, exact(high, count).high) for low, high in self._errors]
@@ -186,45 +170,42 @@ class FlowStep:
 
     # --- the series
 
-    def _polynomials(self, points: Sequence[Float64], held: Mapping[str, Spans]) -> list[Spans]:
-        """T_h of points, [n, d] of each list."""
-        count, times_held = len(points[0]), {name: _tile_span(span, len(points)) for name, span in held.items()}
-        start = np.concatenate(points)
-        series = self._reading.series(Spans(start, start), times_held, self._how.order - 1, sloped=False)
-        landed = _columns([self._sum_terms(each) for each in series], len(start))
-        return [landed.at(slice(place, place + count)) for place in range(0, len(start), count)]
-
-    def _sum_terms(self, coefficients: Sequence[Known]) -> Known:
-        value: Spans | None = None
-        for k in reversed(range(self._how.order)):
-            each = coefficients[k]
-            if each is not None:
-                term = each.value if not k else scale_spans(each.value, self._powers[k])
-                value = term if value is None else plus(value, term)
-        return None if value is None else Coefficient(value, None)
+    def _of_centres(self, program: Program, frames: Sequence[Frame], held: Mapping[str, Spans]) -> list[Spans]:
+        """What a program computes of the centres, [n, d] of each frame."""
+        if not frames:
+            return []
+        tiled = {name: Spans(*(np.tile(end, len(frames)) for end in span)) for name, span in held.items()}
+        centres, count = np.concatenate([frame.centre for frame in frames]), len(frames[0].centre)
+        landed = self._run(program, Spans(centres, centres), tiled)
+        return [landed.at(slice(place, place + count)) for place in range(0, len(centres), count)]
 
     def _slopes(self, start: Spans, held: Mapping[str, Spans]) -> Spans:
         """DT_h over boxes, [n, d, d]."""
-        series = self._reading.series(start, held, self._how.order - 1, sloped=True)
-        return _sum_slopes(series, len(start.low), range(self._how.order), self._powers)
+        return _as_matrices(self._run(self._programs.slopes, start, held))
 
     def _bound_remainder(self, stay: Spans, held: Mapping[str, Spans]) -> Spans:
         """What the polynomial leaves out, and what errors of the derivative add."""
-        order, count = self._how.order, len(stay.low)
-        series = self._reading.series(stay, held, order, sloped=self._off)
-        last = scale_spans(_columns([each[order] for each in series], count), self._powers[order])
-        if not self._off:
-            return last
-        errors = self._errors_of(count)
-        for k in range(order):
-            factor = Factor(self._how.seconds ** (k + 1) / (k + 1))
-            columns: list[Spans] = []
-            for coefficients in series:
-                each = coefficients[k]
-                none = Spans(np.zeros(count), np.zeros(count))
-                columns.append(none if each is None or each.slope is None else total(times(each.slope, errors)))
-            last = plus(last, scale_spans(_stack_columns(columns), factor))
-        return last
+        errors = self._errors_of(len(stay.low))
+        named = {error_name(name): errors.at((slice(None), column)) for column, name in enumerate(self._names)}
+        return self._run(self._programs.remainder, stay, {**held, **named})
+
+    def _run(self, program: Program, start: Spans, held: Mapping[str, Spans]) -> Spans:
+        """What a program computes of boxes [n, d], by rows: [n, results]."""
+        given = {name: start.at((slice(None), column)) for column, name in enumerate(self._names)}
+        results = program.run({**given, **held}, len(start.low))
+        return Spans(np.ascontiguousarray(results.low.T), np.ascontiguousarray(results.high.T))
+
+
+def _around(box: Spans, frames: Sequence[Frame]) -> Spans:
+    """Boxes around boxes and the centres of frames."""
+    for frame in frames:
+        box = hull(box, Spans(frame.centre, frame.centre))
+    return box
+
+
+def _as_matrices(rows: Spans) -> Spans:
+    size = isqrt(rows.low.shape[1])
+    return Spans(rows.low.reshape(-1, size, size), rows.high.reshape(-1, size, size))
 
 
 def _move_frame(frame: Frame, box: Spans, landed: Spans, slopes: Spans) -> Frame:
@@ -273,24 +254,6 @@ def _multiply_matrices(one: Float64, other: Float64) -> tuple[Float64, Float64]:
     return np.matmul(one, other), lost + LEAST
 
 
-def _sum_slopes(found: Sequence[Sequence[Known]], count: int, orders: Sequence[int], powers: Sequence[Factor]) -> Spans:
-    """The sums of the derivatives of some coefficients, times powers of the time, [n, d, d]."""
-    size = len(found)
-    rows: list[Spans] = []
-    for coefficients in found:
-        row = Spans(np.zeros((count, size)), np.zeros((count, size)))
-        for k in reversed(orders):
-            each = coefficients[k]
-            if each is not None and each.slope is not None:
-                row = plus(row, each.slope if not k else scale_spans(each.slope, powers[k]))
-        rows.append(row)
-    return Spans(np.stack([row.low for row in rows], axis=1), np.stack([row.high for row in rows], axis=1))
-
-
-def _tile_span(span: Spans, times_over: int) -> Spans:
-    return Spans(np.tile(span.low, times_over), np.tile(span.high, times_over))
-
-
 def _apply_matrix(matrix: Float64, vector: Float64) -> Float64:
     return np.asarray(np.matmul(matrix, vector[:, :, None])[:, :, 0])
 
@@ -298,12 +261,3 @@ def _apply_matrix(matrix: Float64, vector: Float64) -> Float64:
 def _wider(box: Spans, share: float) -> Spans:
     by = share * (box.high - box.low) + 2.0**-40 * box.largest + 2.0**-200
     return Spans(box.low - by, box.high + by)
-
-
-def _columns(coefficients: Sequence[Known], count: int) -> Spans:
-    nothing = Spans(np.zeros(count), np.zeros(count))
-    return _stack_columns([nothing if each is None else each.value for each in coefficients])
-
-
-def _stack_columns(columns: Sequence[Spans]) -> Spans:
-    return Spans(np.stack([each.low for each in columns], axis=1), np.stack([each.high for each in columns], axis=1))

@@ -23,11 +23,12 @@ from verify.checker.covers.parts import Parts, StartBox
 from verify.checker.covers.rounding import ceiling, ensure_arithmetic, floor
 from verify.checker.covers.trees import digits, split_by_trees
 from verify.checker.flows.cases import FlowCases
+from verify.checker.flows.programs import Stepping
 from verify.checker.flows.sampling import PACE, LateTrees, pace_flow, pace_of
 from verify.checker.flows.series import FlowReading
 from verify.checker.flows.sets import SetList, beside, build_sets
 from verify.checker.flows.spans import Spans
-from verify.checker.flows.steps import EXACT, FlowStep, Stepping, build_frames
+from verify.checker.flows.steps import EXACT, FlowStep, build_frames
 from verify.checker.reading import RejectedError
 from verify.systems.claims import SystemClaim
 from verify.systems.language.expressions import Name

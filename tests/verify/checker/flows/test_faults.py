@@ -2,19 +2,20 @@
 
 from dataclasses import replace
 from fractions import Fraction as F
+from math import factorial
 
 import numpy as np
 import pytest
 
-from tests.support.flows import CASES, NEAR, case, outside, starts_of, trajectories, watched
+from tests.support.flows import CASES, NEAR, case, coefficients, outside, starts_of, trajectories, watched
 from tests.support.system_cases import box
-from verify.checker.flows import functions, series, sets, spans, steps, sweep
+from verify.checker.flows import functions, series, sets, spans, steps, sweep, tapes
 from verify.checker.flows.spans import Spans
 from verify.checker.flows.steps import FlowStep
 from verify.checker.flows.sweep import FlowSweep, Plan
 from verify.checker.reading import RejectedError
 from verify.systems.claims import Pattern
-from verify.systems.language.expressions import Name, Power
+from verify.systems.language.expressions import Name, Number, Power, Product
 from verify.systems.system import Flow
 
 
@@ -110,12 +111,16 @@ def first_side(trees, boxes):
     return found.take(first)
 
 
-def squares_of_starts(read, own, number, k, memo):
-    return SQUARE(read, own, number, k, memo) if k == 0 else None
+def squares_of_starts(write, read, own, number, k):
+    return SQUARE(write, read, own, number, k) if k == 0 else None
+
+
+def first_factor(factors):
+    return SCALED([factors[0]] * len(factors))
 
 
 SLOPES, RENAMED, DECIDED = FlowStep._slopes, sets._rescale_frame, sweep.split_by_trees
-SQUARE = series._square
+SQUARE, SCALED = series._square, tapes._scaling
 FAULTS = {
     "what the series leaves out": (
         FlowStep,
@@ -131,6 +136,8 @@ FAULTS = {
     "frames cut too far": (sets, "_rescale_frame", first_half, lambda: escapes("pendulum")),
     "one side of a split": (sweep, "split_by_trees", first_side, lambda: escapes("pendulum")),
     "coefficients of squares": (series, "_square", squares_of_starts, lambda: not _squares()),
+    "multiples by another's factor": (tapes, "_scaling", first_factor, lambda: not _grows()),
+    "sin for cos": (tapes, "_choose", lambda which, of: of[0], lambda: escapes("mixed")),
     "sin without its extremes": (
         functions,
         "_meets",
@@ -149,9 +156,20 @@ OF_JOINT = FlowSweep._of_joint
 
 def _squares():
     """x' = x**2 from 1 is 1 / (1 - t), whose coefficients are all 1."""
-    flow, one = Flow(F(1), {"x": Power(Name("x"), 2)}, {}), np.ones((1, 1))
-    ((*found,),) = series.FlowReading(flow, ["x"]).series(Spans(one, one), {}, 4, sloped=False)
-    return all(each is not None and each.value.low[0] <= 1 <= each.value.high[0] for each in found)
+    flow = Flow(F(1), {"x": Power(Name("x"), 2)}, {})
+    return all(low <= 1 <= high for low, high in coefficients(flow, [1.0], 4)[0])
+
+
+def _grows():
+    """x' = 2 x and y' = 3 y: the coefficients of exp."""
+    rates = {name: Product(Number(F(factor)), Name(name)) for name, factor in (("x", 2), ("y", 3))}
+    found = coefficients(Flow(F(1), rates, {}), [1.0, 1.0], 3)
+    exact = [[F(factor**k, factorial(k)) for k in range(4)] for factor in (2, 3)]
+    return all(
+        low <= sure <= high
+        for of, at in zip(found, exact, strict=True)
+        for (low, high), sure in zip(of, at, strict=True)
+    )
 
 
 def _turned():

@@ -1,0 +1,103 @@
+"""What a step of a flow asks of its series, as programs: derivatives, the polynomial, its slopes, the remainder.
+
+Does: writes what steps.py says, from the coefficients of series.py. Each program is made when it is first asked for.
+Assumes: a flow that was read.
+Does not: know boxes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from fractions import Fraction
+from functools import cached_property
+from typing import NamedTuple
+
+from verify.checker.flows.series import FlowReading, Known
+from verify.checker.flows.tapes import Program, Tape
+
+
+class Stepping(NamedTuple):
+    """How to step: the order K of the series, and the seconds h of a step."""
+
+    order: int
+    seconds: Fraction
+
+
+def error_name(name: str) -> str:
+    """By which name a program is given the error of a derivative. No text can write it."""
+    return f"error of {name}"
+
+
+class StepPrograms:
+    """The programs of one flow and step; `off`: variables whose derivatives have errors."""
+
+    def __init__(self, reading: FlowReading, how: Stepping, off: Sequence[str]) -> None:
+        self._reading, self._order, self._seconds, self._off = reading, how.order, how.seconds, off
+
+    @cached_property
+    def rates(self) -> Program:
+        """f, [d]."""
+        tape, series = self._reading.series(1, sloped=False)
+        return Program(tape, [_value_of(each[1]) for each in series])
+
+    @cached_property
+    def rate_slopes(self) -> Program:
+        """Df, [d d], by rows."""
+        tape, series = self._reading.series(1, sloped=True)
+        columns = range(len(series))
+        return Program(tape, [_slope_of(each[1], column) for each in series for column in columns])
+
+    @cached_property
+    def polynomial(self) -> Program:
+        """T_h, [d]."""
+        tape, series = self._reading.series(self._order - 1, sloped=False)
+        return Program(tape, [self._sum_powers(tape, [_value_of(one) for one in each]) for each in series])
+
+    @cached_property
+    def slopes(self) -> Program:
+        """DT_h, [d d], by rows."""
+        tape, series = self._reading.series(self._order - 1, sloped=True)
+        of = [[_slope_of(one, column) for one in each] for each in series for column in range(len(series))]
+        return Program(tape, [self._sum_powers(tape, terms) for terms in of])
+
+    @cached_property
+    def remainder(self) -> Program:
+        """h**K x_K + sum of k < K of h**(k+1) / (k+1) Dx_k W, [d], where W are the errors by their names."""
+        tape, series = self._reading.series(self._order, sloped=bool(self._off))
+        errors = {self._reading.names.index(name): tape.write("given", name=error_name(name)) for name in self._off}
+        return Program(tape, [self._bound_last(tape, each, errors) for each in series])
+
+    def _bound_last(self, tape: Tape, coefficients: Sequence[Known], errors: dict[int, int]) -> int | None:
+        last = _scale_place(tape, _value_of(coefficients[self._order]), self._seconds**self._order)
+        for k in range(self._order):
+            moved = {column: _slope_of(coefficients[k], column) for column in errors}
+            parts = [tape.times(slope, errors[column]) for column, slope in moved.items() if slope is not None]
+            factor = self._seconds ** (k + 1) / (k + 1)
+            last = _add_places(tape, [last, _scale_place(tape, _add_places(tape, parts), factor)])
+        return last
+
+    def _sum_powers(self, tape: Tape, places: Sequence[int | None]) -> int | None:
+        """The sum of h**k c_k, the last ones first."""
+        terms = [_scale_place(tape, place, self._seconds**k) for k, place in enumerate(places)]
+        return _add_places(tape, reversed(terms))
+
+
+def _value_of(coefficient: Known) -> int | None:
+    return None if coefficient is None else coefficient.value
+
+
+def _slope_of(coefficient: Known, column: int) -> int | None:
+    return None if coefficient is None else coefficient.slopes.get(column)
+
+
+def _scale_place(tape: Tape, place: int | None, factor: Fraction) -> int | None:
+    return None if place is None else tape.scale(place, factor)
+
+
+def _add_places(tape: Tape, places: Iterable[int | None]) -> int | None:
+    """A sum from left to right."""
+    total: int | None = None
+    for place in places:
+        if place is not None:
+            total = place if total is None else tape.plus(total, place)
+    return total
