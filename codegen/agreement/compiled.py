@@ -115,11 +115,11 @@ class CompiledC:
         """The compiled decisions, [batch] int32, or numbers given, [batch, n_outputs]. `rows`: [batch, n_features] in
         the agent's numbers.
         """
-        return self._run(agent, rows)[0]
+        return self.act_and_check(agent, rows)[0]
 
     def checks(self, agent: str, rows: Floats) -> Int32:
         """The compiled input checks, [batch] int32: 1 for finite, 2 for within the ranges, their sum for both."""
-        return self._run(agent, rows)[1]
+        return self.act_and_check(agent, rows)[1]
 
     def batch(self, agent: str, rows: Floats) -> tuple[Any, Any]:
         """The decisions of the batch functions, over rows and over columns, [batch] or [batch, n_outputs] each."""
@@ -187,7 +187,8 @@ class CompiledC:
             return np.full((count, len(summed.outputs)), np.nan, dtype=summed.gives)
         return np.full(count, -1, dtype=np.int32)
 
-    def _run(self, agent: str, rows: Floats) -> tuple[Any, Int32]:
+    def act_and_check(self, agent: str, rows: Floats) -> tuple[Any, Int32]:
+        """What `act` and `checks` give, from one call."""
         rows = self._pack_rows(agent, rows)
         actions = self._answers(agent, len(rows))
         checks = np.full(len(rows), -1, dtype=np.int32)

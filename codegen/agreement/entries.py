@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from codegen import ir
-from codegen.agreement import probes
+from codegen.agreement import probes, sum_probes
 from codegen.check import identifier
 from codegen.floats import at_most
 from codegen.ir import Bool, Float64, Floats, Int32
@@ -81,6 +81,23 @@ class Asked:
             rows = [probes.special(features, rng, numbers), probes.ends(features, rng, numbers)]
             by_agent[policy.agent] = np.concatenate(rows)
         return by_agent
+
+    @cached_property
+    def near(self) -> dict[str, Float64]:
+        """By agent, double observations that must act as the agent's numbers say. [n, n_features]"""
+        by_agent: dict[str, Float64] = {}
+        for policy in self.profile.agents:
+            rng = np.random.default_rng(SEED)
+            summed = policy.tree.arithmetic
+            by_agent[policy.agent] = (
+                sum_probes.doubles(policy, rng) if summed else probes.doubles(policy.tree, policy.features, rng)
+            )
+        return by_agent
+
+    @cached_property
+    def typed(self) -> dict[str, list[Any]]:
+        """By agent, some of `near` in numbers of other types, an array for each type; none where there is none."""
+        return {agent: probes.cast_rows(near) if len(near) else [] for agent, near in self.near.items()}
 
 
 def constants_of(profile: ir.PolicyProfile) -> list[float | str]:

@@ -43,8 +43,14 @@ AROUND = 64  # states at each border of a region
 
 
 def _uniform(rng: np.random.Generator, low: Any, high: Any, shape: tuple[int, ...]) -> Float64:
-    """Uniform draws, also where the bounds are 0 and -0, which numpy takes for bounds the wrong way round."""
-    return rng.uniform(low + 0.0, high + 0.0, shape)
+    """Uniform draws, number for number those of `rng.uniform`, which takes thrice as long where bounds are arrays, and
+    takes 0 and -0 for bounds the wrong way round.
+    """
+    least, most = (np.asarray(end, np.float64) + 0.0 for end in (low, high))
+    rows = rng.random(shape)
+    rows *= most - least
+    rows += least
+    return rows
 
 
 def neighbours(threshold: float, numbers: str) -> Floats:
@@ -81,11 +87,12 @@ def boundary(tree: Tree | GrownTree, features: tuple[ir.FeatureSpec, ...], rng: 
     for node, low, high in paths(tree, len(features)):
         start = np.maximum(neighbour(low, np.inf, numbers), np.minimum(floor, high))
         stop = np.maximum(np.minimum(high, np.maximum(ceiling, start)), start)
-        for value in neighbours(float(tree.threshold[node]), numbers):
-            drawn = _uniform(rng, start.clip(-HUGE, HUGE), stop.clip(-HUGE, HUGE), (FILLINGS, len(features)))
-            filled = drawn.astype(numbers).clip(start, stop)
-            filled[:, int(tree.feature[node])] = value
-            rows.append(filled)
+        values = neighbours(float(tree.threshold[node]), numbers)
+        shape = (len(values), FILLINGS, len(features))
+        drawn = _uniform(rng, start.clip(-HUGE, HUGE), stop.clip(-HUGE, HUGE), shape)
+        filled = drawn.astype(numbers).clip(start, stop)
+        filled[:, :, int(tree.feature[node])] = values[:, None]
+        rows.append(filled.reshape(-1, len(features)))
     return np.concatenate(rows)
 
 

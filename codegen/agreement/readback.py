@@ -50,13 +50,20 @@ def json_act(text: str, agent: str, rows: Any) -> list[Any]:
     index: dict[str, int] = {feature["name"]: place for place, feature in enumerate(policy["features"])}
     number: dict[str, int] = {action["name"]: place for place, action in enumerate(policy["actions"])}
     nodes = cast(list[dict[str, Any]], policy["tree"])
+    tests: list[tuple[int, float, int, int] | int] = [
+        (index[node["feature"]], node["threshold"], node["left"], node["right"])
+        if "feature" in node
+        else number[node["action"]]
+        for node in nodes
+    ]
     decisions: list[int] = []
-    for row in iterate_rows(rows):
-        place = 0
-        while "feature" in nodes[place]:
-            node = nodes[place]
-            place = int(node["left"] if row[index[node["feature"]]] <= node["threshold"] else node["right"])
-        decisions.append(number[nodes[place]["action"]])
+    numbers = np.ascontiguousarray(rows).reshape(-1).data  # gives doubles, and only those that are asked for
+    for row in range(len(rows)):
+        node, first = tests[0], row * len(index)
+        while isinstance(node, tuple):
+            feature, threshold, left, right = node
+            node = tests[left if numbers[first + feature] <= threshold else right]
+        decisions.append(node)
     return decisions
 
 

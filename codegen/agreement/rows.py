@@ -16,7 +16,7 @@ import numpy as np
 from codegen.ir import Floats
 
 BLOCK = 512  # observations that are lists of Python's numbers at the same time
-PART = 1 << 23  # numbers of an array in memory at the same time
+PART = 1 << 22  # numbers of an array in memory at the same time; twice as many would be fresh memory each time
 
 
 def iterate_rows(rows: Any) -> Iterator[list[float]]:

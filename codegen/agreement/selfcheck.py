@@ -80,14 +80,6 @@ def _parts(policy: ir.AgentPolicy, random: int) -> Iterator[Floats]:
         yield probes.boundary(policy.grown, policy.features, rng)
 
 
-def _near(policy: ir.AgentPolicy) -> Any:
-    """Double observations that must act as the agent's numbers say. [n, n_features]"""
-    rng = np.random.default_rng(SEED)
-    if policy.tree.arithmetic:
-        return sum_probes.doubles(policy, rng)
-    return probes.doubles(policy.tree, policy.features, rng)
-
-
 def compare(target: str, policy: ir.AgentPolicy, rows: Any, wanted: Any, found: Any) -> Agreement:
     """Counts the differences between wanted and found answers, actions or numbers, for the observations `rows`."""
     found = np.asarray(found)
@@ -139,6 +131,7 @@ def _check_targets(build: Build, asked: Kept, wanted: Mapping[str, Any]) -> Repo
     profile, model, files = build.profile, build.model, build.files
     agreements: list[Agreement] = []
     skipped: list[str] = []
+    entry = Asked(profile)
     header, module = (build.text(ending) for ending in ("h", "py"))
     if header is not None and build.compiler is None:
         skipped.append("C: no compiler found (cc, gcc, clang or $CC)")
@@ -149,28 +142,28 @@ def _check_targets(build: Build, asked: Kept, wanted: Mapping[str, Any]) -> Repo
         else:
             skipped.append(f"the structural proof of the C: more than {MAX_PARSED} nodes")
     if build.compilable:
-        agreements += _check_c(build, asked, wanted, skipped)
+        agreements += _check_c(build, asked, wanted, entry, skipped)
     if module is not None:
-        agreements += _check_python(profile, module, model, asked, wanted)
+        agreements += _check_python(module, model, asked, wanted, entry)
     agreements += _read(profile, files, model, asked, wanted, skipped)
-    agreements += _check_reader(build)
+    agreements += _check_reader(build, entry)
     for suffix, check in (("mjs", _check_javascript), ("rs", _check_rust)):
         text = build.text(suffix)
         if text is not None:
             try:
-                agreements += check(build, text, asked, wanted)
+                agreements += check(build, text, asked, wanted, entry)
             except MissingToolError as error:
                 skipped.append(f"{suffix}: {error.what}")
     return Report(tuple(agreements), tuple(skipped), " ".join(build.compiler or []))
 
 
-def _check_c(build: Build, asked: Kept, wanted: Mapping[str, Any], skipped: list[str]) -> list[Agreement]:
+def _check_c(build: Build, asked: Kept, wanted: Mapping[str, Any], entry: Asked, skipped: list[str]) -> list[Agreement]:
     profile, model, compiled = build.profile, build.model, build.library
     agreements: list[Agreement] = []
     for policy in profile.agents:
         agreements += _in_parts(policy, asked, wanted, partial(_c_replayed, compiled, model.style))
     together = _check_c_all(build, asked, min(map(len, wanted.values()))) if model.acting else []
-    return agreements + together + _check_c_entries(build, skipped)
+    return agreements + together + _check_c_entries(build, entry, skipped)
 
 
 def _c_replayed(
@@ -178,10 +171,11 @@ def _c_replayed(
 ) -> Iterator[Agreement]:
     # by its contract, the style that compares bits is not asked about NaN
     held = ~np.isnan(rows).any(axis=1) if style == ORDERED else slice(None)
-    yield compare("c", policy, rows[held], expected[held], compiled.act(policy.agent, rows[held]))
+    actions, checks = compiled.act_and_check(policy.agent, rows)
+    yield compare("c", policy, rows[held], expected[held], actions[held])
     for name, actions in zip(("c rows", "c columns"), compiled.batch(policy.agent, rows), strict=True):
         yield compare(name, policy, rows, expected, actions)
-    wrong = int((compiled.checks(policy.agent, rows) != entries.checks(policy, rows)).sum())
+    wrong = int((checks != entries.checks(policy, rows)).sum())
     yield Agreement(INPUT_CHECK, policy.agent, len(rows), wrong, "a check is wrong" if wrong else "")
 
 
@@ -214,11 +208,11 @@ def merge_agreements(one: Agreement, other: Agreement) -> Agreement:
     return Agreement(one.target, one.agent, asked, wrong, one.first or other.first)
 
 
-def _check_c_entries(build: Build, skipped: list[str]) -> list[Agreement]:
+def _check_c_entries(build: Build, asked: Asked, skipped: list[str]) -> list[Agreement]:
     """What the C says of world states, of the region, and its constants."""
     profile, model, compiled = build.profile, build.model, build.library
-    # by its contract, the style that compares bits takes finite coordinates only
-    asked = Asked(profile, finite=model.style == ORDERED)
+    if model.style == ORDERED:  # by its contract, it takes finite coordinates only
+        asked = Asked(profile, finite=True)
     force = {entity.name: entity.force for entity in profile.world.agents}
     constants = [profile.world.dt, profile.world.damping, *(force[policy.agent] for policy in profile.agents)]
     agents = [policy.agent for policy in profile.agents]
@@ -273,7 +267,7 @@ def _read_back(
     return reduce(merge_agreements, agreements)
 
 
-def _check_reader(build: Build) -> list[Agreement]:
+def _check_reader(build: Build, entry: Asked) -> list[Agreement]:
     """Whether the reference reader refuses what is no observation, and makes doubles of numbers of every type."""
     profile, document = build.profile, build.text("json")
     reader = build.files.get(f"{build.model.prefix}_reader.py")
@@ -285,9 +279,8 @@ def _check_reader(build: Build) -> list[Agreement]:
         wrong = [each for each in misuse.single(len(policy.features), asks=True) if not isinstance(each, bytes)]
         let = misuse.find_accepted(act, wrong)
         agreements.append(Agreement("json reader input check", policy.agent, len(wrong), len(let), *let[:1]))
-        near = _near(policy)
-        if len(near):
-            rows = [row for part in probes.cast_rows(near) for row in part]
+        rows = [row for part in entry.typed[policy.agent] for row in part]
+        if rows:
             expected = reference(policy, [[float(value) for value in row] for row in rows])
             agreements.append(compare("json reader other types", policy, rows, expected, [act(row) for row in rows]))
     return agreements
@@ -304,21 +297,18 @@ def _prove_structure(profile: ir.PolicyProfile, header: str, model: Model) -> li
     ]
 
 
-def _check_python(
-    profile: ir.PolicyProfile, module: str, model: Model, asked: Kept, wanted: Mapping[str, Any]
-) -> list[Agreement]:
-    namespace, entry = readback.load_python(module), Asked(profile)
+def _check_python(module: str, model: Model, asked: Kept, wanted: Mapping[str, Any], entry: Asked) -> list[Agreement]:
+    namespace, profile = readback.load_python(module), entry.profile
     agreements = entries.compare_entries("python", entry, readback.python_told(namespace, entry))
     for policy, agent in zip(profile.agents, model.agents, strict=True):
         act, batch = namespace["ACT"][agent.name], namespace["ACT_BATCH"][agent.name]
         agreements += _in_parts(policy, asked, wanted, partial(_python_replayed, act, batch))
-        near = _near(policy)
+        near, typed = entry.near[policy.agent], entry.typed[policy.agent]
         if len(near):
             expected = reference(policy, near)
             agreements.append(
                 compare("python doubles", policy, near, expected, [act(row) for row in iterate_rows(near)])
             )
-            typed = probes.cast_rows(near)
             rows = [row for part in typed for row in part]
             expected = reference(policy, [[float(value) for value in row] for row in rows])
             agreements.append(compare("python other types", policy, rows, expected, [act(list(row)) for row in rows]))
@@ -340,12 +330,10 @@ def _python_replayed(
 
 
 def _check_javascript(
-    build: Build, module: str, asked: Mapping[str, Floats], wanted: Mapping[str, Any]
+    build: Build, module: str, asked: Mapping[str, Floats], wanted: Mapping[str, Any], entry: Asked
 ) -> list[Agreement]:
-    profile, model = build.profile, build.model
-    near = {policy.agent: _near(policy) for policy in profile.agents}
+    profile, model, near = build.profile, build.model, entry.near
     rows = {name: np.concatenate([seen.astype(np.float64), near[name]]) for name, seen in asked.items()}
-    entry = Asked(profile)
     ran, told = readback.javascript_act(module, model, rows, entry)
     agreements = entries.compare_entries("javascript", entry, told)
     for policy in profile.agents:
@@ -358,9 +346,10 @@ def _check_javascript(
     return agreements
 
 
-def _check_rust(build: Build, module: str, asked: Mapping[str, Floats], wanted: Mapping[str, Any]) -> list[Agreement]:
+def _check_rust(
+    build: Build, module: str, asked: Mapping[str, Floats], wanted: Mapping[str, Any], entry: Asked
+) -> list[Agreement]:
     profile, model = build.profile, build.model
-    entry = Asked(profile)
     ran, told = readback.rust_act(module, model, asked, entry, build.optimised)
     agreements = entries.compare_entries("rust", entry, told)
     for name, acted in ran.items():

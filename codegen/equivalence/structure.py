@@ -39,6 +39,10 @@ UNFUSED = re.compile(
 )
 CONSTANT = re.compile(r"#define (\w+_(DT|DAMPING|FORCE)) -?[0-9.e+-]+")  # a number that the code does not use
 TYPES = "typedef int int32_t; typedef unsigned int uint32_t;\n"
+# a table of plain numbers; such are most of a large header, and are read apart in a tenth of the parser's time
+NUMBER = r"-?(?:0x[0-9a-f]+(?:\.[0-9a-f]+)?p[-+]?[0-9]+f?|[0-9]+)"
+TABLE = re.compile(rf"(?<=\] = \{{){NUMBER}(?:, {NUMBER}){{15,}}(?=\}};)")
+STANDS_IN = "table_apart_"  # the name that stands in a table's place while the rest is parsed
 # what stands around the tables; {next} is the step to the child
 STEP = {
     True: "i = ((2 * i) + 1) + ((x[feature[i]] <= threshold[i]) ? (0) : (1));",
@@ -83,7 +87,31 @@ def faults(header: str, profile: ir.PolicyProfile, model: Model) -> dict[str, li
 @lru_cache(maxsize=2)
 def syntax(header: str) -> Any:
     """The header's syntax tree, to be read only: proofs about one header parse it once. ParseError if it is not C."""
-    return CParser().parse(TYPES + plain(header))
+    text = plain(header)
+    apart: dict[str, str] = {}
+
+    def set_apart(table: re.Match[str]) -> str:
+        apart[f"{STANDS_IN}{len(apart)}"] = table[0]
+        return f"{STANDS_IN}{len(apart) - 1}"
+
+    parsed = CParser().parse(TYPES + (text if STANDS_IN in text else TABLE.sub(set_apart, text)))
+    for item in (item for declared in parsed.ext for item in _statements(declared) if is_table(item)):
+        first = item.init.exprs[0]
+        if isinstance(first, c_ast.ID) and first.name in apart:
+            item.init.exprs = [_constant(each) for each in apart.pop(first.name).split(", ")]
+    return CParser().parse(TYPES + text) if apart else parsed  # where tables stand elsewhere, by the parser alone
+
+
+def _statements(declared: Any) -> list[Any]:
+    """The outermost statements of a function; what is no function itself."""
+    return (declared.body.block_items or []) if isinstance(declared, c_ast.FuncDef) else [declared]
+
+
+def _constant(text: str) -> Any:
+    """A number as the parser gives it: a constant, under a minus if it has one."""
+    kind = "int" if "p" not in text else "float" if text.endswith("f") else "double"
+    constant = c_ast.Constant(kind, text.removeprefix("-"))
+    return c_ast.UnaryOp("-", constant) if text.startswith("-") else constant
 
 
 def resolve_function(functions: Mapping[str, Any], name: str) -> Any:

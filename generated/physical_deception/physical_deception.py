@@ -220,7 +220,7 @@ def _numbers(what: str, n: int, x: Any) -> Any:
 
 def _observed(what: str, n: int, x: Any) -> List[float]:
     """An observation as float32 numbers; errors as above."""
-    return _singles([_double(value) for value in _numbers(what, n, x)])
+    return _singles([v if type(v) is float else _double(v) for v in _numbers(what, n, x)])
 
 
 def _singles(values: Sequence[float]) -> List[float]:

@@ -30,26 +30,6 @@ from verify.claims.region import Region
 from verify.exact import exact, plain
 from verify.semantics import MACHINE
 
-MONITOR = "monitor"  # the target
-
-
-def split_targets(
-    targets: Sequence[str], certificate: Path | None, noise: Number | None = None, *, sums: bool = False
-) -> tuple[bool, tuple[str, ...]]:
-    """Whether a monitor is asked for, and the other targets: C where there is none that a monitor can be written for.
-
-    InputError for a monitor without a certificate, and for a certificate or noise without one. Trees with `sums` have
-    monitors without a certificate too, of their inputs and outputs.
-    """
-    asked = MONITOR in targets
-    if noise is not None and not asked:
-        raise InputError("noise is only for the target monitor", "--noise", "leave it out, or add --target monitor")
-    if asked != (certificate is not None) and not (sums and asked):
-        what = "a monitor is made from a certificate" if asked else "a certificate is only for the target monitor"
-        raise InputError(what, "--certificate", "give --target monitor and --certificate FILE together")
-    others = tuple(target for target in targets if target != MONITOR)
-    return asked, others if not asked or set(others) & set(monitor.LANGUAGES) else (*others, "c")
-
 
 @dataclass(frozen=True)
 class Proved:

@@ -5,26 +5,33 @@ Assumes: a profile; options that a user gave.
 Does not: emit or compare anything itself, print or write files.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from typing import Unpack
+from pathlib import Path
+from typing import TYPE_CHECKING, Unpack
 
 from codegen import ir
 from codegen.agreement import vectors
 from codegen.equivalence.contracts import contracts_of
 from codegen.errors import InputError
 from codegen.sum_rules import ensure_plain
-from maviper.compilation import frama_c, monitors
+from codegen.targets import monitor
+from maviper.compilation import frama_c
 from maviper.compilation.compile import Compiled, compile_profile
-from maviper.compilation.passes import run_passes
 from maviper.options import CompileOptions, make_request
+from verify.claims.language.parameters import Number
+
+if TYPE_CHECKING:
+    from maviper.compilation.monitors import Proved
+
+MONITOR = "monitor"  # the target
 
 
 def compile_and_prove(profile: ir.PolicyProfile, targets: Iterable[str], **options: Unpack[CompileOptions]) -> Compiled:
     """Code for a profile. DisagreementError when any decision differs; InputError for options that cannot be used."""
     asked, targets = make_request(CompileOptions, options), tuple(targets)
     sums = any(policy.tree.arithmetic for policy in profile.agents)
-    watched, targets = monitors.split_targets(targets, asked.certificate, asked.noise, sums=sums)
+    watched, targets = split_targets(targets, asked.certificate, asked.noise, sums=sums)
     for option, given in (
         ("--prove", asked.prove),
         ("--contracts", asked.contracts),
@@ -43,14 +50,16 @@ def compile_and_prove(profile: ir.PolicyProfile, targets: Iterable[str], **optio
         _ensure_contracts(targets, asked.frama_c)
     notes: tuple[str, ...] = ()
     if asked.passes or asked.region is not None:
+        from maviper.compilation.passes import run_passes  # here, since most are compiled as they are
+
         better = run_passes(profile, asked.passes, None if asked.region is None else str(asked.region))
         profile, notes = better.profile, better.notes
-    proved_region = monitors.load_proof(asked.certificate, profile) if asked.certificate else None
-    if proved_region:
-        proved_region = monitors.noisy(proved_region, asked.noise)
+    proved_region = _load_proof(asked.certificate, asked.noise, profile)
     code = compile_profile(profile, targets, asked.prefix, asked.style)
     more = vectors.files(code.build, targets) if asked.test_vectors else {}
     if watched:
+        from maviper.compilation import monitors  # here, so that compiling alone loads no checker
+
         more = {**more, **monitors.files_of(code.build, proved_region, targets)}
     proved = proven = None
     if asked.prove:
@@ -65,6 +74,33 @@ def compile_and_prove(profile: ir.PolicyProfile, targets: Iterable[str], **optio
             proven = frama_c.prove_contracts(code.build, contracts)
             more = {**more, **frama_c.record_of(proven, contracts, code.build)}
     return replace(code, notes=notes, proofs=proved, proven=proven, beside=more)
+
+
+def split_targets(
+    targets: Sequence[str], certificate: Path | None, noise: Number | None = None, *, sums: bool = False
+) -> tuple[bool, tuple[str, ...]]:
+    """Whether a monitor is asked for, and the other targets: C where there is none that a monitor can be written for.
+
+    InputError for a monitor without a certificate, and for a certificate or noise without one. Trees with `sums` have
+    monitors without a certificate too, of their inputs and outputs.
+    """
+    asked = MONITOR in targets
+    if noise is not None and not asked:
+        raise InputError("noise is only for the target monitor", "--noise", "leave it out, or add --target monitor")
+    if asked != (certificate is not None) and not (sums and asked):
+        what = "a monitor is made from a certificate" if asked else "a certificate is only for the target monitor"
+        raise InputError(what, "--certificate", "give --target monitor and --certificate FILE together")
+    others = tuple(target for target in targets if target != MONITOR)
+    return asked, others if not asked or set(others) & set(monitor.LANGUAGES) else (*others, "c")
+
+
+def _load_proof(certificate: Path | None, noise: Number | None, profile: ir.PolicyProfile) -> "Proved | None":
+    """What a monitor watches, with room for noise; None without a certificate."""
+    if certificate is None:
+        return None
+    from maviper.compilation import monitors
+
+    return monitors.noisy(monitors.load_proof(certificate, profile), noise)
 
 
 def _ensure_contracts(targets: tuple[str, ...], proved: bool) -> None:

@@ -159,8 +159,13 @@ print(os.waitstatus_to_exitcode(status), used.ru_utime + used.ru_stime, used.ru_
 
 def spent(words: list[str]) -> Ended:
     """A command of maviper's, and how it ended."""
+    return spent_by([sys.executable, "-m", "maviper", *words])
+
+
+def spent_by(words: list[str]) -> Ended:
+    """Any command, and how it ended."""
     compiled = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
-    command = [sys.executable, "-S", "-c", SPENDING, str(LIMIT), sys.executable, "-m", "maviper", *words]
+    command = [sys.executable, "-S", "-c", SPENDING, str(LIMIT), *words]
     ended = subprocess.run(command, capture_output=True, text=True, check=True, env=compiled)
     code, seconds, kilobytes = ended.stdout.split()
     return Ended(ANSWERS.get(int(code), ""), float(seconds), int(kilobytes) / 1024)

@@ -34,7 +34,7 @@ class Policy:
 
     def act(self, x):
         """The number of the action for an observation."""
-        given = [kind.__name__ for kind in {type(value) for value in x} if not issubclass(kind, numbers.Real)] or len(x)
+        given = [kind.__name__ for kind in set(map(type, x)) if not issubclass(kind, numbers.Real)] or len(x)
         if given != len(self.features):
             raise ValueError("%s observes %d numbers, given %s" % (self.agent, len(self.features), given))
         node = self.nodes[0]

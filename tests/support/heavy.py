@@ -5,6 +5,7 @@ HEAVY = {"highspy", "joblib", "matplotlib", "mpe2", "pettingzoo", "scipy", "skle
 # 150 ms to import. tests/test_house.py holds that none of these is loaded.
 ASIDE = {
     "maviper.compilation.covers",
+    "maviper.compilation.monitors",
     "maviper.verification.files.systems",
     "maviper.worlds.outside.vmas",
     "maviper.worlds.outside.pettingzoo",

@@ -4,6 +4,7 @@ import re
 
 import pytest
 from hypothesis import given, settings
+from pycparser import CParser, c_ast, c_generator
 
 from codegen.equivalence import structure
 from codegen.lowering.lower import lower
@@ -66,3 +67,40 @@ def test_planted_faults_are_found_without_running_anything(fault, profile):
 def test_other_forms_are_not_waved_through(style, change, said, profile):
     changed, found = proved(profile, style, change)
     assert changed and any(said in each for each in found), found[:3]
+
+
+def parsed(text):
+    """The text as pycparser alone has it, and as it is read with its tables apart: names, kinds and numbers."""
+    alone = CParser().parse(structure.TYPES + structure.plain(text))
+    return [[c_generator.CGenerator().visit(tree), *constants(tree)] for tree in (alone, structure.syntax(text))]
+
+
+def constants(node):
+    own = [(node.type, node.value)] if isinstance(node, c_ast.Constant) else []
+    return [*own, *(each for _, child in node.children() for each in constants(child))]
+
+
+@pytest.mark.parametrize("style", ["nested", "ordered", "walk"])
+def test_tables_that_are_read_apart_are_those_of_the_parser(style, profile):
+    (header,) = emit(profile, ["c"], style=style).values()
+    alone, apart = parsed(header)
+    assert alone == apart
+
+
+@pytest.mark.parametrize(
+    "entry", ["2", "-1", "0x1.8p-3f", "-0x1p+2", "07", "2u", "0x10", "{2, 3}", "A", "1 ,2", "1 + 1"]
+)
+@pytest.mark.parametrize(
+    "place", ["{} void f(void) {{ }}", "void f(void) {{ {} }}", "void f(void) {{ while (1) {{ {} }} }}"]
+)
+def test_so_are_tables_of_any_form_and_place(entry, place):
+    tables = [f"int x[20] = {{{', '.join([each] * 20)}}};" for each in ("1", entry)]
+    alone, apart = parsed(f"enum {{A}}; {place.format(' '.join(tables).replace('x[', 'y[', 1))}")
+    assert alone == apart
+
+
+def test_a_name_that_stands_in_for_tables_stands_for_itself_where_a_header_has_it():
+    ones = ", ".join("1" * 20)
+    name = f"{structure.STANDS_IN}0"
+    alone, apart = parsed(f"enum {{{name}}}; int x[3] = {{{name}}}; int y[20] = {{{ones}}};")
+    assert alone == apart

@@ -10,7 +10,8 @@ from codegen.lowering.lower import lower
 from codegen.lowering.watching import watch_start
 from codegen.targets import emit, monitor
 from maviper import load
-from maviper.compilation.monitors import Proved, load_proof, lower_monitor, noisy, split_targets
+from maviper.compilation.monitors import Proved, load_proof, lower_monitor, noisy
+from maviper.compilation.run import split_targets
 from maviper.episodes.on_policy import on_policy
 from maviper.worlds.matching import matching_world
 from tests.benchmarks import monitor as benchmark

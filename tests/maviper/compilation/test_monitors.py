@@ -17,8 +17,8 @@ from codegen.lowering.watching import watch
 from codegen.region import RegionSpec
 from codegen.targets import emit, monitor
 from maviper import load, manual
-from maviper.compilation.monitors import load_proof, split_targets
-from maviper.compilation.run import compile_and_prove
+from maviper.compilation.monitors import load_proof
+from maviper.compilation.run import compile_and_prove, split_targets
 from tests.benchmarks import monitor as benchmark
 from tests.support import monitors
 from tests.support.generated import FOLDER

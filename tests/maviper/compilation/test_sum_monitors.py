@@ -8,8 +8,7 @@ from codegen.lowering.lower import lower
 from codegen.lowering.watching import watch_inputs
 from codegen.sums import DOUBLE_SUMS, FLOAT64_SUMS
 from codegen.targets import emit, monitor
-from maviper.compilation.monitors import split_targets
-from maviper.compilation.run import compile_and_prove
+from maviper.compilation.run import compile_and_prove, split_targets
 from tests.support import monitors
 from tests.support.generated import FOLDER
 from tests.support.monitors import INVALID, OK
