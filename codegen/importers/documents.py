@@ -18,6 +18,7 @@ from codegen.errors import InputError, escape_text
 from codegen.floats import FLOAT32, FLOAT64, NUMBERS
 from codegen.importers.nodes import Leaf, Split, json_of, origin_of
 from codegen.importers.origin import AGENT, DOUBLES, NOTHING, Origin, Said
+from codegen.importers.summed import MAX_VALUES
 from codegen.importers.symbolic.affine import Affine, Sums, Terms
 from codegen.importers.symbolic.program import Described
 from codegen.ir import CONSTANT
@@ -26,7 +27,6 @@ from codegen.wording import format_count
 DTCONTROL, TREELITE = "dtControl", "treelite"
 AGAIN = "write the file again"
 CLASSES = ("identity_multiclass", "softmax", "max_index")  # none changes which score is the largest
-MAX_VALUES = 64  # of a regressor that are actions
 NEAR = 1e-5  # scores this close to the border may be rounded across it
 
 
@@ -130,7 +130,8 @@ def from_treelite(content: bytes, where: str) -> dict[str, Origin]:
         if len(trees) != 1:
             raise InputError(f"the model has {len(trees)} trees, one is needed", where, "export one tree")
         nodes = {int(node["node_id"]): node for node in trees[0]["nodes"]}
-        giving = _gives(document, list(nodes.values()))
+        values = {str(node["leaf_value"]) for node in nodes.values() if "leaf_value" in node}
+        giving = document["task_type"] == "kRegressor" and len(values) > MAX_VALUES  # which are too many for actions
 
         def read(place: int) -> Split | Leaf:
             return _treelite(document, nodes[place], where, giving=giving)
@@ -145,21 +146,13 @@ def from_treelite(content: bytes, where: str) -> dict[str, Origin]:
         raise InputError(f"not treelite's JSON: {escape_text(error)[:100]}", where, AGAIN) from None
 
 
-def _gives(document: Mapping[str, Any], nodes: Sequence[Mapping[str, Any]]) -> bool:
-    """Whether the leaves of a regressor have more values than actions should have, and so give numbers."""
-    values = {str(node["leaf_value"]) for node in nodes if "leaf_value" in node}
-    return document["task_type"] == "kRegressor" and len(values) > MAX_VALUES
-
-
 def _treelite(document: Mapping[str, Any], node: Mapping[str, Any], where: str, *, giving: bool) -> Split | Leaf:
-    if "leaf_value" in node and giving:
-        return Leaf(0, ((float(_decision(document, node["leaf_value"], where)), CONSTANT),))
     if "leaf_value" in node:
-        return Leaf(_decision(document, node["leaf_value"], where))
+        decision = _decision(document, node["leaf_value"], where)
+        return Leaf(0, ((float(decision), CONSTANT),)) if giving else Leaf(decision)
     if node["node_type"] != "numerical_test_node":
-        raise InputError(
-            f"a node is not understood: {escape_text(node['node_type'])}", where, "export a numerical tree"
-        )
+        what = f"a node is not understood: {escape_text(node['node_type'])}"
+        raise InputError(what, where, "export a numerical tree")
     then, otherwise = int(node["left_child"]), int(node["right_child"])
     number, sign = float(node["threshold"]), str(node["comparison_op"])
     return Split(int(node["split_feature_id"]), sign, number, then, otherwise, nan=bool(node["default_left"]))

@@ -30,7 +30,7 @@ class Kind(NamedTuple):
     read: Callable[[bytes, str, Said], dict[str, Origin]]  # content and name -> tree by name
 
 
-def _onnx(content: bytes, where: str) -> dict[str, Origin]:
+def _onnx(content: bytes, where: str, said: Said) -> dict[str, Origin]:
     return {AGENT: onnx.origin_of(content)}
 
 
@@ -41,7 +41,7 @@ def _alone(read: Callable[[bytes, str], dict[str, Origin]]) -> Callable[[bytes, 
 
 KINDS = (
     Kind(python.KIND, (".py",), None, python.from_python),
-    Kind(onnx.KIND, (".onnx",), None, _alone(_onnx)),
+    Kind(onnx.KIND, (".onnx",), None, _onnx),
     Kind(header.KIND, (".h",), re.compile(rb"^#define \w+_PROFILE \"", re.MULTILINE), _alone(header.from_header)),
     Kind(c.KIND, (".c", ".h"), None, c.from_c),
     Kind(boosted.XGBOOST, (".json",), re.compile(rb'"gradient_booster"\s*:'), _alone(boosted.from_xgboost)),

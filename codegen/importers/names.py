@@ -106,10 +106,8 @@ def actions_of(labels: Sequence[Any], called: Mapping[Any, str], given: Renaming
     whole = [each for each in numbers if each is not None]
     numbered = len(whole) == len(values) == len(set(whole))
     if numbered and (max(whole) < MAX_NUMBERED or max(whole) < len(whole)):
-        actions, place = (
-            _number_actions(dict(zip(whole, zip(values, known, strict=True), strict=True)), given),
-            tuple(whole),
-        )
+        labels_by_number = dict(zip(whole, zip(values, known, strict=True), strict=True))
+        actions, place = _number_actions(labels_by_number, given), tuple(whole)
     else:
         actions, place = _order_actions(values, known, given)
     _ensure_distinct(actions)
@@ -194,9 +192,8 @@ def _order(own: Sequence[str], given: Sequence[str], kind: str) -> list[int]:
     keys, wanted = [identifier(each) for each in own], [identifier(legal(each, "x")) for each in given]
     if sorted(keys) != sorted(wanted) or len(set(keys)) < len(keys):
         what = f"the source names its {kind} itself: {', '.join(map(escape_text, own[:20]))}"
-        raise InputError(
-            what, f"given: {', '.join(map(escape_text, given[:20]))}", f"list the same names in your order, or {RENAME}"
-        )
+        where = f"given: {', '.join(map(escape_text, given[:20]))}"
+        raise InputError(what, where, f"list the same names in your order, or {RENAME}")
     return [keys.index(each) for each in wanted]
 
 

@@ -10,7 +10,7 @@ does so too. Else, or where float32 is asked for, the doubles are kept in the gr
 rounds them down to float32, which changes no decision for a float32 observation.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import repeat
 from typing import Any, NamedTuple
@@ -129,12 +129,7 @@ def _name_origin(
         return said if origin.vectors else np.where(said < 0, said, place[said])
 
     takes = origin.takes
-
-    def within(rows: Floats) -> Bool:
-        assert takes is not None
-        return takes(rows[:, columns])
-
-    inside = None if takes is None else within
+    inside: Callable[[Floats], Bool] | None = None if takes is None else lambda rows: takes(rows[:, columns])
     sums = tuple(place_sum(each.terms, columns) for each in origin.sums)
     vectors = tuple(tuple(place_sum(each.terms, columns) for each in vector) for vector in origin.vectors)
     return _Named(replace(origin, grown=grown, act=act, takes=inside, sums=sums, vectors=vectors), placed, chosen)

@@ -48,9 +48,8 @@ def _ensure_finite(name: str, step: Any) -> None:
     for attribute, value in cast("dict[str, Any]", vars(step)).items():
         array = np.asarray(value) if attribute.endswith("_") and isinstance(value, np.ndarray | float) else None
         if attribute in USED and array is not None and array.dtype.kind == "f" and not np.isfinite(array).all():
-            what = (
-                f"the step {escape_text(name)!r} before the tree has learned numbers that are not finite: {attribute}"
-            )
+            step_name = f"the step {escape_text(name)!r} before the tree"
+            what = f"{step_name} has learned numbers that are not finite: {attribute}"
             raise InputError(what, type(step).__name__, "fit it on data without missing or infinite values")
 
 

@@ -87,7 +87,8 @@ class Arithmetic:
             return sign == "!="
         # a double, since NumPy would make a float of Python's number
         test = Test(feature, sign, number if isinstance(number, int) else np.float64(number))
-        once, numbers = contract_feature(feature) if self.contracts else None, self.summing.numbers_of(feature)
+        numbers = self.summing.sums.numbers_of(feature, self.numbers)
+        once = contract_feature(feature) if self.contracts else None
         if once and turns_of(test, numbers) != turns_of(Test(once, sign, test.number), numbers):
             raise self.make_error(f"{ROUNDINGS}, and a decision depends on it", CONTRACTED)
         return self.paths.holds(test)
@@ -267,9 +268,8 @@ class Arithmetic:
     def build_given(self, values: Sequence[Value]) -> Given | None:
         """What is returned where it depends on features, as a form for each number; None: these are labels."""
         given = self.summing.build_given([self.resolve_number(each) for each in values])
-        self.used |= (
-            {place for each in given.vector for _, place in each.terms if place != CONSTANT} if given else set()
-        )
+        terms = [term for each in given.vector for term in each.terms] if given else []
+        self.used |= {place for _, place in terms if place != CONSTANT}
         return given
 
     def _square_feature(self, sign: str, one: Symbol, other: Symbol, kind: Kind) -> Symbol:

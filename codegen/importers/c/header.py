@@ -48,18 +48,16 @@ def from_header(content: bytes, where: str) -> dict[str, Origin]:
         enums = [node.type for node in parsed.ext if isinstance(getattr(node, "type", None), c_ast.Enum)]
         names = [[each.name for each in enum.values.enumerators] for enum in enums]
         functions = {node.decl.name: node for node in parsed.ext if isinstance(node, c_ast.FuncDef)}
-        tables = {
-            node.name: node.init for node in parsed.ext if isinstance(getattr(node, "init", None), c_ast.InitList)
-        }
+        lists = [node for node in parsed.ext if isinstance(getattr(node, "init", None), c_ast.InitList)]
+        tables = {node.name: node.init for node in lists}
         origins: dict[str, Origin] = {}
         for name in functions:
             agent = re.fullmatch(rf"{prefix[1].lower()}_(\w+)_act", name)
             if agent and f"{prefix[1]}_{agent[1].upper()}_N_ACTIONS" in numbers:
                 function = structure.resolve_function(functions, name)  # agents with the same tree share its code
                 origin = _agent(function.body, f"{prefix[1]}_{agent[1].upper()}", names, numbers, where)
-                origins[agent[1]] = _prove_origin(
-                    function, _add_labels(origin, tables.get(f"{name[:-4]}_label")), numbers
-                )
+                origin = _add_labels(origin, tables.get(f"{name[:-4]}_label"))
+                origins[agent[1]] = _prove_origin(function, origin, numbers)
     except (ParseError, RecursionError, *structure.NOT_PROVED) as error:
         raise InputError(f"not a header of ours: {escape_text(error)[:100]}", where, ADVICE) from None
     if not origins:

@@ -60,9 +60,8 @@ class Inputs:
         origin, kind = cell.origin, cell.type
         assert origin is not None
         if not isinstance(kind, Kind):
-            raise self.make_error(
-                f"the parameter {origin.parameter} is not a number", "give arrays and structs of numbers"
-            )
+            what = f"the parameter {origin.parameter} is not a number"
+            raise self.make_error(what, "give arrays and structs of numbers")
         if origin.parameter in self.written:
             raise self.make_error(f"{origin.parameter} is read and written: what it held decides", STATE_ADVICE)
         at = self.read.setdefault(origin, len(self.read))
@@ -120,11 +119,8 @@ class Inputs:
         full = ["_".join(map(str, (each.parameter, *each.way))) for each in order]
         numbered = [not each.way or isinstance(each.way[0], int) for each in order]
         chosen = [long if shared or at else short for short, long, at in zip(names, full, numbered, strict=True)]
-        return (
-            [place[self._strip_place(each)] if each in self.read else -1 for each in numbers],
-            tuple(chosen),
-            len(order),
-        )
+        places = [place[self._strip_place(each)] if each in self.read else -1 for each in numbers]
+        return places, tuple(chosen), len(order)
 
     def _scalars(self) -> list[str]:
         return [name for name, type_ in self.parameters.items() if isinstance(type_, Kind)]

@@ -84,9 +84,8 @@ class Objects(Declarations):
             raise self.make_error(f"the name {escape_text(node.name)} is not known", "define it in the file")
         if node.name in self.changing and self.scopes[0].get(node.name) is target:
             self.at(node)
-            raise self.make_error(
-                f"the variable {escape_text(node.name)} keeps what earlier decisions set", STATE_ADVICE
-            )
+            what = f"the variable {escape_text(node.name)} keeps what earlier decisions set"
+            raise self.make_error(what, STATE_ADVICE)
         return target
 
     def _target(self, base: Any, at: int, node: Any) -> Object:
@@ -108,9 +107,8 @@ class Objects(Declarations):
             if target.value is None and target.origin is not None and self.inputs is not None:
                 return self.inputs.value(target)
             if target.value is None:
-                raise self.make_error(
-                    "a variable is read that holds nothing on some path", "set it where it is declared"
-                )
+                what = "a variable is read that holds nothing on some path"
+                raise self.make_error(what, "set it where it is declared")
             return target.value
         return target
 

@@ -14,13 +14,12 @@ from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers.c.kinds import FLOAT, Kind
 from codegen.importers.c.values import Number, Symbol
 from codegen.importers.reading import SUMS
-from codegen.importers.symbolic.affine import Affine, Given, Sums
+from codegen.importers.symbolic.affine import IN_ORDER, Affine, Given, Sums
 from codegen.importers.symbolic.feature import Feature
 from codegen.ir import CONSTANT
 from codegen.sums import DOUBLE_SUMS
 
 TEST_ADVICE = "compare one feature, or a sum of features, with a number"
-IN_ORDER = "write w0 * x[0] + w1 * x[1] + ... + c, each feature once, without parentheses, and scale no sum"
 ROUNDINGS = "a product and a sum may be rounded once or twice, as the compiler likes"
 CONTRACTED = "compare the feature itself with a number, or say #pragma STDC FP_CONTRACT OFF"
 
@@ -61,18 +60,9 @@ class Summing:
             return {feature.place}
         return {place for _, place in self.sums.known[feature.place - SUMS].terms if place != CONSTANT}
 
-    def numbers_of(self, feature: Feature) -> str:
-        """What an input is, or a sum."""
-        return self._numbers if feature.place < SUMS else self.sums.numbers
-
     def _form(self, value: Number | Symbol) -> Affine:
-        form = (
-            self.sums.represent_output(value.feature)
-            if isinstance(value, Symbol)
-            else self.sums.represent_number(value.value)
-        )
-        if form is None:
-            raise self._make_error(self.sums.why, IN_ORDER)
+        given = value.feature if isinstance(value, Symbol) else value.value
+        form = self.sums.represent(given, self._make_error)
         self._ensure_weights(form)
         self._ensure_one_rounding(form)
         return form

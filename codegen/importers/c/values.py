@@ -117,8 +117,6 @@ def cells(target: Object) -> Iterator[Cell]:
     if isinstance(target, Cell):
         yield target
     else:
-        parts = (
-            target.members.values() if isinstance(target, Struct) else (target.items[at] for at in sorted(target.items))
-        )
-        for part in parts:
+        parts = target.members if isinstance(target, Struct) else dict(sorted(target.items.items()))
+        for part in parts.values():
             yield from cells(part)

@@ -8,7 +8,7 @@ A column remembers whether it rises or falls with its number, and how it is comp
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Final, NamedTuple, TypeAlias
+from typing import Any, Final, NamedTuple, TypeAlias, cast
 
 import numpy as np
 
@@ -193,19 +193,8 @@ def _imputer(call: Call) -> Columns:
     if not np.isnan(call.attributes.get("replaced_value_float", 0.0)) or "imputed_value_int64s" in call.attributes:
         raise call.make_error("a node replaces a number that may be observed, not only NaN")
     values = np.array(call.attributes.get("imputed_value_floats", ()), dtype=np.float32)
-    return tuple(
-        column.after(_make_fill(value))
-        for column, value in zip(columns, call.each(values, FLOAT, columns), strict=True)
-    )
-
-
-def _make_fill(value: Any) -> Step:
-    def fill_missing(numbers: Any) -> Any:
-        found = numbers.copy()
-        found[np.isnan(found)] = value
-        return found
-
-    return fill_missing
+    pairs = zip(columns, call.each(values, FLOAT, columns), strict=True)
+    return tuple(column.after(lambda x, v=value: cast("Any", np.where(np.isnan(x), v, x))) for column, value in pairs)
 
 
 # --- types and comparisons
@@ -215,11 +204,7 @@ def _cast(call: Call) -> Columns:
     to, columns = call.attributes["to"], call.columns()
     if to not in TYPES:
         raise call.make_error(f"a Cast makes {to} of the observation")
-    return tuple(each.after(_as(TYPES[to]), kind=to) for each in columns)
-
-
-def _as(kind: Any) -> Step:
-    return lambda x: x.astype(kind)
+    return tuple(each.after(lambda x: x.astype(TYPES[to]), kind=to) for each in columns)
 
 
 def _binarizer(call: Call) -> Columns:

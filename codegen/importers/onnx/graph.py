@@ -222,9 +222,8 @@ class _Flow:
         try:
             return np.asarray(self.onnx.numpy_helper.to_array(tensor))
         except (ValueError, TypeError) as error:
-            raise InputError(
-                f"a constant is not readable: {str(error)[:100]!r}", repr(name), "export it again"
-            ) from None
+            what = f"a constant is not readable: {str(error)[:100]!r}"
+            raise InputError(what, repr(name), "export it again") from None
 
     def label(self, graph: Any) -> str:
         """The name of an output that is the label. InputError for outputs that are something else."""

@@ -73,11 +73,9 @@ def origin_of(content: bytes, feature_names: Sequence[str] | None = None) -> Ori
         numbers=numbers,
         given=f"{numbers}, the type of its input",
     )
-    return (
-        origin
-        if tree.gives is None
-        else giving(origin, tree.gives, lambda rows: run_model(rows).reshape(len(rows), -1))
-    )
+    if tree.gives is None:
+        return origin
+    return giving(origin, tree.gives, lambda rows: run_model(rows).reshape(len(rows), -1))
 
 
 def _runner(content: bytes) -> tuple[Callable[..., Any], str]:

@@ -103,9 +103,8 @@ def _attributes(onnx: Any, node: Any, double: bool) -> dict[str, Any]:
     if transform != "NONE":
         raise make_error(node, f"the tree's scores go through {transform!r}", "export it with post_transform NONE")
     if any(given.get("nodes_missing_value_tracks_true", ())):
-        raise InputError(
-            "a node sends missing values to the left", "", "NaN always goes right here: convert a tree without this"
-        )
+        what = "a node sends missing values to the left"
+        raise make_error(node, what, "NaN always goes right here: convert a tree without this")
     attributes: dict[str, Any] = {name: given.get(name, []) for name in read}
     if len({*attributes["nodes_treeids"], *attributes[f"{leaf}_treeids"]}) > 1:
         raise make_error(node, "the ensemble has several trees")
@@ -171,11 +170,8 @@ def _classes(given: dict[str, Any], place: dict[int, int], split: Bool, labels: 
     """The class at each leaf (anything at splits), where onnxruntime and the reference of ONNX name the same one."""
     n = len(labels)
     if n < FEWEST_CLASSES or len(set(labels)) != n:
-        raise InputError(
-            f"the tree has {len(set(labels))} labels for {n} classes",
-            "",
-            "at least two classes are needed, each with its own label",
-        )
+        what = f"the tree has {len(set(labels))} labels for {n} classes"
+        raise InputError(what, "", "at least two classes are needed, each with its own label")
     weights, listed = _weights(given, "class", place, split, n)
     leaf = ~split
     if (listed > 1).any() or not listed[leaf].any(axis=1).all():
@@ -196,11 +192,9 @@ def _weights(
     ids, nodes = given[f"{leaf}_ids"], given[f"{leaf}_nodeids"]
     for node, label, weight in zip(nodes, ids, given[f"{leaf}_weights"], strict=True):
         if node not in place or split[place[node]] or not 0 <= label < n or not np.isfinite(weight):
-            raise InputError(
-                f"a weight of {leaf} {label} at node {node} does not belong to a leaf and a {leaf}, or is not finite",
-                f"{leaf}_weights",
-                "export it again",
-            )
+            weight_of = f"a weight of {leaf} {label} at node {node}"
+            what = f"{weight_of} does not belong to a leaf and a {leaf}, or is not finite"
+            raise InputError(what, f"{leaf}_weights", "export it again")
         weights[place[node], label] += weight
         listed[place[node], label] += 1
     return weights, listed
@@ -223,10 +217,7 @@ def _readings(weights: Float64, listed: Bool, labels: Sequence[int | str]) -> tu
         bar = 0.5 if (weights >= 0).all() else 0.0
         return (share > bar).astype(int), ((share > 0.5) & (named[0] == 0)).astype(int)
     if not isinstance(labels[0], str) and tuple(labels) != (0, 1):
-        raise InputError(
-            f"the two classes have the labels {list(labels)}",
-            "class_weights",
-            "label them 0 and 1, which is what runtimes answer",
-        )
+        what = f"the two classes have the labels {list(labels)}"
+        raise InputError(what, "class_weights", "label them 0 and 1, which is what runtimes answer")
     second = np.where(listed[:, 1], weights[:, 1], weights[:, 0])
     return (second > 0).astype(int), weights.argmax(axis=1)

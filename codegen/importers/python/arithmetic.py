@@ -23,6 +23,7 @@ import numpy as np
 
 from codegen.importers.python.machine import MAX_ITEMS, TEST_ADVICE, Machine, step_of
 from codegen.importers.python.values import Array, Condition, Extreme, Instance, Length, Member, Part, Symbol, Unread
+from codegen.importers.symbolic.affine import IN_ORDER
 from codegen.importers.symbolic.feature import FALLING, FOLDING, RISING, SIGNS, TURNED, Feature, Step, Test
 from codegen.importers.symbolic.line import at_most
 
@@ -37,7 +38,6 @@ FORMS: Mapping[type[ast.operator], str] = {ast.Add: "+", ast.Sub: "-", ast.Mult:
 COMPARISONS: Mapping[type[ast.cmpop], str] = {
     ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!=",
 }  # fmt: skip
-IN_ORDER = "write w0 * x[0] + w1 * x[1] + ... + c, each feature once, without parentheses, and scale no sum"
 POWERS = range(2, 17)
 SEVERAL = "test each feature alone, or give the {} as a feature of its own"
 

@@ -141,9 +141,14 @@ def _of_object(m: Machine, value: Instance | Class, name: str, node: ast.AST) ->
     if not isinstance(member, Function):
         return member
     first = {"class": [kind], "static": []}.get(member.kind, [value] if isinstance(value, Instance) else [])
-    if member.kind == "property" and first:
-        return m.apply(member, first, {}, node)
-    return Bound(name, lambda m, node, given, named: m.apply(member, [*first, *given], named, node))
+    return _bind_method(m, member, first, node)
+
+
+def _bind_method(m: Machine, method: Function, first: list[Any], node: ast.AST) -> Any:
+    """A method of what it is `first` given, or what a property is."""
+    if method.kind == "property" and first:
+        return m.apply(method, first, {}, node)
+    return Bound(method.name, lambda m, node, given, named: m.apply(method, [*first, *given], named, node))
 
 
 def _of_member(m: Machine, value: Member, name: str, node: ast.AST) -> Any:
@@ -151,9 +156,7 @@ def _of_member(m: Machine, value: Member, name: str, node: ast.AST) -> Any:
         return value.name if name == "name" else value.value
     member = value.kind.find(name)
     if isinstance(member, Function):
-        if member.kind == "property":
-            return m.apply(member, [value], {}, node)
-        return Bound(name, lambda m, node, given, named: m.apply(member, [value, *given], named, node))
+        return _bind_method(m, member, [value], node)
     return m.unread(f"'.{escape_text(name)}' is not understood", "use .value or .name")
 
 

@@ -154,7 +154,7 @@ def _method(file: File, name: str, value: Class | Instance) -> Decider | None:
     if kind.enum:
         return None
     methods = dict[str, Any]()
-    for base in reversed(_bases(kind)):
+    for base in reversed(kind.lineage):
         methods |= base.members
     public = [each for each in methods.values() if isinstance(each, Function) and each.kind != "property"]
     public = [each for each in public if each.name == "__call__" or not each.name.startswith("_")]
@@ -169,10 +169,6 @@ def _method(file: File, name: str, value: Class | Instance) -> Decider | None:
         what = f"the class {escape_text(kind.name)} has several methods that may decide: {several}"
         raise file.machine.make_error(roots[1].function.node, what, "name the one that decides act")
     return next(iter(usual or roots), None)
-
-
-def _bases(kind: Class) -> list[Class]:
-    return [kind, *(each for base in kind.bases for each in _bases(base))]
 
 
 def _idle(m: Machine, decider: Decider) -> str:
@@ -204,5 +200,5 @@ def _names(file: File, decider: Decider) -> Iterable[str]:
     nodes: list[ast.AST] = [decider.function.node]
     for each in decider.first:
         kind = each if isinstance(each, Class) else each.kind
-        nodes += [one.node for base in _bases(kind) for one in base.members.values() if isinstance(one, Function)]
+        nodes += [one.node for base in kind.lineage for one in base.members.values() if isinstance(one, Function)]
     return {inner.id for node in nodes for inner in ast.walk(node) if isinstance(inner, ast.Name)}

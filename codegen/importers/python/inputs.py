@@ -7,6 +7,7 @@ Does not: know which of them decide anything.
 """
 
 from dataclasses import dataclass, field, replace
+from typing import TypeAlias
 
 from codegen.errors import InputError, escape_text
 from codegen.importers.python.values import Part
@@ -16,6 +17,9 @@ MAX_FEATURES = 1 << 20
 ORDER = "say in which order an observation has them: --features a,b,c"
 
 
+Path: TypeAlias = tuple[int | str, ...]  # of keys, from a parameter on
+
+
 @dataclass
 class Inputs:
     """What a function reads. Paths begin with a parameter."""
@@ -23,20 +27,19 @@ class Inputs:
     where: str
     parameters: tuple[str, ...]
     width: int = 0  # of a sole parameter, as the user says
-    places: dict[tuple[int | str, ...], int] = field(default_factory=dict[tuple[int | str, ...], int])
-    widths: dict[tuple[int | str, ...], int] = field(default_factory=dict[tuple[int | str, ...], int])
-    names: dict[tuple[int | str, ...], tuple[str, ...]] = field(
-        default_factory=dict[tuple[int | str, ...], tuple[str, ...]]
-    )  # of a container's numbers or fields
-    inner: dict[tuple[int | str, ...], type] = field(default_factory=dict[tuple[int | str, ...], type])
+    places: dict[Path, int] = field(default_factory=dict[Path, int])
+    widths: dict[Path, int] = field(default_factory=dict[Path, int])
+    # of a container's numbers or fields
+    names: dict[Path, tuple[str, ...]] = field(default_factory=dict[Path, tuple[str, ...]])
+    inner: dict[Path, type] = field(default_factory=dict[Path, type])
 
-    def number(self, path: tuple[int | str, ...], line: int) -> int:
+    def number(self, path: Path, line: int) -> int:
         """The place of a path that is used as a number."""
         if path in self.inner:
             raise self._make_error(f"{text_of(path)} is used as a number and as a list of numbers", line)
         return self.places.setdefault(path, len(self.places))
 
-    def length(self, path: tuple[int | str, ...]) -> int:
+    def length(self, path: Path) -> int:
         """How many numbers a container has; 0: nobody says."""
         return self.widths.get(path, self.width if len(path) == 1 == len(self.parameters) else 0)
 
@@ -46,21 +49,16 @@ class Inputs:
         if path in self.places:
             raise self._make_error(f"{text_of(path)} is used as a number and as a list of numbers", line)
         if self.inner.setdefault(path, type(key)) is not type(key):
-            raise self._make_error(
-                f"{text_of(path)} is read by numbers and by names", line, "use one of both everywhere"
-            )
+            what = f"{text_of(path)} is read by numbers and by names"
+            raise self._make_error(what, line, "use one of both everywhere")
         if isinstance(key, int):
-            n = self.length(path)
+            n, named = self.length(path), text_of((*path, key))
             if key < 0 and not n:
-                what = (
-                    f"{text_of((*path, key))} counts from the end, and the file does not say how many numbers there are"
-                )
+                what = f"{named} counts from the end, and the file does not say how many numbers there are"
                 raise self._make_error(what, line, "count from the front, or name all features: --features a,b,c")
             place = key + n if key < 0 else key + part.offset
             if not 0 <= place < (n or MAX_FEATURES):
-                raise self._make_error(
-                    f"{text_of((*path, key))} is beyond the observation", line, f"it has {n} numbers"
-                )
+                raise self._make_error(f"{named} is beyond the observation", line, f"it has {n} numbers")
             key = place
         return replace(part, path=(*path, key), offset=0)
 
@@ -76,7 +74,7 @@ class Inputs:
         names = [_join_path(path) for path in self.places]
         return replace(plain, places=range(len(names)), features=names, n_read=0, keyed=True)
 
-    def _alone(self, root: tuple[int | str, ...], plain: Described) -> Described:
+    def _alone(self, root: Path, plain: Described) -> Described:
         """One parameter holds everything."""
         if root in self.places:
             return replace(plain, places=[0], features=[str(root[0])], n_features=1, n_read=0)
@@ -87,10 +85,9 @@ class Inputs:
             return replace(plain, places=places, features=names, n_features=n, n_read=last)
         known = {name: place for place, name in enumerate(names)}
         order = sorted(self.places, key=lambda path: known.get(str(path[1]), len(known)))
-        features = (
-            [*names] if all(len(path) == 2 for path in order) and names else [_join_path(path[1:]) for path in order]
-        )
-        features += [each for path in order if (each := _join_path(path[1:])) not in features]
+        joined = [_join_path(path[1:]) for path in order]
+        features = [*names] if names and all(len(path) == 2 for path in order) else joined
+        features = [*features, *(each for each in joined if each not in features)]
         places = [features.index(_join_path(path[1:])) for path in self.places]
         return replace(plain, places=places, features=features, n_read=0, keyed=True)
 
@@ -98,10 +95,10 @@ class Inputs:
         return InputError(what, f"{self.where}, line {line}", advice)
 
 
-def _join_path(path: tuple[int | str, ...]) -> str:
+def _join_path(path: Path) -> str:
     return ".".join(map(str, path))
 
 
-def text_of(path: tuple[int | str, ...]) -> str:
+def text_of(path: Path) -> str:
     """A path as Python."""
     return escape_text(str(path[0])) + "".join(f"[{escape_text(repr(key))}]" for key in path[1:])

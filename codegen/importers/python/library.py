@@ -58,9 +58,7 @@ def _isinstance(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
     value, kinds = given[0], given[1] if isinstance(given[1], tuple) else (given[1],)
     names = [each if isinstance(each, Class) else getattr(each, "name", str(each)).rpartition(".")[2] for each in kinds]
     if isinstance(value, Instance | Member):
-        return any(
-            isinstance(each, Class) and (each is value.kind or value.kind in _below(each, value.kind)) for each in names
-        )
+        return any(each in value.kind.lineage for each in names)
     unread = next((each for each in kinds if isinstance(each, Unread)), None)
     if unread is not None or (isinstance(value, Part) and any(isinstance(each, Class) for each in names)):
         return unread or m.unread("the class of the observation is asked", "leave the question out")
@@ -82,10 +80,6 @@ def _is_container(m: Machine, part: Part) -> bool:
     """Whether a part of the observation is a list of numbers, and no number: a sole parameter, unless used as one."""
     alone = len(part.path) == 1 == len(m.inputs.parameters)
     return part.path in m.inputs.inner or (alone and part.path not in m.inputs.places)
-
-
-def _below(base: Class, kind: Class) -> list[Class]:
-    return [kind] if base in kind.bases or any(_below(base, each) for each in kind.bases) else []
 
 
 def _bool(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:

@@ -299,23 +299,19 @@ class Machine:
         """What the parameters of a function stand for in a call."""
         takes, bindings = function.node.args, dict(function.defaults)
         places = [each.arg for each in (*takes.posonlyargs, *takes.args)]
+        names = [*places, *(each.arg for each in takes.kwonlyargs)]
         bindings |= dict(zip(places, given, strict=False))
         rest, others = list(given[len(places) :]), dict(named)
-        bindings |= {name: others.pop(name) for name in list(others) if name in places or name in _keywords(takes)}
+        bindings |= {name: others.pop(name) for name in list(others) if name in names}
         if takes.vararg:
             bindings[takes.vararg.arg], rest = tuple(rest), []
         if takes.kwarg:
             bindings[takes.kwarg.arg], others = others, {}
-        missing = [name for name in (*places, *_keywords(takes)) if name not in bindings]
+        missing = [name for name in names if name not in bindings]
         if rest or others or missing:
-            raise self.make_error(
-                node, f"{text_of(node)} does not fit the parameters of {escape_text(function.name)}", "mend it"
-            )
+            what = f"{text_of(node)} does not fit the parameters of {escape_text(function.name)}"
+            raise self.make_error(node, what, "mend it")
         return bindings
-
-
-def _keywords(takes: ast.arguments) -> list[str]:
-    return [each.arg for each in takes.kwonlyargs]
 
 
 def step_of(kind: str) -> tuple[Step, ...]:

@@ -16,6 +16,7 @@ import ast
 import copy
 import math
 from collections.abc import Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -23,7 +24,6 @@ import numpy as np
 from codegen.errors import InputError, escape_text
 from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers.origin import NOTHING, Origin, Said
-from codegen.importers.python.arithmetic import IN_ORDER
 from codegen.importers.python.classes import instance_of
 from codegen.importers.python.file import ALONE, Decider, File, deciders, file_of
 from codegen.importers.python.inputs import MAX_FEATURES, Inputs
@@ -31,11 +31,11 @@ from codegen.importers.python.machine import RETURN_ADVICE, Machine
 from codegen.importers.python.statements import follow, link_statements
 from codegen.importers.python.values import Class, Condition, Extreme, Instance, Member, Part, Scope, Symbol
 from codegen.importers.summed import rounds
-from codegen.importers.symbolic.affine import Affine, Given, Sums
+from codegen.importers.symbolic.affine import IN_ORDER, NO_SUM, Affine, Given, Sums
 from codegen.importers.symbolic.feature import Feature, Test
 from codegen.importers.symbolic.labels import Value
 from codegen.importers.symbolic.paths import Paths
-from codegen.importers.symbolic.program import OTHER, REPLAYED_BY, ROUND_IT, Described, origin_of
+from codegen.importers.symbolic.program import REPLAYED_BY, Described, origin_of
 from codegen.process.unwarned import silence_warnings
 
 KIND = "if/else Python"
@@ -183,16 +183,11 @@ class _Follower:
         m, forms = self.machine, list[Affine]()
         for each in parts:
             value = m.require_value(m.plain(each))
-            form = m.sums.represent_output(value) if isinstance(value, Feature) else None
-            if not isinstance(value, Feature | Extreme):
-                form = m.sums.represent_number(number := self._number(value))
-                if form is None:
-                    raise m.make_error(None, OTHER.format(number, m.sums.numbers), ROUND_IT)
-            if form is None:
-                what = m.sums.why if isinstance(value, Feature) else "what is returned is no sum of weighted features"
-                raise m.make_error(None, what, IN_ORDER)
+            if isinstance(value, Extreme):
+                raise m.make_error(None, NO_SUM, IN_ORDER)
+            given = value if isinstance(value, Feature) else self._number(value)
+            forms.append(m.sums.represent(given, partial(m.make_error, None)))
             m.sums.line = m.sums.line or m.line
-            forms.append(form)
         return Given(forms)
 
     def _number(self, value: Any) -> Any:

@@ -106,11 +106,14 @@ class Class:
     fields: tuple[str, ...] = ()  # of a dataclass or named tuple, in their order
     kept: frozenset[str] = frozenset()  # attributes that methods assign, other than __init__
 
+    @property
+    def lineage(self) -> list["Class"]:
+        """The class and all its bases."""
+        return [self, *(each for base in self.bases for each in base.lineage)]
+
     def find(self, name: str) -> Any:
         """What a name stands for in the class or its bases; None: nothing."""
-        if name in self.members:
-            return self.members[name]
-        return next((found for base in self.bases if (found := base.find(name)) is not None), None)
+        return next((each.members[name] for each in self.lineage if name in each.members), None)
 
 
 @dataclass(eq=False)

@@ -12,12 +12,13 @@ its value and not that. Such a sum may be tested, and is no output.
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple, cast
 
 import numpy as np
 
+from codegen.errors import InputError
 from codegen.floats import FLOAT32
 from codegen.importers.reading import SUMS
 from codegen.importers.symbolic.feature import Feature, Step
@@ -26,11 +27,10 @@ from codegen.sums import DOUBLE_SUMS, FLOAT32_STEPS, FLOAT64_SUMS
 
 Terms = tuple[tuple[float, int], ...]
 Bounds = tuple[float | None, float | None]
-CUTTING = (
-    "min",
-    "max",
-    "clip",
-)  # forms of steps: (name, number or both, whether a zero keeps its sign at a bound of 0)
+# forms of steps: (name, number or both, whether a zero keeps its sign at a bound of 0)
+CUTTING = ("min", "max", "clip")
+IN_ORDER = "write w0 * x[0] + w1 * x[1] + ... + c, each feature once, without parentheses, and scale no sum"
+NO_SUM = "what is returned is no sum of weighted features"
 
 
 @dataclass(frozen=True)
@@ -55,9 +55,9 @@ class Affine(NamedTuple):
     cut: Cut | None = None  # of what is returned
 
     @property
-    def constant(self) -> bool:
-        """Whether it has a constant."""
-        return any(place == CONSTANT for _, place in self.terms)
+    def alone(self) -> bool:
+        """Whether it is a number."""
+        return all(place == CONSTANT for _, place in self.terms)
 
     def negate(self) -> "Affine":
         """With all signs turned."""
@@ -82,7 +82,6 @@ class Sums:
     places: dict[str, int] = field(default_factory=dict[str, int])
     known: list[Affine] = field(default_factory=list[Affine])
     line: int = 0  # of the source, where the first one is
-    why: str = ""  # the last thing that was returned had no form
 
     @property
     def arithmetic(self) -> str:
@@ -90,6 +89,10 @@ class Sums:
         if self.numbers == FLOAT32:
             return FLOAT32_STEPS
         return DOUBLE_SUMS if self.weights == FLOAT32 else FLOAT64_SUMS
+
+    def numbers_of(self, feature: Feature, numbers: str) -> str:
+        """What an input is, which is one of `numbers`, or a sum."""
+        return self.numbers if feature.place >= SUMS else numbers
 
     def constant(self, number: Any) -> Affine | None:
         """A number of the program; None where its arithmetic would be another one."""
@@ -102,11 +105,6 @@ class Sums:
         except (OverflowError, TypeError, ValueError):
             return None
         return Affine(((value, CONSTANT),)) if math.isfinite(value) else None
-
-    def represent_number(self, number: Any) -> Affine | None:
-        """A number of the program that is given as it is; None where sums cannot be it, as 0.1 among float32."""
-        found = self.constant(number)
-        return found if found is not None and found.terms[0][0] == number else None
 
     def of(self, feature: Feature) -> Affine | None:
         """The form of a feature; None where its steps are no terms."""
@@ -122,32 +120,40 @@ class Sums:
             form = self._apply_step(form, step.form)
         return form
 
-    def represent_output(self, feature: Feature) -> Affine | None:
-        """The form of what a program returns: it may end with minima and maxima by numbers. None: `why` has none."""
-        steps, self.why = feature.steps, "what is returned is no sum of weighted features"
+    def represent(self, value: Any, make_error: Callable[[str, str], InputError]) -> Affine:
+        """The form of what a program returns: of a number as it is, or of a feature, which may end with minima and
+        maxima by numbers. InputError where there is none, as for 0.1 among float32.
+        """
+        if not isinstance(value, Feature):
+            number = self.constant(value)
+            if number is None or number.terms[0][0] != value:
+                what = f"{value!r} is returned among numbers that are {self.numbers}, and is none"
+                raise make_error(what, "round it in the source")
+            return number
+        steps = value.steps
         first = len(steps)
         while first and (_cuts(steps[first - 1]) or steps[first - 1].key == self.numbers):
             first -= 1
-        form, cutting = self.of(Feature(feature.place, steps[:first])), steps[first:]
-        if form is None or not any(map(_cuts, cutting)):
+        form, cutting = self.of(Feature(value.place, steps[:first])), steps[first:]
+        if form is None:
+            raise make_error(NO_SUM, IN_ORDER)
+        if not any(map(_cuts, cutting)):
             return form
-        bounds = self._bounds(step for step in cutting if _cuts(step))
-        return None if bounds is None else form._replace(cut=Cut(bounds, cutting))
+        bounds = self._bounds([step for step in cutting if _cuts(step)], make_error)
+        return form._replace(cut=Cut(bounds, cutting))
 
-    def _bounds(self, cutting: Iterable[Step]) -> Bounds | None:
+    def _bounds(self, cutting: Sequence[Step], make_error: Callable[[str, str], InputError]) -> Bounds:
         """What minima and maxima, one after the other, leave of all numbers."""
         low, high = -math.inf, math.inf
         for step in cutting:
             assert step.form is not None
             name, given, keeps = step.form
             ends = [self.constant(each) for each in (given if name == "clip" else (given,))]
-            if any(end is None for end in ends):
-                self.why = f"what is returned is cut by numbers that are not {self.numbers}"
-                return None
             values = [end.terms[0][0] for end in ends if end]
+            if len(values) < len(ends):
+                raise make_error(f"what is returned is cut by numbers that are not {self.numbers}", IN_ORDER)
             if 0 in values and not keeps:
-                self.why = "what is returned is cut at 0, and the sign of the zero there is not known"
-                return None
+                raise make_error("what is returned is cut at 0, and the sign of the zero there is not known", IN_ORDER)
             for most, value in zip((False, True) if name == "clip" else (name == "min",), values, strict=True):
                 cut = min if most else max
                 low, high = cut(low, value), cut(high, value)
@@ -169,7 +175,7 @@ class Sums:
         """A product: of one input, or of a sum and a sign."""
         if factor in (1.0, -1.0):
             return found if factor == 1 else found.negate()
-        if factor is None or len(found.terms) != 1 or found.constant:
+        if factor is None or len(found.terms) != 1 or found.alone:
             return None
         weight, place = found.terms[0]
         if abs(weight) != 1:

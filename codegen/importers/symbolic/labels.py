@@ -44,9 +44,8 @@ def labels_of(
     if kinds == {tuple} and not scores:
         length = len(cast(tuple[Any, ...], values[0]))
         what = f"a list of {length} number{'s' * (length > 1)} is returned, which may be an action of several numbers"
-        raise InputError(
-            what, where, "say --scores if it holds a score for each action, or --outputs with a name for each number"
-        )
+        advice = "say --scores if it holds a score for each action, or --outputs with a name for each number"
+        raise InputError(what, where, advice)
     if kinds == {tuple}:
         return _scores([each for each in values if isinstance(each, tuple)], where)
     first = {value: place for place, value in reversed(list(enumerate(order)))}

@@ -112,13 +112,13 @@ class Growth(Paths):
 
     def __init__(self, where: str, numbers: str, sums: Sums | None = None) -> None:
         super().__init__(where, dict[int, tuple[int, int]]())  # feature -> first and last place that may be
-        self._sums = sums
+        self._sums = sums or Sums(numbers)
         self.numbers, self.rows, self.values = numbers, list[list[float]](), dict[Any, int]()
         self._turns, self._pieces = dict[str, Turns](), dict[str, list[tuple[int, int, bool]]]()
 
     def holds(self, test: Test) -> bool:
         """Splits as often as the test turns within what is known."""
-        numbers = self._numbers(test.feature)
+        numbers = self._sums.numbers_of(test.feature, self.numbers)
         key, last, feature = test.key, LAST[numbers], test.feature.place
         turns = self._turns.get(key)
         if turns is None:
@@ -136,17 +136,13 @@ class Growth(Paths):
 
     def least(self, feature: Feature) -> Any:
         """The least at the ends of the stretches on which the feature only rises or falls."""
-        numbers = self._numbers(feature)
+        numbers = self._sums.numbers_of(feature, self.numbers)
         first, last = self._within(feature.place, LAST[numbers])
         if feature.key not in self._pieces:
             self._pieces[feature.key] = pieces(feature, numbers)
         within = [(max(low, first), min(high, last)) for low, high, _ in self._pieces[feature.key]]
         ends = {end for low, high in within if low <= high for end in (low, high)}
         return min(feature.value(number(end, numbers)) for end in ends)
-
-    def _numbers(self, feature: Feature) -> str:
-        """What an input is, or a sum."""
-        return self._sums.numbers if self._sums and feature.place >= SUMS else self.numbers
 
     def _within(self, feature: int, last: int) -> tuple[int, int]:
         return self.known.get(feature, (-last, last))

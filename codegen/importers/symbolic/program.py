@@ -19,9 +19,8 @@ from codegen.importers.summed import with_sums
 from codegen.importers.symbolic.affine import Affine, Bounds, Given, Sums, sum_terms
 from codegen.importers.symbolic.labels import Labels, Value, labels_of
 from codegen.importers.symbolic.paths import Growth, Replay, Run
-from codegen.ir import CONSTANT, Floats, GrownTree
+from codegen.ir import Floats, GrownTree
 
-OTHER, ROUND_IT = "{!r} is returned among numbers that are {}, and is none", "round it in the source"
 REPLAYED_BY = "an interpreter of the file's syntax tree"
 
 
@@ -115,11 +114,8 @@ class _Values:
         if self._sums is None or any(isinstance(each, str | bool) for each in parts):
             what = "numbers that depend on features and labels are returned side by side"
             raise InputError(what, where, "return numbers on every path")
-        forms = [self._sums.represent_number(each) for each in parts]
-        exact_forms = [each for each in forms if each is not None]
-        if len(exact_forms) < len(parts):
-            raise InputError(OTHER.format(parts[forms.index(None)], self._sums.numbers), where, ROUND_IT)
-        return Given(exact_forms)
+        sums = self._sums
+        return Given([sums.represent(each, lambda what, advice: InputError(what, where, advice)) for each in parts])
 
     def answers(self, values: Sequence[Any], columns: Sequence[Floats], numbers: str) -> Any:
         """The places of labels, or the numbers given, for what each observation returned."""
@@ -141,21 +137,14 @@ def _bounds(vectors: Sequence[Sequence[Affine]], where: str) -> tuple[Bounds, ..
     """What each output is cut to; () where nothing is. InputError where one is cut in some branches only."""
     bounds: list[Bounds] = []
     for forms in zip(*vectors, strict=True):
-        known = {
-            (None, None) if each.cut is None else each.cut.bounds for each in forms if each.cut or not _alone(each)
-        }
+        known = {(None, None) if each.cut is None else each.cut.bounds for each in forms if each.cut or not each.alone}
         low, high = known.pop() if known else (None, None)
-        fixed = [each.terms[0][0] for each in forms if _alone(each) and each.cut is None]
+        fixed = [each.terms[0][0] for each in forms if each.alone and each.cut is None]
         if known or any((low is not None and each < low) or (high is not None and each > high) for each in fixed):
             what = "a number is cut to bounds on some paths, and elsewhere to others or to none"
             raise InputError(what, where, "cut it in the same way on every path, or test the sum: if u > 2: return 2")
         bounds.append((low, high))
     return tuple(bounds) if any(each != (None, None) for each in bounds) else ()
-
-
-def _alone(form: Affine) -> bool:
-    """Whether it is a number."""
-    return all(place == CONSTANT for _, place in form.terms)
 
 
 def _cut(form: Affine, values: Floats, numbers: str) -> Floats:
