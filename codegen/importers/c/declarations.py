@@ -14,19 +14,7 @@ from typing import Any
 from pycparser import c_ast, c_generator
 
 from codegen.errors import InputError, escape_text
-from codegen.importers.c.kinds import (
-    ENUM,
-    INT,
-    SPELLED,
-    STANDARD,
-    Callable_,
-    Kind,
-    Many,
-    Pointer,
-    Record,
-    Type,
-    Void,
-)
+from codegen.importers.c.kinds import ENUM, INT, SPELLED, STANDARD, Callable_, Kind, Many, Pointer, Record, Type, Void
 from codegen.importers.c.values import Number, Object
 
 ADVICE = "give functions of ifs, comparisons with numbers, and returns"

@@ -18,18 +18,7 @@ from codegen.importers.c.declarations import text_of, walk
 from codegen.importers.c.kinds import CHAR, ENUM, INT, ULONG, Callable_, Kind, Many, Pointer, Type, literal, size_of
 from codegen.importers.c.library import CONSTANTS, FUNCTIONS, RESULTS
 from codegen.importers.c.objects import Objects
-from codegen.importers.c.values import (
-    Array,
-    Cell,
-    Condition,
-    Function,
-    Number,
-    Reference,
-    Struct,
-    Symbol,
-    Text,
-    Value,
-)
+from codegen.importers.c.values import Array, Cell, Condition, Function, Number, Reference, Struct, Symbol, Text, Value
 from codegen.importers.symbolic.feature import SIGNS
 
 CALL_ADVICE = "a decision may depend on the observation alone; give what the call answers as a feature"

@@ -19,17 +19,7 @@ from codegen.importers.python.arithmetic import COMPARISONS, binary, compare_val
 from codegen.importers.python.library import BUILTINS
 from codegen.importers.python.machine import EXPRESSIONS, STATE_ADVICE, Machine, reads, text_of
 from codegen.importers.python.sequences import items_of
-from codegen.importers.python.values import (
-    Bound,
-    Class,
-    Condition,
-    Function,
-    Member,
-    Part,
-    Scope,
-    Symbol,
-    Unread,
-)
+from codegen.importers.python.values import Bound, Class, Condition, Function, Member, Part, Scope, Symbol, Unread
 from codegen.importers.symbolic.feature import Feature, Test
 
 LOGGERS = ("logging", "logger", "log", "LOG", "LOGGER", "warnings", "_logger")

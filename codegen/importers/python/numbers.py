@@ -19,14 +19,7 @@ import numpy as np
 from codegen.importers.python.arithmetic import apply_finite, compare_values, convert_feature
 from codegen.importers.python.machine import MAX_ITEMS, TEST_ADVICE, Machine, step_of
 from codegen.importers.python.sequences import Call, Given, Named, items_of
-from codegen.importers.python.values import (
-    Array,
-    Condition,
-    Extreme,
-    Member,
-    Part,
-    Unread,
-)
+from codegen.importers.python.values import Array, Condition, Extreme, Member, Part, Unread
 from codegen.importers.symbolic.feature import FOLDING, RISING, Feature, Step
 
 UNKNOWN = "write what it computes with comparisons and numbers"

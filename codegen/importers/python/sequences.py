@@ -14,13 +14,7 @@ from typing import Any, cast
 
 from codegen.importers.python.arithmetic import binary
 from codegen.importers.python.machine import MAX_ITEMS, UNCOUNTED, Machine
-from codegen.importers.python.values import (
-    Class,
-    Length,
-    Member,
-    Part,
-    Unread,
-)
+from codegen.importers.python.values import Class, Length, Member, Part, Unread
 from codegen.importers.symbolic.feature import Feature
 
 Given = list[Any]
