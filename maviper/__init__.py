@@ -241,19 +241,20 @@ def replay(
 @options.spell_out(options.RepairOptions)
 def repair(
     profile: PolicyProfile,
-    claim: str = "distinct_targets",
+    claim: str | claims.Claim = "distinct_targets",
     region: str | Path = "start",
     **asked: Unpack[options.RepairOptions],
 ) -> Repaired:
     """The leaves from which a claim can fail are changed until both engines prove it; `Repaired.after` is the profile.
 
-    It is None where no repair was found. `claim`: distinct_targets or own_target; `region`: `start`, or a region file.
+    It is None where no repair was found. `claim`: distinct_targets or own_target, by name or as an object, such as
+    `claims.OwnTarget(landmarks=["landmark_1", "landmark_0"])`; `region`: `start`, or a region file.
     `Repaired.cost` has the measures before and after. InputError for what cannot be asked.
     """
     from codegen.check import ensure
     from maviper.verification.repair import repair_profile, request
 
-    return repair_profile(ensure(profile), claim, str(region), request(**asked))
+    return repair_profile(ensure(profile), claim, str(region), request(claim, asked))
 
 
 @flags.defaults

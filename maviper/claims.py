@@ -1,16 +1,18 @@
 """Built-in claims as objects: `maviper.verify(team, claims.Reaches(steps=25))`.
 
-Does: a class for each built-in claim, with the parameters that it reads as typed fields.
+Does: a class for each built-in claim, with the parameters that it reads as typed fields; name and options of one.
 Assumes: None is as usual (`maviper properties list`); `verify.claims.catalogue` finds the claim of a name.
 Does not: check values, or know a profile: whoever verifies does.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import Any, ClassVar
 
-from verify.claims.language.parameters import Names, Number, Steps
+from codegen.errors import InputError
+from verify.claims.language.parameters import NAMES, Names, Number, Steps
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -164,3 +166,25 @@ class StaysIn(_OfEpisodes):
     """No agent of the team ever goes farther from the origin than the radius: for ever, unless steps are given."""
 
     name = "stays_in"
+
+
+def name_of(claim: str | Claim) -> str:
+    """The name of a claim, given as an object or by its name."""
+    return claim.name if isinstance(claim, Claim) else claim
+
+
+def parameters_of(claim: str | Claim) -> dict[str, Any]:
+    """What an object says itself; a name says nothing."""
+    return claim.options if isinstance(claim, Claim) else {}
+
+
+def complete_parameters(claim: str | Claim, given: Mapping[str, Any]) -> dict[str, Any]:
+    """The options that were given, with what an object says itself. InputError for what it says and an option too."""
+    said = {name: value for name, value in given.items() if value is not None}
+    if not isinstance(claim, Claim):
+        return said
+    twice = [name for name in said if name in (*NAMES, "team")]
+    if twice:
+        what = f"the claim is an object, which has {', '.join(twice)} itself"
+        raise InputError(what, twice[0], f"write it among the parameters of {type(claim).__name__}")
+    return said | claim.options

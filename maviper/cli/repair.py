@@ -65,7 +65,7 @@ def repair(
     from verify.progress import listening
 
     console = console_of(context)
-    asked = request(**options)
+    asked = request(name, options)
     before = load(profile)
     runs.room(output)
     outputs.ensure_own(output, {runs.PROFILE_FILE: dumps(before)}, outputs.REPAIR)

@@ -17,6 +17,7 @@ from typing import Any, cast
 from codegen import ir
 from codegen.errors import InputError, PartlyReadError, UnknownNameError
 from maviper.claims import Claim as BuiltIn
+from maviper.claims import complete_parameters, name_of
 from maviper.files import kinds, runs
 from maviper.files.regions import find_region
 from maviper.options import SystemOptions, complete_options, table_of
@@ -93,17 +94,9 @@ class VerifyOptions:
         """What is asked of one claim, by name or as an object, which then has the parameters itself. TypeError for an
         option that there is not, InputError for a value that it cannot have.
         """
-        given = {key: value for key, value in options.items() if value is not None}
-        if isinstance(claim, BuiltIn):
-            twice = [key for key in given if key in (*parameters.NAMES, "team")]
-            if twice:
-                what = f"the claim is an object, which has {', '.join(twice)} itself"
-                raise InputError(what, twice[0], f"write it among the parameters of {type(claim).__name__}")
-            given |= claim.options
-        name = claim.name if isinstance(claim, BuiltIn) else claim
-        asked = complete_options(Options, given)
+        asked = complete_options(Options, complete_parameters(claim, options))
         asked |= {key: number(asked[key], key) for key in parameters.of_form(Form.NUMBER)}
-        return cls.of({"names": (name,), "region": region, **asked})
+        return cls.of({"names": (name_of(claim),), "region": region, **asked})
 
     def validate(self) -> "VerifyOptions":
         """The options themselves; InputError for a limit that is out of its range, or that nothing reads."""

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from itertools import chain
 from pathlib import Path
-from typing import Any, Unpack
+from typing import Any
 
 from codegen import ir, policy_json
 from codegen.check import ensure
@@ -19,6 +19,7 @@ from codegen.errors import InputError, visible
 from codegen.form.layout import layout
 from codegen.policy_json import content_hash
 from codegen.sum_rules import VERIFIER, ensure_plain
+from maviper.claims import Claim, complete_parameters, name_of, parameters_of
 from maviper.compilation import compile
 from maviper.evaluation.comparison import Cost, measure_cost, sizes_document
 from maviper.evaluation.held_out import evaluation
@@ -26,7 +27,7 @@ from maviper.evaluation.players import Player, find_shipped
 from maviper.evaluation.run import MAX_EPISODES
 from maviper.files import runs
 from maviper.files.regions import find_region
-from maviper.options import RepairOptions, make_request
+from maviper.options import RepairOptions, make_request, table_of
 from maviper.verification.ask import command, number, with_option_names
 from maviper.verification.diff import collect_states
 from maviper.verification.join import certificate_files, digests, report_files, verify_claims
@@ -36,7 +37,7 @@ from verify.claims.catalogue import find_property
 from verify.claims.decisions import DecisionClaim
 from verify.claims.region import Region
 from verify.question import Budgets, Question
-from verify.repair.search import Repair, repair
+from verify.repair.search import Repair, refuse_repair, repair
 from verify.reports import report
 from verify.result import AnyResult
 from verify.subjects import Game
@@ -45,8 +46,13 @@ COST_FILE = "repair.json"
 PARAMETERS = ("margin", "radius", "landmarks")
 
 
-def request(**options: Unpack[RepairOptions]) -> Any:
-    """The options of a repair, with exact numbers. InputError for one that cannot be used."""
+def request(claim: str | Claim, given: RepairOptions) -> Any:
+    """The options of a repair, those that the claim says among them, with exact numbers. InputError for one that cannot
+    be used, and for an object of a claim that cannot be repaired.
+    """
+    options = complete_parameters(claim, given)
+    if not parameters_of(claim).keys() <= table_of(RepairOptions).keys():
+        raise refuse_repair(name_of(claim))
     exact = {name: number(options.get(name), name) for name in ("margin", "radius")}
     asked = make_request(RepairOptions, {**options, **exact})
     episodes, most = asked.episodes, asked.max_depth
@@ -77,7 +83,7 @@ class Repaired:
 
 
 def repair_profile(
-    before: ir.PolicyProfile, claimed: str, region_name: str, asked: Any, name: str = runs.PROFILE_FILE
+    before: ir.PolicyProfile, claimed: str | Claim, region_name: str, asked: Any, name: str = runs.PROFILE_FILE
 ) -> Repaired:
     """The repair of a profile, which a user calls `name`, by the property `claimed`, see `request`. InputError where it
     cannot be asked for.
@@ -87,7 +93,7 @@ def repair_profile(
     region = find_region(region_name, before)
     given = {name: getattr(asked, name) for name in PARAMETERS if getattr(asked, name) is not None}
     with with_option_names():
-        claim = find_property(claimed, before, asked.team, **given)
+        claim = find_property(name_of(claimed), before, asked.team, **given)
     if Path(region_name).name in (runs.PROFILE_FILE, COST_FILE):
         raise InputError("the region file would be overwritten by a result", "--region", "give it another name")
     world, question = matching_places(before), Question(Game(before), claim, region, budgets=Budgets(option=""))

@@ -172,6 +172,17 @@ def test_repair_returns_the_profile_and_its_cost(proved):
     assert found.results[0].verdict is Verdict.PROVED and found.cost.compared
 
 
+@pytest.mark.solver
+def test_repair_takes_a_claim_as_an_object(proved):
+    claim = claims.OwnTarget(landmarks=["landmark_0", "landmark_1"])
+    found = maviper.repair(proved, claim, episodes=2)
+    assert found.claim == maviper.repair(proved, "own_target", landmarks=claim.landmarks, episodes=2).claim
+    with pytest.raises(InputError, match="aligned cannot be repaired"):
+        maviper.repair(proved, claims.Aligned(kappa=1))
+    with pytest.raises(InputError, match="the claim is an object, which has margin itself"):
+        maviper.repair(proved, claim, margin="1/100")
+
+
 def test_compile_takes_passes_and_vectors(profile):
     found = maviper.compile(profile, ["json"], passes=["merge"], test_vectors=True)
     assert found.notes[0].startswith("merge: ") and any("vectors" in name for name in found.files)

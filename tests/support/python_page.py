@@ -31,9 +31,9 @@ STATES = ("Region", "Counterexample", "AgentView", "SystemCounterexample")
 
 
 def classes(module):
-    """The public classes of a module, in its order."""
-    shown = [each for name, each in vars(module).items() if not name.startswith("_")]
-    return [each for each in shown if inspect.isclass(each) and each.__module__ != "typing"]
+    """The public classes that a module defines, in its order, or else those that it hands on."""
+    shown = [each for name, each in vars(module).items() if inspect.isclass(each) and not name.startswith("_")]
+    return [each for each in shown if each.__module__ == module.__name__] or shown
 
 
 GROUPS = {

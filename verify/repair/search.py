@@ -57,6 +57,11 @@ class Repair:
         return sum(one.changed + PRICE * ((len(one.tree.feature) - 1) // 2) for one in self.guards)
 
 
+def refuse_repair(claim: str) -> InputError:
+    """The error about a claim that is beyond this method."""
+    return InputError(f"{claim} cannot be repaired", "--property", f"only {' and '.join(REPAIRABLE)} can")
+
+
 def repair(question: DecisionQuestion, visited: Float64 | None = None, max_depth: int | None = None) -> Repair:
     """The cheapest repair found over matchings of the team to the landmarks.
 
@@ -66,7 +71,7 @@ def repair(question: DecisionQuestion, visited: Float64 | None = None, max_depth
     """
     claim = question.claim
     if claim.of not in REPAIRABLE or claim.eps or claim.assume != TRUE:
-        raise InputError(f"{claim.shown} cannot be repaired", "--property", f"only {' and '.join(REPAIRABLE)} can")
+        raise refuse_repair(claim.shown)
     team = _Team(question, visited, max_depth)
     tried = [_attempt(team, roles) for roles in team.matchings()]
 
