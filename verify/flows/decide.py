@@ -20,7 +20,7 @@ from verify.checker.flows.certificates import check_certificate as accepted_flow
 from verify.checker.flows.sweep import NOT_SHOWN, Plan
 from verify.checker.reading import RejectedError
 from verify.flows.playing import FlowPlay
-from verify.flows.replay import StepsLeft, replay_course
+from verify.flows.replay import FlowReplay
 from verify.flows.search import PlanSearch
 from verify.flows.undefined import find_undefined
 from verify.question import Question
@@ -50,13 +50,14 @@ def decide(question: Question[SystemClaim]) -> ReachOutcome:
     if claim.at_samples is None:
         what = "the claim does not say whether it is about samples or about all times"
         raise InputError(what, f"claim {claim.shown}", "set at_samples")
-    play, left = FlowPlay(profile, system, claim), StepsLeft(max(LEAST_STEPS, question.budgets.max_boxes // STEP))
+    play = FlowPlay(profile, system, claim)
+    replay = FlowReplay(profile, system, claim, max(LEAST_STEPS, question.budgets.max_boxes // STEP))
     for course in play.breaking(min(question.budgets.samples, FIRST_SAMPLES)):
-        counterexample = replay_course(profile, system, claim, course, left)
+        counterexample = replay.follow_course(course)
         if counterexample is not None:
             return ReachOutcome(Verdict.VIOLATED, counterexample=counterexample)
     search = PlanSearch(profile, system, claim, question.budgets.max_boxes // SETS_A_BOX)
-    outcome = _try_plans(question, search) or _try_courses(question, play, search, left) or _unknown(question, search)
+    outcome = _try_plans(question, search) or _try_courses(question, play, search, replay) or _unknown(question, search)
     return replace(outcome, boxes=search.spent)
 
 
@@ -85,16 +86,15 @@ def _try_plans(question: Question[SystemClaim], search: PlanSearch) -> ReachOutc
 
 
 def _try_courses(
-    question: Question[SystemClaim], play: FlowPlay, search: PlanSearch, left: StepsLeft
+    question: Question[SystemClaim], play: FlowPlay, search: PlanSearch, replay: FlowReplay
 ) -> ReachOutcome | None:
     """VIOLATED by one of more random episodes, or by the middle of a part that was left open."""
     assert isinstance(question.subject, ClosedLoop)
-    profile, system, claim = question.profile, question.subject.system, question.claim
-    names = [one.name for one in system.variables]
+    names = [one.name for one in question.subject.system.variables]
     middles = [0.5 * one.low + 0.5 * one.high for one in search.open[:MIDDLES]]
     starts = [dict(zip(names, middle.tolist(), strict=True)) for middle in middles]
     for course in (*play.breaking(question.budgets.samples), *play.from_starts(starts)):
-        counterexample = replay_course(profile, system, claim, course, left)
+        counterexample = replay.follow_course(course)
         if counterexample is not None:
             return ReachOutcome(Verdict.VIOLATED, counterexample=counterexample)
     return None

@@ -28,23 +28,32 @@ Evaluated = Callable[[Mapping[str, Float64]], Float64]
 
 
 class FlowCourse(NamedTuple):
-    """How an episode is to go: its start, and what stays: the errors of the derivatives, by how many seconds each
-    period is longer than stated, and which of the flow's ways to observe late it is.
+    """How an episode is to go: its start; the errors of the derivatives, which stay; by how many seconds each period is
+    longer than stated, and which of the flow's ways to observe late each sample is, in turn: the last ones stay.
     """
 
     start: Mapping[str, Fraction]
     errors: Mapping[str, Fraction]
-    longer: Fraction = Fraction(0)
-    way: int = 0
+    longer: Sequence[Fraction] = (Fraction(0),)
+    ways: Sequence[int] = (0,)
     rank: int = 0  # which of the cases that hold a state is taken, in turn
+
+    def longer_at(self, period: int) -> Fraction:
+        """By how much one period is longer."""
+        return self.longer[min(period, len(self.longer) - 1)]
+
+    def way_at(self, period: int) -> int:
+        """How late observations of one sample are."""
+        return self.ways[min(period, len(self.ways) - 1)]
 
 
 class _Chances(NamedTuple):
-    """The same of many episodes in float64: errors by variable, seconds, ways, ranks, [batch] each."""
+    """The same of many episodes: errors in float64 by variable, [batch] each; the number of each, which says how its
+    samples go (`_draw_sample`); and ranks.
+    """
 
     errors: Planes
-    longer: Float64
-    way: Int64
+    turns: Int64
     rank: Int64
 
 
@@ -72,45 +81,64 @@ class FlowPlay:
         bounds = self._flow.errors
         ends = {name: (nearest_double(low), nearest_double(high)) for name, (low, high) in bounds.items()}
         errors = {name: random.choice([low, high, 0.5 * (low + high)], size) for name, (low, high) in ends.items()}
-        chances = _Chances(errors, *self._draw_samples(size))
-        with np.errstate(all="ignore"):  # what overflows breaks nothing that could be replayed
-            broken = self._mark_broken(start, chances, size)
-        for place in np.flatnonzero(broken)[:MAX_FOUND]:
-            begun = {name: Fraction(float(values[place])) for name, values in start.items()}
-            off = {name: _exact(float(values[place]), bounds[name]) for name, values in errors.items()}
-            longer = _exact(float(chances.longer[place]), self._flow.jitter)
-            yield FlowCourse(begun, off, longer, int(chances.way[place]), int(chances.rank[place]))
-
-    def _draw_samples(self, size: int) -> tuple[Float64, Int64, Int64]:
-        """By how much periods are longer, the ways to observe late, and ranks, all of episodes in turn."""
-        low, high = map(nearest_double, self._flow.jitter)
         turns = np.arange(size)
-        return (
+        chances = _Chances(errors, turns, turns // 5 * bool(self._flow.cases))
+        yield from self._find_broken(start, chances, MAX_FOUND)
+
+    def _find_broken(self, start: Planes, chances: _Chances, most: int) -> Iterator[FlowCourse]:
+        """Courses that break the claim in float64, at most so many of them."""
+        with np.errstate(all="ignore"):  # what overflows breaks nothing that could be replayed
+            broken = self._mark_broken(start, chances)
+        places = np.flatnonzero(broken)[:most].tolist()
+        drawn = [self._draw_sample(chances.turns, period) for period in range(self._periods if places else 0)]
+        bounds = self._flow.errors
+        for place in places:
+            begun = {name: Fraction(float(values[place])) for name, values in start.items()}
+            off = {name: _exact(float(values[place]), bounds[name]) for name, values in chances.errors.items()}
+            longer = [_exact(float(each[place]), self._flow.jitter) for each, _ in drawn]
+            yield FlowCourse(begun, off, longer, [int(each[place]) for _, each in drawn], int(chances.rank[place]))
+
+    @property
+    def _periods(self) -> int:
+        """How many may differ from one another."""
+        return max(self._claim.steps, 1) if any(self._flow.jitter) or len(self._flow.seen) > 1 else 1
+
+    def _draw_sample(self, turns: Int64, period: int) -> tuple[Float64, Int64]:
+        """By how much a period is longer, and the way in which its sample is late, of episodes by their numbers: what
+        stays, what alternates between the ends, and what is drawn anew each time, in turn. Below 0: what is stated.
+        """
+        ends = low, high = _floats(self._flow.jitter)
+        count, random = len(self._flow.seen), np.random.default_rng((SEED, period))
+        kinds = np.where(turns < 0, 0, 1 + turns // (3 * count) % 3)
+        longer = [
+            np.full(len(turns), min(max(0.0, low), high)),
             np.array([low, high, 0.5 * (low + high)])[turns % 3],
-            turns // 3 % len(self._flow.seen),
-            turns // 5 * bool(self._flow.cases),
-        )
+            np.array(ends)[(turns + period) % 2],
+            random.choice(ends, len(turns)),
+        ]
+        ways = [
+            np.zeros(len(turns), dtype=np.int64),
+            turns // 3 % count,
+            (turns // 2 + period) % 2 * (count - 1),
+            random.integers(count, size=len(turns)),
+        ]
+        return np.choose(kinds, longer), np.choose(kinds, ways)
 
     def from_starts(self, starts: Sequence[Mapping[str, float]]) -> Iterator[FlowCourse]:
-        """Courses from some starts, without errors, that break the claim in float64."""
+        """Courses from some starts, without errors, that break the claim in float64: with samples as they are stated,
+        then with others.
+        """
         if not starts:
             return
-        starts = [{**start, **{name: start[of] for name, of in self._flow.kept.items()}} for start in starts]
-        planes = {name: np.array([start[name] for start in starts]) for name in starts[0]}
-        with np.errstate(all="ignore"):
-            broken = self._mark_broken(planes, self._even(len(starts)), len(starts))
-        for start, breaks in zip(starts, broken.tolist(), strict=True):
-            if breaks:
-                yield FlowCourse({name: Fraction(value) for name, value in start.items()}, {})
+        tries = 9 * len(self._flow.seen) if self._periods > 1 else 0
+        numbers = np.repeat(np.arange(-1, tries), len(starts))
+        planes = {name: np.tile([start[name] for start in starts], 1 + tries) for name in starts[0]}
+        planes |= {name: planes[of] for name, of in self._flow.kept.items()}
+        chances = _Chances({}, numbers, np.zeros(len(numbers), dtype=np.int64))
+        yield from self._find_broken(planes, chances, len(starts))
 
-    def _even(self, count: int) -> _Chances:
-        """No errors, periods as stated, the first way to observe."""
-        middle = min(max(0.0, nearest_double(self._flow.jitter[0])), nearest_double(self._flow.jitter[1]))
-        none = np.zeros(count, dtype=np.int64)
-        return _Chances({}, np.full(count, middle), none, none)
-
-    def _mark_broken(self, start: Planes, chances: _Chances, count: int) -> Bool:
-        claim, state = self._claim, start
+    def _mark_broken(self, start: Planes, chances: _Chances) -> Bool:
+        claim, state, count = self._claim, start, len(chances.turns)
         broken, alive = np.zeros(count, dtype=np.bool_), np.ones(count, dtype=np.bool_)
         for period in range(claim.steps + 1):
             bad, good = self._ask_claim(state, count, period)
@@ -118,14 +146,15 @@ class FlowPlay:
             alive &= ~bad & ~good
             if period == claim.steps or not alive.any():
                 break
-            held = self._hold_inputs(state, chances.way)
+            longer, way = self._draw_sample(chances.turns, period)
+            held = self._hold_inputs(state, way)
             known, case = {**state, **held}, self._case(state, chances.rank)
             for number, jumps in enumerate(self._jumps):
                 state = state | {
                     name: np.where(case == number, value(known), state[name]) for name, value in jumps.items()
                 }
             for part in range(PARTS):
-                state = self._move_state(state, held, chances, case)
+                state = self._move_state(state, held, (self._period + longer) / PARTS, chances.errors, case)
                 if part + 1 < PARTS and not claim.at_samples:
                     bad, good = self._ask_claim(state, count, period, between=True)
                     broken |= alive & bad
@@ -150,8 +179,8 @@ class FlowPlay:
         wanted = rank % np.maximum(holds.sum(axis=0), 1)
         return np.asarray((holds & (holds.cumsum(axis=0) == wanted + 1)).argmax(axis=0), dtype=np.int64)
 
-    def _move_state(self, state: Planes, held: Planes, chances: _Chances, case: Int64) -> Planes:
-        h, errors = (self._period + chances.longer) / PARTS, chances.errors
+    def _move_state(self, state: Planes, held: Planes, h: Float64, errors: Planes, case: Int64) -> Planes:
+        """The states after a step of `h` seconds."""
 
         def slope(now: Planes) -> Planes:
             known, after = {**now, **held}, dict[str, Float64]()

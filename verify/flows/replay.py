@@ -7,104 +7,107 @@ Does not: look for such starts.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
+from typing import TypeVar
 
 import numpy as np
 
 from codegen.ir import PolicyProfile
 from verify.checker.covers.rounding import ceiling, ensure_arithmetic, floor
+from verify.checker.flows.programs import Stepping
 from verify.checker.flows.series import FlowReading
 from verify.checker.flows.spans import Spans
-from verify.checker.flows.steps import EXACT, FlowStep, Frame, Stepping, build_frames
+from verify.checker.flows.steps import EXACT, FlowStep, Frame, build_frames
 from verify.checker.flows.sweep import FlowSweep
 from verify.flows.playing import FlowCourse
 from verify.reach.replay import is_start
 from verify.reach.results import SystemCounterexample, Values
 from verify.systems.claims import SystemClaim
-from verify.systems.system import Flow, Interval, System
+from verify.systems.system import Interval, System
 
 ORDER, PARTS = 8, (4, 16, 64)  # of the series, and of a period: the next where enclosures are too wide
 MAX_STEPS = 1_000_000  # of one replay
-
-
-@dataclass
-class StepsLeft:
-    """How many steps replays may still take."""
-
-    count: int = MAX_STEPS
+Value = TypeVar("Value")
 
 
 def replay_course(
-    profile: PolicyProfile, system: System, claim: SystemClaim, course: FlowCourse, left: StepsLeft | None = None
+    profile: PolicyProfile, system: System, claim: SystemClaim, course: FlowCourse
 ) -> SystemCounterexample | None:
-    """The episode of a course as a counterexample; None where it does not surely break the claim in `left` steps."""
-    left = left or StepsLeft()
-    assert system.flow is not None
-    bounds, (least, most) = system.flow.errors, system.flow.jitter
-    within = all(low <= course.errors.get(name, Fraction(0)) <= high for name, (low, high) in bounds.items())
-    within &= least <= course.longer <= most and 0 <= course.way < len(system.flow.seen)
-    if not within or not course.errors.keys() <= bounds.keys() or not is_start(system, claim, course.start):
+    """The episode of a course as a counterexample; None where it does not surely break the claim."""
+    return FlowReplay(profile, system, claim).follow_course(course)
+
+
+class FlowReplay:
+    """Episodes of one question in enclosures. `left`: how many steps they may still take, all together."""
+
+    def __init__(self, profile: PolicyProfile, system: System, claim: SystemClaim, left: int = MAX_STEPS) -> None:
+        assert system.flow is not None
+        self.system, self.flow, self.claim, self.left = system, system.flow, claim, left
+        self.sweep = FlowSweep(profile, system, claim)
+        names = [one.name for one in system.variables]
+        self._readings = [FlowReading(each, names) for each in system.flow.each]
+        self._steps: dict[tuple[int, Stepping, tuple[Interval, ...]], FlowStep] = {}
+
+    def follow_course(self, course: FlowCourse) -> SystemCounterexample | None:
+        """As the function, in the steps that are left."""
+        bounds, (least, most) = self.flow.errors, self.flow.jitter
+        within = all(low <= course.errors.get(name, Fraction(0)) <= high for name, (low, high) in bounds.items())
+        within &= all(least <= each <= most for each in course.longer)
+        within &= all(0 <= each < len(self.flow.seen) for each in course.ways)
+        if not within or not course.errors.keys() <= bounds.keys():
+            return None
+        if not is_start(self.system, self.claim, course.start):
+            return None
+        ensure_arithmetic()
+        with np.errstate(all="ignore"):  # what is not finite is not shown
+            for parts in PARTS:
+                episode = _Narrow(self, course, parts)
+                counterexample = episode.follow()
+                if counterexample is not None or not episode.lost:
+                    return counterexample
         return None
-    ensure_arithmetic()
-    with np.errstate(all="ignore"):  # what is not finite is not shown
-        for parts in PARTS:
-            episode = _Narrow(profile, system, claim, course, parts, left)
-            counterexample = episode.follow()
-            if counterexample is not None or not episode.lost:
-                return counterexample
-    return None
+
+    def step_of(self, case: int, how: Stepping, course: FlowCourse) -> FlowStep:
+        """The step of a case, with the errors of a course, cut to its bounds."""
+        flow, errors = self.flow.each[case], list[Interval]()
+        for name in flow.rates:
+            low, high = flow.error.get(name, EXACT)
+            error = min(max(course.errors.get(name, Fraction(0)), low), high)
+            errors.append((error, error))
+        key = case, how, tuple(errors)
+        if key not in self._steps:
+            self._steps[key] = FlowStep(self._readings[case], errors, how)
+        return self._steps[key]
 
 
 class _Narrow:
     """One episode in enclosures."""
 
-    def __init__(
-        self,
-        profile: PolicyProfile,
-        system: System,
-        claim: SystemClaim,
-        course: FlowCourse,
-        parts: int,
-        left: StepsLeft,
-    ) -> None:
-        assert system.flow is not None
-        self._left = left
+    def __init__(self, replay: FlowReplay, course: FlowCourse, parts: int) -> None:
+        self._replay, self._sweep, self._claim = replay, replay.sweep, replay.claim
         self._parts, self.lost = parts, False  # whether an enclosure was not shown: steps are too long
-        self._sweep, self._claim, self._system = FlowSweep(profile, system, claim), claim, system
-        names = [one.name for one in system.variables]
-        self._errors = {name: course.errors.get(name, Fraction(0)) for name in system.flow.errors}
-        period = system.flow.period + course.longer
-        how = Stepping(ORDER, period / parts)
-        self._steps = [FlowStep(FlowReading(each, names), self._off(each), how) for each in system.flow.each]
-        self._part, self._course, self._taken = how.seconds, course, list[int]()
-        numbers = [course.start[name] for name in names]
+        self._names = [one.name for one in replay.system.variables]
+        self._errors = {name: course.errors.get(name, Fraction(0)) for name in replay.flow.errors}
+        self._course, self._taken, self._seconds = course, list[int](), Fraction(0)
+        numbers = [course.start[name] for name in self._names]
         self._box = Spans(np.array([list(map(floor, numbers))]), np.array([list(map(ceiling, numbers))]))
         self._frames: tuple[Frame, ...] = (build_frames(self._box),)
         self._states: list[Values] = [dict(course.start)]
         self._actions: list[Mapping[str, str]] = []
-
-    def _off(self, flow: Flow) -> list[Interval]:
-        """The errors of a case: those of the course, cut to its bounds."""
-        found: list[Interval] = []
-        for name in flow.rates:
-            low, high = flow.error.get(name, EXACT)
-            error = min(max(self._errors.get(name, Fraction(0)), low), high)
-            found.append((error, error))
-        return found
+        self._broken_between = False
 
     def follow(self) -> SystemCounterexample | None:
         """The counterexample; None where nothing sure is found."""
         claim = self._claim
         for period in range(claim.steps + 1):
             if not claim.says.once and self._surely_broken(self._box, period):
-                return self._report_course(period, period * self._parts * self._part)
+                return self._report_course(period)
             if claim.says.once and not self._sweep.surely_outside(self._box):
                 return None
             if period == claim.steps:
                 break
-            joint = self._sweep.only_action(self._box, self._course.way)
+            joint = self._sweep.only_action(self._box, self._course.way_at(period))
             if joint is None:
                 return None
             self._actions.append(self._sweep.name_actions(joint))
@@ -115,23 +118,35 @@ class _Narrow:
             self._taken.append(cases[self._course.rank % len(cases)])
             if not self._make_jump(held, self._taken[-1]):
                 return None
-            for part in range(self._parts):
-                self._left.count -= 1
-                if self._left.count < 0:
-                    return None
-                moved = self._steps[self._taken[-1]].move_sets(self._box, self._frames, held)
-                if not moved.shown.all() or moved.empty.any():
-                    self.lost = True
-                    return None
-                self._box, self._frames = moved.box, moved.frames
-                if claim.says.once and not claim.at_samples and not self._sweep.surely_outside(moved.tube):
-                    return None
-                between = not claim.says.once and not claim.at_samples and part + 1 < self._parts
-                if between and self._surely_broken(self._box, period):
-                    self._states.append(self._middle())
-                    return self._report_course(period + 1, period * self._parts * self._part + (part + 1) * self._part)
+            if not self._follow_period(period, held):
+                return None
             self._states.append(self._middle())
-        return self._report_course(claim.steps, claim.steps * self._parts * self._part) if claim.says.once else None
+            if self._broken_between:
+                return self._report_course(period + 1)
+        return self._report_course(claim.steps) if claim.says.once else None
+
+    def _follow_period(self, period: int, held: Mapping[str, Spans]) -> bool:
+        """Follows a period up to where it surely breaks the claim; whether all of that was shown."""
+        claim, length = self._claim, self._replay.flow.period + self._course.longer_at(period)
+        how = Stepping(ORDER, length / self._parts)
+        step = self._replay.step_of(self._taken[-1], how, self._course)
+        for part in range(self._parts):
+            self._replay.left -= 1
+            if self._replay.left < 0:
+                return False
+            moved = step.move_sets(self._box, self._frames, held)
+            if not moved.shown.all() or moved.empty.any():
+                self.lost = True
+                return False
+            self._box, self._frames = moved.box, moved.frames
+            self._seconds += how.seconds
+            if claim.says.once and not claim.at_samples and not self._sweep.surely_outside(moved.tube):
+                return False
+            between = not claim.says.once and not claim.at_samples and part + 1 < self._parts
+            self._broken_between = between and self._surely_broken(self._box, period)
+            if self._broken_between:
+                break
+        return True
 
     def _make_jump(self, held: Mapping[str, Spans], case: int) -> bool:
         """Makes the jump of a sample; whether it was enclosed."""
@@ -149,15 +164,29 @@ class _Narrow:
 
     def _middle(self) -> Values:
         middle = self._box.middle[0]
-        return {one.name: Fraction(float(value)) for one, value in zip(self._system.variables, middle, strict=True)}
+        return {name: Fraction(float(value)) for name, value in zip(self._names, middle, strict=True)}
 
-    def _report_course(self, step: int, seconds: Fraction) -> SystemCounterexample:
+    def _report_course(self, step: int) -> SystemCounterexample:
         errors = tuple(dict(self._errors) for _ in self._actions) if self._errors else ()
-        states, actions, course = tuple(self._states), tuple(self._actions), self._course
-        flow = self._system.flow
-        assert flow is not None
-        pieces = tuple(self._taken) if flow.cases else ()
-        taken = tuple(flow.cases[case].choice for case in pieces)
+        course, cases, periods = self._course, self._replay.flow.cases, range(max(len(self._actions), 1))
+        pieces = tuple(self._taken) if cases else ()
         return SystemCounterexample(
-            states, actions, errors, pieces, step, taken, seconds, course.longer, course.way, course.rank
+            tuple(self._states),
+            tuple(self._actions),
+            errors,
+            pieces,
+            step,
+            tuple(cases[case].choice for case in pieces),
+            self._seconds,
+            _shorten([course.longer_at(period) for period in periods]),
+            _shorten([course.way_at(period) for period in periods]),
+            course.rank,
         )
+
+
+def _shorten(values: Sequence[Value]) -> tuple[Value, ...]:
+    """Values of which the last stays, as few as say the same."""
+    count = len(values)
+    while count > 1 and values[count - 2] == values[-1]:
+        count -= 1
+    return tuple(values[:count])

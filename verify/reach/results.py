@@ -37,8 +37,8 @@ class SystemCounterexample:
     step: int  # the state that breaks the claim; of `reaches` the last one
     choices: tuple[Mapping[str, str], ...] = ()  # of each step: what was taken of each choice, in the words of the file
     seconds: Fraction | None = None  # of a flow: when that is; states but the first are middles of narrow enclosures
-    longer: Fraction = Fraction(0)  # of a flow: seconds by which each of its periods is longer than stated
-    way: int = 0  # of a flow: which of its ways to observe late it is
+    longer: tuple[Fraction, ...] = (Fraction(0),)  # of a flow: seconds by which its periods are longer than stated
+    ways: tuple[int, ...] = (0,)  # of a flow: in which way each sample is late; as of `longer`, the last one stays
     rank: int = 0  # of a flow: which of the cases that hold a state is taken, in turn
 
     @property

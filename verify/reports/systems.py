@@ -325,7 +325,7 @@ def _rows(told: Mapping[str, Any]) -> list[dict[str, str]]:
             "name": each["name"],
             "unit": "" if each["unit"] == "1" else each["unit"],
             "range": ", ".join(each["modes"]) if "modes" in each else _bounds(each["range"]),
-            "start": _start(each, told["start"]["box"][each["name"]]),
+            "start": _start(each, told["start"]["box"].get(each["name"])),
             "error": _error(each["error"]),
             "measured": flows.upwards(max(map(abs, off[each["name"]])), 2) if each["name"] in off else "",
         }
@@ -333,8 +333,10 @@ def _rows(told: Mapping[str, Any]) -> list[dict[str, str]]:
     ]
 
 
-def _start(variable: Mapping[str, Any], ends: Sequence[str]) -> str:
-    """Where a variable starts: a mode by its name."""
+def _start(variable: Mapping[str, Any], ends: Sequence[str] | None) -> str:
+    """Where a variable starts: a mode by its name. What keeps earlier values has no bounds of its own."""
+    if ends is None:
+        return "as the conditions say"
     return variable["modes"][int(ends[0])] if "modes" in variable else _bounds(ends)
 
 

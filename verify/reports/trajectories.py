@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from math import isfinite
 from typing import TYPE_CHECKING, Any
@@ -39,10 +39,15 @@ def counterexample(found: SystemCounterexample) -> dict[str, Any]:
         "pieces": list(found.pieces),
         **({"choices": choices} if choices else {}),
         **({} if found.seconds is None else {"seconds": plain(found.seconds)}),
-        **({"longer": rational_literal(found.longer)} if found.longer else {}),
-        **({"way": found.way} if found.way else {}),
+        **({"longer": _alone([rational_literal(each) for each in found.longer])} if any(found.longer) else {}),
+        **({"way": _alone(found.ways)} if any(found.ways) else {}),
         **({"rank": found.rank} if found.rank else {}),
     }
+
+
+def _alone(values: Sequence[str] | Sequence[int]) -> Any:
+    """What stays as one value, what changes from period to period as a list."""
+    return values[0] if len(values) == 1 else list(values)
 
 
 def number(value: Fraction | float) -> float | str:
@@ -68,14 +73,22 @@ def table(found: Mapping[str, Any], dt: str | None) -> str:
     choices = found.get("choices", {})
     rows = csv.writer(file, lineterminator="\n")
     rows.writerow(["step", *(["time_s"] if dt else []), *states, *(f"{agent}.action" for agent in actions), *choices])
-    broken = found.get("seconds")  # of a flow: when its last state is
+    broken, begins = found.get("seconds"), _begin_steps(found, dt)  # of a flow: when its last state is
     for step, values in enumerate(zip(*states.values(), strict=True)):
         taken = [each[step] if step < len(each) else "" for each in (*actions.values(), *choices.values())]
-        time = (
-            nearest_double(Fraction(broken)) if broken and step == found["step"] else seconds(step, dt) if dt else 0.0
-        )
+        time = nearest_double(Fraction(broken)) if broken and step == found["step"] else begins[step] if dt else 0.0
         rows.writerow([step, *([time] if dt else []), *values, *taken])
     return file.getvalue()
+
+
+def _begin_steps(found: Mapping[str, Any], dt: str | None) -> list[float]:
+    """When each step begins, by the lengths of the periods before it."""
+    longer, time, begins = found.get("longer", "0"), Fraction(0), list[float]()
+    changing = [longer] if isinstance(longer, str) else longer
+    for step in range(found["step"] + 1 if dt else 0):
+        begins.append(nearest_double(time))
+        time += Fraction(dt or 0) + Fraction(changing[min(step, len(changing) - 1)])
+    return begins
 
 
 def seconds(step: int, dt: str) -> float:

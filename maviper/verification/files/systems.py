@@ -7,7 +7,9 @@ Does not: decide verdicts, print or write files.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -78,8 +80,8 @@ class CounterexampleJson(msgspec.Struct, forbid_unknown_fields=True):
     pieces: list[int]
     actions: dict[str, list[str]]
     at_samples: bool | None = None  # of a flow: whether the claim is about samples only
-    longer: str = "0"  # of a flow: seconds by which each period is longer than stated
-    way: int = 0  # of a flow: which of its delays it is, from 0
+    longer: str | list[str] = "0"  # of a flow: seconds by which periods are longer than stated: all, or each in turn
+    way: int | list[int] = 0  # of a flow: which of its delays samples have, from 0: all, or each in turn
     rank: int = 0  # of a flow: which of the cases that hold a state is taken, in turn
 
 
@@ -155,10 +157,21 @@ def replay(
             again = truly(statement, profile, claim, again) if again and statement.acting else again
         else:
             claim = replace(claim, at_samples=bool(document.at_samples))
-            off = errors[0] if errors else {}
-            course = FlowCourse(start, off, read_number(document.longer), document.way, document.rank)
-            again = flow_replayed(profile, statement.system, claim, course)
+            again = flow_replayed(profile, statement.system, claim, _read_course(document, start, errors))
     except (ValueError, LookupError, TypeError, ZeroDivisionError) as error:
         raise InputError("not a readable counterexample", f"{path}: {escape_text(error)}", ADVICE) from None
     same = document.system == documents.content_hash(statement.system)
     return document, claim, again, same, document.profile == content_hash(profile)
+
+
+def _read_course(
+    document: CounterexampleJson, start: Mapping[str, Fraction], errors: Sequence[Mapping[str, Fraction]]
+) -> FlowCourse:
+    """How an episode of a flow goes, by its file. A list is of what changes from period to period, and its last member
+    stays. ValueError for an empty one.
+    """
+    longer = [document.longer] if isinstance(document.longer, str) else document.longer
+    ways = [document.way] if isinstance(document.way, int) else document.way
+    if not longer or not ways:
+        raise ValueError("a list of periods or delays is empty")
+    return FlowCourse(start, errors[0] if errors else {}, list(map(read_number, longer)), ways, document.rank)

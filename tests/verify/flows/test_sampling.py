@@ -189,10 +189,10 @@ def test_a_claim_is_proved_or_broken_by_what_is_late():
     broken = asked("jitter = 0.01", angle=(F(808, 1000), 2))
     found = decide(broken)
     again = found.counterexample
-    assert found.verdict is Verdict.VIOLATED and again.longer != 0
-    course = FlowCourse(again.start, {}, again.longer, again.way)
+    assert found.verdict is Verdict.VIOLATED and any(again.longer)
+    course = FlowCourse(again.start, {}, again.longer, again.ways)
     assert replay_course(broken.profile, broken.subject.system, broken.claim, course) == again
-    for beyond in (course._replace(longer=F(1, 50)), course._replace(way=1)):
+    for beyond in (course._replace(longer=[F(1, 50)]), course._replace(ways=[1])):
         assert replay_course(broken.profile, broken.subject.system, broken.claim, beyond) is None
 
 
