@@ -106,6 +106,10 @@ class Motion:
             chosen = np.ascontiguousarray(actions[:, agent])
             for axis in (0, 1):
                 pushes[axis].take(chosen, out=push[agent, axis], mode="clip")
+        return self.step_pushed(position, velocity, push)
+
+    def step_pushed(self, position: Float64, velocity: Float64, push: Float64) -> tuple[Float64, Float64]:
+        """As `step`, by the accelerations that agents give themselves, [n_agents, 2, batch], which are overwritten."""
         if len(self._partners) > 1 and position.shape[-1] <= PUSHED_AT_ONCE:
             self._push_all_apart(position, push)
         else:

@@ -152,9 +152,18 @@ def _drive_episodes(made: Build, world: World, episodes: Episodes, seeds: range)
     agreements: list[Agreement] = []
     for agent, policy in enumerate(profile.agents):
         rows = episodes.observations[agent].reshape(-1, len(policy.features))
-        wanted, given = episodes.actions[..., agent].ravel(), again.actions[..., agent].ravel()
-        agreements.append(selfcheck.compare("episodes driven by c", policy, rows, np.asarray(wanted, np.int32), given))
+        wanted, given = (_select_actions(policy, agent, each.actions) for each in (episodes, again))
+        agreements.append(selfcheck.compare("episodes driven by c", policy, rows, wanted, given))
     return agreements
+
+
+def _select_actions(policy: ir.AgentPolicy, agent: int, actions: Any) -> Any:
+    """What an agent did in all steps of some episodes: actions [n] int32, or the numbers that it gave, [n, n_outputs].
+    `actions`: as in `Episodes`.
+    """
+    if policy.outputs:
+        return actions[..., agent, : len(policy.outputs)].reshape(-1, len(policy.outputs))
+    return actions[..., agent].ravel().astype(np.int32)
 
 
 def _bytes(state: Any) -> list[bytes]:

@@ -1,6 +1,7 @@
 """Experts as numpy arrays: per agent an actor and a centralized critic, or one value network.
 
-Does: the forward pass of actors (argmax of logits), critics (Q of joint actions) and value networks (Q of own actions).
+Does: the forward pass of actors (argmax of logits, or numbers within bounds), critics (Q of joint actions) and value
+  networks (Q of own actions).
 Assumes: two hidden ReLU layers; a critic reads all observations, then all agents' actions one-hot.
 Does not: learn, or need torch.
 
@@ -19,6 +20,7 @@ import numpy as np
 from codegen.errors import InputError
 from codegen.ir import Float32, Float64
 from codegen.legality import Mask
+from maviper.episodes.play import in_columns
 from maviper.experts.expert import AS_GIVEN
 from maviper.worlds.world import Int, legal_in
 
@@ -50,6 +52,7 @@ class NetworkExpert:
     card: Mapping[str, Any]
     hash: str
     masks: tuple[Mask | None, ...] = ()  # each agent's; (): all actions are always legal
+    bounds: tuple[tuple[Float64, Float64], ...] = ()  # of the numbers that each agent gives; (): agents have actions
     _wide: Mapping[str, Float64] = field(init=False, repr=False)
     _errors: Mapping[str, tuple[Float64, Float64]] = field(init=False, repr=False)  # by acting network
 
@@ -67,8 +70,17 @@ class NetworkExpert:
         return f"{self.agents[0]}.{net}.1.weight" in self.tensors
 
     def act(self, agents: Sequence[int], observations: Sequence[Float32], state: Any = None) -> Int:
-        """As `Controller.act`: each agent's greedy action, among legal ones if any is."""
+        """As `Controller.act`: each agent's greedy action, among legal ones if any is; or its numbers, means clipped to
+        the bounds.
+        """
+        if self.bounds:
+            return in_columns([self._give(agent, observations[agent]) for agent in agents])
         return np.stack([self._greedy(agent, observations[agent]) for agent in agents], axis=1)
+
+    def _give(self, agent: int, obs: Float32) -> Float32:
+        """[batch, n_outputs]; the least batch is two rows, as in `_greedy`."""
+        rows = obs if len(obs) > 1 else np.resize(obs, (2, obs.shape[1]))
+        return give_numbers(self.logits(agent, rows), *self.bounds[agent])[: len(obs)]
 
     def _greedy(self, agent: int, obs: Float32) -> Int:
         """In float64 only where float32 leaves a doubt; the least batch of a product is two rows, as one row alone is
@@ -143,6 +155,14 @@ class NetworkExpert:
         outputs = np.maximum(hidden, 0, out=hidden) @ tensors[f"{net}.3.weight"]
         outputs += tensors[f"{net}.3.bias"]
         return outputs
+
+
+def give_numbers(parts: Any, low: Float64, high: Float64) -> Float32:
+    """Numbers within bounds, [batch, n_outputs]: -1 stands for the low one, 1 for the high one, and what is beyond them
+    is clipped.
+    """
+    given = (low + high) / 2 + np.asarray(parts, np.float64) * ((high - low) / 2)
+    return np.clip(given, low, high).astype(np.float32)
 
 
 def _largest_errors(net: str, wide: Mapping[str, Float64]) -> tuple[Float64, Float64]:

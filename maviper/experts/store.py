@@ -22,6 +22,7 @@ from maviper.experts.network import ACTOR_CRITIC, CRITIC, LAYERS, NETS, NetworkE
 from maviper.files import kinds, runs
 from maviper.worlds import World, find_built_in
 from maviper.worlds.outside.sources import is_named_by_user
+from maviper.worlds.world import bounds
 
 ZIP = b"PK\x03\x04"  # how such an archive begins
 FORMAT = "maviper-expert-1"
@@ -104,20 +105,22 @@ def decode(data: bytes, where: str, world: World | None = None) -> NetworkExpert
     world = world or find_built_in(name)
     if name != world.name:
         raise InputError("the expert plays another world", f"{where}: {name}, not {world.name}", advice)
-    n_actions = tuple(len(choices) for choices in world.actions)
     for name, shape in shapes(world, hidden, networks).items():
         actual = tensors[name].shape if name in tensors else None
         if actual != shape or not np.isfinite(tensors[name]).all():
             raise InputError(
                 "the expert file is damaged", f"{where}: {name}: shape {actual}, expected {shape}, finite", advice
             )
-    return NetworkExpert(world.agents, n_actions, tensors, card, hashlib.sha256(data).hexdigest(), _masks(world))
+    return build_expert(world, tensors, card, hashlib.sha256(data).hexdigest())
 
 
-def build_expert(world: World, tensors: Mapping[str, Float32], card: Mapping[str, Any]) -> NetworkExpert:
-    """An expert from its parts, without a file."""
+def build_expert(
+    world: World, tensors: Mapping[str, Float32], card: Mapping[str, Any], digest: str = ""
+) -> NetworkExpert:
+    """An expert from its parts. `digest`: of its file, if there is one."""
     n_actions = tuple(len(choices) for choices in world.actions)
-    return NetworkExpert(world.agents, n_actions, tensors, card, "", _masks(world))
+    ends = tuple(bounds(outputs) for outputs in world.outputs)
+    return NetworkExpert(world.agents, n_actions, tensors, card, digest, _masks(world), ends)
 
 
 def _masks(world: World) -> tuple[Mask | None, ...]:
@@ -128,7 +131,7 @@ def shapes(world: World, hidden: int, networks: str = ACTOR_CRITIC) -> dict[str,
     """Names and shapes of the tensors that an expert for `world` consists of."""
     n_all = sum(len(features) for features in world.features) + sum(len(choices) for choices in world.actions)
     expected: dict[str, tuple[int, ...]] = {}
-    for agent, features, choices in zip(world.agents, world.features, world.actions, strict=True):
+    for agent, features, choices in zip(world.agents, world.features, world.outputs or world.actions, strict=True):
         for net in NETS[networks]:
             inputs, outputs = (n_all, 1) if net == CRITIC else (len(features), len(choices))
             sizes = (inputs, hidden, hidden, outputs)

@@ -35,7 +35,7 @@ WORLDS: Mapping[str, type[World]] = {
 }
 MAX_OF_A_KIND = 24  # agents, targets, obstacles
 OF_GYMNASIUM = re.compile(r"[A-Za-z0-9_/]+-v[0-9]+")
-SWITCHES = ("velocity", "shuffled")
+SWITCHES = ("velocity", "shuffled", "continuous")
 
 
 def _maker_of(file: str) -> Callable[..., Any]:

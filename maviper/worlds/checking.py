@@ -131,7 +131,8 @@ def _vmas(source: Source) -> Iterator[Finding]:
     world = VmasWorld(name)
     yield Finding(Mark.OK, f"scenario: {name}, {format_count(world.games, 'game')} at once")
     yield Finding(Mark.OK, f"agents: {', '.join(world.agents)}")
-    yield Finding(Mark.OK, f"actions: Discrete, {', '.join(str(len(choices)) for choices in world.actions)}")
+    kind = "numbers within bounds" if world.outputs else "Discrete"
+    yield Finding(Mark.OK, f"actions: {kind}, {', '.join(str(len(does)) for does in world.outputs or world.actions)}")
     seen = ", ".join(str(len(features)) for features in world.features)
     yield Finding(Mark.OK, f"observations: vectors of {seen} numbers")
     if world.length_known:
@@ -140,9 +141,10 @@ def _vmas(source: Source) -> Iterator[Finding]:
         said = f"episode length: scenarios have none, so {world.spec.episode_steps} steps are taken"
         yield Finding(Mark.MISSING, said, f"write {name},{MAX_STEPS}=NUMBER")
     yield from _names(world)
-    sizes = [len(choices) for choices in world.actions]
-    steps = min(world.spec.episode_steps, PROBE_STEPS)
-    actions = np.random.default_rng(0).integers(sizes, size=(steps, len(sizes)))
+    steps, everybody = min(world.spec.episode_steps, PROBE_STEPS), range(len(world.agents))
+    uniform = np.random.default_rng(0).random((steps, *world.acting_shape))
+    unseen = [np.zeros((steps, len(features)), np.float32) for features in world.features]  # there are no masks
+    actions = world.draw_actions(everybody, unseen, uniform)
     played = [_in_place(game, place, actions) for game, place in ((world, 0), (world.apart(), world.games - 1))]
     if played[0] == played[1]:
         yield Finding(Mark.OK, "repeats: the same seed and actions give the same episode anywhere in a batch")
@@ -159,7 +161,7 @@ def _in_place(world: VmasWorld, place: int, actions: Int) -> list[bytes]:
     state = world.start_from_seeds(seeds)
     trace: list[bytes] = []
     for acted in actions:
-        state = world.step(state, np.tile(acted, (place + 1, 1)))
+        state = world.step(state, np.repeat(acted[None], place + 1, axis=0))
         trace += [seen[place].tobytes() for seen in state.observations] + [state.rewards[place].tobytes()]
     return trace
 

@@ -191,7 +191,8 @@ def test_options_and_measures_are_those_of_the_world(game):
             assert sorted(re.findall(r"\w+", values.replace(" or ", " "))) == sorted(RULES)
         else:
             low, high = map(int, re.findall(r"\d+", values))
-            assert find(f"{game},{name.strip('`')}={high}") and find(f"{game},{name.strip('`')}={low}")
+            for value in (low, high):
+                assert find(f"{game},{name.strip('`')}={value}", giving=True)
             assert (low, high) == range_of(game, name.strip("`"))
             for beyond in (low - 1, high + 1):
                 with pytest.raises(InputError):

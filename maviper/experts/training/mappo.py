@@ -1,7 +1,7 @@
 """MAPPO (Yu et al. 2022): proximal policy optimisation with centralized values, all agents in one batched update.
 
 Does: trains one actor and one centralized value function per agent on a batched world, episode by episode.
-Assumes: the extra `maviper[train]`; discrete actions.
+Assumes: the extra `maviper[train]`. Where agents give numbers, actors are Gaussian (heads.py).
 Does not: give a critic of joint actions (critic.py fits one to the frozen policy), write files.
 """
 
@@ -19,9 +19,10 @@ from maviper.episodes.play import Controller
 from maviper.experts.cards import IMITATION, REWARD, VALUES
 from maviper.experts.network import ACTOR
 from maviper.experts.scripted import build_script
+from maviper.experts.training.heads import head_of
 from maviper.experts.training.imitation import Imitation
 from maviper.experts.training.nets import Adam, Nets, average_rows
-from maviper.experts.training.opponents import Finished, Opponents, Past, Script, sample_actions
+from maviper.experts.training.opponents import Finished, Opponents, Past, Script
 from maviper.experts.training.trainer import Trainer
 from maviper.worlds import World
 
@@ -58,7 +59,7 @@ class Played(NamedTuple):
     """A batch of whole episodes."""
 
     seen: Tensor  # joint observations [steps + 1, games, n_obs + 1]
-    acted: Any  # [steps, games, n_agents], as the rest
+    acted: Any  # [steps, games, n_agents], as the rest; of numbers [steps, games, n_agents, n_outputs], as drawn
     rewards: Any
     acting: Any  # who acted
     playing: Any  # ... or waited for its turn
@@ -86,9 +87,10 @@ class Mappo(Trainer):
         self.values = Nets((joint.n_obs, hidden, hidden, 1), [joint.n_obs] * len(fans), self.generator, device)
         if settings.shared:
             self.actor.owner = self.values.owner = joint.teams.to(device)
-        self.nets = {"actor": self.actor, "values": self.values}
-        for name, nets in self.nets.items():
-            self.optimisers[name] = Adam((nets,), settings.learning_rate, settings.gradient_norm)
+        self.head = head_of(world, joint, self.actor, self.rng)
+        self.nets = {"actor": self.actor, "values": self.values, **self.head.nets}
+        for name, nets in (("actor", (self.actor, *self.head.nets.values())), ("values", (self.values,))):
+            self.optimisers[name] = Adam(nets, settings.learning_rate, settings.gradient_norm)
         if settings.imitate_steps:
             self.imitation = Imitation(world, joint, self.actor, build_script(world), self.generator)
             self.optimisers["imitation"] = Adam((self.actor,), settings.imitate_rate, norm=5.0)
@@ -98,7 +100,7 @@ class Mappo(Trainer):
         if settings.scripted:
             self._meet(Script(world), settings.scripted)
         if settings.past:
-            self._meet(Past(joint, self.actor, self.rng), settings.past)
+            self._meet(Past(joint, self.actor, self.head), settings.past)
 
     def _fans(self) -> list[int]:
         """The inputs of each network: one for each agent, or for each team that shares one."""
@@ -172,14 +174,13 @@ class Mappo(Trainer):
             observations = world.observe(state)
             seen.append(self.joint.tensor(observations))
             with torch.no_grad():
-                logits = self.actor(self.joint.views(seen[-1])) + self.joint.mask_actions(seen[-1])
-            chosen = sample_actions(logits, self.rng)
+                drawn = self.head.draw(self.actor(self.joint.views(seen[-1])), seen[-1])
             for opponents, theirs in self.meetings:
-                others = opponents.act(seen[-1], observations, state)
-                chosen = np.where(theirs[:, : len(state)], others, chosen)
+                others, where = opponents.act(seen[-1], observations, state), theirs[:, : len(state)]
+                drawn = np.where(where.reshape(*where.shape, *[1] * (drawn.ndim - 2)), others, drawn)
             acting.append(world.alive(state))
-            state = world.step(state, chosen.T)
-            acted.append(chosen.T)
+            state = world.step(state, self.head.hand_over(drawn))
+            acted.append(drawn.swapaxes(0, 1))
             rewards.append(self.rewards(state))
             goes_on.append(playing[-1] & ~world.terminated(state))
             playing.append(world.playing(state))
@@ -240,9 +241,7 @@ class Mappo(Trainer):
 
     def _log_probabilities(self, seen: Tensor, acted: Tensor) -> tuple[Tensor, Tensor]:
         """Of the actions taken, and the entropy, each [n_agents, batch]."""
-        logits = (self.actor(self.joint.views(seen)) + self.joint.mask_actions(seen)).log_softmax(dim=2)
-        chosen = logits.gather(2, acted.T[:, :, None])[..., 0]
-        return chosen, -(logits.exp() * logits).sum(dim=2)
+        return self.head.log_probabilities(self.actor(self.joint.views(seen)), seen, acted)
 
     def _advantages(self, rewards: Tensor, values: Tensor, playing: Tensor, goes_on: Tensor) -> Tensor:
         """Generalised advantages (Schulman et al. 2016). Nothing follows where an agent's episode ends by itself; every

@@ -1,6 +1,7 @@
 """Networks of all agents in torch, stacked into batched matrix products, and what trainers share around them.
 
-Does: stacked two-hidden-layer networks, joint observations and their views by agent, Adam with state that can be saved.
+Does: stacked weights and two-hidden-layer networks, joint observations and their views by agent, Adam with state that
+  can be saved.
 Assumes: the extra `maviper[train]`.
 Does not: know an algorithm.
 """
@@ -23,13 +24,24 @@ from maviper.worlds import World
 FORBIDDEN = -1e9
 
 
-class Nets:
-    """One two-hidden-layer network per agent, as stacked weights [n_agents, inputs, outputs].
+class Stacked:
+    """Weights of all agents, each stacked as [n_agents, ..., ...].
 
-    Agents may share networks: then the weights are [n_networks, inputs, outputs], and `owner` says whose is whose.
+    Agents may share them: then they are [n_networks, ..., ...], and `owner` says whose is whose.
     """
 
     owner: Tensor | None = None  # [n_agents]: the index of each agent's network; None: each its own
+
+    def __init__(self, parameters: list[Tensor]) -> None:
+        self.parameters = parameters
+
+    def give_each(self, parameters: Sequence[Tensor]) -> Sequence[Tensor]:
+        """Weights like its own, as each agent has them, [n_agents, ..., ...]."""
+        return parameters if self.owner is None else [parameter[self.owner] for parameter in parameters]
+
+
+class Nets(Stacked):
+    """One two-hidden-layer network per agent, as stacked weights [n_agents, inputs, outputs]."""
 
     def __init__(
         self, sizes: Sequence[int], fan_in: Sequence[int], generator: torch.Generator, device: str, last: float = 1.0
@@ -37,7 +49,7 @@ class Nets:
         """`fan_in`: each network's own inputs; the rest of its first layer never sees data. `last` scales the
         output.
         """
-        self.parameters: list[Tensor] = []
+        super().__init__([])
         for layer in LAYERS:
             inputs, outputs = sizes[layer - 1], sizes[layer]
             fans = fan_in if layer == 1 else [inputs] * len(fan_in)
@@ -52,8 +64,7 @@ class Nets:
 
     def apply_weights(self, parameters: Sequence[Tensor], x: Tensor) -> Tensor:
         """The same with other weights than its own."""
-        owned = parameters if self.owner is None else [parameter[self.owner] for parameter in parameters]
-        w1, b1, w2, b2, w3, b3 = owned
+        w1, b1, w2, b2, w3, b3 = self.give_each(parameters)
         x = torch.relu_(torch.baddbmm(b1, x, w1))
         x = torch.relu_(torch.baddbmm(b2, x, w2))
         return torch.baddbmm(b3, x, w3)
@@ -108,7 +119,7 @@ class Joint:
         self.device = device
         self.agents = world.agents
         self.widths = [len(features) for features in world.features]
-        self.choices = [len(actions) for actions in world.actions]
+        self.choices = [len(does) for does in world.outputs or world.actions]  # or numbers that an agent gives
         self.n_agents, self.n_actions = len(self.widths), max(self.choices)
         self.n_obs, self.widest = sum(self.widths), max(self.widths)
         starts = np.concatenate([[0], np.cumsum(self.widths)[:-1]])
@@ -207,7 +218,7 @@ def _columns(joint: Tensor, chosen: Tensor) -> Tensor:
 class Adam:
     """Adam over stacked networks, the gradient's norm limited for each agent, with state that can be saved."""
 
-    def __init__(self, nets: Sequence[Nets], rate: float, norm: float) -> None:
+    def __init__(self, nets: Sequence[Stacked], rate: float, norm: float) -> None:
         self.parameters = [parameter for net in nets for parameter in net.parameters]
         self.optimiser = torch.optim.Adam(self.parameters, lr=rate, eps=1e-5)
         self.norm = norm

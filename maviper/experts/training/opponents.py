@@ -18,6 +18,7 @@ from codegen.ir import Float32
 from maviper.episodes.play import Controller
 from maviper.experts import cards, store
 from maviper.experts.scripted import build_script
+from maviper.experts.training.heads import Head
 from maviper.experts.training.nets import Joint, Nets
 from maviper.experts.wrapped import Observing
 from maviper.worlds import World
@@ -33,7 +34,7 @@ class Opponents(Protocol):
         ...
 
     def act(self, seen: Tensor, observations: Sequence[Float32], state: Any) -> Any:
-        """Everybody's actions, [n_agents, batch]. `seen`: the joint observations."""
+        """Everybody's actions, [n_agents, batch], or what a `Head` draws. `seen`: the joint observations."""
         ...
 
     def memory(self) -> dict[str, Tensor]:
@@ -46,10 +47,12 @@ class Opponents(Protocol):
 
 
 class Past:
-    """The actor as it was at equal distances of the training so far, one of them for each batch, sampled from."""
+    """The actor as it was at equal distances of the training so far, one of them for each batch, sampled from as the
+    present one is.
+    """
 
-    def __init__(self, joint: Joint, actor: Nets, rng: np.random.Generator) -> None:
-        self.joint, self.actor, self.rng = joint, actor, rng
+    def __init__(self, joint: Joint, actor: Nets, head: Head) -> None:
+        self.joint, self.actor, self.head = joint, actor, head
         self.versions: list[list[Tensor]] = []  # of all parameters
         self.drawn = 0
 
@@ -57,15 +60,13 @@ class Past:
         """As `Opponents.begin`."""
         if progress * VERSIONS >= len(self.versions):
             self.versions.append([parameter.detach().clone() for parameter in self.actor.parameters])
-        self.drawn = int(self.rng.integers(len(self.versions)))
+        self.drawn = int(self.head.rng.integers(len(self.versions)))
 
     def act(self, seen: Tensor, observations: Sequence[Float32], state: Any) -> Any:
         """As `Opponents.act`."""
         with torch.no_grad():
-            logits = self.actor.apply_weights(
-                self.versions[self.drawn], self.joint.views(seen)
-            ) + self.joint.mask_actions(seen)
-        return sample_actions(logits, self.rng)
+            outputs = self.actor.apply_weights(self.versions[self.drawn], self.joint.views(seen))
+        return self.head.draw(outputs, seen)
 
     def memory(self) -> dict[str, Tensor]:
         """As `Opponents.memory`."""
@@ -139,9 +140,3 @@ class Script:
 
     def remember(self, memory: Mapping[str, Tensor]) -> None:
         """As `Opponents.remember`: nothing."""
-
-
-def sample_actions(logits: Tensor, rng: np.random.Generator) -> Any:
-    """An action for each row of logits [n_agents, batch, n_actions], drawn from their softmax, [n_agents, batch]."""
-    numbers = logits.cpu().numpy()
-    return np.argmax(numbers + rng.gumbel(size=numbers.shape), axis=2)

@@ -37,7 +37,7 @@ def train_expert(name: str, folder: Path, console: Console, **options: Unpack[Tr
     overrides |= {} if asked.steps is None else {"steps": asked.steps}
     overrides |= dict(_setting(text) for text in asked.settings)
     request = Request(asked.algorithm, asked.recipe, overrides, asked.device, asked.against).validate()
-    world = find(name)
+    world = find(name, giving=True)
     seeds = range(asked.seed, asked.seed + asked.seeds)
     ensure_counts(asked.seeds, asked.jobs)
     if not 0 <= seeds[0] <= seeds[-1] < MAX_SEED:
@@ -134,4 +134,4 @@ def _read_score(card: Mapping[str, Any]) -> Scored:
 
 def _beside(name: str, folder: Path, request: Request, resume: bool, quiet: bool) -> dict[str, Any]:
     """One of several seeds, whose lines say whose they are."""
-    return _one(find(name), folder, request, resume, Console(quiet, f"seed {request.overrides['seed']}"))
+    return _one(find(name, giving=True), folder, request, resume, Console(quiet, f"seed {request.overrides['seed']}"))

@@ -114,7 +114,22 @@ def settings_of(world: World, request: Request) -> Any:
     if world.masked and algorithm != MAPPO:
         advice = f"choose --algorithm {MAPPO}, and no other recipe than {DEFAULT}"
         raise InputError(f"{algorithm} takes no heed of illegal actions", world.name, advice)
+    if world.outputs:
+        _ensure_numbers(world, request.validate())
     return settings(world, request, _trainer(algorithm).settings)
+
+
+def _ensure_numbers(world: World, request: Request) -> None:
+    """InputError for what needs numbered actions in a world whose agents give numbers."""
+    unfit = {
+        f"--algorithm {request.algorithm}": request.algorithm != MAPPO,
+        f"--recipe {request.recipe}": request.recipe != DEFAULT,
+        "--against": bool(request.against),
+    }
+    for option, given in unfit.items():
+        if given:
+            what = f"{option} is for numbered actions, and here agents give numbers"
+            raise InputError(what, world.name, f"leave it out: Gaussian actors learn by {MAPPO}")
 
 
 @dataclass(frozen=True)
@@ -324,7 +339,7 @@ class _Run:
         judged = self._judge(tensors, measures.MEASUREMENT_SEEDS, episodes)
         self.on_step(Step(CHOOSING, len(finalists), len(finalists)))
         networks, played = self.trainer.networks, {"training": self.trainer.steps}
-        if networks == ACTOR and critic:
+        if networks == ACTOR and critic and not self.world.outputs:
             fitted, played[CRITIC] = self._critic(tensors)
             tensors, networks = {**tensors, **fitted}, ACTOR_CRITIC
         measured = {"episodes": episodes, "first_episode_seed": measures.MEASUREMENT_SEEDS, **cards.table(judged)}

@@ -20,7 +20,7 @@ from maviper.episodes.play import Controller
 from maviper.experts.cards import REWARD
 from maviper.experts.network import ACTOR, VALUE, NetworkExpert
 from maviper.experts.store import shapes
-from maviper.experts.training.nets import Adam, Joint, Nets, Running
+from maviper.experts.training.nets import Adam, Joint, Nets, Running, Stacked
 from maviper.worlds import World
 
 # from joint observations to actions, [batch, n_agents], and the share of uniform ones that shall replace them
@@ -52,7 +52,7 @@ class Trainer(ABC):
         self.generator = torch.Generator().manual_seed(settings.seed)
         self.rng = np.random.default_rng(settings.seed)
         self.running = Running(self.joint.n_agents)
-        self.nets: dict[str, Nets] = {}
+        self.nets: dict[str, Stacked] = {}
         self.optimisers: dict[str, Adam] = {}
         self.steps = 0
 
@@ -65,7 +65,7 @@ class Trainer(ABC):
             advice = "choose an expert of the same agents, with networks of their own of the same size and kind"
             raise InputError("the training cannot start from these networks", self.world.name, advice)
         for name, nets in self.nets.items():
-            if name.partition(".")[0] == kind:  # a slow copy too
+            if isinstance(nets, Nets) and name.partition(".")[0] == kind:  # a slow copy too
                 nets.load(expert.tensors, agents, kind)
                 if kind == ACTOR:
                     nets.soften(SOFTENED)

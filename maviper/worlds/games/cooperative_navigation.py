@@ -1,7 +1,8 @@
 """Cooperative navigation: N agents cover N targets and do not bump into each other.
 
 Does: mpe2's `simple_spread_v3` as a batched world; distance, collisions and success.
-Assumes: full observability, discrete actions, silent agents (their words are features that are always 0).
+Assumes: full observability; mpe2's discrete actions, or its continuous ones; silent agents (their words are features
+  that are always 0).
 Does not: local observations.
 """
 
@@ -15,6 +16,7 @@ from codegen.ir import PHYSICS, EntitySpec, FeatureSpec, Float64, Meaning
 from maviper.worlds.games.features import own, relative
 from maviper.worlds.games.particle import (
     ACTIONS,
+    CONTINUOUS,
     EPISODE_STEPS,
     FORCE,
     SQUARED_RADII,
@@ -35,13 +37,16 @@ LOCAL_RATIO = 0.5  # mpe2's default: half the shared reward, half the agent's ow
 
 
 class CooperativeNavigation(ParticleWorld):
-    """The game with `agents` agents and as many targets."""
+    """The game with `agents` agents and as many targets. `continuous` 1: agents give numbers in place of actions."""
 
-    def __init__(self, agents: int = 3, features: str = "", physics: str = MPE2) -> None:
+    def __init__(self, agents: int = 3, features: str = "", physics: str = MPE2, continuous: int = 0) -> None:
         names = tuple(f"agent_{index}" for index in range(agents))
         targets = [f"landmark_{index}" for index in range(agents)]
         self.spec = mpe2_spec(
-            unusual(CooperativeNavigation, {"agents": agents, "features": features, PHYSICS: physics}),
+            unusual(
+                CooperativeNavigation,
+                {"agents": agents, "features": features, PHYSICS: physics, CONTINUOUS: continuous},
+            ),
             name="cooperative-navigation",
             reference="mpe2.simple_spread_v3",
             agents=(EntitySpec(name, size=0.15, force=FORCE, max_speed=None, collides=True) for name in names),
@@ -53,7 +58,7 @@ class CooperativeNavigation(ParticleWorld):
         self.features, self.shown = self.extend_features(base, features), tuple(len(each) for each in base)
         lower = (Measure(AGENTS, name, lower_is_better=True) for name in ("D + collisions", "D", "collisions"))
         self.measures = (*lower, *(Measure(AGENTS, name, share=True) for name in SUCCESS))
-        self.spec = self.choose_physics(physics, self.spec)
+        self.spec = self.choose_acting(continuous, self.choose_physics(physics, self.spec))
 
     def _features(self, agent: str) -> tuple[FeatureSpec, ...]:
         others = [name for name in self.agents if name != agent]
@@ -124,4 +129,6 @@ class CooperativeNavigation(ParticleWorld):
         self.ensure_reference()
         from mpe2 import simple_spread_v3  # pyright: ignore[reportMissingTypeStubs]
 
-        return simple_spread_v3.parallel_env(N=len(self.agents), max_cycles=EPISODE_STEPS)
+        return simple_spread_v3.parallel_env(
+            N=len(self.agents), max_cycles=EPISODE_STEPS, continuous_actions=bool(self.outputs)
+        )

@@ -19,7 +19,7 @@ from gymnasium.spaces import Box, Discrete
 from pettingzoo import ParallelEnv  # pyright: ignore[reportMissingTypeStubs]
 
 from codegen.errors import InputError, UnknownNameError
-from codegen.ir import FeatureSpec, Float32
+from codegen.ir import ActionSpec, FeatureSpec, Float32, OutputSpec
 from maviper.worlds.games.particle import ParticleWorld, place_entities
 from maviper.worlds.seeds import TRAINING
 from maviper.worlds.world import World
@@ -43,16 +43,16 @@ class WorldEnv(ParallelEnv[str, Any, Any]):
             raise UnknownNameError("render mode", render_mode, modes, world.name)
         self.world, self.render_mode = world, render_mode
         self.metadata = {"name": world.name, "render_modes": modes}
-        if modes:
-            self.metadata["render_fps"] = round(1 / world.spec.dt)
+        if isinstance(world, ParticleWorld):
+            self.metadata["render_fps"] = round(1 / world.moving.dt)
         self.possible_agents, self.agents = list(world.agents), []
         self.max_cycles = world.spec.episode_steps
         self.teams = {team: list(members) for team, members in world.teams.items()}
         features = dict(zip(self.possible_agents, world.features, strict=True))
         self.features = {agent: _without_landmarks(each, world.agents) for agent, each in features.items()}
         self._boxes = {agent: _box(each) for agent, each in features.items()}
-        sizes = zip(self.possible_agents, map(len, world.actions), strict=True)
-        self._choices = {agent: Discrete(size) for agent, size in sizes}
+        acting = zip(self.possible_agents, world.outputs or world.actions, strict=True)
+        self._choices = {agent: _choices(does) for agent, does in acting}
         self._rng: np.random.Generator | None = None  # made late, so that copies of a fresh environment differ
         self._state: Any = None
         self._seed, self._steps = 0, 0
@@ -65,8 +65,10 @@ class WorldEnv(ParallelEnv[str, Any, Any]):
         """
         return self._boxes[agent]
 
-    def action_space(self, agent: str) -> Discrete:
-        """The agent's Discrete(n), always the same object; what its numbers mean is in `world.actions`."""
+    def action_space(self, agent: str) -> Discrete | Box:
+        """The agent's Discrete(n), or its Box where agents give numbers, always the same object; what its numbers mean
+        is in `world.actions`, or in `world.outputs`.
+        """
         return self._choices[agent]
 
     def reset(self, seed: int | None = None, options: Mapping[str, Any] | None = None) -> tuple[Seen, Infos]:
@@ -83,7 +85,7 @@ class WorldEnv(ParallelEnv[str, Any, Any]):
         return self._observe_agents(self.agents), {agent: {} for agent in self.agents}
 
     def step(
-        self, actions: Mapping[str, int]
+        self, actions: Mapping[str, Any]
     ) -> tuple[Seen, dict[str, float], dict[str, bool], dict[str, bool], Infos]:
         """Observations, rewards, terminations, truncations and infos of the agents that acted.
 
@@ -93,8 +95,11 @@ class WorldEnv(ParallelEnv[str, Any, Any]):
         acted = self.agents
         if not acted:
             raise InputError("no episode is going on", self.world.name, "call reset first")
-        chosen = [self._action(agent, actions) if agent in acted else 0 for agent in self.possible_agents]
-        self._state = self.world.step(self._state, np.array([chosen]))
+        chosen: Any = np.zeros((1, *self.world.acting_shape), np.float32 if self.world.outputs else np.int64)
+        for place, agent in enumerate(self.possible_agents):
+            if agent in acted:
+                chosen[0, place] = self._action(agent, actions)
+        self._state = self.world.step(self._state, chosen)
         self._steps += 1
         rewards, ended = self._of(acted, self.world.rewards), self._of(acted, self.world.terminated)
         alive = self._of(acted, self.world.alive)
@@ -119,12 +124,13 @@ class WorldEnv(ParallelEnv[str, Any, Any]):
             self._drawn[0].close()
             self._drawn = None
 
-    def _action(self, agent: str, actions: Mapping[str, int]) -> int:
+    def _action(self, agent: str, actions: Mapping[str, Any]) -> Any:
         space, given = self._choices[agent], actions.get(agent)
         if given is None or not space.contains(given):
             said = f"{agent} has no action" if given is None else f"{agent}'s action is {given}"
-            raise InputError(said, self.world.name, f"give it a whole number from 0 to {space.n - 1}")
-        return int(given)
+            wanted = "numbers within its Box" if isinstance(space, Box) else f"a whole number from 0 to {space.n - 1}"
+            raise InputError(said, self.world.name, f"give it {wanted}")
+        return given
 
     def _observe_agents(self, agents: Sequence[str]) -> Seen:
         """Each agent's observation, [n_features] float32, in memory of its own."""
@@ -149,6 +155,12 @@ class WorldEnv(ParallelEnv[str, Any, Any]):
         env.reset(seed=self._seed)
         self._drawn = env, self._seed
         return env
+
+
+def _choices(does: Sequence[ActionSpec] | Sequence[OutputSpec]) -> Discrete | Box:
+    """The action space of an agent: of its actions, or of the numbers that it gives."""
+    ends = [(each.low, each.high) for each in does if isinstance(each, OutputSpec)]
+    return Box(*np.array(ends, np.float32).T, dtype=np.float32) if ends else Discrete(len(does))
 
 
 def _box(features: Sequence[FeatureSpec]) -> Box:

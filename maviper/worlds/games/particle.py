@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from codegen.dynamics import MPE2, Motion
 from codegen.errors import InputError, UnknownNameError
-from codegen.ir import FORK, PHYSICS, ActionSpec, Bool, EntitySpec, FeatureSpec, Float32, Float64, WorldSpec
+from codegen.ir import FORK, PHYSICS, ActionSpec, Bool, EntitySpec, FeatureSpec, Float32, Float64, OutputSpec, WorldSpec
 from codegen.observe import Observer
 from maviper.worlds.games.features import COASTING, extend_features, groups_of
 from maviper.worlds.world import FEATURES, Int, Options, World
@@ -34,6 +34,9 @@ ACTIONS = (
     ActionSpec("down", (0.0, -1.0)),
     ActionSpec("up", (0.0, 1.0)),
 )
+# mpe2's continuous actions: a number for each of them. It takes the differences of right and left, and of up and down.
+OUTPUTS = tuple(OutputSpec(action.name, "none", 0.0, 1.0) for action in ACTIONS)
+CONTINUOUS = "continuous"  # the option by which agents give them
 PHYSICS_NAMES = (MPE2, FORK)
 FORKS = "the authors' fork of multiagent-particle-envs"
 FORK_MOTION = "velocities change first and positions move with the new ones; stated accelerations count twice"
@@ -148,7 +151,16 @@ class ParticleWorld(World):
         return self._motion(quick=False)
 
     def _motion(self, quick: bool) -> Motion:
-        return Motion(self._moving or self.spec, self.actions, quick, velocity_first=self._moving is not None)
+        return Motion(self.moving, self.actions, quick, velocity_first=self._forked)
+
+    @property
+    def moving(self) -> WorldSpec:
+        """The spec by which the world moves, where its own states no motion."""
+        return self._moving or self.spec
+
+    @property
+    def _forked(self) -> bool:
+        return self.spec.options.get(PHYSICS) == FORK
 
     def choose_physics(self, physics: str, spec: WorldSpec) -> WorldSpec:
         """The spec of a world that moves by mpe2's `physics`, or by those of the authors' fork: velocities change
@@ -165,21 +177,47 @@ class ParticleWorld(World):
         self._moving = spec
         return replace(spec, dt=0.0, damping=0.0, reference=FORKS)
 
+    def choose_acting(self, continuous: int, spec: WorldSpec) -> WorldSpec:
+        """The spec of a world in which agents choose among mpe2's actions, or give its numbers (`continuous`). What
+        steps, proves or draws a world by its spec takes numbered actions. So the spec of the other one states no motion
+        either: nothing can step it wrongly.
+        """
+        if not continuous:
+            return spec
+        if self._forked:
+            what = f"agents give numbers by mpe2's physics alone ({CONTINUOUS}=1)"
+            raise InputError(what, f"{spec.name}: {PHYSICS}={FORK}", "leave one of the two out")
+        self.actions, self.outputs = tuple(() for _ in spec.agents), tuple(OUTPUTS for _ in spec.agents)
+        self._moving = spec
+        return replace(spec, dt=0.0, damping=0.0)
+
     def ensure_reference(self) -> None:
         """InputError where no environment that can be installed moves as this world does."""
-        if self._moving is not None:
+        if self._forked:
             what = f"no environment that can be installed moves as the authors' code ({PHYSICS}={FORK})"
             raise InputError(what, self.name, f"name the world without {PHYSICS}={FORK}")
 
-    def step(self, state: WorldState, actions: Int, exact: bool = False) -> WorldState:
-        """The next states. `actions`: [batch, n_agents] indices. Positions move first, with the old velocity, except by
-        the physics of the authors' fork.
+    def step(self, state: WorldState, actions: Any, exact: bool = False) -> WorldState:
+        """The next states. `actions`: [batch, n_agents] indices, or numbers [batch, n_agents, n_outputs] float32.
+        Positions move first, with the old velocity, except by the physics of the authors' fork.
 
         `exact`: contacts that push by less than 1e-17 push too, so a step is mpe2's bit for bit.
         """
         motion = self._exact if exact else self._quick
-        position, velocity = motion.step(planes(state.position), planes(state.velocity), actions)
+        before = planes(state.position), planes(state.velocity)
+        if self.outputs:
+            position, velocity = motion.step_pushed(*before, self._push_agents(actions))
+        else:
+            position, velocity = motion.step(*before, actions)
         return WorldState(games(position), games(velocity), state.goal)
+
+    def _push_agents(self, numbers: Float32) -> Float64:
+        """The accelerations that numbers [batch, n_agents, 5] give, [n_agents, 2, batch]: of float32 differences, as
+        mpe2 takes them.
+        """
+        left, right, down, up = np.moveaxis(numbers[..., 1:], (2, 1), (0, 1))  # [n_agents, batch] each
+        units = np.array([agent.force for agent in self.spec.agents])
+        return np.stack([right - left, up - down], axis=1).astype(np.float64) * units[:, None, None]
 
     # --- observations
 

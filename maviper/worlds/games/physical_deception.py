@@ -1,7 +1,7 @@
 """Physical deception: N defenders cover N targets, one of which is the goal; an adversary looks for the goal.
 
 Does: mpe2's `simple_adversary_v3` as a batched world, bit for bit; the success measure of the paper.
-Assumes: full observability, discrete actions.
+Assumes: full observability; mpe2's discrete actions, or its continuous ones.
 Does not: collisions (the game has none).
 """
 
@@ -19,6 +19,7 @@ from codegen.observe import Observer
 from maviper.worlds.games.features import relative
 from maviper.worlds.games.particle import (
     ACTIONS,
+    CONTINUOUS,
     EPISODE_STEPS,
     FORCE,
     SQUARED_RADII,
@@ -42,16 +43,22 @@ class PhysicalDeception(ParticleWorld):
 
     `velocity` 1 adds each agent's own velocity to what it observes; mpe2's game has 0. `shuffled` 1 shows each agent
     the landmarks in an order of its own, drawn anew for each episode: no agent can know which landmark its team-mates
-    call the first, so that roles must depend on the state.
+    call the first, so that roles must depend on the state. `continuous` 1: agents give numbers in place of actions.
     """
 
     def __init__(
-        self, defenders: int = 2, velocity: int = 0, shuffled: int = 0, features: str = "", physics: str = MPE2
+        self,
+        defenders: int = 2,
+        velocity: int = 0,
+        shuffled: int = 0,
+        features: str = "",
+        physics: str = MPE2,
+        continuous: int = 0,
     ) -> None:
         agents = ("adversary_0", *(f"agent_{index}" for index in range(defenders)))
         landmarks = tuple(f"landmark_{index}" for index in range(defenders))
         given = {"defenders": defenders, "velocity": velocity, "shuffled": shuffled, "features": features}
-        given |= {PHYSICS: physics}
+        given |= {PHYSICS: physics, CONTINUOUS: continuous}
         self.spec = mpe2_spec(
             unusual(PhysicalDeception, given),
             name="physical-deception",
@@ -73,7 +80,7 @@ class PhysicalDeception(ParticleWorld):
             self.shown = (0,) * len(agents)
             self.features = tuple(map(self._anonymous, self.features))
         self.measures = tuple(Measure(team, name, share=True) for name in SUCCESS for team in self.teams)
-        self.spec = self.choose_physics(physics, self.spec)
+        self.spec = self.choose_acting(continuous, self.choose_physics(physics, self.spec))
 
     def _features(self, agent: str) -> tuple[FeatureSpec, ...]:
         seen = [entity.name for entity in self.spec.landmarks] + [name for name in self.agents if name != agent]
@@ -152,7 +159,9 @@ class PhysicalDeception(ParticleWorld):
         self.ensure_reference()
         from mpe2 import simple_adversary_v3  # pyright: ignore[reportMissingTypeStubs]
 
-        return simple_adversary_v3.parallel_env(N=len(self.teams[DEFENDERS]), max_cycles=EPISODE_STEPS)
+        return simple_adversary_v3.parallel_env(
+            N=len(self.teams[DEFENDERS]), max_cycles=EPISODE_STEPS, continuous_actions=bool(self.outputs)
+        )
 
 
 def orders(x: Float64, agent: int) -> Int:

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     Choices = spaces.Space[Any]  # the action space of an agent
 
 NUMBERED = "gymnasium.wrappers.TransformAction(env, lambda k: TABLE[k], gymnasium.spaces.Discrete(len(TABLE)))"
+CONTINUOUS = "continuous"  # how the options begin by which worlds give agents numbers: ours, mpe2's and VMAS's
 MAX_OUTPUTS = 64  # of an agent
 GIVING = "use Discrete(n): agents choose among numbered actions; or a Box of floats with finite bounds"
 
@@ -100,8 +101,8 @@ def random_actions(all_choices: Sequence[Choices], rng: np.random.Generator, ste
 
 def refuse_numbers(text: str) -> InputError:
     """The error where numbered actions are needed, and the environment `text` has a Box."""
-    takes = (
-        "extract, import, evaluate, show, play, compile, diff, worlds show and worlds check take such an environment"
-    )
     what = "the environment has continuous actions, a Box; here agents choose among numbered ones"
-    return InputError(what, text, f"{takes}; to number them, {NUMBERED}; {OWN}")
+    takes = "train, extract, import, evaluate, show, play, compile, diff and worlds take such an environment"
+    asked = next((option for option in text.split(",") if option.startswith(CONTINUOUS)), "")
+    numbered = f"leave {asked} out" if asked else f"to number them, {NUMBERED}; {OWN}"
+    return InputError(what, text, f"{takes}; {numbered}")

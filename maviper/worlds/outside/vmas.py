@@ -1,6 +1,7 @@
 """Scenarios of VMAS as worlds, `vmas:balance,n_agents=3`: many games in one batch, by VMAS's own vectorisation.
 
-Does: makes a scenario with discrete actions; starts each game of the batch from its own seed; steps all at once.
+Does: makes a scenario with discrete actions, or with VMAS's continuous ones by `continuous_actions=True`; starts each
+  game of the batch from its own seed; steps all at once.
 Assumes: the package `vmas` (extra `interop`); randomness in a scenario's start only, so that a seed and actions decide.
 Does not: know what observations mean; end one agent's episode before the others' (VMAS does not either).
 """
@@ -20,19 +21,22 @@ import numpy as np
 
 from codegen.dynamics import motionless
 from codegen.errors import InputError, MissingToolError, UnknownNameError
-from codegen.ir import MAX_LENGTH, ActionSpec, Bool, FeatureSpec, Float32, Float64
+from codegen.ir import MAX_LENGTH, ActionSpec, Bool, FeatureSpec, Float32, Float64, OutputSpec
 from codegen.process.unwarned import FILTERS
+from maviper.worlds.outside.acting import bounds_of, fault_of
 from maviper.worlds.outside.flattening import MAX_FEATURES, legal_names
 from maviper.worlds.outside.pettingzoo import teams_by_name
 from maviper.worlds.outside.playing import MOMENTS, PAST, EnvStates, OutsideWorld
 from maviper.worlds.outside.silence import output_aside
 from maviper.worlds.outside.sources import MAX_STEPS, fault, parse_source, value_of
 from maviper.worlds.seeds import fold_seed
-from maviper.worlds.world import RETURN, Int, Measure
+from maviper.worlds.world import RETURN, Int, Measure, bounds
 
 GAMES = 256  # in a batch
 USUAL_STEPS = 100  # most scenarios go on until somebody stops them
-OURS = ("device", "num_envs", "continuous_actions", "seed", "wrapper", "dict_spaces", "multidiscrete_actions")
+OURS = ("device", "num_envs", "seed", "wrapper", "dict_spaces", "multidiscrete_actions", "clamp_actions")
+GIVING = "continuous_actions"  # the option by which agents give numbers
+FORCES = ("force_x", "force_y")  # what the two numbers of a body are that is pushed as they say
 
 
 class VmasWorld(OutsideWorld):
@@ -59,10 +63,11 @@ class VmasWorld(OutsideWorld):
             self._env.seed(0)
             seen = self._env.reset()
         self.features = tuple(self._features(agent, each) for agent, each in zip(agents, seen, strict=True))
-        self.actions = tuple(
-            tuple(ActionSpec(name, None) for name in _name_actions(agent, int(choices.n)))
-            for agent, choices in zip(self._env.agents, self._env.action_space, strict=True)
-        )
+        everybody = list(zip(self._env.agents, self._env.action_space, strict=True))
+        giving = bool(self._env.continuous_actions)
+        self.outputs = tuple(self._outputs(agent, choices) for agent, choices in everybody) if giving else ()
+        names = [() if giving else _name_actions(agent, int(choices.n)) for agent, choices in everybody]
+        self.actions = tuple(tuple(ActionSpec(name, None) for name in each) for each in names)
         self._moment = PAST
 
     def _make_games(self, n_games: int) -> Any:
@@ -78,10 +83,11 @@ class VmasWorld(OutsideWorld):
             raise UnknownNameError("VMAS scenario", scenario, known, self.source.text)
         taken = [key for key in options if key in OURS]
         if taken:
-            what = f"{taken[0]} is not a scenario's option: actions are discrete, and {GAMES} games play at once"
+            what = f"{taken[0]} is not a scenario's option: {GAMES} games play at once"
             raise InputError(what, self.source.text, "leave it out")
         given = {key: value_of(value) for key, value in options.items() if key != MAX_STEPS}
-        settings: dict[str, Any] = {"continuous_actions": False, "terminated_truncated": True, "seed": 0}
+        given.setdefault(GIVING, False)
+        settings: dict[str, Any] = {"terminated_truncated": True, "seed": 0}
         with FILTERS, self._at_work("make_env"), warnings.catch_warnings(record=True) as said:
             warnings.simplefilter("always")
             env = vmas.make_env(scenario, num_envs=n_games, **settings, **given)
@@ -111,6 +117,21 @@ class VmasWorld(OutsideWorld):
         bounds = -MAX_LENGTH, MAX_LENGTH
         return tuple(FeatureSpec(name, "none", *bounds, None) for name in legal_names(names, "feature"))
 
+    def _outputs(self, agent: Any, choices: Any) -> tuple[OutputSpec, ...]:
+        """The numbers that an agent gives. Those of a holonomic body are forces along the axes, before VMAS scales
+        them.
+        """
+        from gymnasium.spaces import Box
+
+        box = Box(choices.low, choices.high, dtype=np.float32)  # VMAS's own is one of the old package gym
+        wrong = fault_of(box)
+        if wrong:
+            raise InputError(f"{agent.name}: {wrong[0]}", self.source.text, "choose another scenario, or other options")
+        ends = bounds_of(box)
+        pushed = type(agent.dynamics).__name__ == "Holonomic" and len(ends) == len(FORCES)
+        names = FORCES if pushed else [f"output_{k}" for k in range(len(ends))]
+        return tuple(OutputSpec(name, "none", *each) for name, each in zip(names, ends, strict=True))
+
     def start_from_seeds(self, seeds: Sequence[int] | Int) -> EnvStates:
         """The start states of at most `games` games, each after VMAS's `seed` and its `reset_at`."""
         assert 0 < len(seeds) <= self.games, f"{len(seeds)} games asked of {self.games}"
@@ -131,16 +152,26 @@ class VmasWorld(OutsideWorld):
         """The next states; RuntimeError for any state but the newest. A game that has ended keeps its observations."""
         if state.moment == PAST or state.moment != self._moment:
             raise RuntimeError("only the newest state of all games can be stepped: the batch has moved on")
-        acted = np.zeros((GAMES, len(self.agents)), np.float32)
+        acted = np.zeros((GAMES, *self.acting_shape), np.float32)
         acted[: len(state)] = np.asarray(actions)
         self._moment = PAST  # in case it fails
         with self._at_work("step"):
-            seen, paid, ended, _, _ = self._env.step([column[:, None].copy() for column in acted.T])
+            seen, paid, ended, _, _ = self._env.step(self._columns(acted))
         n, over = len(state), state.done
         rows = [self._rows(each, n) for each in seen]
         observations = tuple(np.where(over[:, [k]], state.observations[k], each) for k, each in enumerate(rows))
         rewards = np.stack([_array(each)[:n].reshape(n).astype(np.float64) for each in paid], axis=1)
         return self._enter_states(observations, np.where(over, 0.0, rewards), over | (_array(ended)[:n, None] != 0))
+
+    def _columns(self, acted: Float32) -> list[Float32]:
+        """What each agent does in all games, [GAMES, 1], or the numbers that it gives, within its bounds."""
+        if not self.outputs:
+            return [column[:, None].copy() for column in acted.T]
+        columns: list[Float32] = []
+        for place, outputs in enumerate(self.outputs):
+            low, high = bounds(outputs)
+            columns.append(np.clip(acted[:, place, : len(outputs)], low, high).astype(np.float32))
+        return columns
 
     def _enter_states(self, observations: tuple[Float32, ...], rewards: Float64, done: Bool) -> EnvStates:
         self._moment = next(MOMENTS)

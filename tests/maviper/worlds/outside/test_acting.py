@@ -82,14 +82,14 @@ def test_spaces_that_no_tree_can_act_in_are_refused(name, said):
 @pytest.mark.parametrize(
     "command",
     [
-        ["train", PENDULUM, "-o", "run"],
+        ["train", PENDULUM, "--algorithm", "maddpg", "-o", "run"],
         ["properties", "new", PENDULUM],
     ],
 )
 def test_commands_that_need_numbered_actions_say_so(command, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert main.run(command) == 2
-    assert "continuous actions" in capsys.readouterr().err
+    assert "numbered" in capsys.readouterr().err
 
 
 def test_a_tree_of_actions_is_refused_in_a_game_of_numbers(tmp_path, monkeypatch, capsys):

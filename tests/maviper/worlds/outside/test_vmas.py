@@ -22,17 +22,18 @@ needed = pytest.mark.skipif("not __import__('importlib').util.find_spec('vmas')"
 
 
 @needed
-def test_games_are_those_of_vmas_itself():
+@pytest.mark.parametrize("giving", [False, True])
+def test_games_are_those_of_vmas_itself(giving):
     """Three games of a batch against three batches of one game each, made by VMAS alone."""
     import torch
     import vmas
 
-    world = find(BALANCE)
+    world = find(f"{BALANCE},continuous_actions=True" if giving else BALANCE, giving=giving)
     seeds = [5, 2_000_000_000_000_007, 11]
     state = world.start_from_seeds(seeds)
     theirs = []
     for seed in seeds:
-        env = vmas.make_env("balance", num_envs=1, continuous_actions=False, n_agents=2)
+        env = vmas.make_env("balance", num_envs=1, continuous_actions=giving, n_agents=2)
         env.seed(fold_seed(seed))
         env.reset_at(0)
         theirs.append(env)
@@ -41,10 +42,12 @@ def test_games_are_those_of_vmas_itself():
         for place, env in enumerate(theirs):
             for agent, body in enumerate(env.agents):
                 assert np.array_equal(world.observe(state)[agent][place], env.scenario.observation(body)[0].numpy())
-        acted = rng.integers(9, size=(3, 2))
+        acted = rng.uniform(-1, 1, (3, 2, 2)).astype(np.float32) if giving else rng.integers(9, size=(3, 2))
         state = world.step(state, acted)
         for place, env in enumerate(theirs):
-            _, paid, over, _ = env.step([torch.tensor([[float(each)]]) for each in acted[place]])
+            _, paid, over, _ = env.step(
+                [torch.tensor(each, dtype=torch.float32).reshape(1, -1) for each in acted[place]]
+            )
             assert world.rewards(state)[place].tolist() == [float(each[0]) for each in paid]
             assert world.terminated(state)[place].tolist() == [bool(over[0])] * 2
     assert len({each.tobytes() for each in world.observe(state)[0]}) == 3
@@ -96,6 +99,22 @@ def test_actions_are_called_by_where_they_push():
     ways = {(0, 0): "stay", (-1, 0): "left", (1, 0): "right", (0, -1): "down", (0, 1): "up"}
     ways |= {(x, y): f"{ways[x, 0]}_{ways[0, y]}" for x in (-1, 1) for y in (-1, 1)}
     assert [action.name for action in world.actions[0]] == [ways[tuple(each)] for each in moved.tolist()]
+
+
+@needed
+def test_numbers_are_forces_within_what_vmas_says():
+    """From rest, to the side that the first number says. Beyond the bounds they are clipped, which VMAS asserts."""
+    world = find("vmas:dropout,n_agents=2,continuous_actions=True", giving=True)
+    assert [(each.name, each.low, each.high) for each in world.outputs[0]] == [("force_x", -1, 1), ("force_y", -1, 1)]
+    given = np.zeros((3, 2, 2), np.float32)
+    given[:, 0, 0] = [-0.5, 1.0, 7.0]
+    state = world.step(world.start_from_seeds([3] * 3), given)
+    speed = world.observe(state)[0][:, 2:4]
+    assert speed[0, 0] < 0 < speed[1, 0] == speed[2, 0] and not speed[:, 1].any()
+    turning = find("vmas:kinematic_bicycle,continuous_actions=True", giving=True)
+    assert {each.name for outputs in turning.outputs for each in outputs} >= {"output_0", "output_1"}
+    with pytest.raises(InputError, match="continuous actions"):
+        find("vmas:dropout,n_agents=2,continuous_actions=True")
 
 
 @needed
@@ -186,6 +205,8 @@ def test_without_the_package_it_says_so(monkeypatch):
 def test_the_commands(capsys):
     found = check(BALANCE)
     assert usable(found) and any("anywhere in a batch" in each.what for each in found)
+    numbers = check(f"{BALANCE},continuous_actions=True")
+    assert usable(numbers) and any("numbers within bounds, 2, 2" in each.what for each in numbers)
     missing = [each for each in check("vmas:wheel") if each.mark is Mark.MISSING]
     assert "100 steps are taken" in missing[0].what and "vmas:wheel,max_steps=NUMBER" in missing[0].next_step
     assert main.run(["worlds", "show", BALANCE]) == 0

@@ -1,0 +1,162 @@
+"""Trees of our own Gaussian experts, for teams: mpe2's continuous actions, and a scenario of VMAS as it comes.
+
+    python -m tests.benchmarks.gaussian --train FOLDER [GAME ...]
+    python -m tests.benchmarks.gaussian --experts FOLDER [GAME ...] [--leaves N] [--ways WAY+WAY] [--json]
+
+--train makes the experts by MAPPO, from rewards alone and seed 0, on one core: a run folder each. Otherwise each game's
+expert is extracted in several ways, with so many leaves an agent at most. A row says what each team returns over the
+same 200 held-out episodes as the expert and as random actions, all others acting by the expert: in mpe2's own
+environments, or in VMAS's batch. Its score is (tree - random) / (expert - random), with the interval of a paired
+bootstrap.
+"""
+
+import argparse
+import json
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from codegen import ir
+from codegen.ir import Float64
+from codegen.paths import size
+from maviper.episodes import measures
+from maviper.episodes.play import Controller, play, tree_policies
+from maviper.evaluation import held_out
+from maviper.evaluation.crossplay import Uniform
+from maviper.experts import store
+from maviper.experts.recipes import Request
+from maviper.extraction.algorithms import extract
+from maviper.extraction.settings import Settings
+from maviper.worlds import World, find
+from tests.benchmarks.continuous import EPISODES, WAYS, scored
+
+
+class Game(NamedTuple):
+    """A game in which agents give numbers."""
+
+    world: str  # where the expert learns, and trees are extracted
+    plays: str  # the same game by somebody else, where episodes are played
+    trained: Mapping[str, Any]
+    extracted: Mapping[str, Any]
+    leaves: int
+
+
+ROUNDS = {"iterations": 10, "rollouts": 60, "selection_episodes": 60, "patience": 100, "max_depth": 12}
+NAVIGATION = "vmas:navigation,n_agents=2,collisions=False,continuous_actions=True,max_steps=50"
+GAMES = {
+    "deception": Game(
+        "physical-deception,continuous=1",
+        "mpe2.simple_adversary_v3:parallel_env,N=2,continuous_actions=True",
+        {"steps": 1_536_000},
+        ROUNDS,
+        32,
+    ),
+    "spread": Game(
+        "cooperative-navigation,continuous=1",
+        "mpe2.simple_spread_v3:parallel_env,N=3,continuous_actions=True",
+        {"steps": 4_096_000},
+        ROUNDS,
+        32,
+    ),
+    "vmas": Game(
+        NAVIGATION,
+        NAVIGATION,
+        {"steps": 640_000, "games": 256, "minibatch": 3_200, "checkpoint_steps": 128_000},
+        {**ROUNDS, "iterations": 8, "rollouts": 32, "selection_episodes": 32, "max_depth": 8},
+        16,
+    ),
+}
+REACH, STRETCH = 0.95, 1.0
+
+
+def trained(game: Game, folder: Path, seed: int = 0) -> None:
+    """Trains a game's expert into a run folder, or goes on with it."""
+    from maviper.experts.training.train import train
+
+    started = time.process_time()
+    card = train(find(game.world, giving=True), folder, Request("mappo", overrides={**game.trained, "seed": seed}))
+    print(f"{game.world}: {card['steps']:,} steps of {card['played']['training']:,}, ", end="")
+    print(f"{time.process_time() - started:.0f} CPU s", flush=True)
+
+
+def returns(world: World, controllers: Sequence[Any], team: str) -> Float64:
+    """The mean return of a team's agents in each held-out episode. A class in place of a controller is one of random
+    actions, made anew for each batch.
+    """
+    seeds = range(measures.MEASUREMENT_SEEDS, measures.MEASUREMENT_SEEDS + EPISODES)
+    at_once, parts = world.games or EPISODES, list[Float64]()
+    for low in range(0, EPISODES, at_once):
+        part = seeds[low : low + at_once]
+        chance = Uniform(world).start_episodes(part)
+        players: list[Controller] = [chance if each is Uniform else each for each in controllers]
+        played = play(world, players, world.start_from_seeds(part), keep=False)
+        parts.append(played.returns[world.members(team)].mean(axis=0))
+    return np.concatenate(parts)
+
+
+def measured(name: str, folder: Path, leaves: int, ways: Sequence[str], seed: int) -> list[dict[str, Any]]:
+    """A row for each way and team."""
+    game = GAMES[name]
+    world, plays = find(game.world, giving=True), find(game.plays, giving=True)
+    assert world.agents == plays.agents and list(map(len, world.features)) == list(map(len, plays.features))
+    expert, _ = store.load(str(folder), world)
+    base = {team: _returns_of(plays, expert, expert, team) for team in plays.teams}
+    chance = {team: _returns_of(plays, Uniform, expert, team) for team in plays.teams}
+    for team in plays.teams:
+        print(f"{name}, {team}: expert {base[team].mean():.3f}, random {chance[team].mean():.3f}", flush=True)
+    rows: list[dict[str, Any]] = []
+    for way in ways:
+        started = time.process_time()
+        given = {"max_leaves": leaves, "seed": seed, **game.extracted, **WAYS[way]}
+        agents = extract(world, expert, Settings.of(given, world)).agents
+        spent = time.process_time() - started
+        numbers, most = [size(policy) for policy in agents], max(len(ir.leaves(policy.tree)) for policy in agents)
+        print(f"  {way}: at most {most} leaves, {numbers} numbers, {spent:.0f} CPU s")
+        for team in plays.teams:
+            values = _returns_of(plays, tree_policies(agents), expert, team)
+            score, low, high = scored(values, base[team], chance[team])
+            rows.append({"way": way, "team": team, "score": score, "leaves": most})
+            print(f"    {team}: {values.mean():.3f}, score {score:.3f} [{low:.3f}, {high:.3f}]", flush=True)
+    return rows
+
+
+def _returns_of(plays: World, subject: Any, expert: Controller, team: str) -> Float64:
+    """What a team returns if a subject plays it and the expert everybody else."""
+    members = plays.members(team)
+    return returns(plays, [subject if agent in members else expert for agent in range(len(plays.agents))], team)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=str(__doc__).splitlines()[0])
+    parser.add_argument("games", nargs="*", default=list(GAMES))
+    parser.add_argument("--train", type=Path)
+    parser.add_argument("--experts", type=Path)
+    parser.add_argument("--leaves", type=int)
+    parser.add_argument("--ways", help="several with +", default="constant leaves+linear leaves")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--json", action="store_true")
+    options = parser.parse_args()
+    held_out.EVALUATION_EPISODES = 10  # a profile's own figures are not asked for
+    if options.train:
+        options.train.mkdir(exist_ok=True)
+        for name in options.games:
+            trained(GAMES[name], options.train / name, options.seed)
+    figures: list[dict[str, Any]] = []
+    for name in options.games if options.experts else ():
+        if not (options.experts / name / "card.json").exists():
+            print(f"{name}: no expert; --train FOLDER {name} makes it")
+            continue
+        leaves = options.leaves or GAMES[name].leaves
+        for row in measured(name, options.experts / name, leaves, options.ways.split("+"), options.seed):
+            called = f"{name}: score of {row['team']}, {row['way']}, {leaves} leaves"
+            figures.append({"name": called, "value": round(row["score"], 3), "reach": REACH, "stretch": STRETCH})
+            figures[-1]["better"] = "higher"
+    if options.json:
+        print(json.dumps({"figures": figures}))
+
+
+if __name__ == "__main__":
+    main()
