@@ -7,6 +7,7 @@ Does not: decide anything.
 """
 
 import math
+import re
 import sys
 import time
 from bisect import bisect_left
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 LABEL_WIDTH = 12
 PLAIN_SECONDS = 10.0  # between plain lines of a stage
 FIRST_SECONDS = 2.0  # ... and before the first
+NUMBERS = re.compile(r"[\d.,]+")  # in the words of what is counted
 ENOUGH = 4  # steps whose pace tells that of later ones
 COLOURS = {  # of labels, on a terminal that has colours
     "PROVED": "green",
@@ -90,13 +92,20 @@ class Console:
 
     @contextmanager
     def following(self, label: str) -> Generator[Callable[[int, int, str], None]]:
-        """A stage whose live line appears once something is told of it: how much is done, of at most, and words."""
+        """A stage whose live line appears once something is told of it: how much is done, of at most, and words. Where
+        something else is counted from now on, its rate and time left are of that alone.
+        """
         with ExitStack() as stack:
             lines: list[LiveLine] = []
+            counted = (0, 0, "")
 
             def listener(done: int, most: int, words: str) -> None:
+                nonlocal counted
+                before, counted = counted, (done, most, NUMBERS.sub("", words))
                 if not lines:
                     lines.append(stack.enter_context(self.live(label, most)))
+                elif done < before[0] or (most != before[1] and counted[2] != before[2]):
+                    lines[0].begin_again(done)
                 lines[0].total = most
                 lines[0].update(done, words)
 
@@ -133,6 +142,10 @@ class LiveLine:
         self.started = self.printed = time.monotonic()
         self.said = False
         self._whole: list[tuple[int, float]] = []  # steps that were done, and when
+
+    def begin_again(self, done: int) -> None:
+        """Counts something else from now on, of which so much is done."""
+        self.begun, self.started, self._whole = done, time.monotonic(), []
 
     @property
     def elapsed(self) -> float:

@@ -113,3 +113,19 @@ def test_the_time_left_follows_steps_that_grow_and_not_shares_of_a_step(monkeypa
             if 2 <= step < 19:
                 assert ahead is not None and left / bound < ahead < left * bound, (step + told, ahead, left)
     assert live.ahead(len(took)) == 0
+
+
+def test_what_is_counted_anew_has_a_time_left_of_its_own(monkeypatch, capsys):
+    """Boxes of a budget, then steps, two a second, then boxes again: neither rate says anything of the other."""
+    now = [0.0]
+    monkeypatch.setattr("maviper.console.time.monotonic", lambda: now[0])
+    counts = [(9_000 * k, 60_000_000, "boxes of the budget") for k in range(1, 6)]
+    counts += [(2 * k, 1_000, f"steps of {256 + k} random episodes") for k in range(12)]
+    counts += [(45_000 + 100 * k, 60_000_000, "boxes of the budget, at step 3 of 40") for k in range(13)]
+    with Console().following("deciding") as listener:
+        for told in counts:
+            now[0] += 1
+            listener(*told)
+    lines = [line for line in capsys.readouterr().err.splitlines() if "2/s" in line or "100/s" in line]
+    assert any(re.search(r"steps of \d+ random episodes  2/s  8 min left", line) for line in lines), lines
+    assert any(re.search(r"at step 3 of 40  100/s  16\d h \d\d min left", line) for line in lines), lines
