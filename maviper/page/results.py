@@ -46,15 +46,11 @@ def with_proof(contents: Contents, profile: ir.PolicyProfile, certificate: Path)
 
         claim, episode = play_claim(profile, certificate, proved)
         return replace(contents, told=(claim, *contents.told), recorded=episode)
-    return replace(contents, claims=(_load_claim(profile, certificate, proved), *contents.claims))
+    return replace(contents, claims=(load_claim(profile, certificate, proved), *contents.claims))
 
 
-def load_claim(profile: ir.PolicyProfile, certificate: Path) -> Shown:
-    """The claim of a certificate, with the region of its proof. InputError and RefusedError as for a monitor."""
-    return _load_claim(profile, certificate, load_proof(certificate, profile))
-
-
-def _load_claim(profile: ir.PolicyProfile, certificate: Path, proved: Proved) -> Shown:
+def load_claim(profile: ir.PolicyProfile, certificate: Path, proved: Proved) -> Shown:
+    """The claim of a certificate, with the region of its proof. InputError for the claim of another subject."""
     if isinstance(proved.region, Start):
         stated = forever.of_either(runs.read_unpacked(certificate, MAX_BYTES), str(certificate))
         return Shown(stated.claim, f"{Verdict.PROVED.value} in {_name_region(profile, stated.region)}", proved.region)

@@ -13,13 +13,14 @@ from fractions import Fraction
 
 from codegen.errors import InputError
 from codegen.ir import AgentPolicy, PolicyProfile
+from verify.claims.language.tables import properties
 from verify.claims.observed import View, over, variable
 from verify.claims.region import Interval, Region
 from verify.exact import text as number_text
 from verify.language.units import unit_of
 from verify.systems.given import robust
 from verify.systems.given.robust import copy_called
-from verify.systems.values import ADVICE, NAME, as_list, as_table, only, text
+from verify.systems.values import ADVICE, NAME, only, text
 from verify.toml_places import parse
 
 HEAD = "# Observations: each variable is a feature. Every combination of numbers in these ranges is a state.\n"
@@ -52,9 +53,7 @@ def errors_in(source: str, profile: PolicyProfile, where: str) -> dict[str, dict
     document, file = parse(source, where, "not a readable property file", ADVICE)
     agents = {policy.agent: policy for policy in profile.agents if policy.outputs}
     stated: dict[str, dict[str, Fraction]] = {}
-    for number, table in enumerate(as_list(document.get("property", []), file / "property")):
-        place = file / "property" / number
-        described = as_table(table, place)
+    for described, place in properties(document, file):
         if described.get("name") != robust.NAME:
             continue
         agent = text(described.get("agent", ""), place / "agent")

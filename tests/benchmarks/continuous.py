@@ -206,8 +206,8 @@ def halves() -> list[dict[str, Any]]:
     held_out.EVALUATION_EPISODES = 1_000
     expert, world = find_expert("physical-deception")
     figures, whole = list[dict[str, Any]](), dict[str, float]()
-    sizes_of = (("histogram", WHOLE), ("histogram", WHOLE // 2), ("histogram", WHOLE // 4))
-    for splits, leaves in (*sizes_of, ("sums", WHOLE // 2), ("sums", WHOLE // 4)):
+    singly = (("histogram", WHOLE), ("histogram", WHOLE // 2), ("histogram", WHOLE // 4))
+    for splits, leaves in (*singly, ("sums", WHOLE // 2), ("sums", WHOLE // 4)):
         started = time.process_time()
         settings = Settings.of({**HALVES, "splits": splits, "max_leaves": leaves}, world)
         profile = extract(world, expert, settings)

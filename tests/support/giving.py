@@ -1,6 +1,7 @@
 """World files and random agents that give numbers or test sums in them, with numbers of a size that has bounds."""
 
-from codegen import ir
+from dataclasses import replace
+
 from codegen.sums import Sum
 from tests.support import summed
 
@@ -44,8 +45,4 @@ def tamed(drawn):
 
     made = drawn.tree
     named = {"sums": tuple(map(tame, made.sums)), "vectors": tuple(tuple(map(tame, each)) for each in made.vectors)}
-    arrays = (made.feature, made.threshold, made.left, made.right, made.action)
-    kept = {name: getattr(made, name) for name in ("numbers", "arithmetic", "gives")}
-    return ir.AgentPolicy(
-        drawn.agent, "team", drawn.features, drawn.actions, ir.Tree(*arrays, **kept, **named), outputs=drawn.outputs
-    )
+    return replace(drawn, tree=replace(made, **named))

@@ -5,7 +5,7 @@ Assumes: variables and agents are known.
 Does not: enclose what is not affine (pieces.py).
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 
@@ -67,21 +67,54 @@ def rules_of(
     """
     only(given, (*MOVES, "piece"), where)
     reader = _Motion(variables, agents, names, counters)
+    pieces = read_pieces(given, MOVES, reader.regions, where)
+    return tuple(rule for stated, own, place in pieces for rule in reader.rules(stated, own, place))
+
+
+def read_pieces(
+    given: Mapping[str, object],
+    moves: Sequence[str],
+    regions: Callable[[Sequence[Mapping[str, object]], Place], list[list[CaseRegion]]],
+    where: Place,
+) -> Iterator[tuple[Mapping[str, object], Sequence[CaseRegion], Place]]:
+    """What holds in each piece, in which states, and its place; in all states where there are no pieces. `moves`: the
+    tables that a piece may state itself.
+    """
     if "piece" not in given:
-        return reader.rules(given, [CaseRegion({}, ())], where)
+        yield given, [CaseRegion({}, ())], where
+        return
     pieces = as_list(given["piece"], where / "piece")
     if not 1 <= len(pieces) <= MAX_RULES:
         raise InputError(f"{len(pieces)} pieces, of 1 to {MAX_RULES}", where, ADVICE)
-    shared = {key: value for key, value in given.items() if key != "piece"}
     tables = [as_table(each, where / "piece" / index) for index, each in enumerate(pieces)]
     for index, stated in enumerate(tables):
-        only(stated, (*MOVES, "where", "when"), where / "piece" / index)
-    regions = reader.regions(tables, where)
-    rules: list[Rule] = []
-    for index, (stated, own) in enumerate(zip(tables, regions, strict=True)):
+        only(stated, (*moves, "where", "when"), where / "piece" / index)
+    shared = {key: value for key, value in given.items() if key in moves}
+    for index, (stated, own) in enumerate(zip(tables, regions(tables, where), strict=True)):
         place = where / "piece" / index
-        rules += reader.rules(merge_tables(shared, stated, place), own, place)
-    return tuple(rules)
+        yield merge_tables(shared, stated, place), own, place
+
+
+def read_lets(
+    given: Mapping[str, object], names: Names, choices: dict[str, Choice], called: dict[str, str], where: Place
+) -> dict[str, Typed[Expression]]:
+    """Names that stand for parts of expressions. `choices` gets what is chosen, `called` how each choice is called."""
+    meant = dict(names.meant)
+    lets = table(given, "let", where)
+    if len(lets) > MAX_LET:
+        raise InputError(f"more than {MAX_LET} names", where / "let", "shorten it")
+    for name, value in lets.items():
+        if name in names.known or name in meant:
+            raise InputError(f"'{name}' is named twice", where / "let", "give each a name of its own")
+        meant[name] = as_typed(value, Names(names.known, meant, names.modes, choices), where / "let" / name)
+        call(called, choices, name)
+    return meant
+
+
+def ensure_few(cases: Sequence[object], where: Place) -> None:
+    """InputError for too many rules of one table."""
+    if len(cases) > MAX_RULES:
+        raise InputError(f"more than {MAX_RULES} cases and choices", where, "choose between fewer values")
 
 
 def merge_tables(shared: Mapping[str, object], stated: Mapping[str, object], where: Place) -> dict[str, object]:
@@ -129,14 +162,10 @@ def setting_modes(agents: Sequence[Agent], variables: Sequence[Variable]) -> lis
 
 
 def regions_of(
-    tables: Sequence[Mapping[str, object]],
-    variables: Sequence[Variable],
-    agents: Sequence[Agent],
-    names: Names,
-    where: Place,
+    tables: Sequence[Mapping[str, object]], variables: Sequence[Variable], names: Names, where: Place
 ) -> list[list[CaseRegion]]:
     """The states of each piece. InputError where pieces overlap or leave a gap."""
-    return _Motion(variables, agents, names, ()).regions(tables, where)
+    return _Motion(variables, (), names, ()).regions(tables, where)
 
 
 class _Motion:
@@ -207,8 +236,7 @@ class _Motion:
             for where, when in regions
             for move, effect, words in moves
         ]
-        if len(rules) > MAX_RULES:
-            raise InputError(f"more than {MAX_RULES} cases and choices", place, "choose between fewer values")
+        ensure_few(rules, place)
         return tuple(rules)
 
     def _list_moves(self, given: Mapping[str, object], place: Place) -> list[ChosenMotion]:
@@ -224,27 +252,16 @@ class _Motion:
         self, given: Mapping[str, object], choices: dict[str, Choice], called: dict[str, str], where: Place
     ) -> dict[str, Expression]:
         """The next value of each variable. `choices` gets what is chosen, `called` how each choice is called."""
-        meant = dict(self._names.meant)
-        lets = table(given, "let", where)
-        if len(lets) > MAX_LET:
-            raise InputError(f"more than {MAX_LET} names", where / "let", "shorten it")
-        for name, value in lets.items():
-            if name in self._names.known or name in meant:
-                raise InputError(f"'{name}' is named twice", where / "let", "give each a name of its own")
-            meant[name] = as_typed(value, self._choosing(meant, choices), where / "let" / name)
-            call(called, choices, name)
+        meant = read_lets(given, self._names, choices, called, where)
         stated = flat(table(given, "next", where), where / "next")
         for name in stated:
             self._unit(name, where / "next")
-        named = self._choosing(meant, choices)
+        named = Names(self._names.known, meant, self._names.modes, choices)
         following: dict[str, Expression] = {}
         for name in self._variables:
             following[name] = self._one(stated, name, named, where / "next")
             call(called, choices, name)
         return following
-
-    def _choosing(self, meant: Mapping[str, Typed[Expression]], choices: dict[str, Choice]) -> Names:
-        return Names(self._names.known, meant, self._names.modes, choices)
 
     def _one(self, stated: Mapping[str, object], name: str, named: Names, where: Place) -> Expression:
         if name not in stated:

@@ -77,9 +77,9 @@ def test_play_shows_the_claim_of_a_certificate(name):
     certificate = GENERATED / "verdicts" / "predator_prey" / f"certificate-{name}"
     if name == "7-keeps_apart.json.xz":
         with pytest.raises(InputError, match="push each other"):
-            load_claim(profile, certificate)
+            load_claim(profile, certificate, load_proof(certificate, profile))
         return
-    shown = load_claim(profile, certificate)
+    shown = load_claim(profile, certificate, load_proof(certificate, profile))
     assert shown.verdict == "PROVED in a region of its own" and shown.proved is not None
     text = page(profile, Contents((shown,)))
     assert '"region":{"bounds":[["' in text and "PROVED in a region" in text
@@ -90,7 +90,8 @@ def test_a_packed_proof_of_episodes_is_shown_as_the_plain_one(tmp_path):
     plain = GENERATED / "verdicts" / "physical_deception" / "certificate-8-reaches.json"
     packed = tmp_path / "certificate.json.xz"
     packed.write_bytes(lzma.compress(plain.read_bytes()))
-    assert load_claim(profile, packed) == load_claim(profile, plain)
+    first, second = (load_claim(profile, each, load_proof(each, profile)) for each in (packed, plain))
+    assert first == second
 
 
 @pytest.mark.parametrize("folder", ["physical_deception", "proved_defenders", "proved_navigation"])

@@ -21,7 +21,7 @@ from verify.reach.replay import Course, replay_course
 from verify.semantics import MACHINE
 from verify.solver import unrolled
 from verify.subjects import ClosedLoop
-from verify.systems import documents
+from verify.systems import documents, motion
 from verify.systems.claims import Pattern, SystemClaim
 from verify.systems.files import statement_of
 from verify.systems.properties import claims_of
@@ -72,6 +72,14 @@ WRONG = [
     ("[dynamics.flow]", "error = { spin = -1 }\n[dynamics.flow]", "the error -1 is below 0"),
     ('"8 1/s^2"', '"1[1/s]*spin"', "action right of motor sets motor.torque to what is no number"),
 ]
+
+
+def test_a_flow_has_as_many_cases_as_steps_may_have_rules(monkeypatch):
+    monkeypatch.setattr(motion, "MAX_RULES", 3)
+    text = changed("[dynamics.flow]", '[dynamics.next]\nspin = "choice(spin, 0[1/s], 1[1/s], {})"\n[dynamics.flow]')
+    assert len(list(system_of(text.replace(", {}", "")).flow.each)) == 3
+    with pytest.raises(InputError, match="more than 3 cases and choices"):
+        system_of(text.replace("{}", "2[1/s]"))
 
 
 @pytest.mark.parametrize(("old", "new", "said"), WRONG)

@@ -1,9 +1,10 @@
 """The sweep of a claim about a flow: sets that hold every state at all times, each of which has to meet the claim.
 
-Does: cuts the start as a proof says, sends sets down the trees at each sample, moves them through a period in steps,
-  makes the jumps of samples, and asks the claim of every set at samples and of every tube between them.
-Assumes: steps.py, covers/trees.py and covers/cuts.py bound what they are asked.
-Does not: read documents, or choose how to cut and step.
+Does: cuts the start as a proof says, joins sets where it says so, sends them down the trees at each sample, cuts them
+  by cases, makes the jumps of samples, moves them through a period in steps, and asks the claim of every set at samples
+  and of every tube between them; answers the same of single boxes, for replays.
+Assumes: steps.py, cases.py, covers/trees.py and covers/cuts.py bound what they are asked.
+Does not: read documents, or choose how to cut, join and step.
 """
 
 from __future__ import annotations
@@ -257,8 +258,7 @@ class FlowSweep:
         """The cases that hold every state of a box; none where another one may hold some of them."""
         boxes = _as_list(box)
         met = [number for number, each in enumerate(self._cases.within(boxes)) if each.size]
-        sure = self._cases.surely(boxes)
-        return met if not self._cases.beyond(boxes).any() and set(met) <= set(sure) else []
+        return met if set(met) <= set(self._cases.surely(boxes)) else []
 
     def name_actions(self, joint: int) -> dict[str, str]:
         """A joint action by names."""

@@ -1,8 +1,9 @@
 """Continuous time, as a world file writes it: derivatives of the variables, and actions that are held for a period.
 
-Does: reads `flow`, `period`, `next`, `let` and `error` of the table `dynamics`; checks names and units.
-Assumes: variables and agents are known.
-Does not: integrate.
+Does: reads `flow`, `period`, `next`, `let`, `error` and `piece` of the table `dynamics`, a case for each piece and each
+  way to choose; checks names, units, and that expressions have derivatives of all orders; adds what delays keep.
+Assumes: variables, agents and features are known.
+Does not: integrate, or show that some case holds every state (checker/flows/cases.py).
 """
 
 from __future__ import annotations
@@ -12,7 +13,6 @@ from fractions import Fraction
 from typing import NamedTuple
 
 from codegen.errors import InputError, UnknownNameError
-from verify.language.arithmetic import Typed
 from verify.language.units import PURE, Unit, times, unit_of
 from verify.systems.cases import CaseRegion
 from verify.systems.flows.sampling import ADVICE as PERIOD
@@ -22,16 +22,15 @@ from verify.systems.language.expressions import Call, Expression, Name, Number, 
 from verify.systems.language.expressions import names as names_in
 from verify.systems.language.mode_values import mode_of
 from verify.systems.language.parsing import Choice, Names, fitting
-from verify.systems.motion import MAX_RULES, merge_tables, regions_of, setting_modes
+from verify.systems.motion import ensure_few, read_lets, read_pieces, regions_of, setting_modes
 from verify.systems.statement import Agent
 from verify.systems.system import Feature, Flow, FlowCase, Interval, Variable
-from verify.systems.values import ADVICE, as_list, as_table, as_typed, error_of, flat, only, table, text
+from verify.systems.values import ADVICE, as_typed, error_of, flat, only, table, text
 from verify.toml_places import Place
 
 MOVES = ("flow", "next", "let", "error")  # what pieces may state
 KEYS = (*MOVES, "period", "piece")
 STEPWISE = ("A", "B", "c", "cuts")  # of systems that move in steps
-MAX_LET = 100
 STILL = Number(Fraction(0))  # the derivative of what changes at samples only
 SMOOTH = ("sin", "cos", "tan", "exp", "sqrt")  # functions that have derivatives of all orders where they are defined
 
@@ -72,20 +71,9 @@ def flow_of(given: Mapping[str, object], around: Around, where: Place) -> tuple[
 
 
 def _cases(given: Mapping[str, object], reader: _FlowReader, where: Place) -> Iterator[FlowCase]:
-    """What is stated of each case, once for each way to choose; of all states where there are no pieces."""
-    if "piece" not in given:
-        yield from reader.cases(given, [CaseRegion({}, ())], where)
-        return
-    pieces = as_list(given["piece"], where / "piece")
-    if not 1 <= len(pieces) <= MAX_RULES:
-        raise InputError(f"{len(pieces)} pieces, of 1 to {MAX_RULES}", where, ADVICE)
-    tables = [as_table(each, where / "piece" / index) for index, each in enumerate(pieces)]
-    for index, stated in enumerate(tables):
-        only(stated, (*MOVES, "where", "when"), where / "piece" / index)
-    shared = {key: value for key, value in given.items() if key in MOVES}
-    for index, (stated, own) in enumerate(zip(tables, reader.regions(tables, where), strict=True)):
-        place = where / "piece" / index
-        yield from reader.cases(merge_tables(shared, stated, place), own, place)
+    """What is stated of each case, once for each way to choose."""
+    for stated, own, place in read_pieces(given, MOVES, reader.regions, where):
+        yield from reader.cases(stated, own, place)
 
 
 class _FlowReader:
@@ -103,13 +91,13 @@ class _FlowReader:
 
     def regions(self, tables: Sequence[Mapping[str, object]], where: Place) -> list[list[CaseRegion]]:
         """The states of each piece at a sample."""
-        return regions_of(tables, self._variables, self._agents, self._names, where)
+        return regions_of(tables, self._variables, self._names, where)
 
-    def cases(self, given: Mapping[str, object], regions: Sequence[CaseRegion], where: Place) -> Iterator[FlowCase]:
-        """What a table says of the states in some regions."""
+    def cases(self, given: Mapping[str, object], regions: Sequence[CaseRegion], where: Place) -> list[FlowCase]:
+        """What a table says of the states in some regions, once for each way to choose."""
         choices: dict[str, Choice] = {}
         called: dict[str, str] = {}
-        known = Names(self._names.known, self._read_lets(given, choices, called, where), self._names.modes)
+        known = Names(self._names.known, read_lets(given, self._names, choices, called, where), self._names.modes)
         stated = flat(table(given, "flow", where), where / "flow")
         _ensure_variables(stated, self._units, where / "flow")
         second = unit_of("s", where)
@@ -128,28 +116,14 @@ class _FlowReader:
         for name, value in jumping.items():
             jumps[name] = self._jump(name, value, choosing, where / "next" / name)
             call(called, choices, name)
+        cases: list[FlowCase] = []
         for chosen in ways(jumps, choices, called, where):
             for name, jump in chosen.next.items():
                 _ensure_smooth(jump, where / "next" / name)
             jumped = {**chosen.next, **self._counted, **self._late.jumps}
-            for box, when in regions:
-                yield FlowCase(box, when, rates | self._still, errors, jumped, chosen.words)
-
-    def _read_lets(
-        self, given: Mapping[str, object], choices: dict[str, Choice], called: dict[str, str], where: Place
-    ) -> dict[str, Typed[Expression]]:
-        """Names that stand for parts of expressions."""
-        meant = dict(self._names.meant)
-        lets = table(given, "let", where)
-        if len(lets) > MAX_LET:
-            raise InputError(f"more than {MAX_LET} names", where / "let", "shorten it")
-        for name, value in lets.items():
-            if name in self._names.known or name in meant:
-                raise InputError(f"'{name}' is named twice", where / "let", "give each a name of its own")
-            named = Names(self._names.known, meant, self._names.modes, choices)
-            meant[name] = as_typed(value, named, where / "let" / name)
-            call(called, choices, name)
-        return meant
+            cases += (FlowCase(box, when, rates | self._still, errors, jumped, chosen.words) for box, when in regions)
+            ensure_few(cases, where)
+        return cases
 
     def _jump(self, name: str, value: object, names: Names, where: Place) -> Expression:
         if name in self._modes:
