@@ -54,7 +54,7 @@ def extract(
     arguments goes on from there. `examples`: states whose labels every iteration learns from as well; refinement
     keeps them.
     """
-    settings = settings.validate().deal_budget(world)
+    settings = settings.complete().deal_budget(world)
     world, settings = settings.judge_world(world), replace(settings, measure=settings.measure_in(world))
     refine.check(settings, world)
     check(world, settings, examples)

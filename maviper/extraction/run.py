@@ -145,7 +145,7 @@ def _best_of_seeds(task: _Task, count: int, jobs: int, console: Console) -> ir.P
     runs.folder(task.folder)
     seeds, tasks = range(first, first + count), []
     for seed in seeds:
-        folder, settings = folder_of(task.folder, seed), replace(asked.settings, seed=seed).validate()
+        folder, settings = folder_of(task.folder, seed), replace(asked.settings, seed=seed).complete()
         one = asked._replace(settings=settings)
         tasks.append((replace(task, folder=folder, asked=one, resume=is_resumed(folder, task.resume)),))
 

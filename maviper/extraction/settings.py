@@ -247,7 +247,7 @@ class Settings:
         first = self.episodes(measures.ROLLOUT_SEEDS).start + before + iteration * self.rollouts
         return range(first, first + self.rollouts)
 
-    def validate(self) -> "Settings":
+    def complete(self) -> "Settings":
         """The settings, filled in; InputError or UnknownNameError when one cannot be used."""
         self._check_names({"algorithm": KNOWN, "preset": PRESETS, "selection": SELECTIONS})
         return self.fill_parts()._ensure_usable()

@@ -113,7 +113,7 @@ def settings_of(register, world, cell):
     """What the cell's extraction is asked for."""
     given = {**register["presets"][cell.preset], **register["algorithms"][cell.algorithm]}
     given = {name: value[cell.game] if isinstance(value, dict) else value for name, value in given.items()}
-    return Settings.of({**given, "max_depth": cell.depth, "seed": cell.seed}, world).validate().deal_budget(world)
+    return Settings.of({**given, "max_depth": cell.depth, "seed": cell.seed}, world).complete().deal_budget(world)
 
 
 def make(register, digest, cell, folder):

@@ -84,7 +84,7 @@ def settings_of(register, world, seed, way):
         name: register["per_round"][name] // (n_agents if asked[by] == "agent" else 1) for name, by in parts.items()
     }
     given = {**register["settings"], **asked, "seed": seed, "rollouts": dealt["rollouts"]}
-    return Settings.of({**given, "selection_episodes": dealt["selection"]}, world).validate().deal_budget(world)
+    return Settings.of({**given, "selection_episodes": dealt["selection"]}, world).complete().deal_budget(world)
 
 
 def make(register, digest, cell, folder):

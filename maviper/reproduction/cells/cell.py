@@ -87,7 +87,7 @@ def settings_of(cell: Cell, world: World) -> Settings:
     agent = {"agent": world.agents[0]} if cell.algorithm == "viper" else {}  # of the first; the others follow
     given = {"preset": cell.preset, "max_depth": cell.depth, "seed": cell.seed, "splits": cell.splits or None}
     budget = {"max_leaves": cell.leaves} if cell.algorithm == RGMDT else {}  # for others a depth does it
-    return Settings.of({**given, **rung, **agent, **budget}, world).validate().deal_budget(world)
+    return Settings.of({**given, **rung, **agent, **budget}, world).complete().deal_budget(world)
 
 
 @dataclass(frozen=True)

@@ -49,7 +49,7 @@ def quick(monkeypatch):
 
 def met(world, expert=None, agents=(0, 1, 2)):
     expert = expert or Expert(world)
-    weigh = partial(weights, Extraction(world, expert, Settings().validate()), agents)
+    weigh = partial(weights, Extraction(world, expert, Settings().complete()), agents)
     return collect(world, expert, [expert] * 3, agents, range(10), weigh)
 
 

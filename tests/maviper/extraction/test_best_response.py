@@ -168,7 +168,7 @@ def test_members_may_share_a_tree_of_replies(deception):
 )
 def test_what_makes_no_sense_beside_replies_is_refused(given, told):
     with pytest.raises(InputError, match=told):
-        Settings.of({"algorithm": BEST_RESPONSE, **given}).validate()
+        Settings.of({"algorithm": BEST_RESPONSE, **given}).complete()
 
 
 def test_an_expert_without_q_cannot_be_asked_for_replies(capsys, tmp_path):

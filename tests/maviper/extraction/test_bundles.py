@@ -89,7 +89,7 @@ def test_every_name_says_every_part():
     for algorithm, selection in product(KNOWN, ("uniform", "return", "race")):
         assert set(bundle(algorithm, selection)) == set(PARTS)
         found = Settings.of({"algorithm": algorithm, "selection": selection})
-        assert found.changed == [] and Settings(algorithm=algorithm, selection=selection).validate().changed == []
+        assert found.changed == [] and Settings(algorithm=algorithm, selection=selection).complete().changed == []
     assert set(BUNDLES) == set(KNOWN)
 
 

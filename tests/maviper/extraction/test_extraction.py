@@ -336,12 +336,12 @@ def test_a_negative_return_is_no_divisor():
 )  # fmt: skip
 def test_bad_settings_are_refused(settings):
     with pytest.raises(InputError):
-        Settings(**settings).validate()
+        Settings(**settings).complete()
 
 
 def test_unknown_preset():
     with pytest.raises(UnknownNameError, match="did you mean 'paper'"):
-        Settings(preset="papper").validate()
+        Settings(preset="papper").complete()
 
 
 class Recorder:

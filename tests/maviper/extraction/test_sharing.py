@@ -105,7 +105,7 @@ def test_a_vote_drops_a_point_for_all_who_share():
 )
 def test_what_cannot_share_is_refused(given, said):
     with pytest.raises(InputError, match=said):
-        Settings.of({"share": TEAM, **given}).validate()
+        Settings.of({"share": TEAM, **given}).complete()
 
 
 def test_unequal_spaces_are_refused():

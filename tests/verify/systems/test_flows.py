@@ -76,10 +76,10 @@ WRONG = [
 
 def test_a_flow_has_as_many_cases_as_steps_may_have_rules(monkeypatch):
     monkeypatch.setattr(motion, "MAX_RULES", 3)
-    text = changed("[dynamics.flow]", '[dynamics.next]\nspin = "choice(spin, 0[1/s], 1[1/s], {})"\n[dynamics.flow]')
-    assert len(list(system_of(text.replace(", {}", "")).flow.each)) == 3
+    text = changed("[dynamics.flow]", '[dynamics.next]\nspin = "choice(spin, 0[1/s], 1[1/s], MORE)"\n[dynamics.flow]')
+    assert len(list(system_of(text.replace(", MORE", "")).flow.each)) == 3
     with pytest.raises(InputError, match="more than 3 cases and choices"):
-        system_of(text.replace("{}", "2[1/s]"))
+        system_of(text.replace("MORE", "2[1/s]"))
 
 
 @pytest.mark.parametrize(("old", "new", "said"), WRONG)
