@@ -29,7 +29,11 @@ def fails(threshold: float, digits: int = 6) -> str:
 
 
 def within(name: str, low: float | None, high: float | None, digits: int = 6) -> str:
-    """The numbers above `low` and at most `high`: `0 <= x <= 0.5`. None: no end; an end at least there is."""
+    """The numbers above `low` and at most `high`: `0 <= x <= 0.5`, `x = 0` where there is one number. None: no end; an
+    end at least there is.
+    """
+    if low is not None and high is not None and _bound(low) == high:
+        return f"{name} = {number(high, digits)}"
     if low is None or high is None:
         return f"{name} {fails(low, digits)}" if low is not None else f"{name} {holds(high or 0.0, digits)}"
     return f"{number(low, digits)} {_sign(low, '<', '<=')} {name} {holds(high, digits)}"

@@ -89,8 +89,13 @@ def ensure_known(given: Renaming, found: Sequence[Placed], kind: str) -> None:
 
 def format_placed(found: Placed) -> str:
     """What each feature or action is, in words; of many, the first ones."""
-    more = len(found.lines) - MAX_LISTED
-    return ", ".join([*found.lines[:MAX_LISTED], *([f"and {more} more"] if more > 0 else [])])
+    return format_first(found.lines)
+
+
+def format_first(lines: Sequence[str]) -> str:
+    """The first ones of many, and how many more there are."""
+    more = len(lines) - MAX_LISTED
+    return ", ".join([*lines[:MAX_LISTED], *([f"and {more} more"] if more > 0 else [])])
 
 
 # --- actions

@@ -99,8 +99,10 @@ def _say(policy: Any, facts: Mapping[str, Any], console: Any) -> None:
     if f"{policy.agent} notes" in facts:
         console.line("notes", str(facts[f"{policy.agent} notes"]))
     if policy.seen:
+        from codegen.importers.names import format_first
+
         ends = zip(policy.features, policy.seen, strict=True)
-        console.line("seen", ", ".join(f"{one.name} {low:.3g} to {high:.3g}" for one, (low, *_, high) in ends))
+        console.line("seen", format_first([f"{one.name} {low:.3g} to {high:.3g}" for one, (low, *_, high) in ends]))
     if f"{policy.agent} permits" in facts:
         console.line("permits", str(facts[f"{policy.agent} permits"]))
     console.line("given", str(facts[f"{policy.agent} given"]))

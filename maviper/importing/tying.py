@@ -13,6 +13,7 @@ returns is the action of that number. Where the world calls its features feature
 action_0, ..., the names that the source has for them are kept.
 """
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -21,7 +22,7 @@ from codegen import ir
 from codegen.check import ensure, identifier
 from codegen.errors import InputError, UnknownNameError, escape_text
 from codegen.floats import FLOAT32
-from codegen.importers.names import NUMBERED, Renaming, legal, renaming
+from codegen.importers.names import NUMBERED, Renaming, format_first, legal, renaming
 from codegen.importers.origin import Names, Origin, profile_of
 from codegen.wording import format_count
 from maviper.episodes import measures
@@ -31,6 +32,7 @@ from maviper.worlds.matching import OWN_NAMES
 from maviper.worlds.world import find_misplaced
 
 EPISODES = 100  # that the trees play, so that the ranges of what they observe are known
+ONE_VALUE = re.compile(r"(^|_)is_(minus_)?[0-9]+$")  # a feature of `wrap=flatten`
 MAP = "write --{kind}s NEW=OLD for each that the world calls otherwise"
 
 
@@ -192,7 +194,10 @@ def _call_anew(known: Sequence[str], names: Sequence[str], agent: str, kind: str
 def _ensure_count(count: int, known: Sequence[str], agent: str, kind: str) -> None:
     if count != len(known):
         what = f"{count} {kind}{'s' if count != 1 else ''} for {agent}, who has {len(known)} in this world"
-        raise InputError(what, agent, f"they are {', '.join(known[:30])}")
+        advice = f"they are {format_first(known)}"
+        if count < len(known) and sum(map(bool, map(ONE_VALUE.search, known))) > 1:
+            advice += "; these are values of whole numbers, which wrap=numbers shows as they are"
+        raise InputError(what, agent, advice)
 
 
 def _is_numbered(names: Sequence[str]) -> bool:

@@ -41,6 +41,8 @@ def test_ranges():
     assert within("x", -TINY, 0.5) == "0 <= x <= 0.5" and within("x", -1.0, -TINY) == "-1 < x < 0"
     assert within("x", None, -TINY) == "x < 0" and within("x", -TINY, None) == "x >= 0"
     assert within("x", 0.1234567, 1 / 3, digits=3) == "0.123 < x <= 0.333"
+    assert within("x", -TINY, 0.0) == "x = 0" and within("x", float(np.nextafter(19.5, 0)), 19.5) == "x = 19.5"
+    assert within("x", None, 19.5) == "x <= 19.5" and within("x", 19.5, None) == "x > 19.5"
 
 
 @pytest.mark.parametrize(

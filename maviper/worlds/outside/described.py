@@ -59,6 +59,7 @@ DESCRIBED: Mapping[str, Described] = {
         {"cos_angle": "none", "sin_angle": "none", "angular_velocity": "rad/s"}, (), {"torque": "N m"}
     ),
     "MountainCarContinuous": Described({"position": "none", "velocity": "none"}, (), {"force": "none"}),
+    "Blackjack": Described({"player_sum": "none", "dealer_card": "none", "usable_ace": FLAG}, ("stick", "hit")),
     "FrozenLake": Described({}, ("left", "down", "right", "up")),
     "CliffWalking": Described({}, ("up", "right", "down", "left")),
     "Taxi": Described({}, ("south", "north", "east", "west", "pick_up", "drop_off")),

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 MASK = "action_mask"  # the key, in a dictionary of observations or in infos
 MAX_NAME = 50
 MAX_FEATURES = 1_024  # of a flattened observation: beyond it, it is a picture
+WHOLE = 2**24  # up to which float32 has every whole number
 OWN = "return it wrapped from a function of your own, and name that: mygame:make"
 Named = tuple[str, str]  # a number's name and unit
 
@@ -53,6 +54,26 @@ def parts_of(space: spaces.Space, n_actions: int) -> tuple[spaces.Space, bool]:
     if int(np.prod(mask.shape or ())) != n_actions:
         return space, False
     return Dict({key: part for key, part in space.spaces.items() if key != MASK}), True
+
+
+def as_numbers(space: spaces.Space, where: str) -> spaces.Space:
+    """The space whose whole numbers are shown as they are, not as one number per value. InputError for numbers that
+    float32 cannot tell apart.
+    """
+    from gymnasium.spaces import Box, Dict, Discrete, MultiDiscrete, Tuple
+
+    if isinstance(space, Dict):
+        return Dict({key: as_numbers(part, where) for key, part in space.spaces.items()})
+    if isinstance(space, Tuple):
+        return Tuple([as_numbers(part, where) for part in space.spaces])
+    if not isinstance(space, Discrete | MultiDiscrete):
+        return space
+    least = np.asarray(space.start)
+    most = least + (space.n if isinstance(space, Discrete) else space.nvec) - 1
+    if np.abs(np.stack([least, most])).max() > WHOLE:
+        what = f"an observation has whole numbers beyond {WHOLE:,}, which float32 does not tell apart"
+        raise InputError(what, where, f"observe smaller ones; {OWN}")
+    return Box(least.astype(np.float32), most.astype(np.float32), dtype=np.float32)
 
 
 def unreadable(space: spaces.Space) -> str:

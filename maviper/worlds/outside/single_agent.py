@@ -122,6 +122,7 @@ class SingleAgent(ParallelEnv[str, Any, Any]):
             named = zip(called.outputs.items(), bounds_of(self._choices), strict=True)
             self.outputs = {AGENT: [OutputSpec(name, unit, low, high) for (name, unit), (low, high) in named]}
         self.features: dict[str, list[FeatureSpec]] = {}
+        self.described = tuple(called.features.items()) if called else ()  # names and units, where as many are seen
         if as_it_is:
             self._seen: spaces.Space = env.observation_space
             return
@@ -221,6 +222,7 @@ def _vector_space(space: spaces.Space, text: str) -> spaces.Box:
 
     if not isinstance(space, Box | Discrete | MultiBinary):
         what = f"the environment's observations are a {type(space).__name__}; trees read numbers in a row"
-        raise InputError(what, text, f"write {text},wrap=flatten (gymnasium's FlattenObservation); or {OWN}")
+        ways = f"{text},wrap=numbers, or wrap=flatten for one number per value (gymnasium's FlattenObservation)"
+        raise InputError(what, text, f"write {ways}; or {OWN}")
     ensure_small(space, text)
     return vector_space(space)

@@ -21,6 +21,7 @@ from codegen.ir import FeatureSpec
 from maviper.worlds.outside.described import FLAG
 from maviper.worlds.outside.flattening import (
     MASK,
+    as_numbers,
     ensure_small,
     legal_names,
     names_of,
@@ -33,8 +34,9 @@ from maviper.worlds.outside.flattening import (
 from maviper.worlds.outside.single_agent import SingleAgent
 from maviper.worlds.outside.sources import WRAP, Source, action_names, attribute, read_legal_features, space, table
 
-PARALLEL, TURNS, FLATTEN, MASKS, RIVALS = "parallel", "turns", "flatten", "masks", "rivals"
-WRAPPERS = (PARALLEL, TURNS, FLATTEN, MASKS, RIVALS)
+PARALLEL, TURNS, FLATTEN, NUMBERS, MASKS, RIVALS = "parallel", "turns", "flatten", "numbers", "masks", "rivals"
+WRAPPERS = (PARALLEL, TURNS, FLATTEN, NUMBERS, MASKS, RIVALS)
+FLATTENING = {FLATTEN, NUMBERS, MASKS}
 SEPARATOR = "+"
 
 
@@ -53,8 +55,8 @@ def wrap_environment(env: Any, text: int | str, source: Source) -> ParallelEnv:
     """
     wrappers = parse_wrappers(text)
     parallel = _parallel(env, wrappers, source)
-    if FLATTEN in wrappers or MASKS in wrappers:
-        parallel = Flattened(parallel, MASKS in wrappers, source)
+    if FLATTENING & set(wrappers):
+        parallel = Flattened(parallel, MASKS in wrappers, source, NUMBERS in wrappers)
     if RIVALS in wrappers:
         parallel.teams = {agent: [agent] for agent in parallel.possible_agents}  # type: ignore[attr-defined]
     return parallel
@@ -62,7 +64,7 @@ def wrap_environment(env: Any, text: int | str, source: Source) -> ParallelEnv:
 
 def _parallel(env: Any, wrappers: Sequence[str], source: Source) -> ParallelEnv:
     if isinstance(env, gymnasium.Env):
-        return SingleAgent(env, source, FLATTEN in wrappers or MASKS in wrappers)
+        return SingleAgent(env, source, bool(FLATTENING & set(wrappers)))
     if isinstance(env, AECEnv):
         return in_parallel(env, wrappers, source)
     if isinstance(env, ParallelEnv):
@@ -109,11 +111,12 @@ class Turns(turn_based_aec_to_parallel_wrapper):  # type: ignore[misc]
 class Flattened(ParallelEnv[Any, Any, Any]):
     """A parallel environment whose agents observe vectors, at their end the mask of their actions where there is one.
 
-    `masks`: masks are in infos. It says about itself what `pettingzoo.py` reads.
+    `masks`: masks are in infos; `whole`: whole numbers are shown as they are. It says about itself what `pettingzoo.py`
+    reads.
     """
 
-    def __init__(self, env: ParallelEnv, masks: bool, source: Source) -> None:
-        self.env, self.source, self.in_infos = env, source, masks
+    def __init__(self, env: ParallelEnv, masks: bool, source: Source, whole: bool = False) -> None:
+        self.env, self.source, self.in_infos, self.whole = env, source, masks, whole
         self.metadata, self.possible_agents = env.metadata, env.possible_agents
         self.agents: list[Any] = []
         self._spaces, self._boxes, self._legal = {}, {}, {}
@@ -130,6 +133,8 @@ class Flattened(ParallelEnv[Any, Any, Any]):
         if wrong:
             what = f"{agent}'s observations are a {wrong}, or hold one: it has no vector of a fixed length"
             raise InputError(what, self.source.text, "observe numbers in a row")
+        if self.whole:
+            inner = as_numbers(inner, self.source.text)
         ensure_small(inner, self.source.text)
         masked = masked or self.in_infos
         box = vector_space(inner)
@@ -146,6 +151,8 @@ class Flattened(ParallelEnv[Any, Any, Any]):
 
     def _own(self, agent: Any, box: Any, names: Sequence[tuple[str, str]]) -> list[FeatureSpec]:
         """What the environment says of its features, or what follows from their space."""
+        if isinstance(self.env, SingleAgent) and len(self.env.described) == len(names):
+            names = self.env.described
         given = table(self.env, "features", self.source).get(agent)
         return list(given) if isinstance(given, Sequence) and len(given) == box.shape[0] else specs_of(names, box)
 

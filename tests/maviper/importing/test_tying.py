@@ -180,3 +180,25 @@ def test_numbers_that_do_not_fit_are_refused(bring, source, world, message):
     with pytest.raises(InputError, match=message) as caught:
         bring(source, world, arrays="float32")
     assert caught.value.next_step
+
+
+CARDS = """
+def dealer_beater(obs):
+    player, dealer, usable = obs
+    if usable:
+        return 1 if player <= 17 else 0
+    return 1 if player <= 11 or (player <= 16 and dealer >= 7) else 0
+"""
+
+
+def test_a_tree_of_whole_numbers_plays_cards(bring):
+    (policy,) = bring(CARDS, "gymnasium:Blackjack-v1,wrap=numbers,max_steps=20").agents
+    assert [each.name for each in policy.features] == ["player_sum", "dealer_card", "usable_ace"]
+    assert [each.name for each in policy.actions] == ["stick", "hit"]
+    assert act(policy, [[17, 7, 1], [17, 7, 0], [16, 7, 0], [16, 6, 0], [11, 6, 0]]).tolist() == [1, 0, 1, 0, 1]
+
+
+def test_where_each_value_is_a_feature_the_way_out_is_named(bring):
+    with pytest.raises(InputError, match=r"3 features for agent, who has 45") as caught:
+        bring(CARDS, "gymnasium:Blackjack-v1,wrap=flatten,max_steps=20")
+    assert "and 15 more" in caught.value.next_step and "wrap=numbers shows" in caught.value.next_step

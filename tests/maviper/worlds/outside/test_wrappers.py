@@ -12,7 +12,7 @@ from maviper.episodes.play import rollout
 from maviper.evaluation.crossplay import Uniform
 from maviper.worlds import find
 from maviper.worlds.checking import check, usable
-from maviper.worlds.outside.flattening import names_of
+from maviper.worlds.outside.flattening import as_numbers, names_of, vector, vector_space
 from maviper.worlds.outside.pettingzoo import PettingZooWorld
 from maviper.worlds.outside.sources import parse_source
 from maviper.worlds.outside.wrappers import Flattened
@@ -179,7 +179,8 @@ def test_every_number_of_a_flattened_space_has_a_name_of_its_own(space, names):
         ("pettingzoo.classic.tictactoe.tictactoe:env,wrap=turns", ["is a Dict, not a Box", "wrap=flatten"]),
         ("pettingzoo.classic.tictactoe.tictactoe:env,wrap=turn", ["unknown wrapper 'turn'", "did you mean 'turns'"]),
         ("pettingzoo.classic.rps.rps:env,wrap=parallel+masks", ["no action_mask of 3 numbers in its infos"]),
-        ("gymnasium:Blackjack-v1", ["Tuple", "wrap=flatten"]),
+        ("gymnasium:Blackjack-v1", ["Tuple", "wrap=numbers", "wrap=flatten"]),
+        ("tests.support.environments:walker,shows=words,wrap=numbers", ["are a Text", "numbers in a row"]),
         ("gymnasium:CartPole-v1,wrap=masks", ["no action_mask of 2 numbers"]),
         ("tests.support.environments:walker,shows=picture,wrap=flatten", ["4,800 numbers"]),
         ("tests.support.environments:walker,shows=words,wrap=flatten", ["are a Text", "numbers in a row"]),
@@ -195,6 +196,49 @@ def test_single_agents_with_tuples_and_dictionaries_are_flattened():
     world = find("gymnasium:Blackjack-v1,wrap=flatten,max_steps=20")
     assert [world.features[0][place].name for place in (0, 32, 43)] == ["part_0_is_0", "part_1_is_0", "part_2_is_0"]
     assert find("tests.support.environments:walker,shows=parts,wrap=flatten").features[0][0].name == "x"
+
+
+def test_whole_numbers_are_shown_as_they_are():
+    world = find("gymnasium:Blackjack-v1,wrap=numbers,max_steps=20")
+    (features,) = world.features
+    assert [(each.name, each.low, each.high) for each in features] == [
+        ("player_sum", 0, 31),
+        ("dealer_card", 0, 10),
+        ("usable_ace", 0, 1),
+    ]
+    assert [action.name for action in world.actions[0]] == ["stick", "hit"]
+    flat = find("gymnasium:Blackjack-v1,wrap=flatten,max_steps=20")
+    for seed in range(20):
+        (seen,), (places,) = (each.observe(each.start_from_seeds([seed])) for each in (world, flat))
+        assert seen[0].tolist() == [places[0, :32].argmax(), places[0, 32:43].argmax(), places[0, 43:].argmax()]
+
+
+@pytest.mark.parametrize(
+    ("space", "seen", "numbers"),
+    [
+        (gymnasium.spaces.Discrete(5, start=-2), -1, [-1]),
+        (
+            gymnasium.spaces.MultiDiscrete([[2, 3], [4, 5]], start=[[0, 1], [0, -3]]),
+            np.array([[1, 3], [2, -3]]),
+            [1, 3, 2, -3],
+        ),
+        (
+            gymnasium.spaces.Dict({"seat": gymnasium.spaces.Discrete(9), "at": gymnasium.spaces.Box(-1, 1, (2,))}),
+            {"seat": 7, "at": np.array([0.5, 0.25], np.float32)},
+            [0.5, 0.25, 7],
+        ),
+    ],
+)
+def test_so_are_those_of_any_space(space, seen, numbers):
+    whole = as_numbers(space, "mygame")
+    assert vector(whole, seen).tolist() == numbers and len(names_of(whole)) == len(numbers)
+    box = vector_space(whole)
+    assert (box.low <= numbers).all() and (numbers <= box.high).all()
+
+
+def test_whole_numbers_that_float32_does_not_tell_apart_are_refused():
+    with pytest.raises(InputError, match="16,777,216"):
+        as_numbers(gymnasium.spaces.Discrete(2**25), "mygame")
 
 
 def test_commands_take_the_option(capsys):
