@@ -179,7 +179,6 @@ def asked(said, **bounds):
     return Question(ClosedLoop(profile, system), replace(claim, steps=5), UNBOUNDED)
 
 
-@pytest.mark.slow
 def test_a_claim_is_proved_or_broken_by_what_is_late():
     """An episode that breaks a claim says by how much its periods are longer, and is refused beyond the jitter."""
     kept = asked(JITTER, angle=(0, F(13, 10)))
