@@ -197,6 +197,20 @@ def few_episodes(monkeypatch):
     sample_less(monkeypatch, "EVALUATION_EPISODES", factor=20)
 
 
+@pytest.fixture
+def kept_processes(monkeypatch):
+    """For tests that work in several processes: these stay for the next such test, as each loads all before it works.
+    Tests of who is left behind start their own.
+    """
+    from joblib.externals import loky
+
+    class Kept:
+        def shutdown(self, wait):
+            del wait
+
+    monkeypatch.setattr(loky, "get_reusable_executor", Kept)
+
+
 # Numbers of what is sampled, by name, with the modules that hold one; a test of the house finds those left out.
 SAMPLED = {
     "SAMPLES": (

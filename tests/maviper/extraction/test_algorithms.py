@@ -69,6 +69,7 @@ def test_every_game(name, algorithm):
     assert found.provenance.training["expert_algorithm"] == "scripted"
 
 
+@pytest.mark.usefixtures("kept_processes")
 def test_jobs_change_nothing(world, expert):
     alone = extract(world, expert, small(IVIPER, **TINY))
     beside = extract(world, expert, small(IVIPER, **TINY), Running(jobs=2))

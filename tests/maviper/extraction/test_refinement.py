@@ -298,6 +298,7 @@ def test_any_step_may_be_the_last_before_an_interruption(quick, world, expert, a
         assert sorted(path.relative_to(folder) for path in folder.rglob("*.safetensors")) == steps
 
 
+@pytest.mark.usefixtures("kept_processes")
 def test_jobs_change_nothing(world, expert):
     settings = Settings.of({**SMALL, "iterations": 2, "rollouts": 4, "refinement": refine.round_cost()})
     alone, beside = (extract(world, expert, settings, Running(jobs=jobs)) for jobs in (1, 2))
@@ -547,6 +548,7 @@ def test_an_expert_of_another_world_is_refused(tmp_path, capsys):
     assert "the expert plays another world" in capsys.readouterr().err
 
 
+@pytest.mark.usefixtures("kept_processes")
 def test_several_seeds_side_by_side(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(held_out, "EVALUATION_EPISODES", 1_000)  # as in the processes of --jobs
     asked = ["extract", "physical-deception", "--iterations", "1", "--max-depth", "2", "--refinement-episodes", "0"]

@@ -320,6 +320,7 @@ def test_every_algorithm_that_learns_from_labels_learns_from_them(world, expert,
     assert content_hash(extract(world, expert, settings, examples=learned)) == content_hash(taught)
 
 
+@pytest.mark.usefixtures("kept_processes")
 def test_agents_side_by_side_give_the_same_trees(world, expert, folder):
     learned = task(world, expert, folder / "out").examples
     settings = Settings.of(
