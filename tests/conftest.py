@@ -53,6 +53,7 @@ def pytest_cmdline_main(config):
 
 
 def pytest_configure(config):
+    gc.disable()  # while tests are collected: nearly all that imports make stays, and to look through it takes a second
     draw_nothing_of_sources()
     os.fsync = lambda handle: None  # nothing that tests write must outlive a power cut, and each wait is milliseconds
     read_each_header_once()
@@ -124,8 +125,8 @@ def pytest_collection_finish():
     """What all tests have loaded is looked through by no further collection of garbage, and those are rarer. Memory of
     large arrays is kept for the next ones: having the system give and clear it anew takes a twentieth of the time.
     """
-    gc.collect()
     gc.freeze()
+    gc.enable()
     gc.set_threshold(10_000, 20, 20)
     with contextlib.suppress(AttributeError, OSError, TypeError):  # not glibc
         keep = ctypes.CDLL(None).mallopt

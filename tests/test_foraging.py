@@ -1,6 +1,7 @@
 """generated/foraging/: a game of another package that demands coordination, from its adapter to a compiled header."""
 
 import sys
+from importlib.util import find_spec
 
 import numpy as np
 import pytest
@@ -19,7 +20,8 @@ from tests.support.generated import FOLDER
 
 PLACE = FOLDER.parent / "foraging"
 SEEDS = range(100)
-pytest.importorskip("lbforaging", reason="the extra maviper[foraging]")
+if find_spec("lbforaging") is None:  # which takes a second to import, and is not while tests are collected
+    pytest.skip("the extra maviper[foraging]", allow_module_level=True)
 
 
 @pytest.fixture(autouse=True, scope="module")
