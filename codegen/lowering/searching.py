@@ -110,6 +110,7 @@ class Lookup:
     order: tuple[int, ...]  # boxes, those of a cell followed by -1
     boxes: tuple[Ends, ...]  # the last one holds no state: it is the first of cells without a box
     most: int  # boxes of a cell, at most
+    is_turned: bool = False  # unlike `TurnedLists`
 
     @property
     def parts(self) -> int:

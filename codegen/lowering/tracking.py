@@ -81,7 +81,8 @@ def ensure_followed(world: ir.WorldSpec, steps: int) -> None:
     """InputError for worlds whose motion is not followed, and for episodes in which too much may add up."""
     if partners(world) or any(agent.max_speed is not None for agent in world.agents):
         what = "the proof is about episodes in which agents push each other or have a speed limit"
-        raise InputError(what, "--certificate", "a monitor follows episodes without these only")
+        why = "where agents push, what a number is off by grows more than the room that proofs leave for it"
+        raise InputError(f"{what}: {why}", "--certificate", "take a certificate about decisions: it holds in any state")
     if steps > MAX_STEPS:
         what = f"the proof is about {steps} steps, in which too much adds up"
         raise InputError(what, "--certificate", f"a monitor follows at most {MAX_STEPS} steps")

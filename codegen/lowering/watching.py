@@ -15,10 +15,11 @@ from codegen import ir
 from codegen.check import identifier
 from codegen.errors import InputError
 from codegen.floats import decimal_literal, short_hex
-from codegen.lowering.covering import Cover, Lookup, lookup
+from codegen.lowering.covering import Cover, Lookup, look_up
 from codegen.lowering.lower import region_of
 from codegen.lowering.model import Agent, Double, Model, Place, Region
 from codegen.lowering.tracking import Start, Track, track
+from codegen.lowering.turning import TurnedLists
 from codegen.region import RegionSpec
 
 ROUNDED = 1.0 + 2.0**-20  # by which a speed at its limit may be above it: simulators round where they cut it
@@ -91,7 +92,7 @@ class Watch:
     size: str  # how many there are, in C
     dt: str  # seconds of a step
     ahead: Model | None = None  # with what of the region moves until the next step; None: nothing does, or a cover
-    lookup: Lookup | None = None  # of a cover; None: of a region
+    lookup: Lookup | TurnedLists | None = None  # of a cover; None: of a region
     ever: bool = True  # whether what is proved holds at every step
     early: str = "0.0"  # seconds before which a step comes too soon
     track: Track | None = None  # of episodes from the region: `moved` and `ahead` are empty then
@@ -309,7 +310,7 @@ def watch_cover(profile: ir.PolicyProfile, model: Model, cover: Cover, certifica
         places=places,
         size=f"{model.prefix.upper()}_N_VARIABLES",
         dt=decimal_literal(cover.dt),
-        lookup=lookup(cover.steps, f"certificate {certificate[:12]}"),
+        lookup=look_up(cover, f"certificate {certificate[:12]}"),
         ever=cover.ever,
         early=decimal_literal(EARLY * cover.dt if cover.paced else 0.0),
     )

@@ -22,6 +22,7 @@ from codegen.errors import InputError
 from codegen.floats import nearest_double
 from codegen.ir import Float64, PolicyProfile
 from codegen.lowering.covering import Boxes, Cover, Variable
+from codegen.lowering.turning import Turned, turn_sets
 from maviper.worlds.stated.certified import Certificate, ensure_accepted, read_certificate, sentence
 from verify.checker.covers.boxes import BoxList
 from verify.checker.covers.certificates import CoverCertificate
@@ -30,6 +31,7 @@ from verify.checker.covers.forever import InvariantCertificate
 from verify.checker.covers.invariants import names_of
 from verify.checker.covers.rounding import ceiling, floor
 from verify.checker.flows.certificates import FlowCertificate
+from verify.checker.flows.sets import SetList
 from verify.checker.systems.certificates import SystemCertificate
 from verify.reports.systems import period
 from verify.systems.claims import SystemClaim
@@ -38,7 +40,9 @@ from verify.systems.language.expressions import Number
 from verify.systems.statement import Statement
 from verify.systems.system import HalfSpace, Polytope
 
-Lists = dict[int, list[BoxList]]  # by step, or by part of an invariant
+Sets = BoxList | SetList
+Lists = dict[int, list[Sets]]  # by step, or by part of an invariant
+Steps = Sequence[Sequence[Boxes | Turned]]
 BOXES = "a monitor compares one variable at a time with numbers"
 
 
@@ -60,8 +64,8 @@ def load_cover(certificate: Path, profile: PolicyProfile) -> Covered:
     _ensure_boxes(proof, str(certificate))
     lists: Lists = defaultdict(list)
 
-    def watch(at: int, boxes: BoxList) -> None:
-        lists[at].append(boxes)
+    def watch(at: int, sets: Sets) -> None:
+        lists[at].append(sets)
 
     ensure_accepted(certificate, proof, statement, profile, watch)
     claim, rests = proof.claim, _rests(statement)
@@ -78,7 +82,7 @@ def load_cover(certificate: Path, profile: PolicyProfile) -> Covered:
 
 
 ADVICE = "a monitor needs a proof by boxes, by cells, or of a claim about decisions"
-TURNED = "the sets of the certificate are turned boxes, and " + BOXES
+FORMS = "the sets of the certificate are affine forms, and to find out whether a state is in one takes a linear program"
 
 
 def _ensure_boxes(found: Certificate, where: str) -> None:
@@ -99,10 +103,8 @@ def _ensure_watchable(found: Certificate, where: str) -> None:
 
 
 @singledispatch
-def _list_steps(
-    proof: Certificate, statement: Statement, ranges: Sequence[Variable], lists: Lists
-) -> list[list[Boxes]]:
-    """The parts of each step, all of which a state has to lie in; `lists`: the boxes that the checker asked about."""
+def _list_steps(proof: Certificate, statement: Statement, ranges: Sequence[Variable], lists: Lists) -> Steps:
+    """The parts of each step, all of which a state has to lie in; `lists`: the sets that the checker asked about."""
     return [[_together(lists[step])] for step in range(proof.claim.steps + 1)]
 
 
@@ -115,20 +117,27 @@ def _(found: SystemCertificate, where: str) -> None:
 
 
 @_list_steps.register
-def _(proof: SystemCertificate, statement: Statement, ranges: Sequence[Variable], lists: Lists) -> list[list[Boxes]]:
+def _(proof: SystemCertificate, statement: Statement, ranges: Sequence[Variable], lists: Lists) -> Steps:
     return [[_within(statement, proof.claim.regions or ((),), ranges)]]
 
 
 @_ensure_watchable.register
 def _(found: CoverCertificate, where: str) -> None:
     if found.forms:
-        raise InputError(TURNED, where, ADVICE)
+        raise InputError(FORMS, where, ADVICE)
 
 
 @_ensure_watchable.register
 def _(found: FlowCertificate, where: str) -> None:
-    if not found.widths:
-        raise InputError(TURNED, where, ADVICE)
+    """Boxes or turned ones: both can be watched."""
+
+
+@_list_steps.register
+def _(proof: FlowCertificate, statement: Statement, ranges: Sequence[Variable], lists: Lists) -> Steps:
+    samples = [lists[at] for at in range(proof.claim.steps + 1)]
+    if proof.widths:
+        return [[_together(sets)] for sets in samples]
+    return [[_join_turned(sets, f"sample {at}")] for at, sets in enumerate(samples)]
 
 
 @_ensure_watchable.register
@@ -140,7 +149,7 @@ def _(found: InvariantCertificate, where: str) -> None:
 
 
 @_list_steps.register
-def _(proof: InvariantCertificate, statement: Statement, ranges: Sequence[Variable], lists: Lists) -> list[list[Boxes]]:
+def _(proof: InvariantCertificate, statement: Statement, ranges: Sequence[Variable], lists: Lists) -> Steps:
     claim, followed = proof.claim, [set(part.widths) for part in proof.parts]
     parts = [_together(lists[at]) for at in range(len(followed))]
     steps = [[_meeting(statement, claim, part, of) for part, of in zip(parts, followed, strict=True)]]
@@ -168,8 +177,16 @@ def _rests(statement: Statement) -> dict[str, str]:
     return rests
 
 
-def _together(lists: Sequence[BoxList]) -> Boxes:
-    return Boxes(np.concatenate([each.low for each in lists]), np.concatenate([each.high for each in lists]))
+def _together(lists: Sequence[Sets]) -> Boxes:
+    boxes = [each.numbered if isinstance(each, SetList) else each for each in lists]
+    return Boxes(np.concatenate([each.low for each in boxes]), np.concatenate([each.high for each in boxes]))
+
+
+def _join_turned(lists: Sequence[Sets], where: str) -> Turned:
+    """Sets with the frame of their start."""
+    frames = [each.frames[0] for each in lists if isinstance(each, SetList)]
+    centre, matrix, rest, turned = (np.concatenate(of) for of in zip(*frames, strict=True))
+    return turn_sets(_together(lists), centre, matrix, rest, turned, where)
 
 
 def _ranges(statement: Statement) -> tuple[Variable, ...]:
@@ -181,7 +198,7 @@ def _ranges(statement: Statement) -> tuple[Variable, ...]:
     return tuple(ranges)
 
 
-def _reaching(ranges: Sequence[Variable], steps: Sequence[Sequence[Boxes]]) -> tuple[Variable, ...]:
+def _reaching(ranges: Sequence[Variable], steps: Steps) -> tuple[Variable, ...]:
     """The ranges, wide enough for all boxes: a state that a proof leads to is no invalid one. What a proof does not
     follow may be any finite number.
     """
@@ -195,8 +212,8 @@ def _reaching(ranges: Sequence[Variable], steps: Sequence[Sequence[Boxes]]) -> t
 
 
 def _drop_roundings(
-    statement: Statement, ranges: Sequence[Variable], steps: Sequence[Sequence[Boxes]]
-) -> tuple[tuple[Variable, ...], tuple[tuple[Boxes, ...], ...]]:
+    statement: Statement, ranges: Sequence[Variable], steps: Steps
+) -> tuple[tuple[Variable, ...], tuple[tuple[Boxes | Turned, ...], ...]]:
     """The variables that can be measured, and of each part the boxes that hold all roundings: what is proved of those
     is proved of any that the agents make.
     """
@@ -209,7 +226,10 @@ def _drop_roundings(
     least = np.array([floor(variables[at].range[0]) for at in added])
     most = np.array([ceiling(variables[at].range[1]) for at in added])
 
-    def project(part: Boxes) -> Boxes:
+    def project(part: Boxes | Turned) -> Boxes:
+        if isinstance(part, Turned):
+            what = "the sets of the proof are turned boxes, of which roundings of sums are variables"
+            raise InputError(what, "--certificate", ADVICE)
         whole = (part.low[:, added] <= least).all(axis=1) & (part.high[:, added] >= most).all(axis=1)
         return Boxes(part.low[whole][:, kept], part.high[whole][:, kept])
 

@@ -74,11 +74,15 @@ SYSTEMS = (
     "worlds/pendulum_v1/certificate-2-decides",
     "arch/acc/certificate-1-stays_in",
     "arch/airplane/certificate-1-stays_in",
+    "arch/attitude/certificate-1-avoids",
     "arch/double_pendulum_less/certificate-1-stays_in",
     "arch/double_pendulum_more/certificate-1-stays_in",
     "arch/quad/certificate-1-reaches_and_stays",
     "arch/docking/certificate-1-stays_in",
     "arch/pendulum/certificate-1-reaches_and_stays",
+    "arch/tora_reach/certificate-1-reaches_and_stays",
+    "arch/tora_remain/certificate-1-stays_in",
+    "arch/unicycle/certificate-1-reaches_and_stays",
 )
 FOR_EVER = {
     "quadrotor": "x = [-0.6, 0.6], y = [-0.6, 0.6], z = [-0.6, 0.6]",

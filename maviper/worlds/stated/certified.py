@@ -19,13 +19,14 @@ from codegen.ir import PolicyProfile
 from maviper.files import runs
 from maviper.worlds.stated.systems import read
 from verify.checker.covers import certificates as cover_certificates
-from verify.checker.covers.boxes import Watch
+from verify.checker.covers.boxes import BoxList
 from verify.checker.covers.certificates import AnyCertificate
 from verify.checker.decisions.certificates import MAX_BYTES
 from verify.checker.envelope import ensure_readable
 from verify.checker.flows import certificates as flow_certificates
 from verify.checker.flows.certificates import FORM as FLOW_FORM
 from verify.checker.flows.certificates import FlowCertificate
+from verify.checker.flows.sets import SetList
 from verify.checker.reading import RejectedError
 from verify.checker.systems.enclosures import ensure_enclosed
 from verify.systems.claims import SystemClaim
@@ -35,6 +36,7 @@ from verify.systems.words import spell_claim
 
 WORLD_FILE = "world.toml"  # beside certificates and counterexamples
 Certificate = AnyCertificate | FlowCertificate
+Watch = Callable[[int, BoxList | SetList], None]  # told of what a proof rests on: its step, sample or part, and sets
 
 
 def _untold(done: int, most: int) -> None:
@@ -97,7 +99,7 @@ def ensure_accepted(
     told: Callable[[int, int], None] = _untold,
 ) -> int:
     """Checks a certificate that was read; its branches or boxes. `watch` is told of the boxes that its proof speaks of,
-    where it is a proof by boxes; `told` of how far the pieces are shown.
+    or of the sets, where it is a proof by such; `told` of how far the pieces are shown.
 
     InputError for another profile or world, RefusedError where the proof does not hold.
     """

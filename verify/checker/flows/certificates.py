@@ -20,10 +20,9 @@ import msgspec
 from codegen.errors import InputError
 from codegen.floats import rational_literal
 from codegen.ir import PolicyProfile
-from verify.checker.covers.boxes import Watch
 from verify.checker.covers.rounding import floor
 from verify.checker.envelope import REMAKE, ensure_readable, ensure_whole, numbers, read_proof
-from verify.checker.flows.sweep import FlowSweep, Plan
+from verify.checker.flows.sweep import FlowSweep, Plan, SetWatch
 from verify.checker.reading import RejectedError
 from verify.checker.systems.certificates import SystemClaimJson, ensure_asked, read_claim
 from verify.claims.formula_json import read_number
@@ -66,15 +65,15 @@ class FlowCertificate:
         """The same with its cuts given to a reader."""
         return replace(self, cuts=reader(self.cuts))
 
-    def check(self, profile: PolicyProfile, system: System, watch: Watch | None = None) -> int:
+    def check(self, profile: PolicyProfile, system: System, watch: SetWatch | None = None) -> int:
         """As the function."""
         return check_certificate(self, profile, system, watch)
 
 
 def check_certificate(
-    certificate: FlowCertificate, profile: PolicyProfile, system: System, watch: Watch | None = None
+    certificate: FlowCertificate, profile: PolicyProfile, system: System, watch: SetWatch | None = None
 ) -> int:
-    """Checks a certificate; the number of its sets over all steps. `watch` is told of the boxes of sets, by sample.
+    """Checks a certificate; the number of its sets over all steps. `watch` is told of the sets, by sample.
 
     InputError when it is about another profile or system, or names what they do not have; RejectedError when its sets
     do not show the claim.

@@ -18,7 +18,6 @@ import numpy as np
 
 from codegen.ir import Bool, Int64, PolicyProfile
 from verify.checker.covers.boxes import BoxList
-from verify.checker.covers.boxes import Watch as ListWatch
 from verify.checker.covers.cuts import RegionCut, linear
 from verify.checker.covers.parts import Parts, StartBox
 from verify.checker.covers.rounding import ceiling, ensure_arithmetic, floor
@@ -74,11 +73,12 @@ class _Move(NamedTuple):
 
 
 Watch = Callable[[SeenStep], None]
+SetWatch = Callable[[int, SetList], None]  # told of the sets at every sample
 
 
 class FlowSweep:
     """The sweep for one claim. `open`: the parts that were not shown, by their numbers, and why; `watch` is told of
-    every step, for drawings and tests, `sampled` of the boxes of sets at every sample; `swept` sets so far, which took
+    every step, for drawings and tests, `sampled` of the sets at every sample; `swept` sets so far, which took
     as long as `spent` sets of long lists, at most `most`.
     """
 
@@ -100,7 +100,7 @@ class FlowSweep:
         self.swept, self.spent, self.most = 0, 0, MAX_SWEPT
         self.open: dict[int, str] = {}
         self.watch: Watch | None = None
-        self.sampled: ListWatch | None = None
+        self.sampled: SetWatch | None = None
 
     def run(self, plan: Plan) -> int:
         """How many sets were asked about. RejectedError where one may break the claim, or could not be followed."""
@@ -127,7 +127,7 @@ class FlowSweep:
             if plan.widths:
                 sets = sets.join_by_cell(plan.widths)
             if self.sampled is not None:
-                self.sampled(period, sets.numbered)
+                self.sampled(period, sets)
             sets = self._ask_at_sample(sets, period)
             if period == last or not sets.size:
                 break

@@ -1,0 +1,197 @@
+"""The lowered list of turned sets: what is asked of a state before it surely lies in one of them.
+
+Does: makes of sets with frames, for each step, numbers by which a few products of matrices vouch for states; bounds
+  what rounding hides, so that no state outside is vouched for; says how many comparisons that takes.
+Assumes: sets of finite float64, each with a frame, of which a proof holds.
+Does not: know what is proved, or write text (codegen/targets/monitor.py).
+
+A state x is in a set where it is in its box, and x = c + A z + B r for some |z_j| <= 1 and |r_i| <= R_i: the frame.
+With t = x - c, its z is about A**-1 t, and its r about B' t', where t' = t - A z is what is left, since B is nearly
+orthogonal. Both are put within bounds, z within 1 - h. If then no more is left than a slack s, in each variable, x is
+vouched for. For z and r are numbers within their bounds, whatever rounding made of them; and what is left, with all
+that rounding took from the two sums, is at most some g, and so A y for some y with |y_j| <= h. Then x = c + A (z + y) +
+B r. So rounding never counts in favour of a state. Sums of floats are off by at most 2 u (n + 4) times the sum of
+absolute products, in any order, with and without fused operations (u = 2**-53). Where no z had to be put within 1 - h,
+that is enough: A**-1 t is off by at most h. Refused: sets so flat that h is above LARGEST_EDGE.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import NamedTuple
+
+import numpy as np
+
+from codegen.errors import InputError
+from codegen.floats import decimal_literal, short_hex
+from codegen.ir import Bool, Float64
+from codegen.lowering.parts import Double
+from codegen.lowering.searching import Boxes
+
+MAX_SETS = 2_000  # of all steps together
+UNIT = 2.0**-53
+UNDER = 2.0**-960  # more than underflow takes from a sum
+ROOM = 8.0  # slack, for what one sum is off by
+LARGEST_EDGE = 2.0**-20  # of z: what is refused at the border of a set
+LARGEST = 2.0**500  # of any number here, so that nothing overflows
+
+
+class Turned(NamedTuple):
+    """Sets: boxes [n, d] and frames, `centre`, `rest` and `slack` [n, d], `matrix`, `inverse` and `turned` [n, d, d],
+    `most` [n]: 1 - h.
+    """
+
+    low: Float64
+    high: Float64
+    centre: Float64
+    inverse: Float64
+    matrix: Float64
+    turned: Float64
+    rest: Float64
+    slack: Float64
+    most: Float64
+
+    def holds(self, states: Float64) -> Bool:
+        """Which states [batch, variables] are vouched for, with the roundings of generated code."""
+        inside = np.zeros(len(states), dtype=np.bool_)
+        for at in range(len(self.low)):
+            near = np.flatnonzero(((states >= self.low[at]) & (states <= self.high[at])).all(axis=1))
+            off = states[near] - self.centre[at]
+            along, most = _multiply(self.inverse[at], off), self.most[at]
+            well = np.asarray((np.abs(along) <= most).all(axis=1))
+            left = off - _multiply(self.matrix[at], np.clip(along, -most, most))
+            across = np.clip(_multiply(self.turned[at].T, left), -self.rest[at], self.rest[at])
+            left = left - _multiply(self.turned[at], across)
+            inside[near] |= well | np.asarray((np.abs(left) <= self.slack[at]).all(axis=1))
+        return inside
+
+
+class TurnedSet(NamedTuple):
+    """One of them, as code has it."""
+
+    low: tuple[Double, ...]
+    high: tuple[Double, ...]
+    centre: tuple[Double, ...]
+    inverse: tuple[tuple[Double, ...], ...]
+    matrix: tuple[tuple[Double, ...], ...]
+    turned: tuple[tuple[Double, ...], ...]
+    rest: tuple[Double, ...]
+    slack: tuple[Double, ...]
+    most: Double
+
+    @property
+    def columns(self) -> tuple[tuple[Double, ...], ...]:
+        """Of the inverse."""
+        return tuple(zip(*self.inverse, strict=True))
+
+
+@dataclass(frozen=True)
+class TurnedLists:
+    """For each step sets, one after the other. A state is in the list of a step if it is vouched for by one of them."""
+
+    sets: tuple[TurnedSet, ...]
+    begins: tuple[int, ...]  # of each step, and where the last one ends
+    is_turned: bool = True
+
+    @property
+    def width(self) -> int:
+        """How many variables there are."""
+        return len(self.sets[0].low)
+
+    @property
+    def steps(self) -> int:
+        """How many lists there are."""
+        return len(self.begins) - 1
+
+    @property
+    def comparisons(self) -> int:
+        """The most that one step takes: of each set the box, both bounds of z and r, and the slack."""
+        most = max(end - begin for begin, end in zip(self.begins, self.begins[1:], strict=False))
+        return 8 * self.width * most
+
+
+def turn_sets(boxes: Boxes, centre: Float64, matrix: Float64, rest: Float64, turned: Float64, where: str) -> Turned:
+    """Sets of a proof, each with its frame. `where` is named in errors. InputError for flat sets."""
+    low, high = boxes
+    size = low.shape[1]
+    whole = _fill_boxes(boxes, centre, matrix)
+    with np.errstate(all="ignore"):
+        inverse = _invert(np.where(whole[:, None, None], np.eye(size), matrix))
+        share = 2.0 * (size + 4) * UNIT
+        off = np.abs(np.matmul(inverse, matrix) - np.eye(size)) + share * np.matmul(np.abs(inverse), np.abs(matrix))
+        part = off.sum(axis=2).max(axis=1)  # of A**-1 that the inverse leaves out
+        reach = np.maximum(high - centre, centre - low) + np.abs(matrix).sum(axis=2)
+        reach += 2.0 * np.matmul(np.abs(turned), rest[:, :, None])[:, :, 0]
+        lost = 4.0 * share * reach + UNDER  # in both sums of what is left
+        slack = ROOM * lost
+        edge = np.matmul(np.abs(inverse), (slack + lost)[:, :, None])[:, :, 0].max(axis=1)
+        far = np.matmul(np.abs(inverse), np.maximum(high - centre, centre - low)[:, :, None])[:, :, 0].max(axis=1)
+        edge = 2.0 * (edge + 2.0 * part + share * far) / (1.0 - part)
+        good = whole | ((part < 0.25) & (edge <= LARGEST_EDGE) & (np.abs(inverse).max(axis=(1, 2)) < LARGEST))
+    if not good.all():
+        what = "a set of the proof is so flat that rounding hides whether a state is in it"
+        advice = "start every variable in a range, not at a point, and let none be a sum of others; then verify again"
+        raise InputError(what, where, advice)
+    slack = np.where(whole[:, None], LARGEST, slack)
+    most = np.where(whole, 1.0, 1.0 - edge)
+    return Turned(low, high, centre, inverse, matrix, turned, rest, slack, most)
+
+
+def _fill_boxes(boxes: Boxes, centre: Float64, matrix: Float64) -> Bool:
+    """Which frames hold their whole boxes, as those of starts do: they are upright, and reach as far."""
+
+    def is_filled(at: int) -> bool:
+        sides = np.diagonal(matrix[at])
+        if (matrix[at] != np.diag(sides)).any():
+            return False
+        ends = zip(boxes.low[at].tolist(), centre[at].tolist(), boxes.high[at].tolist(), sides.tolist(), strict=True)
+        return all(max(Fraction(c) - Fraction(low), Fraction(high) - Fraction(c)) <= abs(Fraction(side))
+                   for low, c, high, side in ends)  # fmt: skip
+
+    return np.array([is_filled(at) for at in range(len(centre))], dtype=np.bool_)
+
+
+def _invert(matrix: Float64) -> Float64:
+    """About the inverse of each; where there is none, numbers that are no inverse."""
+    inverse = np.zeros_like(matrix)
+    for at, each in enumerate(matrix):
+        try:
+            inverse[at] = np.linalg.inv(each)
+        except np.linalg.LinAlgError:
+            continue
+    return inverse
+
+
+def _multiply(matrix: Float64, vectors: Float64) -> Float64:
+    """M v of each vector [batch, d], added from left to right."""
+    total = np.zeros((len(vectors), len(matrix)))
+    for column in range(matrix.shape[1]):
+        total = total + matrix[:, column] * vectors[:, column, None]
+    return total
+
+
+def lower_turned(steps: Sequence[Sequence[Turned]], where: str) -> TurnedLists:
+    """Lists of sets, for each step one part. `where` is named in errors. InputError for too many sets."""
+    lists = [sets for (sets,) in steps]
+    count = sum(len(sets.low) for sets in lists)
+    if count > MAX_SETS:
+        what = f"the proof has {count:,} turned boxes, and a monitor has room for {MAX_SETS:,}"
+        raise InputError(what, where, "verify the claim for fewer steps, or from a smaller start")
+    begins = np.cumsum([0, *(len(sets.low) for sets in lists)]).tolist()
+    return TurnedLists(tuple(_lower_set(sets, at) for sets in lists for at in range(len(sets.low))), tuple(begins))
+
+
+def _lower_set(sets: Turned, at: int) -> TurnedSet:
+    """One of some sets, as code has it."""
+    rows = (sets.inverse, sets.matrix, sets.turned)
+    inverse, matrix, turned = (tuple(_doubles(row) for row in each[at]) for each in rows)
+    low, high, centre = (_doubles(each[at]) for each in (sets.low, sets.high, sets.centre))
+    most = Double(short_hex(sets.most[at].item()), decimal_literal(sets.most[at].item()))
+    rest, slack = _doubles(sets.rest[at]), _doubles(sets.slack[at])
+    return TurnedSet(low, high, centre, inverse, matrix, turned, rest, slack, most)
+
+
+def _doubles(values: Float64) -> tuple[Double, ...]:
+    return tuple(Double(short_hex(value + 0.0), decimal_literal(value + 0.0)) for value in values.tolist())

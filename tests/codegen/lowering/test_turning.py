@@ -1,0 +1,74 @@
+"""Turned sets in the plane: whoever is vouched for lies in a set, by exact arithmetic."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from codegen.errors import InputError
+from codegen.lowering.searching import Boxes
+from codegen.lowering.turning import turn_sets
+
+
+def drawn(rng, scale):
+    """A set in the plane: its box, and a frame whose rest is about `scale` of it."""
+    angle = rng.uniform(0, 7)
+    turned = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    matrix, centre = rng.normal(size=(2, 2)), rng.normal(size=2)
+    rest = scale * rng.random(2)
+    reach = (np.abs(matrix).sum(axis=1) + np.abs(turned) @ rest) * rng.uniform(0.7, 1.1, 2)
+    return Boxes((centre - reach)[None], (centre + reach)[None]), centre, matrix, rest, turned
+
+
+def is_in_frame(x, centre, matrix, rest, turned):
+    """Whether a point is in c + A z + B r, exactly: in the plane, each edge is along a column of A or B."""
+    off = [Fraction(a) - Fraction(b) for a, b in zip(x.tolist(), centre.tolist(), strict=True)]
+    edges = [tuple(map(Fraction, column)) for column in matrix.T.tolist()]
+    edges += [tuple(Fraction(each) * Fraction(size) for each in column)
+              for column, size in zip(turned.T.tolist(), rest.tolist(), strict=True)]  # fmt: skip
+    for along in edges:
+        normal = -along[1], along[0]
+        width = sum(abs(normal[0] * edge[0] + normal[1] * edge[1]) for edge in edges)
+        if abs(normal[0] * off[0] + normal[1] * off[1]) > width:
+            return False
+    return True
+
+
+@pytest.mark.parametrize("scale", [0.0, 1e-15, 1e-9, 0.5])
+@pytest.mark.parametrize("count", [6, pytest.param(200, marks=pytest.mark.slow)])
+def test_who_is_vouched_for_is_in_the_set(scale, count):
+    """Points within, at the border, and a few roundings beyond; of the parallelepiped nearly all are vouched for."""
+    rng = np.random.default_rng(int(-np.log10(scale + 1e-30)))
+    vouched = beyond = 0
+    for _ in range(count):
+        boxes, centre, matrix, rest, turned = drawn(rng, scale)
+        made = turn_sets(boxes, centre[None], matrix[None], rest[None], turned[None], "here")
+        z, r = rng.uniform(-1, 1, (60, 2)), rng.uniform(-1, 1, (60, 2))
+        z[::2, 0], r[::2] = rng.choice([-1, 1], 30), np.sign(r[::2])  # on an edge
+        points = centre + z @ matrix.T + (r * rest) @ turned.T
+        outward = (1 + rng.choice([0.0, 1e-16, 1e-15, 1e-13], 60))[:, None]
+        points = np.concatenate([points, centre + (points - centre) * outward])
+        inside = ((points >= boxes.low) & (points <= boxes.high)).all(axis=1)
+        held = made.holds(points)
+        assert not (held & ~inside).any()
+        for point in points[held]:
+            assert is_in_frame(point, centre, matrix, rest, turned)
+        beyond += sum(not is_in_frame(point, centre, matrix, rest, turned) for point in points[inside & ~held])
+        well = centre + rng.uniform(-0.999, 0.999, (40, 2)) @ matrix.T
+        assert made.holds(well[((well >= boxes.low) & (well <= boxes.high)).all(axis=1)]).all()
+        vouched += int(held.sum())
+    assert vouched > 20 * count
+    assert beyond  # there were points beyond the border
+
+
+def test_a_start_is_its_box_and_what_is_flat_is_refused():
+    """A frame that holds its whole box is that box, to the last float, even if it is a point along a variable."""
+    boxes = Boxes(np.array([[0.1, 0.3]]), np.array([[0.7, 0.3]]))
+    centre, straight, none = np.array([[0.4, 0.3]]), np.eye(2)[None], np.zeros((1, 2))
+    made = turn_sets(boxes, centre, np.array([[[0.31, 0.0], [0.0, 0.0]]]), none, straight, "here")
+    corners = np.array([[0.1, 0.3], [0.7, 0.3], [np.nextafter(0.7, 1), 0.3], [0.4, np.nextafter(0.3, 1)]])
+    assert made.holds(corners).tolist() == [True, True, False, False]
+    for matrix in (np.array([[[0.31, 0.0], [0.31, 0.0]]]), np.array([[[0.31, 0.0], [0.0, 1e-13]]])):
+        wide = Boxes(boxes.low - 1.0, boxes.high + 1.0)
+        with pytest.raises(InputError, match="so flat that rounding hides"):
+            turn_sets(wide, centre, matrix, none, straight, "here")
