@@ -8,14 +8,15 @@ Cost: a step of the monitor beside the decision of all agents from the same stat
 episodes; the decision makes its observations from the state, too. Both are built into one loop over all states
 (ratio), both are functions that are called for each state (ratio_called), and a control step that decides is a function
 that is called with a monitor and without (ratio_added: what it adds, as a multiple of the decision). No state comes
-twice. Refused: states of unperturbed episodes
-for which the monitor does not vouch (of games: states within the region). Words: episodes in which every state is
-pushed at random after each step. A word of a game is judged by numpy from the claim's formula; one of a stated system
-also by what the file makes of the state one step on: that must be vouched for again, and keep the claim. Noise: the
-monitor is given numbers that are off by a normal error of 1/1000 of the side of the region, or of the hull of the
-proof's boxes; a false alarm is a word that does not vouch for a state that is vouched for. Warning: of a game, the
-share of departures that LEAVING comes before; of episodes, how many steps before the claim breaks the monitor stops
-to vouch, on average; nan where no pushed episode breaks the claim.
+twice. Refused: states of unperturbed episodes for which the monitor does not vouch (of games: states within the
+region). Words: episodes in which every state is pushed at random after each step. A word of a game is judged by numpy
+from the claim's formula; one of a stated system also by what the file makes of the state one step on: that must be
+vouched for again, and keep the claim. Of turned boxes monitors may refuse a state near an edge: `lost` counts those
+that came from one that was vouched for, and keep the claim. Noise: the monitor is given numbers that are off by a
+normal error of 1/1000 of the side of the region, or of the hull of the proof's boxes; a false alarm is a word that does
+not vouch for a state that is vouched for. Warning: of a game, the share of departures that LEAVING comes before; of
+episodes, how many steps before the claim breaks the monitor stops to vouch, on average; nan where no pushed episode
+breaks the claim.
 Control: the same states with other trees, which must be seen to fail. Of claims about episodes of games whole episodes
 are played: they fail while vouched for if no word was another; the control has the landmarks of other episodes.
 """
@@ -32,6 +33,7 @@ from typing import Any
 import numpy as np
 
 from codegen.ir import act
+from codegen.lowering.turning import Turned
 from maviper import load, verify_system
 from maviper.compilation.monitors import load_proof
 from maviper.worlds.stated.certified import read_certificate
@@ -98,7 +100,7 @@ SHIFT = 0.02  # of systems: the same of a variable, for the side of the hull of 
 COSTED = 140_000  # states whose decisions are timed, each once
 FIGURES = (
     *("ratio", "ratio_called", "ratio_added", "decision_ns", "step_ns", "decision_called", "step_called", "control_ns"),
-    *("vouched", "fails_while_vouched", "fails_elsewhere", "control_fails"),
+    *("vouched", "fails_while_vouched", "lost", "fails_elsewhere", "control_fails"),
     *("refused", "false_alarms", "warning"),
 )
 
@@ -196,6 +198,7 @@ class Watching:
         found, statement = read_certificate(certificate)
         self.claim, self.cover, self.made, self.profile = found.claim, proved.region, made, profile
         self.played = Played(statement, profile)
+        self.turned = isinstance(self.cover.steps[0][0], Turned)
         self.last = LONG if self.cover.ever else len(self.cover.steps) - 1
         self.ranges = np.array([[float(end) for end in one.range] for one in statement.system.variables]).T
 
@@ -227,11 +230,11 @@ class Watching:
         return self.ranges[0] + rng.random((count, self.ranges.shape[1])) * (self.ranges[1] - self.ranges[0])
 
     def ahead(self, w: Any, step: int, rng: Any) -> Any:
-        """Of which states the next one is not vouched for, or breaks the claim."""
+        """Of which states the next one breaks the claim, and of which it is not vouched for."""
         if self.claim.about_decisions or step == self.last:
-            return np.zeros(len(w), dtype=bool)
+            return np.zeros((2, len(w)), dtype=bool)
         after = self.played.moved(w, rng)
-        return ~self.vouched(after, step + 1) | self.broken(after, step + 1)
+        return np.stack([self.broken(after, step + 1), ~self.vouched(after, step + 1)])
 
 
 def acting_of(played: Played, w: Any, policy: Any) -> Any:
@@ -292,15 +295,19 @@ def perturbed(watching: Watching, states: int) -> dict[str, Any]:
     control.__dict__.update(watching.__dict__)
     control.played = Played(watching.played.statement, shuffled(watching.profile))
     control.profile = control.played.profile
-    w, seen = watching.starts(rng, count), dict.fromkeys(("states", "vouched", "fails", "elsewhere", "control"), 0)
+    w, seen = (
+        watching.starts(rng, count),
+        dict.fromkeys(("states", "vouched", "fails", "elsewhere", "control", "lost"), 0),
+    )
     alarms, left, broke = 0, np.full(count, -1), np.full(count, -1)
     for step in range(watching.last + 1):
         w = w[np.isfinite(w).all(axis=1)] if watching.claim.about_decisions else np.nan_to_num(w, nan=0.0)
         vouched, broken = watching.vouched(w, step), watching.broken(w, step)
-        failing = broken.copy()
-        failing[vouched] |= watching.ahead(w[vouched], step, rng)
+        failing, (breaks, lost) = broken.copy(), watching.ahead(w[vouched], step, rng)
+        failing[vouched] |= breaks if watching.turned else breaks | lost
+        seen["lost"] += int((lost & ~breaks).sum())
         wrong = control.broken(w, step) if watching.claim.about_decisions else broken
-        seen["control"] += int(wrong[vouched].sum() + control.ahead(w[vouched], step, rng).sum())
+        seen["control"] += int(wrong[vouched].sum() + control.ahead(w[vouched], step, rng).any(axis=0).sum())
         noisy = w[vouched] + NOISE * watching.sides(step) * rng.normal(size=w[vouched].shape)
         alarms += int((~watching.vouched(noisy, step)).sum())
         for key, found in (("states", np.ones_like(vouched)), ("vouched", vouched), ("fails", failing & vouched),
@@ -316,6 +323,7 @@ def perturbed(watching: Watching, states: int) -> dict[str, Any]:
         "states": seen["states"],
         "vouched": seen["vouched"] / seen["states"],
         "fails_while_vouched": seen["fails"],
+        "lost": seen["lost"],
         "fails_elsewhere": seen["elsewhere"],
         "control_fails": seen["control"],
         "false_alarms": alarms / max(1, seen["vouched"]),
