@@ -30,7 +30,7 @@ from codegen.ir import Bool, Float64
 from codegen.lowering.parts import Double
 from codegen.lowering.searching import Boxes
 
-MAX_SETS = 2_000  # of all steps together
+MAX_SETS = 5_000  # of all steps together
 UNIT = 2.0**-53
 UNDER = 2.0**-960  # more than underflow takes from a sum
 ROOM = 8.0  # slack, for what one sum is off by
