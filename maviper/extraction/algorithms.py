@@ -116,10 +116,6 @@ def _check_outputs(world: World, settings: Settings) -> None:
         if settings.leaf:
             what, advice = "--leaves is for continuous actions, and these are numbered", "leave it out"
             raise InputError(what, world.name, advice)
-        if settings.splits in SUMMED and settings.refinement:
-            what = f"--splits {settings.splits} cannot be used with --refinement-episodes and numbered actions"
-            why = "refinement of numbered actions changes tests of single features"
-            raise InputError(f"{what}: {why}", world.name, "leave one of them out")
         return
     where = f"{world.name}: its agents give numbers"
     unfit = {

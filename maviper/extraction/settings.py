@@ -51,7 +51,7 @@ from maviper.worlds import World
 EXACT, HISTOGRAM = "exact", "histogram"
 DIFFERENCES = "differences"  # a histogram that has differences of two features too
 SUMS = "sums"  # of few features, by alternating optimisation of a tree that a histogram grew
-SUMMED = (DIFFERENCES, SUMS)  # after which nothing is refined
+SUMMED = (DIFFERENCES, SUMS)  # after which nothing is refined unless that is asked for
 SPLITS = (EXACT, HISTOGRAM, *SUMMED)
 CONSTANT, LINEAR = "constant", "linear"
 LEAVES = ("", CONSTANT, LINEAR)  # "": leaves have actions

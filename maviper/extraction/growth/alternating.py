@@ -20,15 +20,14 @@ from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, ROOT, Bool, Float32, Flo
 from codegen.lowering.deploy import SummedTree
 from maviper.extraction.growth.regression import Leaves
 from maviper.extraction.selection.stack import merge_leaves
+from maviper.extraction.selection.tilting import DIGITS, TERMS
 from maviper.worlds.world import Int
 
 SWEEPS = 4  # at most, from the lowest splits to the root
-TERMS = 4  # of a sum, at most
 TERM = 1e-3  # what a term costs, in parts of what one leaf for all points would lose
 POINTS = 20_000  # that a test is learned from, at most
 STEPS = 4  # of Newton's method for a logistic regression
 RIDGE = 1e-3  # of its weights, in parts of what all points weigh
-DIGITS = 2  # of a weight, whose sum's largest is 1
 
 
 class Answers(Protocol):

@@ -1,6 +1,7 @@
 """Refinement by return (ours): small changes to a team's trees, kept where the team plays better for them.
 
-Does: proposes other actions at leaves, other tests at splits, new splits, smaller trees, and team-mates' trees of other
+Does: proposes other actions at leaves, other tests at splits (of sums too, where they are asked for: tilting.py), new
+  splits, smaller trees, and team-mates' trees of other
   iterates; races them in play; keeps the winner when its gain is beyond chance. So agents adapt to the final trees of
   their team-mates. Where actions have masks, every tree is made lawful before it plays. Trees that give numbers are
   moved by an evolution strategy instead (evolution.py).
@@ -18,6 +19,7 @@ from codegen import ir
 from codegen.errors import InputError
 from codegen.ir import NO_FEATURE, Float32, Float64, GrownTree
 from codegen.legality import Mask
+from codegen.lowering.deploy import SummedTree
 from maviper.episodes import measures
 from maviper.episodes.measures import estimate, score
 from maviper.extraction.examples import NO_EXAMPLES, Examples
@@ -28,7 +30,8 @@ from maviper.extraction.selection import evolution
 from maviper.extraction.selection.arena import Arena, Candidate
 from maviper.extraction.selection.progress import REFINING, OnProgress, Progress, count_leaves
 from maviper.extraction.selection.stack import merge_leaves, reaching, with_leaf, with_new_split, with_split
-from maviper.extraction.settings import Settings
+from maviper.extraction.selection.tilting import as_summed, columns_of, tilt_tests
+from maviper.extraction.settings import SUMS, Settings
 from maviper.files.jobs import side_by_side
 from maviper.worlds import World
 
@@ -49,6 +52,7 @@ class Limits:
 
     max_depth: int  # tests of masks do not count
     max_leaves: int = 0  # 0: as many as the depth allows
+    sums: bool = False  # whether it may test them
 
     def allow_split(self, tree: GrownTree, depth: int) -> bool:
         """Whether a leaf at `depth` may be split."""
@@ -110,7 +114,7 @@ def _team(task: _Task, on_progress: OnProgress) -> tuple[Trees, int, Progress | 
     trees, others = [trees[0] for trees in task.chosen], [trees[1:] for trees in task.chosen]
     giving, last = bool(asked.world.outputs), None
     steps = _count_steps(settings.refinement, giving)
-    limits = Limits(settings.max_depth, settings.max_leaves)
+    limits = Limits(settings.max_depth, settings.max_leaves, settings.splits == SUMS)
     start, name = trees, f"refine-{list(asked.world.teams).index(task.team)}"  # a user's team may have any name
     for number in range(steps):
         rng = np.random.default_rng([settings.seed, *task.agents, number])
@@ -233,12 +237,15 @@ def _lawful(
 def _changes(
     tree: GrownTree, obs: Float32, n_actions: int, limits: Limits, rng: np.random.Generator
 ) -> Iterator[GrownTree]:
-    depth = ir.depth(tree)
-    for node, rows in reaching(tree, obs).items():
+    depth, tested = ir.depth(tree), obs
+    if limits.sums or isinstance(tree, SummedTree):
+        tree = as_summed(tree, obs.shape[1])
+        tested = columns_of(tree, obs)
+    for node, rows in reaching(tree, tested).items():
         if len(rows) < LEAST_ROWS:
             continue
-        here = obs[rows]
-        anywhere = int(rng.integers(obs.shape[1]))
+        here = tested[rows]
+        anywhere = int(rng.integers(tested.shape[1]))
         at = float(np.quantile(here[:, anywhere], rng.random(), method="lower"))
         if tree.feature[node] == NO_FEATURE:
             action = int(tree.action[node])
@@ -257,3 +264,5 @@ def _changes(
             moved = float(np.clip(rng.normal(rank, spread), 0, 1))
             yield with_split(tree, node, int(tree.feature[node]), float(np.quantile(column, moved, method="lower")))
         yield with_split(tree, node, anywhere, at)
+        if limits.sums and isinstance(tree, SummedTree):
+            yield from tilt_tests(tree, node, here, rng)

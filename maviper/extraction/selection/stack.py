@@ -1,12 +1,13 @@
 """Many trees at once, and small changes to one.
 
 Does: applies a stack of trees to observations, each row with a tree of its own; copies of a tree with a change.
-Assumes: trees over the same features, their thresholds rounded as they are deployed; changes are to trees without sums.
+Assumes: trees over the same features, their thresholds rounded as they are deployed; leaves that are changed take
+  actions.
 Does not: judge trees.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -180,14 +181,14 @@ def with_leaf(tree: GrownTree, node: int, action: int) -> GrownTree:
     arrays = _copies(tree)
     for array, value in zip(arrays, (NO_FEATURE, 0.0, NO_CHILD, NO_CHILD, action), strict=True):
         array[node] = value
-    return _compact(arrays)
+    return _compact(tree, arrays)
 
 
 def with_split(tree: GrownTree, node: int, feature: int, threshold: float) -> GrownTree:
     """The tree with another test at the split `node`."""
     arrays = _copies(tree)
     arrays[0][node], arrays[1][node] = feature, threshold
-    return GrownTree(*arrays)
+    return _with_arrays(tree, arrays)
 
 
 def with_new_split(tree: GrownTree, leaf: int, feature: int, threshold: float, actions: tuple[int, int]) -> GrownTree:
@@ -197,7 +198,7 @@ def with_new_split(tree: GrownTree, leaf: int, feature: int, threshold: float, a
     arrays = [np.concatenate([array, more]) for array, more in zip(_copies(tree), added, strict=True)]
     for array, value in zip(arrays, (feature, threshold, n, n + 1, NO_ACTION), strict=True):
         array[leaf] = value
-    return GrownTree(*arrays)
+    return _with_arrays(tree, arrays)
 
 
 def merge_leaves(tree: GrownTree) -> GrownTree:
@@ -211,14 +212,19 @@ def merge_leaves(tree: GrownTree) -> GrownTree:
             if feature[a] == feature[b] == NO_FEATURE and action[a] == action[b]:
                 for array, value in zip(arrays, (NO_FEATURE, 0.0, NO_CHILD, NO_CHILD, action[a]), strict=True):
                     array[node] = value
-    return _compact(arrays)
+    return _compact(tree, arrays)
+
+
+def _with_arrays(tree: GrownTree, arrays: Sequence[np.ndarray]) -> GrownTree:
+    """A tree of other arrays, with the sums that the tree may test."""
+    return replace(tree, **dict(zip(("feature", "threshold", "left", "right", "action"), arrays, strict=True)))
 
 
 def _copies(tree: GrownTree) -> list[np.ndarray]:
     return [array.copy() for array in (tree.feature, tree.threshold, tree.left, tree.right, tree.action)]
 
 
-def _compact(arrays: Sequence[np.ndarray]) -> GrownTree:
+def _compact(tree: GrownTree, arrays: Sequence[np.ndarray]) -> GrownTree:
     """Without nodes that the root no longer leads to; the others keep their order."""
     feature, _, left, right, _ = arrays
     kept = np.zeros(len(feature), dtype=bool)
@@ -230,4 +236,4 @@ def _compact(arrays: Sequence[np.ndarray]) -> GrownTree:
             stack += [int(left[node]), int(right[node])]
     place = np.append(np.cumsum(kept) - 1, NO_CHILD)  # the last entry is what NO_CHILD leads to
     feature, threshold, left, right, action = (array[kept] for array in arrays)
-    return GrownTree(feature, threshold, place[left], place[right], action)
+    return _with_arrays(tree, [feature, threshold, place[left], place[right], action])

@@ -162,11 +162,8 @@ def _tree(n_outputs, value):
     return SummedTree(*arrays, np.array([[1, -1]], np.float32), given)
 
 
-def test_too_few_episodes_and_tests_of_sums_with_numbered_actions_are_refused():
+def test_too_few_episodes_are_refused():
     expert, world = find_expert(EXPERT, giving=True)
     with pytest.raises(InputError, match="too few for one round of refinement"):
         extract(world, expert, Settings.of({**SMALL, "refinement": 10}, world))
     world.close()
-    expert, world = find_expert("physical-deception")
-    with pytest.raises(InputError, match="changes tests of single features"):
-        extract(world, expert, Settings.of({"splits": "sums", "least_right": "0", "refinement": 100_000}, world))
