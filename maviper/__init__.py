@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from maviper.verification.files.certificates import Checked
     from maviper.verification.files.counterexamples import Replayed
     from maviper.verification.outputs.compared import OutputsCompared
+    from maviper.verification.outputs.errors import Changes
     from maviper.verification.repair import Repaired
     from maviper.verification.robust import Radii
     from maviper.verification.run import Verified
@@ -259,19 +260,26 @@ def repair(
 
 @flags.defaults
 def robust(
-    profile: PolicyProfile | str | Path, observations: str | Path, agent: str | None = None, *, certify: bool = False
-) -> Radii:
-    """For each observation of a CSV or JSON file the largest radius within which an agent acts the same, exactly.
+    profile: PolicyProfile | str | Path,
+    observations: str | Path,
+    agent: str | None = None,
+    *,
+    certify: bool = False,
+    error: str | None = None,
+) -> Radii | Changes:
+    """For each observation of a CSV or JSON file the largest radius within which an agent acts the same, exactly; of an
+    agent that gives numbers, how far each output may change where features are off by up to `error`.
 
-    `agent`: default, the only one; `certify`: each radius is proved, and its certificate checked. InputError for a file
-    that is no table of finite observations of that agent.
+    `agent`: default, the only one; `certify`: each radius is proved, and its certificate checked; `error`: "0.01", or
+    "x=0.01,v=0.2". InputError for a file that is no table of finite observations of that agent.
     """
     from pathlib import Path
 
     from maviper.files.profiles import find_profile
     from maviper.verification.robust import robust as radii
 
-    return radii(find_profile(profile, beside=Path(observations)), Path(observations), agent, certify)
+    given = find_profile(profile, beside=Path(observations), sums=True)
+    return radii(given, Path(observations), agent, certify, error)
 
 
 @flags.defaults

@@ -13,6 +13,7 @@ from maviper.verification.diff import Compared as Compared
 from maviper.verification.files.certificates import Checked as Checked
 from maviper.verification.files.counterexamples import Replayed as Replayed
 from maviper.verification.outputs.compared import OutputsCompared as OutputsCompared
+from maviper.verification.outputs.errors import Changes as Changes
 from maviper.verification.repair import Repaired as Repaired
 from maviper.verification.robust import Radii as Radii
 from maviper.verification.run import Verified as Verified

@@ -7,18 +7,25 @@ Does not: prove.
 
 from fractions import Fraction
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
-from codegen.errors import ExitCode
+from codegen.errors import ExitCode, InputError
 from maviper.cli.group import Verb
 from maviper.cli.options import FOLDER, PATH, PROFILE, console_of, fraction, option
+
+if TYPE_CHECKING:
+    from maviper.console import Console
+    from maviper.verification.outputs.errors import Changes
 
 
 @click.command(cls=Verb, example="maviper robust profile.json observations.csv --certify -o radii")
 @PROFILE
 @click.argument("observations", type=PATH)
 @option("--agent", default=None, metavar="NAME", help="The agent (default: the only one).")
+@option("--error", default=None, metavar="NUMBER", help="Of outputs: how far features may be off, or x=0.01,v=0.2.")
+@option("--most", callback=fraction, metavar="NUMBER", help="Of outputs: exit with 1 if one changes by more.")
 @option("--least", callback=fraction, metavar="NUMBER", help="Exit with 1 if a radius is smaller.")
 @option("--certify", is_flag=True, help="Prove each radius, and check its certificate.")
 @option("-o", "--output", type=FOLDER, default=None, help="Folder for radii.csv and the certificates.")
@@ -29,6 +36,8 @@ def robust(
     profile: Path,
     observations: Path,
     agent: str | None,
+    error: str | None,
+    most: Fraction | None,
     least: Fraction | None,
     certify: bool,
     output: Path | None,
@@ -40,18 +49,26 @@ def robust(
     changes no action: each feature may be off by up to that much (L-infinity). It is computed exactly from the tree,
     rounding to float32 included. Numbers beyond the ranges of features count too.
 
+    Of an agent that gives numbers, the table says how far each output may change where features are off by up to
+    --error: the least and the most that the code can give, rounding included. They are exact unless sums are tested.
+
     Without -o, the table is printed as CSV.
     """
     from codegen.policy_json import layout
     from maviper.files import outputs, runs
     from maviper.files.profiles import load
+    from maviper.verification.outputs.errors import Changes
     from maviper.verification.robust import robust as radii
 
     console = console_of(context)
-    loaded = load(profile)
+    loaded = load(profile, sums=True)
     if output is not None:
         runs.room(output)
-    table = radii(loaded, observations, agent, certify)
+    table = radii(loaded, observations, agent, certify, error)
+    if isinstance(table, Changes):
+        return _tell_changes(console, table, least, most, output, as_json)
+    if most is not None:
+        raise InputError("--most is for agents that give numbers", "--most", "write --least, of radii")
     console.line("radii", table.line)
     if certify:
         console.line("proved", f"{len(table.certificates)} radii; the independent checker accepted each certificate")
@@ -62,3 +79,31 @@ def robust(
     elif output is None:
         click.echo(table.files["radii.csv"], nl=False)
     return ExitCode.DONE if least is None or table.least >= least else ExitCode.VIOLATED
+
+
+def _tell_changes(
+    console: "Console",
+    table: "Changes",
+    least: Fraction | None,
+    most: Fraction | None,
+    output: Path | None,
+    as_json: bool,
+) -> int:
+    """Prints or writes how far outputs change."""
+    from codegen.policy_json import layout
+    from maviper.files import outputs
+
+    if least is not None:
+        raise InputError("--least is for agents that take actions", "--least", "write --most, of changes of outputs")
+    console.line("changes", table.line)
+    if not table.exact:
+        console.line("bounds", 'some are bounds, since the tree tests sums; `maviper verify` decides name = "robust"')
+    if output is not None:
+        outputs.write_set(output, table.files, outputs.CHANGES)
+    if as_json:
+        click.echo(layout(table.document()))
+    elif output is None:
+        click.echo(table.files["changes.csv"], nl=False)
+    if most is None or table.largest <= most:
+        return ExitCode.DONE
+    return ExitCode.VIOLATED if table.largest_seen > most else ExitCode.INCONCLUSIVE

@@ -38,6 +38,7 @@ VERIFY = Verb("report.json", r'"report": "maviper-', rf"{NUMBERED}|region-\d+-[\
 REPAIR = Verb("repair.json", r'"command": "maviper repair ', rf"{NUMBERED}|report\.(html|txt|json)")
 DIFF = Verb("difference.json", r'"difference": "maviper-', r"certificate\.json|play\.html")
 ROBUST = Verb("radii.csv", r"row,action,leaf,radius,", r"certificate-\d+-robust\.json")
+CHANGES = Verb("changes.csv", r"row,output,value,", r"(?!)")  # of `robust` for outputs
 QUESTIONS = {  # for other programs: names, and what they begin with
     "smt": (r"\d\d-\w+-[\w-]+\.smt2", r"\A; Profile [0-9a-f]{64}\n; Claim   "),
     "vnnlib": (r"\d\d-\w+-[\w-]+\.vnnlib", r"; sat: a world state violates the claim; "),

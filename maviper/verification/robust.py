@@ -1,4 +1,5 @@
-"""Certified radii: how far each observation of a file may be off before an agent acts otherwise.
+"""Certified radii: how far each observation of a file may be off before an agent acts otherwise; of agents that give
+numbers, how far these change.
 
 Does: reads observations (CSV with a header, or a JSON list); makes the table; has radii proved and checked.
 Assumes: a checked profile; numbers are float64, each read by the agent after rounding to float32.
@@ -20,7 +21,9 @@ from typing import Any, cast
 from codegen.check import ensure
 from codegen.errors import InputError, UnknownNameError, escape_text
 from codegen.ir import AgentPolicy, PolicyProfile
+from codegen.sum_rules import ensure_plain
 from maviper.files import runs
+from maviper.verification.outputs.errors import OPTION, Changes, find_changes, read_errors
 from verify.certificates.decisions import to_json
 from verify.checker.decisions.certificates import Certificate
 from verify.claims.formula import Acts
@@ -99,13 +102,24 @@ class Radii:
         return {"radii.csv": text.getvalue()} | {name: to_json(one) for name, one in made.items()}
 
 
-def robust(profile: PolicyProfile, path: Path, agent: str | None = None, certify: bool = False) -> Radii:
-    """The radii of an agent (default: the only one) around the observations in a file.
+def robust(
+    profile: PolicyProfile, path: Path, agent: str | None = None, certify: bool = False, error: str | None = None
+) -> Radii | Changes:
+    """The radii of an agent (default: the only one) around the observations in a file; the changes of its outputs, if
+    it gives numbers.
 
-    `certify`: each is proved by zones too, and its certificate checked. InputError for a file that is no table of
-    finite observations of that agent.
+    `certify`: each radius is proved by zones too, and its certificate checked. `error`: of an agent that gives numbers,
+    how far its features may be off, "0.01" or "x=0.01,v=0.2". InputError for a file that is no table of finite
+    observations of that agent, and for options of the other kind of agent.
     """
     policy = _policy(ensure(profile), agent)
+    if policy.outputs:
+        return _changes(policy, path, certify, error)
+    if policy.tree.arithmetic:
+        ensure_plain(profile, "a radius")
+    if error is not None:
+        what = f"{policy.agent} takes actions, and an error is for agents that give numbers"
+        raise InputError(what, OPTION, "leave it out: the radius is the largest error that changes no action")
     observations = read_observations(path, policy)
     radii = tuple(radius(policy.tree, each) for each in observations)
     made: list[Certificate] = []
@@ -113,6 +127,18 @@ def robust(profile: PolicyProfile, path: Path, agent: str | None = None, certify
         if certify:
             made.append(_certificate(_question(profile, policy, each, one), row))
     return Radii(policy, observations, radii, tuple(made))
+
+
+def _changes(policy: AgentPolicy, path: Path, certify: bool, error: str | None) -> Changes:
+    if certify:
+        what = f"{policy.agent} gives numbers, and radii are proved of agents that take actions"
+        raise InputError(
+            what, "--certify", 'leave it out; `maviper verify` proves name = "robust" (`maviper guide claims`)'
+        )
+    if error is None:
+        what = f"{policy.agent} gives numbers: how far may its features be off?"
+        raise InputError(what, OPTION, f"write {OPTION} 0.01, or {OPTION} {policy.features[0].name}=0.01")
+    return find_changes(policy, read_observations(path, policy), read_errors(error, policy))
 
 
 def _policy(profile: PolicyProfile, agent: str | None) -> AgentPolicy:

@@ -80,6 +80,7 @@ def test_every_option_of_a_command_is_a_parameter():
         "full",
         "verdict_only",
         "least",
+        "most",
     }  # of the command line alone
     renamed = {"name", "names", "file"}  # claim; of property files there is verify_file
     assert {name: left - printed - renamed for name, left in missing.items() if left - printed - renamed} == {
