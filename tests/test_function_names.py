@@ -1,4 +1,4 @@
-"""House rule: a function is a verb with an object, and no local that lives longer than five lines is called `found`."""
+"""House rule: a function is a verb with an object; no parameter is called `found`, and no local that lives longer."""
 
 import ast
 import re
@@ -60,7 +60,17 @@ def test_locals_have_names_of_the_domain():
     assert not long
 
 
+def test_parameters_have_names_of_the_domain():
+    taken = [
+        f"{path.relative_to(ROOT)}, line {each.lineno}"
+        for path in MODULES
+        for each in ast.walk(parsed(path))
+        if isinstance(each, ast.arg) and each.arg == "found"
+    ]
+    assert not taken
+
+
 def lines_of_found(function):
-    """Where a function names a local `found`; nowhere if it is a parameter alone."""
+    """Where a function names a local `found`."""
     names = [name for name in ast.walk(function) if isinstance(name, ast.Name) and name.id == "found"]
     return [name.lineno for name in names] if any(isinstance(name.ctx, ast.Store) for name in names) else []

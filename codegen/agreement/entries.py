@@ -138,11 +138,11 @@ def reference(policy: ir.AgentPolicy, rows: Any) -> Any:
     return ir.outputs(policy, rows) if policy.outputs else ir.act(policy, rows)
 
 
-def differing(policy: ir.AgentPolicy, wanted: Any, found: Any) -> Bool:
+def differing(policy: ir.AgentPolicy, wanted: Any, answers: Any) -> Bool:
     """Where answers differ, [batch]; numbers differ unless their bits are equal, or both are NaN."""
     if policy.outputs:
-        return np.any(~same(np.asarray(found, np.float64).reshape(wanted.shape), wanted), axis=1)
-    return np.asarray(found) != wanted
+        return np.any(~same(np.asarray(answers, np.float64).reshape(wanted.shape), wanted), axis=1)
+    return np.asarray(answers) != wanted
 
 
 def compare_entries(target: str, asked: Asked, told: Told) -> list[Agreement]:

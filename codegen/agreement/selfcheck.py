@@ -80,14 +80,14 @@ def _parts(policy: ir.AgentPolicy, random: int) -> Iterator[Floats]:
         yield probes.boundary(policy.grown, policy.features, rng)
 
 
-def compare(target: str, policy: ir.AgentPolicy, rows: Any, wanted: Any, found: Any) -> Agreement:
+def compare(target: str, policy: ir.AgentPolicy, rows: Any, wanted: Any, answers: Any) -> Agreement:
     """Counts the differences between wanted and found answers, actions or numbers, for the observations `rows`."""
-    found = np.asarray(found)
-    wrong = np.flatnonzero(differing(policy, wanted, found))
+    answers = np.asarray(answers)
+    wrong = np.flatnonzero(differing(policy, wanted, answers))
     first = ""
     if wrong.size:
         row = int(wrong[0])
-        says, does = (_format_answer(policy, each[row]) for each in (wanted, found))
+        says, does = (_format_answer(policy, each[row]) for each in (wanted, answers))
         values = ", ".join(repr(float(value)) for value in rows[row])
         first = f"for x = ({values}) the profile says {says}, the code {does}"
     return Agreement(target, policy.agent, len(wanted), int(wrong.size), first)

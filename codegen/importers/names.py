@@ -78,18 +78,18 @@ def renaming(given: Sequence[str] | None) -> Renaming:
     return Renaming(None, {old: new for new, _, old in pairs})
 
 
-def ensure_known(given: Renaming, found: Sequence[Placed], kind: str) -> None:
+def ensure_known(given: Renaming, placed: Sequence[Placed], kind: str) -> None:
     """UnknownNameError for an old name that no agent has."""
-    known = list(dict.fromkeys(name for each in found for name in each.known))
+    known = list(dict.fromkeys(name for each in placed for name in each.known))
     keys = {identifier(legal(each, "x")) for each in known} | {*known}
     for old in given.pairs:
         if old not in keys and identifier(legal(old, "x")) not in keys:
             raise UnknownNameError(kind, old, known, f"--{kind}s")
 
 
-def format_placed(found: Placed) -> str:
+def format_placed(placed: Placed) -> str:
     """What each feature or action is, in words; of many, the first ones."""
-    return format_first(found.lines)
+    return format_first(placed.lines)
 
 
 def format_first(lines: Sequence[str]) -> str:

@@ -30,16 +30,16 @@ def say_agreement(compiled: "Compiled", console: Console) -> None:
         console.line("SKIPPED", reason)
 
 
-def say_proofs(found: "Proofs", console: Console) -> None:
+def say_proofs(proofs: "Proofs", console: Console) -> None:
     """A line for each question, and for each that could not be asked."""
-    for proof in found.proofs:
+    for proof in proofs.proofs:
         console.line("UNKNOWN" if proof.answer.holds is None else "proved", str(proof))
-    for reason in found.skipped:
+    for reason in proofs.skipped:
         console.line("SKIPPED", reason)
 
 
-def say_contracts(found: "Proven", console: Console) -> None:
+def say_contracts(proven: "Proven", console: Console) -> None:
     """The line of counts and time, and one for each goal that is open."""
-    console.line("proved" if found.complete else "UNKNOWN", f"contracts: {found}")
-    for name in found.open_goals:
+    console.line("proved" if proven.complete else "UNKNOWN", f"contracts: {proven}")
+    for name in proven.open_goals:
         console.line("open", name)

@@ -78,7 +78,7 @@ def diff(
     return exit_code(comparison.verdicts)
 
 
-def _write(folder: Path, found: "Compared | OutputsCompared", given: Mapping[str, Path], console: "Console") -> None:
+def _write(folder: Path, compared: "Compared | OutputsCompared", given: Mapping[str, Path], console: "Console") -> None:
     """All files, and the command that reads the certificate."""
     from maviper.files import outputs
     from maviper.page.differences import page_of
@@ -86,14 +86,14 @@ def _write(folder: Path, found: "Compared | OutputsCompared", given: Mapping[str
     from maviper.verification.diff import CERTIFICATE_FILE, REPORT_FILE, Compared
 
     page: dict[str, str] = {}
-    if isinstance(found, Compared):
-        no_page = unplayable(found.found.first, found.found.second)
-        page = {} if no_page else {FILE: page_of(found)}
+    if isinstance(compared, Compared):
+        no_page = unplayable(compared.found.first, compared.found.second)
+        page = {} if no_page else {FILE: page_of(compared)}
     else:
-        no_page = found.unplayable
-    files = outputs.without_given(folder, {**found.files, **page}, given)
+        no_page = compared.unplayable
+    files = outputs.without_given(folder, {**compared.files, **page}, given)
     outputs.write_set(folder, files, outputs.DIFF, keep=[*given.values()])
     console.line("wrote", str(folder / REPORT_FILE))
     console.line("no page" if no_page else "page", no_page or str(folder / FILE))
-    if CERTIFICATE_FILE in found.files:
+    if CERTIFICATE_FILE in compared.files:
         console.line("certificate", f"{folder / CERTIFICATE_FILE}; maviper check {folder / CERTIFICATE_FILE}")

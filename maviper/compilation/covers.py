@@ -85,10 +85,10 @@ ADVICE = "a monitor needs a proof by boxes, by cells, or of a claim about decisi
 FORMS = "the sets of the certificate are affine forms, and to find out whether a state is in one takes a linear program"
 
 
-def _ensure_boxes(found: Certificate, where: str) -> None:
+def _ensure_boxes(certificate: Certificate, where: str) -> None:
     """InputError for a certificate whose sets are no boxes, or say nothing of later states."""
-    _ensure_watchable(found, where)
-    if found.claim.says.once:
+    _ensure_watchable(certificate, where)
+    if certificate.claim.says.once:
         what = "the claim is fulfilled once the region is reached, and nothing is proved of what comes then"
         raise InputError(what, where, "a monitor needs a claim about all states, such as reaches_and_stays")
 
@@ -97,9 +97,9 @@ def _ensure_boxes(found: Certificate, where: str) -> None:
 
 
 @singledispatch
-def _ensure_watchable(found: Certificate, where: str) -> None:
+def _ensure_watchable(certificate: Certificate, where: str) -> None:
     """InputError for sets that are no boxes."""
-    raise TypeError(f"nobody watches a {type(found).__name__}")
+    raise TypeError(f"nobody watches a {type(certificate).__name__}")
 
 
 @singledispatch
@@ -109,11 +109,11 @@ def _list_steps(proof: Certificate, statement: Statement, ranges: Sequence[Varia
 
 
 @_ensure_watchable.register
-def _(found: SystemCertificate, where: str) -> None:
-    if not found.claim.about_decisions:
+def _(certificate: SystemCertificate, where: str) -> None:
+    if not certificate.claim.about_decisions:
         what = "the certificate follows symbolic states, and a state cannot be compared with these"
         raise InputError(what, where, f"{ADVICE}: verify with a larger --max-boxes")
-    _ensure_boxed_regions(found.claim, where)
+    _ensure_boxed_regions(certificate.claim, where)
 
 
 @_list_steps.register
@@ -122,13 +122,13 @@ def _(proof: SystemCertificate, statement: Statement, ranges: Sequence[Variable]
 
 
 @_ensure_watchable.register
-def _(found: CoverCertificate, where: str) -> None:
-    if found.forms:
+def _(certificate: CoverCertificate, where: str) -> None:
+    if certificate.forms:
         raise InputError(FORMS, where, ADVICE)
 
 
 @_ensure_watchable.register
-def _(found: FlowCertificate, where: str) -> None:
+def _(certificate: FlowCertificate, where: str) -> None:
     """Boxes or turned ones: both can be watched."""
 
 
@@ -141,11 +141,11 @@ def _(proof: FlowCertificate, statement: Statement, ranges: Sequence[Variable], 
 
 
 @_ensure_watchable.register
-def _(found: InvariantCertificate, where: str) -> None:
-    if any(part.regions for part in found.parts):
+def _(certificate: InvariantCertificate, where: str) -> None:
+    if any(part.regions for part in certificate.parts):
         what = "the invariant is a region that may be left for some steps, and a monitor knows one state"
         raise InputError(what, where, "a monitor needs a proof by cells: leave `invariant` out of the claim")
-    _ensure_boxed_regions(found.claim, where)
+    _ensure_boxed_regions(certificate.claim, where)
 
 
 @_list_steps.register

@@ -56,10 +56,10 @@ def estimate(measure: Measure, values: Float64) -> Estimate:
     return Mean(float(values.mean()), Z95 * deviation / math.sqrt(len(values)), len(values))
 
 
-def format_estimate(found: Estimate) -> str:
+def format_estimate(estimate: Estimate) -> str:
     """An estimate with its interval, for people: `0.910 [0.891, 0.926]`."""
-    low, high = found.interval
-    return f"{found.value:.3f} [{low:.3f}, {high:.3f}]"
+    low, high = estimate.interval
+    return f"{estimate.value:.3f} [{low:.3f}, {high:.3f}]"
 
 
 def ratio(measure: Measure, ours: float, theirs: float) -> float | None:
@@ -132,6 +132,6 @@ def evaluate_teams(
     return estimates({measure: by_measure[measure] for measure in world.measures})
 
 
-def estimates(found: Mapping[Measure, Float64]) -> dict[Measure, Estimate]:
+def estimates(values: Mapping[Measure, Float64]) -> dict[Measure, Estimate]:
     """An estimate of each measure."""
-    return {measure: estimate(measure, row) for measure, row in found.items()}
+    return {measure: estimate(measure, row) for measure, row in values.items()}

@@ -182,7 +182,7 @@ def _exactly(before: ir.PolicyProfile, after: ir.PolicyProfile, team: str, regio
     return least if least == most else None
 
 
-def _interval(found: Estimate) -> dict[str, float | None]:
+def _interval(estimate: Estimate) -> dict[str, float | None]:
     """The value and its interval, whose ends are None where one episode bounds nothing."""
-    low, high = (round(end, 6) if math.isfinite(end) else None for end in found.interval)
-    return {"value": round(found.value, 6), "low": low, "high": high}
+    low, high = (round(end, 6) if math.isfinite(end) else None for end in estimate.interval)
+    return {"value": round(estimate.value, 6), "low": low, "high": high}

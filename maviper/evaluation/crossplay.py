@@ -214,9 +214,9 @@ def _where_known(stage: Stage, measure: Measure, lineup: Lineup | None) -> Inter
     return interval(measures.estimate(measure, known)) if len(known) else None
 
 
-def interval(found: Estimate) -> Interval:
+def interval(estimate: Estimate) -> Interval:
     """An estimate as a plain number with its interval."""
-    return Interval(found.value, *found.interval)
+    return Interval(estimate.value, *estimate.interval)
 
 
 def ratio(stage: Stage, measure: Measure, ours: Sequence[Lineup], theirs: Lineup) -> Interval | None:

@@ -209,14 +209,14 @@ def evaluate_named(asked: Request, on_played: Callable[[int, int], None] = lambd
     return evaluate(contest, asked.teams, asked.episodes, on_played)
 
 
-def lines(asked: Request, found: Evaluation) -> list[str]:
+def lines(asked: Request, answer: Evaluation) -> list[str]:
     """The answer for people: who plays, a table for each of the opponents, one of the trees."""
-    who = [("world", found.world), ("subject", str(asked.subject))]
+    who = [("world", answer.world), ("subject", str(asked.subject))]
     who += [("with", f"{name} by {player}") for name, player in asked.replaced.items()]
     who += [("expert", str(asked.expert))] if asked.expert else []
-    who += [("episodes", f"{found.episodes:,} held out, the same ones for every line-up; intervals of 95 %")]
+    who += [("episodes", f"{answer.episodes:,} held out, the same ones for every line-up; intervals of 95 %")]
     said = [f"{label:<{LABEL_WIDTH}}{text}" for label, text in (*who, *(("note", note) for note in asked.notes))]
-    for name, rows in found.against.items():
+    for name, rows in answer.against.items():
         opponents = asked.against.get(name, "itself")
         said += [
             "",
@@ -224,12 +224,12 @@ def lines(asked: Request, found: Evaluation) -> list[str]:
             *_align_columns(_standings(rows)),
         ]
         said += _ratios(rows) if asked.expert else []
-    for name, rows in found.why.items():
+    for name, rows in answer.why.items():
         opponents = f"against {asked.against.get(name, 'itself')}, " if len(asked.world.teams) > 1 else ""
         said += ["", f"why, {opponents}gap = individual + shift + interaction; positive: worse than the expert"]
         said += _align_columns(_causes(rows))
-    if found.trees:
-        said += ["", *_align_columns(_trees(found.trees))]
+    if answer.trees:
+        said += ["", *_align_columns(_trees(answer.trees))]
     return said
 
 
@@ -285,8 +285,8 @@ def _trees(facts: Mapping[str, TreeFacts]) -> list[list[str]]:
     return table
 
 
-def _or(found: Interval | None, otherwise: str) -> str:
-    return otherwise if found is None else str(found)
+def _or(estimate: Interval | None, otherwise: str) -> str:
+    return otherwise if estimate is None else str(estimate)
 
 
 def _align_columns(table: Sequence[Sequence[str]]) -> list[str]:
@@ -294,15 +294,15 @@ def _align_columns(table: Sequence[Sequence[str]]) -> list[str]:
     return ["  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)).rstrip() for row in table]
 
 
-def document(asked: Request, found: Evaluation) -> dict[str, Any]:
+def document(asked: Request, answer: Evaluation) -> dict[str, Any]:
     """The answer as plain data; an end of an interval that is infinite is null."""
     first = measures.MEASUREMENT_SEEDS
     return {
-        "world": found.world,
+        "world": answer.world,
         "subject": _player(asked.subject),
         "with": {name: _player(player) for name, player in asked.replaced.items()},
         "expert": asked.expert and _player(asked.expert),
-        "episodes": found.episodes,
+        "episodes": answer.episodes,
         "first_episode_seed": first,
         "bootstrap_draws": DRAWS,
         "notes": list(asked.notes),
@@ -311,10 +311,10 @@ def document(asked: Request, found: Evaluation) -> dict[str, Any]:
                 "opponents": _player(asked.against[name]) if name in asked.against else None,
                 "measures": [_row(row) for row in rows],
             }
-            for name, rows in found.against.items()
+            for name, rows in answer.against.items()
         },
-        "trees": {agent: _tree(tree) for agent, tree in found.trees.items()},
-    } | ({"why": {name: [_cause(row) for row in rows] for name, rows in found.why.items()}} if found.why else {})
+        "trees": {agent: _tree(tree) for agent, tree in answer.trees.items()},
+    } | ({"why": {name: [_cause(row) for row in rows] for name, rows in answer.why.items()}} if answer.why else {})
 
 
 def _player(player: Player) -> dict[str, str]:
@@ -363,8 +363,8 @@ def _tree(tree: TreeFacts) -> dict[str, Any]:
     }
 
 
-def _plain(found: Interval | None) -> dict[str, float | None] | None:
-    if found is None:
+def _plain(estimate: Interval | None) -> dict[str, float | None] | None:
+    if estimate is None:
         return None
-    low, high = (round(end, 6) if math.isfinite(end) else None for end in (found.low, found.high))
-    return {"value": found.value, "low": low, "high": high}
+    low, high = (round(end, 6) if math.isfinite(end) else None for end in (estimate.low, estimate.high))
+    return {"value": estimate.value, "low": low, "high": high}

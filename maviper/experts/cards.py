@@ -102,9 +102,9 @@ def machine(device: str) -> str:
     return f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores, device {device}"
 
 
-def row(found: Estimate) -> list[float]:
+def row(estimate: Estimate) -> list[float]:
     """An estimate as [value, low, high]."""
-    return [found.value, *(round(end, 6) for end in found.interval)]
+    return [estimate.value, *(round(end, 6) for end in estimate.interval)]
 
 
 def table(judged: Judged) -> dict[str, list[float]]:

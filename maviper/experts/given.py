@@ -147,7 +147,7 @@ def _run(function: Callable[[], Any], source: Source, doing: str) -> Any:
         raise fault(error, source, doing, FIX) from error
 
 
-def _kind(found: np.ndarray) -> str:
+def _kind(array: np.ndarray) -> str:
     """What an array holds, in words."""
     kinds = {
         "f": "floats",
@@ -157,8 +157,8 @@ def _kind(found: np.ndarray) -> str:
         "i": "whole numbers",
         "u": "whole numbers",
     }
-    nan = " that are not finite" if found.dtype.kind == "f" and not np.isfinite(found).all() else ""
-    return f"{kinds.get(found.dtype.kind, str(found.dtype))}{nan}"
+    nan = " that are not finite" if array.dtype.kind == "f" and not np.isfinite(array).all() else ""
+    return f"{kinds.get(array.dtype.kind, str(array.dtype))}{nan}"
 
 
 def _list_actions(world: World, agent: int) -> str:

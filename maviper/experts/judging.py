@@ -91,16 +91,16 @@ def _primary(world: World) -> list[Measure]:
     return [world.primary(team) for team in world.teams]
 
 
-def _worth(measure: Measure, found: Estimate) -> float:
+def _worth(measure: Measure, estimate: Estimate) -> float:
     """Higher is better. A share's log-odds, with half a failure and half a success added, so that a perfect one is
     finite.
     """
-    value = found.value if not isinstance(found, Share) else _log_odds(found)
+    value = estimate.value if not isinstance(estimate, Share) else _log_odds(estimate)
     return -value if measure.lower_is_better else value
 
 
-def _log_odds(found: Share) -> float:
-    return math.log((found.hits + 0.5) / (found.count - found.hits + 0.5))
+def _log_odds(share: Share) -> float:
+    return math.log((share.hits + 0.5) / (share.count - share.hits + 0.5))
 
 
 def _mean(values: Sequence[float]) -> float:

@@ -156,7 +156,7 @@ def _renumber_figures(claim: Claim) -> Claim:
     """
 
     def correct_figure(text: str) -> str:
-        return FIGURE.sub(lambda found: f"figure {int(found[1]) - 1}", text)
+        return FIGURE.sub(lambda match: f"figure {int(match[1]) - 1}", text)
 
     paper = claim.published and msgspec.structs.replace(claim.published, place=correct_figure(claim.published.place))
     return msgspec.structs.replace(claim, place=correct_figure(claim.place), published=paper)

@@ -94,11 +94,11 @@ class Verdict:
         depths = sorted({each.depth for each in self.run if self.claim.test in SUPPORTS})
         return {depth: self._at([each for each in self.run if each.depth == depth]) for depth in depths}
 
-    def _at(self, found: Sequence[Comparison]) -> str:
-        words = [each.size for each in found if each.size] + [UNTESTABLE for each in found if each.untestable]
+    def _at(self, pairs: Sequence[Comparison]) -> str:
+        words = [each.size for each in pairs if each.size] + [UNTESTABLE for each in pairs if each.untestable]
         counted = [f"{words.count(word)} {word}" for word in dict.fromkeys(words)]
-        said = _of_claim(self.claim, [each.word for each in found])
-        return f"{said} ({', '.join(counted)} of {len(found)})" if counted else said
+        said = _of_claim(self.claim, [each.word for each in pairs])
+        return f"{said} ({', '.join(counted)} of {len(pairs)})" if counted else said
 
     @property
     def visible(self) -> float:
@@ -280,9 +280,9 @@ def _word(comparison: Comparison, adjusted: Mapping[str, float], known: Register
     return next((word for word in (ABOVE, BELOW) if adjusted.get(word, 1.0) <= known.alpha), OPEN)
 
 
-def _verdict(book: Book, known: Register, claim: Claim, expert: str, found: Sequence[Comparison]) -> Verdict:
-    verdict = Verdict(claim, expert, NOT_DECIDED, "", tuple(found))
-    word = NOT_COMPARABLE if claim.test == register.NUMBER else _of_claim(claim, [each.word for each in found])
+def _verdict(book: Book, known: Register, claim: Claim, expert: str, pairs: Sequence[Comparison]) -> Verdict:
+    verdict = Verdict(claim, expert, NOT_DECIDED, "", tuple(pairs))
+    word = NOT_COMPARABLE if claim.test == register.NUMBER else _of_claim(claim, [each.word for each in pairs])
     return replace(verdict, word=word, reason=_reason(verdict, word, known), notes=tuple(_weak(book, known, verdict)))
 
 

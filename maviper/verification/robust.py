@@ -151,18 +151,18 @@ def _policy(profile: PolicyProfile, agent: str | None) -> AgentPolicy:
 
 
 def _question(
-    profile: PolicyProfile, policy: AgentPolicy, observation: Sequence[float], found: Radius
+    profile: PolicyProfile, policy: AgentPolicy, observation: Sequence[float], radius: Radius
 ) -> DecisionQuestion:
     """That the agent acts the same within the radius, as a question over observations."""
     viewed = Viewed(profile, View())
     box: dict[str, Interval] = {
         one.name: (Fraction(one.low), Fraction(one.high)) for one in viewed.profile.world.variables
     }
-    size = Fraction(found.largest) if math.isfinite(found.largest) else Fraction(2 * MAX_NUMBER)
+    size = Fraction(radius.largest) if math.isfinite(radius.largest) else Fraction(2 * MAX_NUMBER)
     for feature, value in zip(viewed.profile.policy(policy.agent).features, observation, strict=True):
         assert feature.meaning is not None, feature
         box[feature.meaning.terms[0][1]] = Fraction(value) - size, Fraction(value) + size
-    claim = OwnFormula(policy.team, statement=Acts(policy.agent, found.action))
+    claim = OwnFormula(policy.team, statement=Acts(policy.agent, radius.action))
     return Question(Game(viewed.profile, viewed=viewed), claim, Region(box, ()))
 
 

@@ -35,20 +35,20 @@ def starter(subject: str) -> str:
     return _render_observed(profile, Path(subject).name)
 
 
-def _of_world(found: World, name: str) -> str:
+def _of_world(world: World, name: str) -> str:
     """About world states, with the world's agents, landmarks and actions; else about observations."""
     try:
-        ensure_places(found.spec, chain(*found.features))
+        ensure_places(world.spec, chain(*world.features))
     except InputError:
-        if found.spec.name in WORLDS:
+        if world.spec.name in WORLDS:
             raise
-        return _render_observed(found, name)
-    teams = {team: list(members) for team, members in found.teams.items()}
-    marks = [mark.name for mark in found.spec.landmarks]
+        return _render_observed(world, name)
+    teams = {team: list(members) for team, members in world.teams.items()}
+    marks = [mark.name for mark in world.spec.landmarks]
     fitting = [team for team, members in teams.items() if len(members) == len(marks)]
     team = fitting[0] if fitting else max(teams, key=lambda name: len(teams[name]))
-    actions = [action.name for action in found.actions[found.agents.index(teams[team][0])]]
-    meanings = [one.meaning for features in found.features for one in features]
+    actions = [action.name for action in world.actions[world.agents.index(teams[team][0])]]
+    meanings = [one.meaning for features in world.features for one in features]
     seen = {name for meaning in meanings if meaning is not None for _, name in meaning.terms}
     return render(
         "properties/starter.toml.j2",
@@ -56,15 +56,15 @@ def _of_world(found: World, name: str) -> str:
         teams=teams,
         team=team,
         fits=bool(fitting),
-        episodes=bool(fitting) and not any(entity.collides for entity in found.spec.landmarks),
-        colliding=[name for name, entity in zip(found.agents, found.spec.agents, strict=True) if entity.collides],
-        steps=found.spec.episode_steps,
+        episodes=bool(fitting) and not any(entity.collides for entity in world.spec.landmarks),
+        colliding=[name for name, entity in zip(world.agents, world.spec.agents, strict=True) if entity.collides],
+        steps=world.spec.episode_steps,
         agents=teams[team],
-        everybody=found.agents,
+        everybody=world.agents,
         landmarks=marks,
-        goals=list(found.spec.goals),
+        goals=list(world.spec.goals),
         actions=actions,
-        velocities=[name for name in found.spec.coordinates() if name in seen and name.endswith((".vx", ".vy"))],
+        velocities=[name for name in world.spec.coordinates() if name in seen and name.endswith((".vx", ".vy"))],
     )
 
 

@@ -186,12 +186,12 @@ class StatedWorld:
         said = replay_words(self.statement, self.profile, result) if measured_steps else ""
         return replace(result, evidence=replace(result.evidence, environment=said))
 
-    def _truly(self, claim: SystemClaim, found: SystemCounterexample) -> SystemCounterexample | None:
+    def _truly(self, claim: SystemClaim, counterexample: SystemCounterexample) -> SystemCounterexample | None:
         """A counterexample of the real agents. AssertionError where the reference, asked for what they give in its
         state, does not break the formula as it was written: that is our bug.
         """
         confirm = observable if self.observed else truly
-        again = confirm(self.statement, self.profile, claim, found)
+        again = confirm(self.statement, self.profile, claim, counterexample)
         if again is not None and claim.about_decisions:
             said = parse_written(claim, self.statement, self.profile)
             if said is not None and not fails(self.statement, self.profile, said, again.start):
@@ -254,16 +254,16 @@ def _example(profile: PolicyProfile) -> str:
     return f"acts({policy.agent}) == {policy.actions[0].name}"
 
 
-def _unknown(found: SystemCounterexample) -> SystemCounterexample | None:
+def _unknown(counterexample: SystemCounterexample) -> SystemCounterexample | None:
     """Nothing is known of the real agents' sums where rules are enclosed."""
     return None
 
 
 def _by_rules(
-    statement: Statement, profile: PolicyProfile, claim: SystemClaim, found: SystemCounterexample
+    statement: Statement, profile: PolicyProfile, claim: SystemClaim, counterexample: SystemCounterexample
 ) -> SystemCounterexample | None:
     """An episode by the rules as they are written, with errors that the file states, that breaks the claim too."""
-    for states in episodes(statement, profile, claim.steps, found.states):
+    for states in episodes(statement, profile, claim.steps, counterexample.states):
         if _breaks(claim, states):
             again = replay_course(profile, statement.system, claim, _course(statement, profile, states))
             if again is not None:

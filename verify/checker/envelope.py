@@ -43,12 +43,12 @@ def numbers(proof: bytes, bits: int = BITS) -> Iterator[int]:
         raise RejectedError("the proof ends within a number")
 
 
-def ensure_about(stated: str, found: str, what: str, option: str = "") -> None:
+def ensure_about(stated: str, actual: str, what: str, option: str = "") -> None:
     """InputError unless a profile or system, by its hash, is the one that a certificate names."""
-    if found != stated:
+    if actual != stated:
         raise InputError(
             f"the certificate is about another {what}",
-            f"it names {escape_text(stated[:16])}..., the {what} is {found[:16]}...",
+            f"it names {escape_text(stated[:16])}..., the {what} is {actual[:16]}...",
             f"name the {what} that it was made for" + (f" with {option}" if option else ""),
         )
 

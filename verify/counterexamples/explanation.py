@@ -190,25 +190,25 @@ def _room_document(room: AgentRoom) -> dict[str, Any]:
     }
 
 
-def explain_counterexample(question: DecisionQuestion, found: Counterexample) -> Explanation:
+def explain_counterexample(question: DecisionQuestion, counterexample: Counterexample) -> Explanation:
     """What there is to say about a confirmed counterexample.
 
     AssertionError when the referee does not confirm the end of an interval: that is our bug.
     """
-    state, profile, semantics = found.state, question.profile, question.semantics
+    state, profile, semantics = counterexample.state, question.profile, question.semantics
     exact = state.exactly(profile)
     team = {policy.agent: policy for policy in profile.team(question.claim.team)}
-    tests = {view.agent: _tests(team[view.agent], view, state, semantics) for view in found.agents}
+    tests = {view.agent: _tests(team[view.agent], view, state, semantics) for view in counterexample.agents}
     actions = {
         view.agent: next(k for k, one in enumerate(team[view.agent].actions) if one.name == view.action)
-        for view in found.agents
+        for view in counterexample.agents
     }
     stated = substitute_actions(for_goal(normal(question.formula), state.goal), actions)
     keeps = conjunction(*(test for several in tests.values() for test in several), negate(stated))
     return Explanation(
         uniqueness=unique(question, state),
-        spans=_spans(question, state, keeps, _find_undetermined(question, found)),
-        agents=tuple(_room(team[view.agent], view, tests[view.agent], exact) for view in found.agents),
+        spans=_spans(question, state, keeps, _find_undetermined(question, counterexample)),
+        agents=tuple(_room(team[view.agent], view, tests[view.agent], exact) for view in counterexample.agents),
         shortfall=float(shortfall(question, state)),
     )
 
@@ -241,15 +241,15 @@ def _has_inexact_end(feature: FeatureSpec, semantics: str) -> bool:
     return semantics == MACHINE and feature.meaning is not None and len(feature.meaning.terms) > AT_ONCE
 
 
-def _find_undetermined(question: DecisionQuestion, found: Counterexample) -> set[str]:
+def _find_undetermined(question: DecisionQuestion, counterexample: Counterexample) -> set[str]:
     """The coordinates of tests without exact ends on the agents' paths, the goal's as its landmark's."""
     names = set[str]()
-    for view in found.agents:
+    for view in counterexample.agents:
         features = {one.name: one for one in question.profile.policy(view.agent).features}
         tested = [features[step.feature] for step in view.path]
         meanings = [one.meaning for one in tested if one.meaning and _has_inexact_end(one, question.semantics)]
         names |= {name for meaning in meanings for _, name in meaning.terms}
-    goal = found.state.goal
+    goal = counterexample.state.goal
     return {f"{goal}{name.removeprefix(GOAL)}" if name.startswith(f"{GOAL}.") else name for name in names}
 
 

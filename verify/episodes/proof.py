@@ -117,13 +117,13 @@ class EpisodeProver:
         return several if answer is None else Only(answer, _walk(several, answer), zone)
 
     def _write_answer(
-        self, found: Only | Several, place: Place, code: bytes | None = None
+        self, answered: Only | Several, place: Place, code: bytes | None = None
     ) -> Iterator[bytes | tuple[Zone, Place]]:
         """The numbers for what was found, with the questions that follow in between. `code`: of an end."""
         stage, node, chosen, now = place
-        if isinstance(found, Several):
+        if isinstance(answered, Several):
             yield GO_ON
-            for side, one in found.sides:
+            for side, one in answered.sides:
                 if isinstance(one, bytes):
                     yield one
                 else:
@@ -132,12 +132,12 @@ class EpisodeProver:
         if isinstance(node, int):
             yield GO_ON if code is None else code
         else:
-            yield varint(1 + found.answer)
-            if (stage, found.answer) != (CLAIM, AWAY):
-                yield found.walk
-        following = self._episode.onward(stage, found.answer, chosen, now)
+            yield varint(1 + answered.answer)
+            if (stage, answered.answer) != (CLAIM, AWAY):
+                yield answered.walk
+        following = self._episode.onward(stage, answered.answer, chosen, now)
         if following is not None:
-            yield found.zone, following
+            yield answered.zone, following
 
     def _write_gap(self, zone: Zone, place: Place, gap: Gap) -> Iterator[bytes | tuple[Zone, Place]]:
         """The number for a gap, and what follows: its parts, or the next question where it is left as it is."""
@@ -213,10 +213,10 @@ class EpisodeProver:
         return b"".join(map(varint, [self._episode.answers + 1 + len(through), *through]))
 
 
-def _walk(found: Several, answer: int) -> bytes:
+def _walk(several: Several, answer: int) -> bytes:
     """Closes the sides that do not end in an answer."""
     told: list[bytes] = []
-    for side, one in found.sides:
+    for side, one in several.sides:
         if side.child != answer:
             rest = one if isinstance(one, bytes) else one.walk if isinstance(one, Only) else _walk(one, answer)
             told += [rest] if isinstance(one, bytes) else [GO_ON, rest]

@@ -326,15 +326,15 @@ def _ask_node(zones: Zones, node: Node, pieces: _Pieces) -> _Asked:
     return _Asked(pieces, action, sides if (action == MIXED).any() else [])
 
 
-def _gather(asked: _Asked, wanted: Bool, found: list[tuple[_Pieces, Int64]]) -> None:
+def _gather(asked: _Asked, wanted: Bool, gathered: list[tuple[_Pieces, Int64]]) -> None:
     """Adds the largest pieces that choose one action, of those `wanted` [n]."""
     rows = np.flatnonzero(wanted & (asked.action >= 0))
     if len(rows):
         pieces = asked.pieces
-        found.append((_Pieces(pieces.rows[rows], pieces.bounds[rows], pieces.went[rows]), asked.action[rows]))
+        gathered.append((_Pieces(pieces.rows[rows], pieces.bounds[rows], pieces.went[rows]), asked.action[rows]))
     mixed = wanted & (asked.action == MIXED)
     for kept, below in asked.sides:
-        _gather(below, mixed[kept], found)
+        _gather(below, mixed[kept], gathered)
 
 
 def _sides(zones: Zones, node: StartSplit, pieces: _Pieces) -> list[tuple[Int64, _Pieces]]:

@@ -108,10 +108,10 @@ class Carver:
     `columns`: coordinate -> [states]; `weights`: what losing a state costs, [states].
     """
 
-    def __init__(self, found: Obstacles, columns: Mapping[str, Float64], weights: Float64) -> None:
-        self.obstacles, self.weights = found, weights
+    def __init__(self, obstacles: Obstacles, columns: Mapping[str, Float64], weights: Float64) -> None:
+        self.obstacles, self.weights = obstacles, weights
         zero = np.zeros(len(weights))
-        pairs = [found.pair(direction) for direction in range(len(found.directions))]
+        pairs = [obstacles.pair(direction) for direction in range(len(obstacles.directions))]
         self.values = [columns.get(a, zero) - columns.get(b, zero) for a, b in pairs]
         self.order = [np.argsort(values, kind="stable") for values in self.values]
         self.sorted = [values[order] for values, order in zip(self.values, self.order, strict=True)]

@@ -92,10 +92,10 @@ def where(question: DecisionQuestion, verdict: Verdict, name: str = "") -> Where
     return replace(extent, part=_part(question, replace(part, name=name)))
 
 
-def _beside(question: DecisionQuestion, found: Where, name: str) -> Where:
+def _beside(question: DecisionQuestion, where: Where, name: str) -> Where:
     """What is found though there are too many zones: a region inside a smaller one of which all zones are known."""
-    if any(one.nodes > one.limit for one in found.failing):
-        return found  # each smaller region might take as many nodes
+    if any(one.nodes > one.limit for one in where.failing):
+        return where  # each smaller region might take as many nodes
     for candidate in candidates(question, SAMPLE_SEED):
         inner = question.within(candidate)
         failing = violations(inner)
@@ -103,9 +103,9 @@ def _beside(question: DecisionQuestion, found: Where, name: str) -> Where:
             # without zones it holds in all of the candidate
             part = largest(inner, failing, SAMPLE_SEED) if any(one.zones for one in failing) else candidate
             if isinstance(part, str):
-                return replace(found, part_reason=f"{found.part_reason}; in a smaller region: {part}")
-            return replace(found, part=_part(question, replace(part, name=name)), part_reason="")
-    return found
+                return replace(where, part_reason=f"{where.part_reason}; in a smaller region: {part}")
+            return replace(where, part=_part(question, replace(part, name=name)), part_reason="")
+    return where
 
 
 def _ending(question: DecisionQuestion, failing: Sequence[Failing]) -> str:

@@ -65,7 +65,7 @@ def largest(question: DecisionQuestion, failing: Sequence[Failing], seed: int) -
     if not tries:
         return f"of {DRAWN} states, none both conflicts and can be kept away from every violating zone"
     rng = np.random.default_rng(seed)
-    for place, one in enumerate(sorted(tries, key=lambda found: -found.worth)[:SEEDS]):
+    for place, one in enumerate(sorted(tries, key=lambda carved: -carved.worth)[:SEEDS]):
         tell(place, min(len(tries), SEEDS), "regions carved out and tried to prove")
         cuts = one.carver.improve_cuts(one.seed, one.cuts, ROUNDS, rng)
         region = within(question.region, one.goals, one.carver.obstacles, cuts)

@@ -46,11 +46,11 @@ def _sides(node: tuple[Side, ...] | Gap) -> tuple[Side, ...]:
     return node
 
 
-def _answers(found: Answers) -> set[int]:
+def _answers(answers: Answers) -> set[int]:
     """All answers below a question."""
-    if found is None or isinstance(found, int):
-        return set() if found is None else {found}
-    return set[int]().union(*(_answers(below) for _, below in found))
+    if answers is None or isinstance(answers, int):
+        return set() if answers is None else {answers}
+    return set[int]().union(*(_answers(below) for _, below in answers))
 
 
 @dataclass(frozen=True)
@@ -181,13 +181,13 @@ class Following:
         return answers.pop() if len(answers) == 1 < len(sides) else branches or None
 
     def _iterate_answers(
-        self, cell: Cell, found: Answers, now: Now, episode: GuaranteedEpisode
+        self, cell: Cell, answers: Answers, now: Now, episode: GuaranteedEpisode
     ) -> Iterator[tuple[Cell, int]]:
         """The parts of a cell that give one answer for sure."""
-        if isinstance(found, int):
-            yield cell, found
+        if isinstance(answers, int):
+            yield cell, answers
             return
-        for side, below in found or ():
+        for side, below in answers or ():
             upper, lower, most, room = episode.limits(side, now)
             cut = self._cut(cell, upper, lower, most - room)
             if cut is not None:

@@ -113,16 +113,16 @@ def _failing(question: DecisionQuestion, goal: str | None, tests: Tests, most: i
     return Failing(goal, tuple(query.agents), query.problem, tuple(zones), complete, query.nodes, query.limit)
 
 
-def exact_share(question: DecisionQuestion, found: Sequence[Failing], faces: int = DEFAULT_FACES) -> ExactShare | str:
+def exact_share(question: DecisionQuestion, failing: Sequence[Failing], faces: int = DEFAULT_FACES) -> ExactShare | str:
     """The exact share of the zones in the region, which is that of violating states if the zones are all.
 
     Or why there is none: more than `faces` faces, or a region without volume.
     """
-    volumes, fixed = Volumes(_affordable(faces, found)), find_fixed_coordinates(question.region)
+    volumes, fixed = Volumes(_affordable(faces, failing)), find_fixed_coordinates(question.region)
     try:
         whole = _whole(question, volumes, fixed)
-        each = [_volumes(one, volumes, fixed) for one in found]
-        together = _together(question, found, [own for own, _ in each], volumes, fixed)
+        each = [_volumes(one, volumes, fixed) for one in failing]
+        together = _together(question, failing, [own for own, _ in each], volumes, fixed)
     except FacesError:
         return f"it takes more than {volumes.budget} faces"
     if not whole:
@@ -134,7 +134,7 @@ def exact_share(question: DecisionQuestion, found: Sequence[Failing], faces: int
     return ExactShare(whole.numerator * (unit // whole.denominator), zones, least, most)
 
 
-def measure_union(question: DecisionQuestion, found: Sequence[Sequence[Failing]]) -> Fraction | None:
+def measure_union(question: DecisionQuestion, failing: Sequence[Sequence[Failing]]) -> Fraction | None:
     """The share of the region that the zones of several questions make up together, each state counted once. None
     where that takes more than MAX_MEETING common parts or too many faces, or the region has no volume.
 
@@ -147,7 +147,9 @@ def measure_union(question: DecisionQuestion, found: Sequence[Sequence[Failing]]
         whole = _whole(question, volumes, fixed)
         for place, goal in enumerate(question.goals):
             problem = ZoneQuery(question, goal, tests, apart=True).problem
-            groups = [[_convert_zone(zone, one[place].problem, problem) for zone in one[place].zones] for one in found]
+            groups = [
+                [_convert_zone(zone, one[place].problem, problem) for zone in one[place].zones] for one in failing
+            ]
             counted = _meeting(problem, groups, left)
             if counted is None:
                 return None
@@ -221,7 +223,7 @@ def _convert_zone(zone: Branch, problem: Problem, other: Problem) -> Branch:
 
 def _together(
     question: DecisionQuestion,
-    found: Sequence[Failing],
+    failing: Sequence[Failing],
     each: Sequence[Sequence[int]],
     volumes: Volumes,
     fixed: Mapping[str, str],
@@ -231,7 +233,7 @@ def _together(
         return [(sum(own), sum(own)) for own in each]
     bounds: list[tuple[int, int]] = []
     left = DEFAULT_PARTS
-    for one, own in zip(found, each, strict=True):
+    for one, own in zip(failing, each, strict=True):
         measure = partial(_numerator, sizes=one.problem.sizes, free=_free(one, fixed), volumes=volumes)
         least, most, parts = union(one.problem, one.zones, own, fixed, measure, left)
         left -= parts
@@ -239,9 +241,9 @@ def _together(
     return bounds
 
 
-def _affordable(faces: int, found: Sequence[Failing]) -> int:
+def _affordable(faces: int, parts: Sequence[Failing]) -> int:
     """A budget of faces that takes as long whatever the digits of the bounds."""
-    longest = max((one.problem.scale.bit_length() for one in found), default=0)
+    longest = max((one.problem.scale.bit_length() for one in parts), default=0)
     return max(1, faces * USUAL_BITS // max(USUAL_BITS, longest))
 
 
@@ -271,22 +273,22 @@ def _whole(question: DecisionQuestion, volumes: Volumes, fixed: Mapping[str, str
     return total
 
 
-def _volumes(found: Failing, volumes: Volumes, fixed: Mapping[str, str]) -> tuple[list[int], int]:
+def _volumes(failing: Failing, volumes: Volumes, fixed: Mapping[str, str]) -> tuple[list[int], int]:
     """The volume of each zone, in the coordinates that are not fixed, and how many of its units one is."""
-    free = _free(found, fixed)
+    free = _free(failing, fixed)
     dimensions = [len(nodes) - 1 for nodes in free]
-    unit = prod((found.problem.scale // EPSILON) ** d * factorial(d) for d in dimensions)
+    unit = prod((failing.problem.scale // EPSILON) ** d * factorial(d) for d in dimensions)
     parts: list[int] = []
-    for number, zone in enumerate(found.zones):
-        tell(number, len(found.zones), "volumes of failing cells added up")
-        parts.append(_numerator(zone, found.problem.sizes, free, volumes))
+    for number, zone in enumerate(failing.zones):
+        tell(number, len(failing.zones), "volumes of failing cells added up")
+        parts.append(_numerator(zone, failing.problem.sizes, free, volumes))
     return parts, unit
 
 
-def _free(found: Failing, fixed: Mapping[str, str]) -> list[list[int]]:
+def _free(failing: Failing, fixed: Mapping[str, str]) -> list[list[int]]:
     """The nodes of each component that are not fixed, with the origin."""
-    free = [[0] for _ in found.problem.sizes]
-    for name, (component, node) in found.problem.places.items():
+    free = [[0] for _ in failing.problem.sizes]
+    for name, (component, node) in failing.problem.places.items():
         if name not in fixed:
             free[component].append(node)
     return free

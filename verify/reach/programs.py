@@ -108,11 +108,11 @@ class Programs:
         return np.array(solution.col_value), -np.array(solution.row_dual), float(solver.getObjectiveValue())
 
 
-def multipliers(branch: Branch, aside: Row | None, found: Least | Middle) -> tuple[int, Used] | None:
+def multipliers(branch: Branch, aside: Row | None, solved: Least | Middle) -> tuple[int, Used] | None:
     """(times of a row beside the branch, 0 without one; multipliers of its own rows) that show exactly that no state of
     the branch meets them all: the duals as small whole numbers, or the exact solution of the equations that they solve.
     """
-    used = [(place, dual) for place, dual in zip(found.places, found.duals.tolist(), strict=True) if dual > TOLERANCE]
+    used = [(place, dual) for place, dual in zip(solved.places, solved.duals.tolist(), strict=True) if dual > TOLERANCE]
     if aside is None:
         top = max((dual for _, dual in used), default=1.0)
         used = [(place, dual / top) for place, dual in used]
@@ -120,7 +120,7 @@ def multipliers(branch: Branch, aside: Row | None, found: Least | Middle) -> tup
         shown = _check_multipliers(branch, aside, scale, [(place, round(dual * scale)) for place, dual in used])
         if shown is not None:
             return shown
-    return _by_equations(branch, aside, [place for place, _ in used], found.point or {})
+    return _by_equations(branch, aside, [place for place, _ in used], solved.point or {})
 
 
 def _check_multipliers(branch: Branch, aside: Row | None, scale: int, used: Used) -> tuple[int, Used] | None:

@@ -20,23 +20,23 @@ from verify.systems.statement import Statement
 
 
 def truly(
-    statement: Statement, profile: PolicyProfile, claim: SystemClaim, found: SystemCounterexample
+    statement: Statement, profile: PolicyProfile, claim: SystemClaim, counterexample: SystemCounterexample
 ) -> SystemCounterexample | None:
     """The episode of the real agents from the start of another one, with its errors, where it breaks the claim too;
     None where it does not.
     """
-    state, system = with_roundings(statement, found.start), statement.system
+    state, system = with_roundings(statement, counterexample.start), statement.system
     start, roundings = state, list_roundings(statement)
     errors: list[Mapping[str, Fraction]] = []
     for step in range(0 if claim.about_decisions else claim.steps):
-        number = piece_of(system, state, found.pieces[step] if step < len(found.pieces) else None)
+        number = piece_of(system, state, counterexample.pieces[step] if step < len(counterexample.pieces) else None)
         if number is None:
             break
-        given = found.errors[step] if step < len(found.errors) else dict[str, Fraction]()
+        given = counterexample.errors[step] if step < len(counterexample.errors) else dict[str, Fraction]()
         piece = system.pieces[number]
         error = within(piece, {name: value for name, value in given.items() if name not in roundings})
         actions = choose_actions(system, profile, state)
         joint = {policy.agent: policy.actions[actions[policy.agent]].name for policy in profile.agents}
         state = with_roundings(statement, piece.step(state, joint, error))
         errors.append({**error, **{name: state[name] for name in roundings}})
-    return replay_course(profile, system, claim, Course(start, errors, found.pieces))
+    return replay_course(profile, system, claim, Course(start, errors, counterexample.pieces))

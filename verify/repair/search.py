@@ -75,8 +75,8 @@ def repair(question: DecisionQuestion, visited: Float64 | None = None, max_depth
     team = _Team(question, visited, max_depth)
     tried = [_attempt(team, roles) for roles in team.matchings()]
 
-    def rank(found: Repair) -> tuple[bool, bool, float]:
-        return not found.ended, max_depth is not None and found.depth > max_depth, found.price
+    def rank(repair: Repair) -> tuple[bool, bool, float]:
+        return not repair.ended, max_depth is not None and repair.depth > max_depth, repair.price
 
     return min(tried, key=rank)
 

@@ -157,9 +157,9 @@ def _format_parameter(value: Parameter, name: str) -> str:
     return (", ".join(value) or usual) if isinstance(value, tuple) else str(value)
 
 
-def _margin(found: Margin) -> dict[str, Any]:
-    failed = None if found.failed is None else decimal(found.failed)
-    return {"proved": decimal(found.proved), "not_proved": failed, "questions": found.questions}
+def _margin(margin: Margin) -> dict[str, Any]:
+    failed = None if margin.failed is None else decimal(margin.failed)
+    return {"proved": decimal(margin.proved), "not_proved": failed, "questions": margin.questions}
 
 
 def _leaf(finding: LeafFinding) -> dict[str, Any]:
@@ -174,26 +174,26 @@ def _certificate(evidence: DecisionEvidence) -> dict[str, Any]:
     return {"bytes": evidence.certificate.size, "branches": evidence.branches, "checker": "accepted"}
 
 
-def _counterexample(profile: PolicyProfile, result: DecisionResult, found: Counterexample) -> dict[str, Any]:
+def _counterexample(profile: PolicyProfile, result: DecisionResult, example: Counterexample) -> dict[str, Any]:
     explanation = result.evidence.explanation
-    real = {} if result.semantics == MACHINE else {"judged": found.says, "deployed": deployed_facts(found)}
+    real = {} if result.semantics == MACHINE else {"judged": example.says, "deployed": deployed_facts(example)}
     return {
-        "goal": goal_text(found.state.goal),
-        "position": write_values(found.state.position),
+        "goal": goal_text(example.state.goal),
+        "position": write_values(example.state.position),
         "agents": [
             _view(view, profile.policy(view.agent).tree) | {"code": _code(profile, result, view)}
-            for view in found.agents
+            for view in example.agents
         ],
-        "replayed_by": list(found.replayed),
+        "replayed_by": list(example.replayed),
         **real,
         "explanation": None if explanation is None else explanation.document(),
-        "picture": picture(profile, found) if profile.world.agents else None,
+        "picture": picture(profile, example) if profile.world.agents else None,
     }
 
 
-def deployed_facts(found: Counterexample) -> dict[str, Any] | None:
+def deployed_facts(example: Counterexample) -> dict[str, Any] | None:
     """What the deployed arithmetic does in a counterexample of real arithmetic; None where it is no float64 state."""
-    return None if found.deployed is None else asdict(found.deployed)
+    return None if example.deployed is None else asdict(example.deployed)
 
 
 def _code(profile: PolicyProfile, result: DecisionResult, view: AgentView) -> dict[str, Any] | None:
@@ -229,9 +229,9 @@ def _view(view: AgentView, tree: Tree) -> dict[str, Any]:
     }
 
 
-def picture(profile: PolicyProfile, found: Counterexample) -> dict[str, Any]:
+def picture(profile: PolicyProfile, example: Counterexample) -> dict[str, Any]:
     """What to draw, in picture coordinates: landmarks, agents, and an arrow for each chosen action."""
-    state = {name: float(value) for name, value in found.state.position.items()}
+    state = {name: float(value) for name, value in example.state.position.items()}
     entities = [entity.name for entity in profile.world.agents + profile.world.landmarks]
     ends = [[min(values), max(values)] for values in ([state[f"{name}.{axis}"] for name in entities] for axis in "xy")]
     middle_x, middle_y = ((low + high) / 2 for low, high in ends)
@@ -242,7 +242,7 @@ def picture(profile: PolicyProfile, found: Counterexample) -> dict[str, Any]:
         x, y = state[f"{name}.x"] - middle_x, state[f"{name}.y"] - middle_y
         return round((x + reach) * scale, 2), round((reach - y) * scale, 2)
 
-    team = {view.agent: view for view in found.agents}
+    team = {view.agent: view for view in example.agents}
     taken: list[tuple[float, float, float, float]] = []  # rectangles of marks, arrows and labels
     agents: list[dict[str, Any]] = []
     for entity in profile.world.agents:
@@ -260,7 +260,7 @@ def picture(profile: PolicyProfile, found: Counterexample) -> dict[str, Any]:
     landmarks: list[dict[str, Any]] = []
     for entity in profile.world.landmarks:
         x, y = place(entity.name)
-        landmarks.append({"name": entity.name, "x": x, "y": y, "goal": entity.name == found.state.goal})
+        landmarks.append({"name": entity.name, "x": x, "y": y, "goal": entity.name == example.state.goal})
         taken.append(around(x, y, MARK))
     for mark in (*agents, *landmarks):
         mark["label"] = mark["name"] + (" (goal)" if mark.get("goal") else "")

@@ -36,25 +36,25 @@ class Estimates:
     episodes: int = 0
 
 
-def document(found: Difference, counted: Estimates) -> dict[str, Any]:
+def document(difference: Difference, counted: Estimates) -> dict[str, Any]:
     """All facts as plain data."""
-    question = found.question
+    question = difference.question
     return {
         "difference": FORM,
-        "profiles": [content_hash(found.first), content_hash(found.second)],
-        "world": {"name": found.first.world.name, "reference": found.first.world.reference},
+        "profiles": [content_hash(difference.first), content_hash(difference.second)],
+        "world": {"name": difference.first.world.name, "reference": difference.first.world.reference},
         "semantics": question.semantics,
-        "region_name": name_region(found.first, question.region),
+        "region_name": name_region(difference.first, question.region),
         "region": question.region.document(),
-        "verdict": found.verdict.value,
-        "share": _share(found.together),
+        "verdict": difference.verdict.value,
+        "share": _share(difference.together),
         **_uniform(explain_unstated(question), counted.uniform[SOME]),
         "met": None if counted.met is None else counted.met[SOME].document(),
         "episodes": counted.episodes,
-        "agents": [_agent(found, one, counted) for one in found.agents],
+        "agents": [_agent(difference, one, counted) for one in difference.agents],
         "certificate": None
-        if found.certificate is None
-        else {"bytes": found.certificate.size, "branches": found.branches, "checker": "accepted"},
+        if difference.certificate is None
+        else {"bytes": difference.certificate.size, "branches": difference.branches, "checker": "accepted"},
     }
 
 
@@ -69,8 +69,8 @@ def _share(span: Span) -> dict[str, Any]:
     return {"least": float(least), "most": float(most), **exact}
 
 
-def _agent(found: Difference, one: AgentDifference, counted: Estimates) -> dict[str, Any]:
-    zones = _merge_zones([_zone(found, one, zone) for zone in one.zones[:FIRST]])
+def _agent(difference: Difference, one: AgentDifference, counted: Estimates) -> dict[str, Any]:
+    zones = _merge_zones([_zone(difference, one, zone) for zone in one.zones[:FIRST]])
     state = None if one.example is None else _state(one.example)
     return {
         "agent": one.agent,
@@ -108,12 +108,12 @@ def _merge_zones(zones: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:
     return sorted(merged.values(), key=lambda zone: -(zone["share"] or 0))
 
 
-def _zone(found: Difference, one: AgentDifference, zone: Zone) -> dict[str, Any]:
-    leaves = differing_leaves(found, zone)
-    policies = found.first.policy(one.agent), found.second.policy(one.agent)
-    region = found.question.region
-    facts = zone_facts(found.question.profile, region, zone.failing, zone.branch, None)
-    state = example(found.question, zone)
+def _zone(difference: Difference, one: AgentDifference, zone: Zone) -> dict[str, Any]:
+    leaves = differing_leaves(difference, zone)
+    policies = difference.first.policy(one.agent), difference.second.policy(one.agent)
+    region = difference.question.region
+    facts = zone_facts(difference.question.profile, region, zone.failing, zone.branch, None)
+    state = example(difference.question, zone)
     return {
         "goals": [] if zone.failing.goal is None else [zone.failing.goal],
         "leaves": list(leaves),

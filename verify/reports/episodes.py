@@ -104,30 +104,30 @@ def limits(profile: PolicyProfile, results: Sequence[EpisodeResult]) -> list[str
     return [POSITIONS, *SHARES, *LIMITS, *edged, *(CONTACTS if partners(profile.world) else ())]
 
 
-def _starts(found: StartShare) -> dict[str, Any]:
+def _starts(starts: StartShare) -> dict[str, Any]:
     """How many starts fail, with the bounds rounded outwards."""
     return {
-        "least": None if found.reason else _format_decimal(found.least, ROUND_FLOOR, DIGITS),
-        "most": None if found.reason else _format_decimal(found.most, ROUND_CEILING, DIGITS),
-        "exact": found.exact,
-        "answers": found.answers,
-        "budget": found.budget,
-        "says": _says(found),
+        "least": None if starts.reason else _format_decimal(starts.least, ROUND_FLOOR, DIGITS),
+        "most": None if starts.reason else _format_decimal(starts.most, ROUND_CEILING, DIGITS),
+        "exact": starts.exact,
+        "answers": starts.answers,
+        "budget": starts.budget,
+        "says": _says(starts),
     }
 
 
-def _says(found: StartShare) -> str:
+def _says(starts: StartShare) -> str:
     """The share of starts that fail, in words."""
-    if found.reason:
-        return f"the share of starts that fail is not known: {found.reason}"
-    least, most = _percent(found.least, ROUND_FLOOR), _percent(found.most, ROUND_CEILING)
-    if not found.exact:
-        return f"between {least} and {most} of starts fail: {SPENT[found.spent].format(found.answers)}"
-    share, upper = (_percent(end, ROUND_HALF_EVEN, 6) for end in (found.least, found.most))
-    near = _percent(found.most - found.least, ROUND_CEILING)
+    if starts.reason:
+        return f"the share of starts that fail is not known: {starts.reason}"
+    least, most = _percent(starts.least, ROUND_FLOOR), _percent(starts.most, ROUND_CEILING)
+    if not starts.exact:
+        return f"between {least} and {most} of starts fail: {SPENT[starts.spent].format(starts.answers)}"
+    share, upper = (_percent(end, ROUND_HALF_EVEN, 6) for end in (starts.least, starts.most))
+    near = _percent(starts.most - starts.least, ROUND_CEILING)
     if share != upper:  # as where regions are so thin that edges fill them
         return f"between {least} and {most} of starts fail: {near} are within roundings of an edge"
-    if found.least == found.most:
+    if starts.least == starts.most:
         return f"exactly {share} of starts fail"
     return f"exactly {share} of starts fail; {near} are within roundings of an edge"
 

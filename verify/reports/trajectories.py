@@ -24,24 +24,24 @@ if TYPE_CHECKING:
     from verify.reach.results import SystemCounterexample
 
 
-def counterexample(found: SystemCounterexample) -> dict[str, Any]:
+def counterexample(episode: SystemCounterexample) -> dict[str, Any]:
     """An episode as plain data: exact numbers as texts; the states of all steps as float64 numbers."""
-    agents = list(found.actions[0]) if found.actions else []
-    chosen = list(dict.fromkeys(name for step in found.choices for name in step))
-    choices = {name: [step.get(name, "") for step in found.choices] for name in chosen}
+    agents = list(episode.actions[0]) if episode.actions else []
+    chosen = list(dict.fromkeys(name for step in episode.choices for name in step))
+    choices = {name: [step.get(name, "") for step in episode.choices] for name in chosen}
     return {
-        "step": found.step,
-        "start": {name: rational_literal(value) for name, value in found.start.items()},
-        "start_float64": found.start_as_doubles,
-        "states": {name: [number(state[name]) for state in found.states] for name in found.start},
-        "actions": {agent: [joint[agent] for joint in found.actions] for agent in agents},
-        "errors": [{name: rational_literal(value) for name, value in each.items()} for each in found.errors],
-        "pieces": list(found.pieces),
+        "step": episode.step,
+        "start": {name: rational_literal(value) for name, value in episode.start.items()},
+        "start_float64": episode.start_as_doubles,
+        "states": {name: [number(state[name]) for state in episode.states] for name in episode.start},
+        "actions": {agent: [joint[agent] for joint in episode.actions] for agent in agents},
+        "errors": [{name: rational_literal(value) for name, value in each.items()} for each in episode.errors],
+        "pieces": list(episode.pieces),
         **({"choices": choices} if choices else {}),
-        **({} if found.seconds is None else {"seconds": plain(found.seconds)}),
-        **({"longer": _alone([rational_literal(each) for each in found.longer])} if any(found.longer) else {}),
-        **({"way": _alone(found.ways)} if any(found.ways) else {}),
-        **({"rank": found.rank} if found.rank else {}),
+        **({} if episode.seconds is None else {"seconds": plain(episode.seconds)}),
+        **({"longer": _alone([rational_literal(each) for each in episode.longer])} if any(episode.longer) else {}),
+        **({"way": _alone(episode.ways)} if any(episode.ways) else {}),
+        **({"rank": episode.rank} if episode.rank else {}),
     }
 
 
@@ -67,25 +67,25 @@ def table_name(file: str) -> str:
     return f"{file.removesuffix('.json')}.csv"
 
 
-def table(found: Mapping[str, Any], dt: str | None) -> str:
+def table(course: Mapping[str, Any], dt: str | None) -> str:
     """One episode: a row for each state, with the actions that are taken in it."""
-    states, actions, file = found["states"], found["actions"], io.StringIO()
-    choices = found.get("choices", {})
+    states, actions, file = course["states"], course["actions"], io.StringIO()
+    choices = course.get("choices", {})
     rows = csv.writer(file, lineterminator="\n")
     rows.writerow(["step", *(["time_s"] if dt else []), *states, *(f"{agent}.action" for agent in actions), *choices])
-    broken, begins = found.get("seconds"), _begin_steps(found, dt)  # of a flow: when its last state is
+    broken, begins = course.get("seconds"), _begin_steps(course, dt)  # of a flow: when its last state is
     for step, values in enumerate(zip(*states.values(), strict=True)):
         taken = [each[step] if step < len(each) else "" for each in (*actions.values(), *choices.values())]
-        time = nearest_double(Fraction(broken)) if broken and step == found["step"] else begins[step] if dt else 0.0
+        time = nearest_double(Fraction(broken)) if broken and step == course["step"] else begins[step] if dt else 0.0
         rows.writerow([step, *([time] if dt else []), *values, *taken])
     return file.getvalue()
 
 
-def _begin_steps(found: Mapping[str, Any], dt: str | None) -> list[float]:
+def _begin_steps(course: Mapping[str, Any], dt: str | None) -> list[float]:
     """When each step begins, by the lengths of the periods before it."""
-    longer, time, begins = found.get("longer", "0"), Fraction(0), list[float]()
+    longer, time, begins = course.get("longer", "0"), Fraction(0), list[float]()
     changing = [longer] if isinstance(longer, str) else longer
-    for step in range(found["step"] + 1 if dt else 0):
+    for step in range(course["step"] + 1 if dt else 0):
         begins.append(nearest_double(time))
         time += Fraction(dt or 0) + Fraction(changing[min(step, len(changing) - 1)])
     return begins

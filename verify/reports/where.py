@@ -63,20 +63,20 @@ def _exact(share: Fraction) -> dict[str, Any]:
     return {"fraction": rational_literal(share), "share": float(share)}
 
 
-def _rank_zones(found: Where) -> list[Ranked]:
+def _rank_zones(where: Where) -> list[Ranked]:
     """All zones with their volumes, the largest first; in the order of the search where these are equal or unknown."""
     rows: list[Ranked] = []
-    for place, failing in enumerate(found.failing):
+    for place, failing in enumerate(where.failing):
         for number, zone in enumerate(failing.zones):
-            rows.append((failing, zone, None if found.share is None else found.share.zones[place][number]))
+            rows.append((failing, zone, None if where.share is None else where.share.zones[place][number]))
     return sorted(rows, key=lambda row: -(row[2] or 0))
 
 
-def _leaves(profile: PolicyProfile, found: Where) -> dict[str, list[dict[str, Any]]]:
+def _leaves(profile: PolicyProfile, where: Where) -> dict[str, list[dict[str, Any]]]:
     """Agent -> the leaves that it is in somewhere where the claim fails: action, zones, share of the region."""
     counts: dict[str, dict[int, int]] = {}
     volumes: dict[str, dict[int, int]] = {}
-    for failing, zone, volume in _rank_zones(found):
+    for failing, zone, volume in _rank_zones(where):
         for agent, leaf in zip(failing.agents, zone[0], strict=True):
             own, sums = counts.setdefault(agent, {}), volumes.setdefault(agent, {})
             own[leaf] = own.get(leaf, 0) + 1
@@ -87,7 +87,7 @@ def _leaves(profile: PolicyProfile, found: Where) -> dict[str, list[dict[str, An
                 "leaf": leaf,
                 "action": _action(profile.policy(agent), leaf),
                 "zones": counts[agent][leaf],
-                "share": None if found.share is None else volumes[agent][leaf] / found.share.region,
+                "share": None if where.share is None else volumes[agent][leaf] / where.share.region,
             }
             for leaf in sorted(counts[agent], key=lambda leaf: (-volumes[agent][leaf], leaf))
         ]
@@ -240,11 +240,11 @@ def zones_json(profile: PolicyProfile, result: DecisionResult) -> str:
     return layout(facts) + "\n"
 
 
-def _share(volume: int | None, found: Where) -> str | float | None:
+def _share(volume: int | None, where: Where) -> str | float | None:
     """A zone's share of the region: exact, or a double where it has too many digits for that."""
-    if volume is None or found.share is None:
+    if volume is None or where.share is None:
         return None
-    whole = found.share.region
+    whole = where.share.region
     return rational_literal(Fraction(volume, whole)) if whole.bit_length() <= LONGEST else volume / whole
 
 

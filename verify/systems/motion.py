@@ -271,11 +271,11 @@ class _Motion:
             return mode_of(text(stated[name], where / name), name, named, actions, where / name)
         return fitting(as_typed(stated[name], named, where / name), self._names.known[name], where / name)
 
-    def _split_next(self, found: Mapping[str, Expression], where: Place) -> tuple[dict[str, Expression], Effect]:
+    def _split_next(self, following: Mapping[str, Expression], where: Place) -> tuple[dict[str, Expression], Effect]:
         """What holds for all actions, and what each action adds."""
         move: dict[str, Expression] = {}
         effect: Effect = {}
-        for name, expression in found.items():
+        for name, expression in following.items():
             own, acted = self._shares(expression, where / "next" / name)
             move[name] = total(own)
             for agent in self._agents:

@@ -251,7 +251,7 @@ def _no_difference(question: DecisionQuestion) -> zones.Outcome:
 
 
 def _certificate(
-    question: DecisionQuestion, found: zones.Outcome, first: PolicyProfile, second: PolicyProfile
+    question: DecisionQuestion, outcome: zones.Outcome, first: PolicyProfile, second: PolicyProfile
 ) -> Certificate:
     return Certificate(
         content_hash(first),
@@ -259,26 +259,26 @@ def _certificate(
         question.formula,
         question.region,
         question.semantics,
-        found.inhabitant,
-        found.proofs,
+        outcome.inhabitant,
+        outcome.proofs,
         form=FORM if question.parts == (question,) else PARTED,
         against=content_hash(second),
     )
 
 
-def _together(found: Sequence[AgentDifference], question: DecisionQuestion | None) -> Span:
+def _together(differences: Sequence[AgentDifference], question: DecisionQuestion | None) -> Span:
     """The share of states in which some agent acts differently. `question`: about those that have zones, where several
     have: also one whose zones hold no float64 state that was found.
     """
-    spans = [one.span for one in found]
+    spans = [one.span for one in differences]
     least, most = max(low for low, _ in spans), min(Fraction(1), sum((high for _, high in spans), Fraction(0)))
     if question is None or any(low != high for low, high in spans):
         return least, most
-    share = measure_union(question, [one.failing for one in found if one.zones])
+    share = measure_union(question, [one.failing for one in differences if one.zones])
     return (least, most) if share is None else (share, share)
 
 
-def differing_leaves(found: Difference, zone: Zone) -> tuple[int, int]:
+def differing_leaves(difference: Difference, zone: Zone) -> tuple[int, int]:
     """The leaves of a zone's agent, in the first and the second profile."""
     leaves = dict(zip(zone.failing.agents, zone.branch[0], strict=True))
     agent = next(name for name in leaves if counterpart(name) in leaves)

@@ -113,13 +113,13 @@ class JointQuestions:
         return flows.decide(self._questions[number].control.spending(**CONTROL)).verdict
 
 
-def _approach(question: Question[SystemClaim], found: ReachOutcome) -> ClosestApproach | None:
+def _approach(question: Question[SystemClaim], outcome: ReachOutcome) -> ClosestApproach | None:
     """How near random episodes come to the claim's border, or how far beyond it the counterexample goes."""
     assert isinstance(question.subject, ClosedLoop)
     profile, system = question.subject.profile, question.subject.system
-    if found.counterexample is not None:
-        return approaches.beyond(system, question.claim, found.counterexample)
-    return None if found.verdict is Verdict.VACUOUS else approaches.closest(profile, system, question.claim)
+    if outcome.counterexample is not None:
+        return approaches.beyond(system, question.claim, outcome.counterexample)
+    return None if outcome.verdict is Verdict.VACUOUS else approaches.closest(profile, system, question.claim)
 
 
 def is_flow(question: Question[SystemClaim]) -> bool:
@@ -128,20 +128,20 @@ def is_flow(question: Question[SystemClaim]) -> bool:
     return question.subject.system.flow is not None and not question.claim.about_decisions
 
 
-def _confirm_outcome(found: ReachOutcome, confirm: Confirm | None) -> ReachOutcome:
+def _confirm_outcome(outcome: ReachOutcome, confirm: Confirm | None) -> ReachOutcome:
     """The outcome, unless only the error of enclosures breaks the claim: then nothing is known of the rules."""
-    if found.counterexample is None or confirm is None:
-        return found
-    again = confirm(found.counterexample)
+    if outcome.counterexample is None or confirm is None:
+        return outcome
+    again = confirm(outcome.counterexample)
     if again is None:
-        return replace(found, verdict=Verdict.UNKNOWN, reason=ENCLOSED, helps=NARROWER, counterexample=None)
-    return replace(found, counterexample=again)
+        return replace(outcome, verdict=Verdict.UNKNOWN, reason=ENCLOSED, helps=NARROWER, counterexample=None)
+    return replace(outcome, counterexample=again)
 
 
-def _agreeing(question: Question[SystemClaim], found: Verdict) -> Opinion:
+def _agreeing(question: Question[SystemClaim], verdict: Verdict) -> Opinion:
     """The solver's opinion; AssertionError where it has another one."""
     second = unrolled.opinion(question)
-    if second.verdict in SETTLED and second.verdict is not found:
-        said = f"{ENGINE} {found.value}, {second.engine} {second.verdict.value}"
+    if second.verdict in SETTLED and second.verdict is not verdict:
+        said = f"{ENGINE} {verdict.value}, {second.engine} {second.verdict.value}"
         raise AssertionError(f"the engines disagree on {question.claim.name}: {said}")
     return second

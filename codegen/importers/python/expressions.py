@@ -62,11 +62,11 @@ def _binary(m: Machine, node: ast.BinOp, scope: Scope) -> Any:
     return _add_text(node, binary(m, type(node.op), left, right), left, right)
 
 
-def _add_text(node: ast.AST, found: Any, *given: Any) -> Any:
+def _add_text(node: ast.AST, value: Any, *given: Any) -> Any:
     """What cannot be said of a node, with its text."""
-    if isinstance(found, Unread) and not any(found is each for each in given) and ": " not in found.what:
-        return replace(found, what=f"{found.what}: {text_of(node)}")
-    return found
+    if isinstance(value, Unread) and not any(value is each for each in given) and ": " not in value.what:
+        return replace(value, what=f"{value.what}: {text_of(node)}")
+    return value
 
 
 @reads(EXPRESSIONS, ast.UnaryOp)

@@ -159,25 +159,25 @@ class Sums:
                 low, high = cut(low, value), cut(high, value)
         return None if low == -math.inf else low, None if high == math.inf else high
 
-    def _apply_step(self, found: Affine, form: tuple[Any, ...] | None) -> Affine | None:
+    def _apply_step(self, affine: Affine, form: tuple[Any, ...] | None) -> Affine | None:
         """A form after `form`: an operation, and its number; "c-": the number minus the form."""
         number = None if form is None or form[0] in CUTTING else self.constant(form[1])
         if form is None or number is None:
             return None
         value = number.terms[0][0]
         if form[0] in ("*", "/"):
-            return self._scale_form(found, value if form[0] == "*" else _reciprocal(value))
+            return self._scale_form(affine, value if form[0] == "*" else _reciprocal(value))
         if form[0] == "c-":
-            return found.negate().plus(number)
-        return found.plus(number if form[0] == "+" else number.negate())
+            return affine.negate().plus(number)
+        return affine.plus(number if form[0] == "+" else number.negate())
 
-    def _scale_form(self, found: Affine, factor: float | None) -> Affine | None:
+    def _scale_form(self, affine: Affine, factor: float | None) -> Affine | None:
         """A product: of one input, or of a sum and a sign."""
         if factor in (1.0, -1.0):
-            return found if factor == 1 else found.negate()
-        if factor is None or len(found.terms) != 1 or found.alone:
+            return affine if factor == 1 else affine.negate()
+        if factor is None or len(affine.terms) != 1 or affine.alone:
             return None
-        weight, place = found.terms[0]
+        weight, place = affine.terms[0]
         if abs(weight) != 1:
             return None
         if abs(factor) < float(np.finfo(self.numbers).tiny):
@@ -192,12 +192,12 @@ class Sums:
         form = one.plus(other.negate() if minus else other)
         return None if form is None else Feature(self.place(form))
 
-    def place(self, found: Affine) -> int:
+    def place(self, affine: Affine) -> int:
         """The place of a sum."""
-        key = repr(found)
+        key = repr(affine)
         if key not in self.places:
             self.places[key] = SUMS + len(self.known)
-            self.known.append(found)
+            self.known.append(affine)
         return self.places[key]
 
     def column(self, place: int, columns: Sequence[Floats]) -> Floats:

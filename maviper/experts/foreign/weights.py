@@ -81,16 +81,16 @@ def _ensure_small(data: bytes) -> None:
         raise ValueError(f"it unpacks to more than {MAX_BYTES} bytes")
 
 
-def of_torch(found: Any, where: str) -> dict[str, Float32]:
+def of_torch(loaded: Any, where: str) -> dict[str, Float32]:
     """The tensors of a state dict; InputError for anything else, and for more numbers than MAX_BYTES hold.
 
     A small file may state a large shape, all of whose places are one number in memory.
     """
-    if not isinstance(found, Mapping) or not found:
+    if not isinstance(loaded, Mapping) or not loaded:
         raise InputError("not a state dict", where, "save it as torch.save(module.state_dict(), file)")
     tensors: dict[str, Float32] = {}
     room = MAX_BYTES
-    for name, value in found.items():
+    for name, value in loaded.items():
         if not isinstance(name, str) or not _plain(value):
             raise InputError("not a state dict of tensors", f"{where}: {str(name)[:80]}", "save module.state_dict()")
         room -= 4 * value.numel()

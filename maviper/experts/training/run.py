@@ -99,8 +99,8 @@ class _Stages:
         self._live.update(step.done, "  ".join(filter(None, (step.said, self._said))))
 
 
-def _format_estimates(found: Mapping[str, Estimate]) -> str:
-    return ", ".join(f"{team} {format_estimate(value)}" for team, value in found.items())
+def _format_estimates(estimates: Mapping[str, Estimate]) -> str:
+    return ", ".join(f"{team} {format_estimate(value)}" for team, value in estimates.items())
 
 
 class _Task(NamedTuple):

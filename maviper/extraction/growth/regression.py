@@ -66,10 +66,10 @@ class Leaves(ABC):
         """The sum of all squares."""
         return float((np.square(self.parts).sum(axis=1) * counts).sum())
 
-    def _in_units(self, found: Float64) -> Float64:
-        found = found * self.range[:, None]
-        found[:, -1] += self.low
-        return found
+    def _in_units(self, scaled: Float64) -> Float64:
+        scaled = scaled * self.range[:, None]
+        scaled[:, -1] += self.low
+        return scaled
 
 
 class ConstantLeaves(Leaves):

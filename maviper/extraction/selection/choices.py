@@ -85,8 +85,8 @@ class Choice(ABC):
     def _estimates(self, arrays: Arrays) -> dict[Measure, Estimate]:
         return measures.estimates({self.world.primary(team): arrays[team] for team in self.teams})
 
-    def _ratio(self, found: Mapping[Measure, Estimate]) -> tuple[float, float]:
-        return joint_ratio(self.world, found, self.base, self.teams)
+    def _ratio(self, estimates: Mapping[Measure, Estimate]) -> tuple[float, float]:
+        return joint_ratio(self.world, estimates, self.base, self.teams)
 
 
 class Uniform(Choice):

@@ -144,10 +144,10 @@ def experts_of(asked: Asked) -> tuple[list[Known], list[tuple[str, str]]]:
     return _tell_apart(known), missing
 
 
-def further(found: Sequence[Known]) -> list[Known]:
+def further(experts: Sequence[Known]) -> list[Known]:
     """The other training seeds of shipped experts that learned by reward, each under a label of its own."""
-    families = {(one.game, one.label) for one in found if one.label in (MAPPO, MADDPG)}
-    best = {one.hash for one in found}
+    families = {(one.game, one.label) for one in experts if one.label in (MAPPO, MADDPG)}
+    best = {one.hash for one in experts}
     labels = {name: _family(name) for name in store.SHIPPED}
     names = [name for name, label in labels.items() if (name.partition("@")[0], label.rpartition("-")[0]) in families]
     seeds = [_resolve_expert(labels[name], name) for name in names]
@@ -175,11 +175,11 @@ def _resolve_expert(label: str, text: str) -> Known:
     return Known(label, world.name, Source(text if not data else place.name, data, world.name), expert.hash or text)
 
 
-def _tell_apart(found: Iterable[Known]) -> list[Known]:
+def _tell_apart(experts: Iterable[Known]) -> list[Known]:
     """Experts of one label and one game get numbers; one that is named twice is one."""
     seen: dict[tuple[str, str], int] = {}
     told: list[Known] = []
-    for one in {(each.label, each.game, each.hash): each for each in found}.values():
+    for one in {(each.label, each.game, each.hash): each for each in experts}.values():
         game = one.game.partition(",")[0]
         number = seen[one.label, game] = seen.get((one.label, game), 0) + 1
         told.append(one if number == 1 else replace(one, label=f"{one.label}-{number}"))

@@ -80,9 +80,9 @@ def check_file(
     return Checked(subject, closed, certified.size)
 
 
-def _second(found: Certificate, against: PolicyProfile | Path | None, path: Path) -> PolicyProfile | None:
+def _second(proof: Certificate, against: PolicyProfile | Path | None, path: Path) -> PolicyProfile | None:
     """The second profile of a certificate about two. InputError for one that was given to another certificate."""
-    if not found.against:
+    if not proof.against:
         if against is not None:
             raise InputError("the certificate is about one profile", "--against", "leave it out")
         return None
@@ -98,37 +98,37 @@ def _read(text: bytes, where: str) -> Certificate | EpisodeCertificate | Lasting
     return replace(parsed, proofs={goal: FollowedProof(proof) for goal, proof in parsed.proofs.items()})
 
 
-def _subject(found: Certificate, profile: PolicyProfile) -> str:
+def _subject(proof: Certificate, profile: PolicyProfile) -> str:
     """What was proved, from what was checked."""
-    if found.against:
-        compared = ", ".join(certificate.find_compared_agents(found, profile))
+    if proof.against:
+        compared = ", ".join(certificate.find_compared_agents(proof, profile))
         return (
-            f"{compared} act as in the second profile in {_place(found.region, profile)}, {found.semantics} arithmetic"
+            f"{compared} act as in the second profile in {_place(proof.region, profile)}, {proof.semantics} arithmetic"
         )
-    profile = profile if found.view is None else over(profile, found.view)
-    claim = "a formula without a name" if found.claim is None else f"{found.claim.name} of the {found.claim.team}"
-    if found.claim is None and not agents(found.formula):
+    profile = profile if proof.view is None else over(profile, proof.view)
+    claim = "a formula without a name" if proof.claim is None else f"{proof.claim.name} of the {proof.claim.team}"
+    if proof.claim is None and not agents(proof.formula):
         claim += " that speaks of no agent's actions"
-    if found.claim is None and found.eps:
-        claim += f", though every feature is off by up to {_format_parameter(found.eps)}"
-    if found.claim is not None:
-        claim += "".join(f", {name} {_format_parameter(value)}" for name, value in found.claim.stated.items())
-    claim += "" if found.view is None else f", {found.view},"
-    place = f"{claim} in {_place(found.region, profile)}, {found.semantics} arithmetic"
-    return place if found.claim is not None else f"{place}; the formula: {formula_words(found.formula, profile)}"
+    if proof.claim is None and proof.eps:
+        claim += f", though every feature is off by up to {_format_parameter(proof.eps)}"
+    if proof.claim is not None:
+        claim += "".join(f", {name} {_format_parameter(value)}" for name, value in proof.claim.stated.items())
+    claim += "" if proof.view is None else f", {proof.view},"
+    place = f"{claim} in {_place(proof.region, profile)}, {proof.semantics} arithmetic"
+    return place if proof.claim is not None else f"{place}; the formula: {formula_words(proof.formula, profile)}"
 
 
-def _episodes(found: EpisodeCertificate | LastingCertificate, profile: PolicyProfile) -> str:
+def _episodes(proof: EpisodeCertificate | LastingCertificate, profile: PolicyProfile) -> str:
     """What was proved of episodes, and opponents_words others do."""
-    claim = found.claim
+    claim = proof.claim
     own = f" {'from' if claim.apart else 'at'} {' '.join(claim.named)}" if claim.named else ""
-    followed = sorted({" with ".join(group) for group in found.followed})
+    followed = sorted({" with ".join(group) for group in proof.followed})
     steps = "for ever" if claim.ever else f"steps {claim.steps}"
     said = f"{claim.name} of the {claim.team}{own}, {steps}, radius {_format_parameter(claim.radius)}"
-    opponents = any(profile.policy(agent).team != claim.team for group in found.followed for agent in group)
+    opponents = any(profile.policy(agent).team != claim.team for group in proof.followed for agent in group)
     others = f"followed: {', '.join(followed)}, {opponents_words(opponents)}"
     apart = describe_left_out(profile.world)
-    about = f"{said}, from rest in {_place(found.region, profile)}, {found.semantics} arithmetic; {others}"
+    about = f"{said}, from rest in {_place(proof.region, profile)}, {proof.semantics} arithmetic; {others}"
     return about + (f"; {apart}" if apart else "")
 
 

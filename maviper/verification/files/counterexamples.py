@@ -91,10 +91,10 @@ class Replayed:
     says: str  # what judged the actions and who replayed them, in words
 
 
-def document(profile: PolicyProfile, result: DecisionResult, found: Counterexample) -> dict[str, Any]:
+def document(profile: PolicyProfile, result: DecisionResult, example: Counterexample) -> dict[str, Any]:
     """What the file of a violated claim about single decisions holds."""
     claim, explanation = result.claim, result.evidence.explanation
-    real = {} if result.semantics == MACHINE else {"semantics": result.semantics, "deployed": deployed_facts(found)}
+    real = {} if result.semantics == MACHINE else {"semantics": result.semantics, "deployed": deployed_facts(example)}
     view = {} if result.viewed is None else {"view": result.viewed.view.document()}
     return {
         "counterexample": REAL_FORM if real else FORM,
@@ -103,10 +103,10 @@ def document(profile: PolicyProfile, result: DecisionResult, found: Counterexamp
         "team": claim.team,
         **view,
         "formula": formula_document(formula(result.question.profile, claim)),
-        "goal": goal_text(found.state.goal),
-        "position": write_values(found.state.position),
-        "errors": write_values(found.state.errors),
-        "actions": {view.agent: view.action for view in found.agents},
+        "goal": goal_text(example.state.goal),
+        "position": write_values(example.state.position),
+        "errors": write_values(example.state.errors),
+        "actions": {view.agent: view.action for view in example.agents},
         **real,
         "explanation": {} if explanation is None else explanation.document(),
     }
@@ -197,13 +197,13 @@ def _words(name: str, stated: str) -> str:
     return name if stated == name else f"{name} (in the file: '{escape_text(stated)}')"
 
 
-def _ensure_same(path: Path, found: Replayed) -> Replayed:
+def _ensure_same(path: Path, replay: Replayed) -> Replayed:
     """The replay itself; InputError where the file is about this very policy, and says that it acts otherwise."""
-    wrong = [agent for agent, action in found.actions.items() if found.before.get(agent, action) != action]
-    if found.same_policy and wrong:
-        where = f"{path}: $.actions.{wrong[0]}: the policy takes {found.actions[wrong[0]][:40]}"
+    wrong = [agent for agent, action in replay.actions.items() if replay.before.get(agent, action) != action]
+    if replay.same_policy and wrong:
+        where = f"{path}: $.actions.{wrong[0]}: the policy takes {replay.actions[wrong[0]][:40]}"
         raise InputError("the counterexample was edited after it was written", where, ADVICE)
-    return found
+    return replay
 
 
 def _strange_parts(claim: Formula, team: str, profile: PolicyProfile) -> list[str]:

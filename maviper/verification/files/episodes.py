@@ -127,17 +127,17 @@ def _read(path: Path) -> EpisodeJson:
     return stored
 
 
-def _claim(found: EpisodeJson, profile: PolicyProfile, path: Path) -> EpisodeClaim:
+def _claim(episode: EpisodeJson, profile: PolicyProfile, path: Path) -> EpisodeClaim:
     """The claim of the file; InputError for a name or a parameter that there is not, or out of its range."""
-    if found.claim not in EPISODE_CLAIMS:
-        raise UnknownNameError("property", found.claim, EPISODE_CLAIMS, str(path))
-    read = readable(found.claim)
-    for name in found.parameters:
+    if episode.claim not in EPISODE_CLAIMS:
+        raise UnknownNameError("property", episode.claim, EPISODE_CLAIMS, str(path))
+    read = readable(episode.claim)
+    for name in episode.parameters:
         if name not in read:
             raise UnknownNameError("parameter", name, read, str(path))
     try:
-        given = {name: _value(name, value) for name, value in found.parameters.items() if name != ZONES}
-        claim = find_episode_claim(found.claim, profile, found.team, **given)
+        given = {name: _value(name, value) for name, value in episode.parameters.items() if name != ZONES}
+        claim = find_episode_claim(episode.claim, profile, episode.team, **given)
     except InputError as error:
         error.where = f"{path}: {error.where}" if error.where else str(path)
         raise
@@ -158,20 +158,20 @@ def _value(name: str, value: int | str | list[str]) -> Any:
     raise ValueError(f"{name} is {str(value)[:40]!r}")
 
 
-def _ensure_known(found: EpisodeJson, profile: PolicyProfile, path: Path) -> None:
+def _ensure_known(episode: EpisodeJson, profile: PolicyProfile, path: Path) -> None:
     """InputError for a start or actions that the profile's world does not have."""
     world = profile.world
     needed = {f"{entity.name}.{axis}" for entity in world.agents + world.landmarks for axis in "xy"}
     strange = [
-        *sorted(set(found.position) - set(world.coordinates())),
-        *sorted(set(found.actions) - {entity.name for entity in world.agents}),
-        *([f"goal {found.goal or 'none'}"] if goal_of(found.goal) not in goal_cases(world.goals) else []),
-        *sorted(f"no {name}" for name in needed - set(found.position)),
+        *sorted(set(episode.position) - set(world.coordinates())),
+        *sorted(set(episode.actions) - {entity.name for entity in world.agents}),
+        *([f"goal {episode.goal or 'none'}"] if goal_of(episode.goal) not in goal_cases(world.goals) else []),
+        *sorted(f"no {name}" for name in needed - set(episode.position)),
     ]
     if strange:
         what = "the counterexample is about another world"
         raise InputError(what, f"{path}: {', '.join(map(escape_text, strange[:5]))}", ADVICE)
-    for name, value in found.position.items():
+    for name, value in episode.position.items():
         if abs(value) > MAX_NUMBER:
             raise InputError("not a counterexample", f"{path}: {name} is beyond {MAX_NUMBER}", ADVICE)
         if value and name.endswith((".vx", ".vy")):

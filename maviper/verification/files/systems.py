@@ -52,10 +52,10 @@ FORM = "maviper-system-counterexample-1"
 ADVICE = "make it again with `maviper verify --world -o`"
 
 
-def counterexample_document(question: Question[SystemClaim], found: SystemCounterexample) -> dict[str, Any]:
+def counterexample_document(question: Question[SystemClaim], episode: SystemCounterexample) -> dict[str, Any]:
     """What the file of a violated claim holds."""
     assert isinstance(question.subject, ClosedLoop)
-    told, profile, claim = counterexample(found), question.profile, question.claim
+    told, profile, claim = counterexample(episode), question.profile, question.claim
     return {
         "counterexample": FORM,
         "profile": content_hash(profile),

@@ -170,19 +170,19 @@ def _lines(one: Agent, policy: ir.AgentPolicy, second: ir.PolicyProfile) -> Iter
         yield "", "  at " + ", ".join(f"{feature.name} {value:.9g}" for feature, value in named)
 
 
-def _largest(policy: ir.AgentPolicy, each: Apart, found: Found) -> str:
+def _largest(policy: ir.AgentPolicy, each: Apart, largest: Found) -> str:
     if not policy.outputs:
         return "other actions:"
     unit = f" {each.unit}" if each.unit else ""
     bound = "" if each.most is None else f", and by no more than {each.most:.6g} by linear programs"
-    return f"{each.output} by {found.difference:.6g}{unit}{bound}:"
+    return f"{each.output} by {largest.difference:.6g}{unit}{bound}:"
 
 
-def _beside(one: ir.AgentPolicy, other: ir.AgentPolicy, found: Found) -> str:
+def _beside(one: ir.AgentPolicy, other: ir.AgentPolicy, largest: Found) -> str:
     said: list[str] = []
-    for policy, leaf in zip((one, other), found.leaves, strict=True):
+    for policy, leaf in zip((one, other), largest.leaves, strict=True):
         if policy.outputs:
-            (given,) = ir.outputs(policy, [found.seen]).tolist()
+            (given,) = ir.outputs(policy, [largest.seen]).tolist()
             does = ", ".join(f"{spec.name} {value:.6g}" for spec, value in zip(policy.outputs, given, strict=True))
         else:
             does = policy.actions[int(policy.tree.action[leaf])].name

@@ -243,21 +243,21 @@ def faults(env: Any) -> Iterator[Fault]:
             yield Fault("actions: some agents give numbers, others choose", "let all of them do the same")
 
 
-def _action_fault(found: Any) -> Fault | None:
-    wrong = fault_of(found)
+def _action_fault(space: Any) -> Fault | None:
+    wrong = fault_of(space)
     return Fault(*wrong) if wrong else None
 
 
-def _observation_fault(found: Any) -> Fault | None:
+def _observation_fault(space: Any) -> Fault | None:
     from gymnasium.spaces import Box
 
-    if not isinstance(found, Box):
+    if not isinstance(space, Box):
         advice = "flatten it: the option wrap=flatten"
-        return Fault(f"the space is a {type(found).__name__}, not a Box", advice)
-    if len(found.shape) != 1 or found.shape[0] < 1:
-        return Fault(f"the space has shape {found.shape}, not (n,)", "flatten it: the option wrap=flatten")
-    if not np.issubdtype(found.dtype, np.floating):
-        return Fault(f"the space holds {found.dtype}, not floats", "make it a Box of float32")
+        return Fault(f"the space is a {type(space).__name__}, not a Box", advice)
+    if len(space.shape) != 1 or space.shape[0] < 1:
+        return Fault(f"the space has shape {space.shape}, not (n,)", "flatten it: the option wrap=flatten")
+    if not np.issubdtype(space.dtype, np.floating):
+        return Fault(f"the space holds {space.dtype}, not floats", "make it a Box of float32")
     return None
 
 

@@ -92,7 +92,7 @@ def read_certificate(path: Path, world: Path | None = None) -> tuple[Certificate
 
 def ensure_accepted(
     path: Path,
-    found: Certificate,
+    certificate: Certificate,
     statement: Statement,
     profile: PolicyProfile,
     watch: Watch | None = None,
@@ -107,7 +107,7 @@ def ensure_accepted(
     statement, profile = as_played(statement, profile)
     with _refusing(path):
         ensure_enclosed(statement, told)
-        return found.check(profile, statement.system, watch)
+        return certificate.check(profile, statement.system, watch)
 
 
 @contextmanager

@@ -218,10 +218,10 @@ class FlowSweep:
             return sets
         return self._none(sets, self._beyond(along), f"in period {period} a state may be out of the region")
 
-    def _none(self, sets: SetList, found: BoxList, why: str) -> SetList:
+    def _none(self, sets: SetList, boxes: BoxList, why: str) -> SetList:
         """The sets without those of which boxes were found."""
         bad = np.zeros(sets.size, dtype=np.bool_)
-        bad[found.part] = True
+        bad[boxes.part] = True
         return self._drop_bad(sets, bad, why)
 
     def _beyond(self, boxes: BoxList) -> BoxList:

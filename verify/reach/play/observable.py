@@ -26,11 +26,11 @@ from verify.systems.system import State
 
 
 def observable(
-    statement: Statement, profile: PolicyProfile, claim: SystemClaim, found: SystemCounterexample
+    statement: Statement, profile: PolicyProfile, claim: SystemClaim, counterexample: SystemCounterexample
 ) -> SystemCounterexample | None:
     """A counterexample of floats beside another one; None where those tried break nothing."""
-    for state in _beside(statement, found.start):
-        again = truly(statement, profile, claim, replace(found, states=(state,)))
+    for state in _beside(statement, counterexample.start):
+        again = truly(statement, profile, claim, replace(counterexample, states=(state,)))
         if again is not None:
             return again
     return None

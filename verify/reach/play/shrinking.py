@@ -20,28 +20,28 @@ DIGITS = (0, 1, 2, 3, 4, 6, 8, 12)  # after the point
 
 
 def shrink_counterexample(
-    profile: PolicyProfile, system: System, claim: SystemClaim, found: SystemCounterexample
+    profile: PolicyProfile, system: System, claim: SystemClaim, counterexample: SystemCounterexample
 ) -> SystemCounterexample:
     """The counterexample from a start with as few decimal digits as one of a few roundings has, and without errors if
     that does; its errors are rounded too. It takes no more steps.
     """
-    for course in _shorter(found):
+    for course in _shorter(counterexample):
         again = replay_course(profile, system, claim, course)
-        if again is not None and again.step <= found.step:
+        if again is not None and again.step <= counterexample.step:
             return again
-    return found
+    return counterexample
 
 
-def _shorter(found: SystemCounterexample) -> Iterator[Course]:
-    erring = any(any(each.values()) for each in found.errors)
+def _shorter(counterexample: SystemCounterexample) -> Iterator[Course]:
+    erring = any(any(each.values()) for each in counterexample.errors)
     for digits in DIGITS:
-        start = _round_values(found.start, digits)
+        start = _round_values(counterexample.start, digits)
         if erring:
-            yield Course(start, (), found.pieces)
-        errors: Sequence[Values] = [_round_values(each, digits) for each in found.errors]
-        yield Course(start, errors, found.pieces)
+            yield Course(start, (), counterexample.pieces)
+        errors: Sequence[Values] = [_round_values(each, digits) for each in counterexample.errors]
+        yield Course(start, errors, counterexample.pieces)
         if erring:
-            yield Course(start, found.errors, found.pieces)
+            yield Course(start, counterexample.errors, counterexample.pieces)
 
 
 def _round_values(values: Values, digits: int) -> Mapping[str, Fraction]:

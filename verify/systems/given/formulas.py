@@ -23,7 +23,7 @@ GIVEN = re.compile(r"\bout\(\s*([A-Za-z][A-Za-z0-9_]*)\s*\)\s*\.\s*([A-Za-z_][A-
 
 def name_inputs(text: str) -> str:
     """The text with `out(AGENT).OUTPUT` as `AGENT.OUTPUT`, of the same length, so that places in it stay."""
-    return GIVEN.sub(lambda found: f"{found[1]}.{found[2]}".ljust(len(found[0])), text)
+    return GIVEN.sub(lambda match: f"{match[1]}.{match[2]}".ljust(len(match[0])), text)
 
 
 def of_actions(formula: Formula, statement: Statement, acting: Mapping[str, AgentPolicy], where: Place) -> Formula:
