@@ -9,6 +9,7 @@ import os
 import shutil
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -57,6 +58,7 @@ def pytest_configure(config):
     draw_nothing_of_sources()
     os.fsync = lambda handle: None  # nothing that tests write must outlive a power cut, and each wait is milliseconds
     read_each_header_once()
+    report_less(config)
     if config.getoption("seconds") and not hasattr(config, "workerinput"):
         config.pluginmanager.register(seconds.Recorder(Path(config.getoption("seconds"))))
 
@@ -91,6 +93,31 @@ def read_each_header_once():
         return subprocess.CompletedProcess(command, 0, "", "")
 
     compiled.run = run
+
+
+SHORT_S = 0.01  # of a setup or teardown of which nobody is told
+
+
+def report_less(config):
+    """A worker says of a test that passes what it took, once; that it begins, is set up and torn down is half of what
+    workers say, and hearing it takes the cores from other tests. pytest-xdist has no option for it.
+    """
+    workers = [each for each in config.pluginmanager.get_plugins() if type(each).__name__ == "WorkerInteractor"]
+    for worker in workers:
+        worker.sendevent = partial(_send_less, worker.sendevent, [0.0])
+
+
+def _send_less(send, untold, name, **told):
+    """`untold`: the seconds that the next test is said to take longer."""
+    data = told.get("data", {})
+    if name == "testreport" and data["when"] == "call":
+        data["duration"] += untold.pop()
+        untold.append(0.0)
+    elif name == "testreport" and data["outcome"] == "passed" and data["duration"] < SHORT_S:
+        untold[0] += data["duration"]
+        return
+    if name != "logstart":
+        send(name, **told)
 
 
 def pytest_ignore_collect(collection_path, config):
