@@ -2,7 +2,8 @@
 
 Does: as a plugin, writes what a run took by file, why tests were skipped and which passed (`pytest --seconds RECORD`,
   and `--left-of RECORD` runs those that did not pass there); as a command
-  (`python -m tests.seconds RECORD`), prints skips and which files are over their cap; `--update` renews the table.
+  (`python -m tests.seconds RECORD`), prints skips and which files are over their cap; `--update` renews the table for
+  the files that ran.
 Assumes: the table is of README's line of tests, on two idle cores; a slower machine is slower for most files alike.
 Does not: run inside a test; no test asserts a time.
 """
@@ -124,7 +125,7 @@ def main(arguments: list[str]) -> int:
     """The command; 1 where a test was skipped that must not be. A file over its cap is told, but machines are busy."""
     parser = argparse.ArgumentParser(prog="python -m tests.seconds", description="What a run of the tests took.")
     parser.add_argument("record", type=Path, help="made by pytest --seconds RECORD")
-    parser.add_argument("--update", action="store_true", help="renew the table by this record")
+    parser.add_argument("--update", action="store_true", help="renew the table, for the files that ran")
     parser.add_argument(
         "--all-of", action="append", default=[], metavar="FOLDER", help="fail if a test there is skipped"
     )
@@ -134,8 +135,10 @@ def main(arguments: list[str]) -> int:
     missing = skipped_of(record["skipped"], asked.all_of)
     print("\n".join([*lines, *told_skips(record["skipped"]), *missing]))
     if asked.update:
-        rounded = {name: round(spent) for name, spent in sorted(record["seconds"].items()) if spent >= 0.5}
-        TABLE.write_text(json.dumps(rounded, indent=1) + "\n", encoding="utf-8")
+        kept = {name: spent for name, spent in table().items() if (ROOT / name).exists()}
+        rounded = kept | {name: round(spent) for name, spent in record["seconds"].items()}
+        lasting = {name: spent for name, spent in sorted(rounded.items()) if spent}
+        TABLE.write_text(json.dumps(lasting, indent=1) + "\n", encoding="utf-8")
     return 1 if missing else 0
 
 

@@ -57,10 +57,11 @@ def test_skips_are_counted_by_reason(tmp_path, capsys):
 
 
 def test_the_table_is_renewed_from_a_record(tmp_path, monkeypatch):
+    """For the files that ran; of the others it forgets those that are gone."""
     monkeypatch.setattr(seconds, "TABLE", tmp_path / "seconds.json")
-    seconds.TABLE.write_text("{}")
+    seconds.TABLE.write_text(json.dumps({"a.py": 4, "gone.py": 7, "tests/seconds.py": 5}))
     seconds.main(["--update", record(tmp_path, {"b.py": 3.4, "a.py": 10.6, "tiny.py": 0.1})])
-    assert json.loads(seconds.TABLE.read_text()) == {"a.py": 11, "b.py": 3}
+    assert json.loads(seconds.TABLE.read_text()) == {"a.py": 11, "b.py": 3, "tests/seconds.py": 5}
 
 
 def test_long_files_come_first_and_keep_their_order_and_unknown_ones_come_before_them():
