@@ -1,6 +1,6 @@
 """From options and property files to questions: what is claimed where, and the command that asks it again.
 
-Does: built-in properties by name, property files, the list of properties.
+Does: built-in properties by name, property files.
 Assumes: options with None where a user said nothing.
 Does not: decide or print.
 """
@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, fields
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 from codegen import ir
 from codegen.errors import InputError, PartlyReadError, UnknownNameError
@@ -24,15 +24,12 @@ from maviper.options import SystemOptions, complete_options, table_of
 from maviper.options import VerifyOptions as Options
 from maviper.verification.observing import as_compared, resolve_region
 from verify.claims.catalogue import (
-    NAMES,
     ZONES,
     Claim,
     check_zones,
     find_claim,
-    in_general,
     names_reading,
     readable,
-    usual,
 )
 from verify.claims.claim import Parameter
 from verify.claims.files import Reading, Stated, read_properties
@@ -187,6 +184,15 @@ class Asked:
         return f"{named}, {where}"
 
 
+class Posed(NamedTuple):
+    """A claim that options ask about, and where; the most zones that its file allows."""
+
+    claim: Claim
+    region: Region
+    zones: int | None
+    by_file: bool
+
+
 def questions(
     profile: ir.PolicyProfile,
     profile_name: str,
@@ -201,9 +207,28 @@ def questions(
         raise InputError("the semantics must be machine or real", "--semantics")
     viewed = _find_view(profile, options)
     about = profile if viewed is None else viewed.profile
+    posed = pose_claims(about, viewed, options, aside)
+    words = ["maviper", "verify", profile_name, "--properties", options.file.name if options.file else ""]
+    region = resolve_region(about, viewed, options.region).name
+    words += [] if region in (START, SEEN) else ["--region", region]
+    asked_for: list[Asked] = []
+    for claim, place, zones, by_file in posed:
+        question = _question(about, viewed, claim, place, options, zones)
+        asked_for.append(Asked(question, _line(words, question) if by_file else command(profile_name, question)))
+    _check_limits([one.claim for one in asked_for], options)
+    return asked_for
+
+
+def pose_claims(
+    about: ir.PolicyProfile,
+    viewed: Viewed | None,
+    options: VerifyOptions,
+    aside: Callable[[InputError], None] | None = None,
+) -> list[Posed]:
+    """The claims of options, first those of the property file, then the named ones. `aside`: as for `questions`."""
     where = partial(resolve_region, about, viewed)
     region = where(options.region)
-    asked_for: list[Asked] = []
+    posed: list[Posed] = []
     if options.file is not None:
         reading = None if viewed is None else as_compared(about, options.semantics)
         try:
@@ -213,21 +238,15 @@ def questions(
                 raise
             aside(error)
             asked = cast("tuple[Stated, ...]", error.read)
-        words = ["maviper", "verify", profile_name, "--properties", options.file.name]
-        words += [] if region.name in (START, SEEN) else ["--region", region.name]
-        for claim, place, zones in asked:
-            question = _question(about, viewed, claim, place, options, zones)
-            asked_for.append(Asked(question, _line(words, question)))
-    names = options.names or (() if asked_for else (DEFAULT if viewed is None else DEFAULT_OBSERVED,))
+        posed = [Posed(*each, by_file=True) for each in asked]
+    names = options.names or (() if posed else (DEFAULT if viewed is None else DEFAULT_OBSERVED,))
     for name, given in zip(names, _match_parameters(names, options), strict=True):
         with with_option_names():
             zones = given.pop(ZONES, None)
             claim = find_claim(name, about, options.team, **given)
             zones = None if zones is None else check_zones(zones)
-        question = _question(about, viewed, claim, region, options, zones)
-        asked_for.append(Asked(question, command(profile_name, question)))
-    _check_limits([one.claim for one in asked_for], options)
-    return asked_for
+        posed.append(Posed(claim, region, zones, by_file=False))
+    return posed
 
 
 def _find_view(profile: ir.PolicyProfile, options: VerifyOptions) -> Viewed | None:
@@ -345,7 +364,7 @@ def command(profile: str, question: Question[Claim]) -> str:
     words = ["maviper", "verify", profile, "--property", claim.name, "--team", claim.team]
     words += ["--region", question.region.name]
     for key, value in claim.stated.items():
-        words += [option_of(key), _format_parameter(value)]
+        words += [option_of(key), format_parameter(value)]
     if "max_zones" in claim.limits and zones != Budgets().max_zones:
         words += [option_of(ZONES), str(zones)]
     return _line(words, question)
@@ -362,20 +381,7 @@ def _line(words: Sequence[str], question: Question[Claim]) -> str:
     return shlex.join(word.encode(errors="replace").decode() for word in words)
 
 
-def list_properties() -> list[dict[str, Any]]:
-    """The built-in properties as plain data: name, sentence, parameters with their defaults as texts.
-
-    A text is empty where the default depends on the world.
-    """
-    properties: list[dict[str, Any]] = []
-    for name in NAMES:
-        values = usual(name) | ({ZONES: Budgets().max_zones} if ZONES in readable(name) else {})
-        defaults = {key: "" if value is None else _format_parameter(value) for key, value in values.items()}
-        properties.append({"name": name, "sentence": in_general(name), "parameters": defaults})
-    return properties
-
-
-def _format_parameter(value: Parameter) -> str:
+def format_parameter(value: Parameter) -> str:
     """A parameter as an option is written."""
     if isinstance(value, Fraction):
         return plain(value)

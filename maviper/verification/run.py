@@ -115,10 +115,21 @@ def pose_questions(
         return questions(profile, profile_name, options, aside), None
     from maviper.verification.stated import StatedWorld
 
-    stated = (
-        StatedWorld.of_observations(profile, options) if options.world is None else StatedWorld.of(profile, options)
-    )
+    if options.world is not None:
+        stated = StatedWorld.of(profile, options)
+    elif _plays_in_places(profile) and not options.observations and not options.shared:
+        stated = StatedWorld.of_game(profile, options)
+    else:
+        stated = StatedWorld.of_observations(profile, options)
     return stated.asked, stated
+
+
+def _plays_in_places(profile: ir.PolicyProfile) -> bool:
+    """Whether agents take actions, and observe what world states say."""
+    return all(
+        not policy.outputs and all(feature.meaning is not None for feature in policy.features)
+        for policy in profile.agents
+    )
 
 
 def verify_questions(

@@ -8,8 +8,9 @@ Does not: decide verdicts, print or write files.
 from __future__ import annotations
 
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from enum import Enum, auto
 from fractions import Fraction
 from functools import cached_property, partial
 from itertools import pairwise
@@ -20,8 +21,10 @@ from typing import Any
 from codegen.errors import InputError
 from codegen.ir import PolicyProfile
 from maviper.files import runs
-from maviper.verification.ask import Asked, VerifyOptions
+from maviper.verification.ask import Asked, VerifyOptions, pose_claims
 from maviper.verification.files.systems import PROPERTY_FILE
+from maviper.verification.game_world import ensure_observed, iterate_anywhere, iterate_near
+from maviper.verification.game_world import world_of as world_of_game
 from maviper.verification.observation_world import errors_in, world_of
 from maviper.verification.observing import resolve_region
 from maviper.verification.reference import measure_reference, replay_words
@@ -53,7 +56,17 @@ from verify.systems.observing import choose_actions
 from verify.systems.pieces import list_curved
 from verify.systems.properties import claims_in, claims_of, parse_written
 from verify.systems.statement import Statement
+from verify.systems.system import State
 from verify.verdicts.systems import ENCLOSED, JointQuestions, SystemResult, verify_system
+
+
+class Variables(Enum):
+    """What the variables of a world file are."""
+
+    STATED = auto()  # what a user states
+    OBSERVED = auto()  # observations: a counterexample is one of floats
+    COORDINATES = auto()  # of a game: a counterexample is one of its states
+
 
 BENT = "the claim holds or fails within what the enclosures of its products and functions leave open"
 ERRING = "the claim holds or fails within what the errors of next values leave open"
@@ -63,9 +76,16 @@ ROUNDED = (
     "sums was found"
 )
 OF_OBSERVATIONS = ("file", "region", "observations", "shared", "verdict_only")  # options
-NOT_OBSERVED = "the claim fails within the agents' roundings, but no observation that breaks it was found"
+OF_GAMES = ("names", "file", "region", "team", "parameters", "verdict_only")  # options
+NOT_FOUND = {
+    Variables.OBSERVED: "the claim fails within the agents' roundings, but no observation that breaks it was found",
+    Variables.COORDINATES: "the claim fails within the agents' roundings, but no state of the game that does was found",
+}
 LOOSER = ("a bound that is looser by a little more than a rounding", "a smaller region")
-OVER = "over observations: any combination of numbers in the ranges of world.toml"
+ABOUT = {
+    Variables.OBSERVED: "over observations: any combination of numbers in the ranges of world.toml",
+    Variables.COORDINATES: "over states of the game, roundings included: world.toml states what agents observe",
+}
 FINER = ("more `cuts` of the claim: cuts = { x = 40 }", "a smaller region")
 
 
@@ -80,7 +100,7 @@ class StatedWorld:
     given: Mapping[str, Path]  # the files that a user gave, by the name that a copy has
     beside: Mapping[str, str]  # their texts, for a report's folder
     options: VerifyOptions
-    observed: bool = False  # whether its variables are observations: then a counterexample is one of floats
+    variables: Variables = Variables.STATED
 
     @staticmethod
     def of(profile: PolicyProfile, options: VerifyOptions) -> StatedWorld:
@@ -110,9 +130,23 @@ class StatedWorld:
         errors = errors_in(beside[PROPERTY_FILE], profile, options.file.name)
         source = world_of(profile, viewed.view, region, errors)
         statement = statement_of(source, WORLD_FILE)
-        return StatedWorld._join_parts(
-            profile, statement, given, {WORLD_FILE: source, **beside}, options, observed=True
-        )
+        beside = {WORLD_FILE: source, **beside}
+        return StatedWorld._join_parts(profile, statement, given, beside, options, Variables.OBSERVED)
+
+    @staticmethod
+    def of_game(profile: PolicyProfile, options: VerifyOptions) -> StatedWorld:
+        """The states of the game of a profile that tests sums, as a world file with the claims. InputError for options
+        and claims that are about other things than single decisions.
+        """
+        for name, option in options.unusual.items():
+            if name not in OF_GAMES:
+                raise InputError(f"{option} has no effect on claims of agents that test sums", option, "leave it out")
+        source, places = world_of_game(profile, pose_claims(profile, None, options))
+        statement = statement_of(source, WORLD_FILE)
+        asked = replace(options, file=None)
+        made = StatedWorld._join_parts(profile, statement, {}, {WORLD_FILE: source}, asked, Variables.COORDINATES)
+        claims = (replace(each, region=f"of {where}") for each, where in zip(made.claims, places, strict=True))
+        return replace(made, claims=tuple(claims))
 
     @staticmethod
     def _join_parts(
@@ -121,15 +155,15 @@ class StatedWorld:
         given: Mapping[str, Path],
         beside: Mapping[str, str],
         options: VerifyOptions,
-        observed: bool = False,
+        variables: Variables = Variables.STATED,
     ) -> StatedWorld:
         ensure_plays(origin, statement)
         statement, profile = as_played(statement, origin)
         if options.file is None:
-            claims = claims_of(statement, profile, given[WORLD_FILE].name)
+            claims = claims_of(statement, profile, given.get(WORLD_FILE, Path(WORLD_FILE)).name)
         else:
             claims = claims_in(beside[PROPERTY_FILE], statement, profile, options.file.name)
-        return StatedWorld(profile, origin, statement, claims, given, beside, options, observed)
+        return StatedWorld(profile, origin, statement, claims, given, beside, options, variables)
 
     @cached_property
     def reference(self) -> Mapping[str, Any]:
@@ -156,7 +190,7 @@ class StatedWorld:
     @property
     def about(self) -> str:
         """What verdicts are about."""
-        return OVER if self.observed else report.sentence(self.statement.system)
+        return ABOUT.get(self.variables) or report.sentence(self.statement.system)
 
     @property
     def form(self) -> ModuleType:
@@ -176,10 +210,11 @@ class StatedWorld:
         confirm = partial(_by_rules, self.statement, self.profile, question.claim) if bent else None
         if self.statement.acting:
             confirm = _unknown if bent else partial(self._truly, question.claim)
-        result = self._together.verify_question(self.claims.index(question.claim), confirm, beside)
+        attempt = partial(self._look_anywhere, question.claim) if self.variables is Variables.COORDINATES else None
+        result = self._together.verify_question(self.claims.index(question.claim), confirm, beside, attempt)
         if self.statement.acting and result.reason == ENCLOSED:
-            result = replace(result, reason=NOT_OBSERVED if self.observed else ROUNDED)
-            if self.observed:
+            result = replace(result, reason=NOT_FOUND.get(self.variables, ROUNDED))
+            if self.variables in NOT_FOUND:
                 result = replace(result, evidence=replace(result.evidence, helps=LOOSER))
         if result.verdict is Verdict.PROVED:
             _ = self._shown
@@ -190,13 +225,33 @@ class StatedWorld:
         """A counterexample of the real agents. AssertionError where the reference, asked for what they give in its
         state, does not break the formula as it was written: that is our bug.
         """
-        confirm = observable if self.observed else truly
-        again = confirm(self.statement, self.profile, claim, counterexample)
+        again = self._play_again(claim, counterexample)
         if again is not None and claim.about_decisions:
             said = parse_written(claim, self.statement, self.profile)
             if said is not None and not fails(self.statement, self.profile, said, again.start):
                 raise AssertionError(f"the reference breaks no formula at {dict(again.start)}: {claim.written}")
         return again
+
+    def _play_again(self, claim: SystemClaim, known: SystemCounterexample) -> SystemCounterexample | None:
+        """A counterexample of the real agents beside another one. AssertionError where the game shows an agent other
+        numbers than its file: that is our bug.
+        """
+        if self.variables is Variables.COORDINATES:
+            return self._first_broken(claim, iterate_near(self.origin, self.statement, claim, known.start))
+        confirm = observable if self.variables is Variables.OBSERVED else truly
+        return confirm(self.statement, self.profile, claim, known)
+
+    def _look_anywhere(self, claim: SystemClaim) -> SystemCounterexample | None:
+        return self._first_broken(claim, iterate_anywhere(self.origin, self.statement, claim))
+
+    def _first_broken(self, claim: SystemClaim, states: Iterable[State]) -> SystemCounterexample | None:
+        """The first of some states of the game that breaks a claim."""
+        for state in states:
+            ensure_observed(self.origin, self.statement, state)
+            again = truly(self.statement, self.profile, claim, SystemCounterexample((state,), (), (), (), 0))
+            if again is not None:
+                return again
+        return None
 
     def _by_curves(self, question: Question[SystemClaim], curved: CurvedClaim, beside: bool) -> SystemResult:
         """The answer about a formula with curves: PROVED where the formula that implies it is, VIOLATED where the one

@@ -21,7 +21,7 @@ from maviper.evaluation import held_out
 from maviper.experts import cards, store
 from maviper.extraction.bundles import BUNDLES, KNOWN, OUR_RUNGS, PARTS, RUNGS
 from maviper.options.refusals import option_of
-from maviper.verification.ask import list_properties
+from maviper.verification.listing import list_properties
 from maviper.worlds import WORLDS, ParticleWorld, find, options_of, range_of
 from maviper.worlds.games.features import GROUPS
 from maviper.worlds.games.particle import PHYSICS_NAMES

@@ -27,7 +27,7 @@ def spell_claim(claim: SystemClaim, actions: Mapping[str, Sequence[str]], ranges
         f"{name} in [{plain(low)}, {plain(high)}]" for name, (low, high) in ranges.items() if name in named
     )
     where = "of the ranges" + (f" ({bounds})" if bounds else "") + (f" with {regions}" if regions else "")
-    return f"in every state {where}, {_formula(claim.formula, actions)}"
+    return f"in every state {where}, {spell_formula(claim.formula, actions)}"
 
 
 def _conditions(region: Polytope) -> str:
@@ -50,18 +50,21 @@ def _sum(terms: Sequence[tuple[str, Fraction]]) -> str:
     return text or "0"
 
 
-def _formula(formula: Formula, actions: Mapping[str, Sequence[str]]) -> str:
+def spell_formula(formula: Formula, actions: Mapping[str, Sequence[str]]) -> str:
+    """A formula in the language of property files. `actions`: of each agent, by number."""
     match formula:
         case Linear(terms, bound, strict):
             return _condition(HalfSpace(Affine.of({name: factor for factor, name in terms}, -bound), strict))
         case Acts(agent, action):
             return f"acts({agent}) == {actions[agent][action]}"
         case Not(part):
-            return f"not {_formula(part, actions)}"
+            return f"not {spell_formula(part, actions)}"
         case And(()) | Or(()):
             return "true" if isinstance(formula, And) else "false"
         case And(parts) | Or(parts):
-            joined = f" {'and' if isinstance(formula, And) else 'or'} ".join(_formula(part, actions) for part in parts)
+            joined = f" {'and' if isinstance(formula, And) else 'or'} ".join(
+                spell_formula(part, actions) for part in parts
+            )
             return f"({joined})"
         case Goal(landmark):
             return f"goal == {landmark}"

@@ -35,6 +35,7 @@ FLOWS, SETS = "flows", "sets of states"
 CONTROL = {"max_boxes": 2_000_000}  # shuffled leaves mostly fail at once
 ENCLOSED = "the claim fails within the enclosure error, but no violating episode of the exact rules was found"
 NARROWER = ("more `cuts` where rules are not affine", "a smaller start region", "fewer steps")
+Attempt = Callable[[], SystemCounterexample | None]
 Confirm = Callable[[SystemCounterexample], SystemCounterexample | None]  # by the rules themselves; None: not broken
 
 
@@ -71,12 +72,19 @@ class JointQuestions:
         self._questions = questions
         self._in_steps = [number for number, question in enumerate(questions) if not is_flow(question)]
 
-    def verify_question(self, number: int, confirm: Confirm | None = None, beside: bool = True) -> SystemResult:
-        """The verdict on a question, by its number, as `verify_system`."""
+    def verify_question(
+        self, number: int, confirm: Confirm | None = None, beside: bool = True, attempt: Attempt | None = None
+    ) -> SystemResult:
+        """The verdict on a question, by its number, as `verify_system`. `attempt`: looks for a counterexample where
+        nothing else has one.
+        """
         question = self._questions[number]
         flowing = is_flow(question)
         outcome = flows.decide(question) if flowing else self._together.outcome(self._in_steps.index(number))
         outcome = _confirm_outcome(outcome, confirm)
+        broken = attempt() if attempt is not None and outcome.verdict is Verdict.UNKNOWN else None
+        if broken is not None:
+            outcome = replace(outcome, verdict=Verdict.VIOLATED, reason="", counterexample=broken, open=None, helps=())
         settled = beside and outcome.verdict in SETTLED
         control = self._control(number) if settled else Verdict.SKIPPED
         by_boxes = not outcome.states and outcome.certificate is not None

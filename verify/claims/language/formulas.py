@@ -24,7 +24,7 @@ from verify.language.modes import BY_EQUALITY, Modes, is_compared, resolve_modes
 from verify.language.parser import ACTS, BARS, CallNode, Joined, Level, Limits, Listed, NameNode, Node, Prefixed, parse
 from verify.language.units import Unit
 
-LIMITS = Limits(characters=10_000, depth=41)  # 40 levels, and a predicate within
+LIMITS = Limits(characters=100_000, depth=41)  # 40 levels, and a predicate within
 EXTREMES = ("abs", "max", "min")
 PREDICATES = ("closes", "engaged", "at")
 FUNCTIONS = (ACTS, *PREDICATES, "distance", *EXTREMES)

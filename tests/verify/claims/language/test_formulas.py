@@ -218,7 +218,7 @@ ERRORS = [
     ("__import__('os')", 1, "unknown function"), ("agent_0.x > \u0661", 13, "cannot read"), ("(" * 99, 42, "nested"),
     ("not " * 30 + "(" * 50 + "true", 162, "nested"), ("|" * 99, 42, "nested"),
     ("true" + " implies true" * 99, 534, "nested"),
-    ("+".join(["distance(agent_0, agent_1)"] * 9) + " > 1", 244, "cases"), ("x" * 10_001, 1, "at most 10000"),
+    ("+".join(["distance(agent_0, agent_1)"] * 9) + " > 1", 244, "cases"), ("x" * 100_001, 1, "at most 100000"),
     ("agent_0.x " + "* 1e-900 " * 3 + "> 1", 20, "too long"),
 ]  # fmt: skip
 

@@ -1,0 +1,246 @@
+"""Claims about single decisions of teams that test sums, in the states of their game, roundings included."""
+
+import itertools
+import tomllib
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from codegen import ir
+from codegen.errors import InputError, RefusedError
+from codegen.ir import act
+from codegen.observe import observe
+from codegen.policy_json import dumps
+from codegen.sums import DOUBLE_SUMS, FLOAT32_STEPS
+from maviper import verify
+from maviper.cli import main
+from maviper.files.profiles import load
+from maviper.verification import game_world
+from maviper.verification.ask import Posed, VerifyOptions
+from maviper.verification.files.certificates import check_file
+from maviper.verification.stated import StatedWorld
+from tests.support.generated import FOLDER
+from tests.support.giving import tamed
+from tests.support.summed import policy
+from verify.claims.catalogue import find_claim
+from verify.claims.decisions import formula
+from verify.claims.formula import holds
+from verify.claims.region import Region
+from verify.claims.uncertified.starts import start_region
+from verify.claims.uncertified.values import Batch
+from verify.result import Verdict
+from verify.states.state import sample
+from verify.systems.claims import SystemClaim
+
+
+def team(seed, arithmetic=DOUBLE_SUMS, levels=3):
+    """The shipped team of deception, with random trees that test sums of what the agents observe."""
+    plain = load(FOLDER / "profile.json")
+    rng = np.random.default_rng(seed)
+    policies = []
+    for place, each in enumerate(plain.agents):
+        seeds = itertools.count(seed * 1_000 + place, 10)
+        drawn = next(filter(has_sums, (draw_tree(at, arithmetic, levels, each) for at in seeds)))
+        kept = {name: getattr(drawn.tree, name) for name in ("numbers", "arithmetic", "sums", "vectors", "gives")}
+        actions = np.where(drawn.tree.action >= 0, rng.integers(0, len(each.actions), len(drawn.tree.action)), -1)
+        arrays = (drawn.tree.feature, drawn.tree.threshold, drawn.tree.left, drawn.tree.right, actions)
+        policies.append(replace(each, tree=ir.Tree(*arrays, **kept), grown=None))
+    return replace(plain, agents=tuple(policies), region=None)
+
+
+def draw_tree(seed, arithmetic, levels, real):
+    return tamed(policy(seed, arithmetic, levels=levels, n_features=len(real.features)))
+
+
+def has_sums(each):
+    return bool(each.tree.sums)
+
+
+def region_of(profile, seed):
+    """A random box of the start region, wide or narrow."""
+    whole, rng = start_region(profile.world), np.random.default_rng(seed)
+    box = {}
+    for name, (low, high) in whole.box.items():
+        half = Fraction(float(2.0 ** rng.uniform(-6, 0)))
+        middle = Fraction(float(rng.uniform(-1, 1)))
+        box[name] = max(low, middle - half), min(high, middle + half)
+    goals = whole.goals[: int(rng.integers(1, len(whole.goals) + 1))]
+    return Region(box, goals, name="drawn.toml")
+
+
+def asked(profile, name, region, tmp_path):
+    """The result of one question about a region."""
+    (tmp_path / "drawn.toml").write_text(region.toml())
+    return verify(profile, name, region=str(tmp_path / "drawn.toml"))
+
+
+def broken(profile, claim, region, count=20_000):
+    """In how many states of the region the game's agents break a claim."""
+    coordinates, _ = sample(region, profile.world, count, 3)
+    columns = {name: coordinates[:, place] for place, name in enumerate(profile.world.coordinates())}
+    actions = {
+        each.agent: act(each, observe(each.features, coordinates, profile.world, each.numbers))
+        for each in profile.agents
+    }
+    return int((~Batch(columns, len(coordinates)).holds(formula(profile, claim), actions)).sum())
+
+
+def ensure_true(profile, name, region, result):
+    """A proof has no state against it, a counterexample is one of the game: by the game's own observations."""
+    claim = find_claim(name, profile, None)
+    if result.verdict is Verdict.PROVED:
+        assert broken(profile, claim, region) == 0
+    elif result.verdict is Verdict.VIOLATED:
+        start = result.counterexample.start
+        at = {each.replace("goal_place.", "goal."): value for each, value in start.items()}
+        assert all(Fraction(float(at[each])) == at[each] for each in profile.world.coordinates() if each in at)
+        row = np.array([[float(at.get(each, 0)) for each in profile.world.coordinates()]])
+        actions = {
+            each.agent: int(act(each, observe(each.features, row, profile.world, each.numbers))[0])
+            for each in profile.agents
+        }
+        assert all(low <= at[each] <= high for each, (low, high) in region.box.items())
+        assert not holds(formula(profile, claim), at, actions)
+    else:
+        assert broken(profile, claim, region) == 0, "a violation that sampling finds was not found"
+
+
+@pytest.mark.parametrize(
+    "seeds",
+    [
+        range(4, 6),
+        pytest.param(range(6, 30), marks=pytest.mark.slow),
+        pytest.param(range(30, 400), marks=pytest.mark.full),
+    ],
+    ids=["two", "some", "many"],
+)
+def test_verdicts_are_true_of_the_game(seeds, tmp_path):
+    verdicts = []
+    for seed in seeds:
+        profile = team(seed, (DOUBLE_SUMS, FLOAT32_STEPS)[seed % 2])
+        name = ("distinct_targets", "no_double", "own_target", "aligned")[seed % 4]
+        region = region_of(profile, seed)
+        result = asked(profile, name, region, tmp_path)
+        ensure_true(profile, name, region, result)
+        verdicts.append(result.verdict)
+    assert verdicts.count(Verdict.UNKNOWN) <= len(verdicts) / 10
+    assert len(verdicts) < 20 or {Verdict.PROVED, Verdict.VIOLATED} <= set(verdicts)
+
+
+@pytest.fixture(scope="module")
+def proof(tmp_path_factory):
+    """A folder with a proof about a team, and the verdict's files."""
+    folder = tmp_path_factory.mktemp("game")
+    profile, region = team(5), region_of(team(5), 5)
+    (folder / "team.json").write_text(dumps(profile))
+    (folder / "region.toml").write_text(region.toml())
+    words = ["verify", str(folder / "team.json"), "--property", "no_double", "--property", "own_target"]
+    code = main.run([*words, "--region", str(folder / "region.toml"), "-o", str(folder / "out")])
+    assert code == 1
+    return folder
+
+
+def test_a_proof_is_checked_and_a_counterexample_replayed(proof, capsys):
+    assert main.run(["check", str(proof / "out" / "certificate-1-decides.json")]) == 0
+    assert "no_double of the defenders, region region.toml" in capsys.readouterr().out
+    assert main.run(["replay", str(proof / "out" / "counterexample-2-decides.json")]) == 1
+    # the folder says all that was asked
+    folder = proof / "out"
+    assert (
+        main.run(["verify", str(folder / "profile.json"), "--world", str(folder / "world.toml"), "--verdict-only"]) == 1
+    )
+    said = capsys.readouterr().out
+    assert "PROVED" in said and "VIOLATED" in said
+
+
+def test_a_proof_is_of_its_world_file_alone(proof):
+    """Without a rounding it is another file. What is claimed stands in the certificate, and is told."""
+    world = proof / "out" / "world.toml"
+    source = world.read_text()
+    try:
+        assert " + agent_0.rounding_goal_dx" in source
+        world.write_text(source.replace(" + agent_0.rounding_goal_dx", ""))
+        with pytest.raises((InputError, RefusedError)):
+            check_file(proof / "out" / "certificate-1-decides.json", None, None)
+    finally:
+        world.write_text(source)
+
+
+def test_a_file_says_what_the_game_shows():
+    """Within the bounds that it states for roundings, at states of every size, and the formula is the claim's."""
+    profile, rng = team(8), np.random.default_rng(2)
+    region = start_region(profile.world)
+    for name in ("distinct_targets", "own_target", "no_double", "aligned", "assignment"):
+        claim = find_claim(name, profile, None)
+        source, (where,) = game_world.world_of(profile, [Posed(claim, region, None, by_file=False)])
+        stated = StatedWorld.of_game(profile, VerifyOptions(names=(name,)))
+        assert stated.beside["world.toml"] == source and where == "region start"
+        assert tomllib.loads(source)["property"][0]["label"] == f"{name} of the defenders, region start"
+        (system_claim,) = stated.claims
+        assert isinstance(system_claim, SystemClaim)
+        ranges = {one.name: one.range for one in stated.statement.system.variables}
+        for _ in range(8):
+            numbers = rng.uniform(-1, 1, len(profile.world.coordinates())) * 2.0 ** -rng.integers(0, 60, 1)
+            at = dict(zip(profile.world.coordinates(), map(Fraction, numbers.tolist()), strict=True))
+            goal = profile.world.landmarks[int(rng.integers(2))].name
+            at |= {f"goal.{axis}": at[f"{goal}.{axis}"] for axis in "xy"}
+            state = game_world._with_roundings(
+                profile, stated.statement, {game_world._call_in_file(each): value for each, value in at.items()}
+            )
+            assert all(
+                ranges[each][0] <= state[each] <= ranges[each][1] for each in ranges if "rounding_of" not in each
+            )
+            game_world.ensure_observed(profile, stated.statement, state)
+            actions = {each.agent: int(rng.integers(5)) for each in profile.agents}
+            assert holds(system_claim.formula, state, actions) is holds(formula(profile, claim), at, actions)
+
+
+def test_a_file_that_forgets_roundings_shows_another_number(monkeypatch):
+    """0.5 + 2^-25 + 2^-61 is nearer to the float32 above; rounded to float64 it is a tie, and the even one is below."""
+    profile = team(8)
+    stated = StatedWorld.of_game(profile, VerifyOptions(names=("own_target",)))
+    policy_ = profile.policy("agent_0")
+    (feature, *_) = [each for each in game_world._list_tested(policy_) if len(each.meaning.terms) == 2]
+    at = dict.fromkeys(map(game_world._call_in_file, profile.world.coordinates()), Fraction(0))
+    for weight, name in feature.meaning.terms:
+        at[game_world._call_in_file(name)] = Fraction(1, 2) + Fraction(1, 2**25) if weight > 0 else Fraction(-1, 2**61)
+    state = game_world._with_roundings(profile, stated.statement, at)
+    game_world.ensure_observed(profile, stated.statement, state)
+    name = game_world._name_rounding(policy_, feature)
+    assert state[name] == Fraction(-1, 2**61)
+    with pytest.raises(AssertionError, match="observes"):
+        game_world.ensure_observed(profile, stated.statement, {**state, name: Fraction(0)})
+
+
+@pytest.mark.parametrize(
+    ("asked_for", "message"),
+    [
+        (["--property", "reaches"], "reaches is not about single decisions"),
+        (["--property", "steady", "--eps", "0.01"], "steady allows errors"),
+        (["--where"], "--where has no effect"),
+        (["--semantics", "real"], "--semantics has no effect"),
+        (["--region", "{folder}/apart.toml"], "keeps pairs apart"),
+    ],
+)
+def test_what_is_not_decided_is_refused(proof, asked_for, message, capsys):
+    apart = replace(
+        start_region(load(proof / "team.json", sums=True).world), apart=(("agent_0", "agent_1", Fraction(1, 8)),)
+    )
+    (proof / "apart.toml").write_text(apart.toml())
+    words = [each.format(folder=proof) for each in asked_for]
+    assert main.run(["verify", str(proof / "team.json"), *words]) == 2
+    assert message in capsys.readouterr().err
+
+
+def test_a_property_file_is_about_states_of_the_game(proof, capsys):
+    """Formulas over coordinates, and one that asks which landmark is the goal."""
+    (proof / "claims.toml").write_text(
+        '[[property]]\nlabel = "the same"\nformula = "acts(agent_0) == left or not acts(agent_0) == left"\n'
+        '[[property]]\nlabel = "by goal"\nformula = "goal == landmark_0 or acts(agent_0) == up or agent_0.x <= 1"\n'
+    )
+    words = ["verify", str(proof / "team.json"), "--properties", str(proof / "claims.toml"), "--verdict-only"]
+    assert main.run(words) == 0
+    said = capsys.readouterr().out
+    assert said.count("PROVED") == 3 and "by goal, region start, goal landmark_1" in said
