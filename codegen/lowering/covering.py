@@ -16,7 +16,7 @@ import numpy as np
 from codegen.errors import InputError
 from codegen.ir import Bool, Float64
 from codegen.lowering.searching import Boxes, Lookup, search_of
-from codegen.lowering.turning import Turned, TurnedLists, lower_turned
+from codegen.lowering.turning import Turned, look_up_turned
 
 MAX_BOXES = 20_000  # of all lists together
 MAX_GIVEN = 100_000  # before some are joined
@@ -67,11 +67,11 @@ def _between(parts: Sequence[Boxes | Turned], variable: int) -> tuple[float, flo
     return low, high
 
 
-def look_up(cover: Cover, where: str) -> Lookup | TurnedLists:
+def look_up(cover: Cover, where: str) -> Lookup:
     """How states are looked up in the sets of a cover. `where` is named in errors. InputError for too many sets."""
     boxes = [[part for part in parts if isinstance(part, Boxes)] for parts in cover.steps]
-    turned = [[part for part in parts if isinstance(part, Turned)] for parts in cover.steps]
-    return lower_turned(turned, where) if turned[0] else lookup(boxes, where)
+    turned = [part for parts in cover.steps for part in parts if isinstance(part, Turned)]
+    return look_up_turned(turned, where) if turned else lookup(boxes, where)
 
 
 def lookup(steps: Sequence[Sequence[Boxes]], where: str) -> Lookup:

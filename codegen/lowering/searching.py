@@ -81,6 +81,19 @@ class Ends(NamedTuple):
     high: tuple[Double, ...]
 
 
+class Frame(NamedTuple):
+    """The frame of a turned box (turning.py)."""
+
+    centre: tuple[Double, ...]
+    inverse: tuple[tuple[Double, ...], ...]
+    columns: tuple[tuple[Double, ...], ...]  # of the inverse
+    matrix: tuple[tuple[Double, ...], ...]
+    turned: tuple[tuple[Double, ...], ...]
+    rest: tuple[Double, ...]
+    slack: tuple[Double, ...]
+    most: Double
+
+
 class Grid(NamedTuple):
     """The grid of a list. Along each of its axes a state is in the cell floor((number - low) * scale), once its number
     is put between `low` and `high`; `strides` make one number of these, and `begin` is where its cells begin.
@@ -110,7 +123,7 @@ class Lookup:
     order: tuple[int, ...]  # boxes, those of a cell followed by -1
     boxes: tuple[Ends, ...]  # the last one holds no state: it is the first of cells without a box
     most: int  # boxes of a cell, at most
-    is_turned: bool = False  # unlike `TurnedLists`
+    frames: tuple[Frame, ...] = ()  # of turned boxes: of each a state has to be in its frame too
 
     @property
     def parts(self) -> int:
@@ -128,6 +141,11 @@ class Lookup:
         return len(self.grids) // self.parts
 
     @property
+    def divided(self) -> bool:
+        """Whether some grid has more than one cell."""
+        return any(grid.low != grid.high for grid in self.grids)
+
+    @property
     def counter(self) -> str:
         """The type in C of a box, and of a place in `order`: the narrower, the more of them a cache holds."""
         return "unsigned short" if max(len(self.order), len(self.boxes)) <= NARROW else "int"
@@ -135,11 +153,15 @@ class Lookup:
     @property
     def comparisons(self) -> int:
         """The most that one step takes."""
-        return self.parts * (2 * len(self.axes[0]) + 2 * self.width * self.most)
+        each = 8 * self.width if self.frames else 2 * self.width  # of z, r and what is left both ends are compared
+        return self.parts * (2 * len(self.axes[0]) + each * self.most)
 
 
-def search_of(steps: Sequence[Sequence[Boxes]], columns: Sequence[Sequence[int]]) -> Lookup:
-    """The search of lists: for each step its parts, as many at each; `columns`: of each part what is compared."""
+def search_of(steps: Sequence[Sequence[Boxes]], columns: Sequence[Sequence[int]], *, framed: bool = False) -> Lookup:
+    """The search of lists: for each step its parts, as many at each; `columns`: of each part what is compared.
+
+    `framed`: a state in a box need not be in its set, so that of boxes in a cell none makes another one needless.
+    """
     lists = [
         [_clip_boxes(Boxes(part.low[:, of], part.high[:, of])) for part, of in zip(parts, columns, strict=True)]
         for parts in steps
@@ -149,8 +171,8 @@ def search_of(steps: Sequence[Sequence[Boxes]], columns: Sequence[Sequence[int]]
     for step, parts in enumerate(lists):
         for of, part in zip(laid, parts, strict=True):
             grids.append(of[step].grid._replace(begin=len(cells)))
-            cells += [tuple(len(boxes) + box for box in each) for each in of[step].within()]
-            boxes += (Ends(_doubles(low), _doubles(high)) for low, high in zip(*part, strict=True))
+            cells += [tuple(len(boxes) + box for box in each) for each in of[step].within(framed=framed)]
+            boxes += (Ends(doubles_of(low), doubles_of(high)) for low, high in zip(*part, strict=True))
     axes, grids = _drop_idle(axes, grids)
     chosen = tuple(tuple(of[axis] for axis in along) for of, along in zip(columns, axes, strict=True))
     order, rests = _place_rests([each[1:] for each in cells])
@@ -256,13 +278,16 @@ class _Laid:
     def grid(self) -> Grid:
         """As code has it, without its place."""
         high = np.where(np.array(self.sizes) > 1, self.high, self.low)
-        return Grid(_doubles(self.low), _doubles(high), _doubles(self.scale), tuple(self.strides), 0)
+        return Grid(doubles_of(self.low), doubles_of(high), doubles_of(self.scale), tuple(self.strides), 0)
 
-    def within(self) -> list[list[int]]:
-        """The boxes of each cell, those that fill most of it first."""
+    def within(self, *, framed: bool) -> list[list[int]]:
+        """The boxes of each cell, those that fill most of it first; unless they are `framed`, those that are needed."""
         order, held = self._order_boxes(), self._shares >= 0.0
         cells = np.indices(self.sizes).reshape(len(self.sizes), -1).T
-        return [self._find_needed(order[held[order[:, at], at], at], cell) for at, cell in enumerate(cells)]
+        near = [order[held[order[:, at], at], at] for at in range(len(cells))]
+        if framed:
+            return [boxes.tolist() for boxes in near]
+        return [self._find_needed(boxes, cell) for boxes, cell in zip(near, cells, strict=True)]
 
     def _find_needed(self, boxes: Int64, cell: Int64) -> list[int]:
         """Those of the boxes of a cell, in their order, of which none before them holds all that they hold there."""
@@ -329,7 +354,8 @@ def _draw_points(boxes: Boxes) -> Float64:
     return low[chosen] + rng.random((POINTS, low.shape[1])) * sides[chosen]
 
 
-def _doubles(values: Float64) -> tuple[Double, ...]:
+def doubles_of(values: Float64) -> tuple[Double, ...]:
+    """Numbers as languages write them."""
     return tuple(_double(value) for value in values.tolist())
 
 

@@ -18,17 +18,15 @@ that is enough: A**-1 t is off by at most h. Refused: sets so flat that h is abo
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
 
 from codegen.errors import InputError
-from codegen.floats import decimal_literal, short_hex
 from codegen.ir import Bool, Float64
-from codegen.lowering.parts import Double
-from codegen.lowering.searching import Boxes
+from codegen.lowering.searching import Boxes, Frame, Lookup, doubles_of, search_of
 
 MAX_SETS = 5_000  # of all steps together
 UNIT = 2.0**-53
@@ -66,50 +64,6 @@ class Turned(NamedTuple):
             left = left - _multiply(self.turned[at], across)
             inside[near] |= well | np.asarray((np.abs(left) <= self.slack[at]).all(axis=1))
         return inside
-
-
-class TurnedSet(NamedTuple):
-    """One of them, as code has it."""
-
-    low: tuple[Double, ...]
-    high: tuple[Double, ...]
-    centre: tuple[Double, ...]
-    inverse: tuple[tuple[Double, ...], ...]
-    matrix: tuple[tuple[Double, ...], ...]
-    turned: tuple[tuple[Double, ...], ...]
-    rest: tuple[Double, ...]
-    slack: tuple[Double, ...]
-    most: Double
-
-    @property
-    def columns(self) -> tuple[tuple[Double, ...], ...]:
-        """Of the inverse."""
-        return tuple(zip(*self.inverse, strict=True))
-
-
-@dataclass(frozen=True)
-class TurnedLists:
-    """For each step sets, one after the other. A state is in the list of a step if it is vouched for by one of them."""
-
-    sets: tuple[TurnedSet, ...]
-    begins: tuple[int, ...]  # of each step, and where the last one ends
-    is_turned: bool = True
-
-    @property
-    def width(self) -> int:
-        """How many variables there are."""
-        return len(self.sets[0].low)
-
-    @property
-    def steps(self) -> int:
-        """How many lists there are."""
-        return len(self.begins) - 1
-
-    @property
-    def comparisons(self) -> int:
-        """The most that one step takes: of each set the box, both bounds of z and r, and the slack."""
-        most = max(end - begin for begin, end in zip(self.begins, self.begins[1:], strict=False))
-        return 8 * self.width * most
 
 
 def turn_sets(boxes: Boxes, centre: Float64, matrix: Float64, rest: Float64, turned: Float64, where: str) -> Turned:
@@ -172,26 +126,21 @@ def _multiply(matrix: Float64, vectors: Float64) -> Float64:
     return total
 
 
-def lower_turned(steps: Sequence[Sequence[Turned]], where: str) -> TurnedLists:
-    """Lists of sets, for each step one part. `where` is named in errors. InputError for too many sets."""
-    lists = [sets for (sets,) in steps]
-    count = sum(len(sets.low) for sets in lists)
+def look_up_turned(steps: Sequence[Turned], where: str) -> Lookup:
+    """The search of lists of sets, one for each step. `where` is named in errors. InputError for too many sets."""
+    count = sum(len(sets.low) for sets in steps)
     if count > MAX_SETS:
         what = f"the proof has {count:,} turned boxes, and a monitor has room for {MAX_SETS:,}"
         raise InputError(what, where, "verify the claim for fewer steps, or from a smaller start")
-    begins = np.cumsum([0, *(len(sets.low) for sets in lists)]).tolist()
-    return TurnedLists(tuple(_lower_set(sets, at) for sets in lists for at in range(len(sets.low))), tuple(begins))
+    boxes = [[Boxes(sets.low, sets.high)] for sets in steps]
+    found = search_of(boxes, [range(steps[0].low.shape[1])], framed=True)
+    return replace(found, frames=tuple(_lower_frame(sets, at) for sets in steps for at in range(len(sets.low))))
 
 
-def _lower_set(sets: Turned, at: int) -> TurnedSet:
-    """One of some sets, as code has it."""
+def _lower_frame(sets: Turned, at: int) -> Frame:
+    """The frame of one of some sets, as code has it."""
     rows = (sets.inverse, sets.matrix, sets.turned)
-    inverse, matrix, turned = (tuple(_doubles(row) for row in each[at]) for each in rows)
-    low, high, centre = (_doubles(each[at]) for each in (sets.low, sets.high, sets.centre))
-    most = Double(short_hex(sets.most[at].item()), decimal_literal(sets.most[at].item()))
-    rest, slack = _doubles(sets.rest[at]), _doubles(sets.slack[at])
-    return TurnedSet(low, high, centre, inverse, matrix, turned, rest, slack, most)
-
-
-def _doubles(values: Float64) -> tuple[Double, ...]:
-    return tuple(Double(short_hex(value + 0.0), decimal_literal(value + 0.0)) for value in values.tolist())
+    inverse, matrix, turned = (tuple(doubles_of(row) for row in each[at]) for each in rows)
+    centre, rest, slack = (doubles_of(each[at]) for each in (sets.centre, sets.rest, sets.slack))
+    (most,) = doubles_of(sets.most[at : at + 1])
+    return Frame(centre, inverse, tuple(zip(*inverse, strict=True)), matrix, turned, rest, slack, most)

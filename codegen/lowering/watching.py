@@ -19,7 +19,6 @@ from codegen.lowering.covering import Cover, Lookup, look_up
 from codegen.lowering.lower import region_of
 from codegen.lowering.model import Agent, Double, Model, Place, Region
 from codegen.lowering.tracking import Start, Track, track
-from codegen.lowering.turning import TurnedLists
 from codegen.region import RegionSpec
 
 ROUNDED = 1.0 + 2.0**-20  # by which a speed at its limit may be above it: simulators round where they cut it
@@ -92,7 +91,7 @@ class Watch:
     size: str  # how many there are, in C
     dt: str  # seconds of a step
     ahead: Model | None = None  # with what of the region moves until the next step; None: nothing does, or a cover
-    lookup: Lookup | TurnedLists | None = None  # of a cover; None: of a region
+    lookup: Lookup | None = None  # of a cover; None: of a region
     ever: bool = True  # whether what is proved holds at every step
     early: str = "0.0"  # seconds before which a step comes too soon
     track: Track | None = None  # of episodes from the region: `moved` and `ahead` are empty then
