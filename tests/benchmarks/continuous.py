@@ -3,7 +3,7 @@
     python -m tests.benchmarks.continuous --train FOLDER [GAME ...]
     python -m tests.benchmarks.continuous --experts FOLDER [GAME ...] [--leaves N] [--json]
     python -m tests.benchmarks.continuous --navigation
-    python -m tests.benchmarks.continuous --halves
+    python -m tests.benchmarks.continuous --halves [--experts FOLDER]
 
 --train makes the experts by stable-baselines3, one file a game (`Pendulum-v1.zip`, ...), from seed 0, on one core.
 Otherwise each game's expert is extracted in several ways, and a row says what a tree returns over the same held-out
@@ -11,15 +11,17 @@ episodes as the expert and random actions, its score (tree - random) / (expert -
 bootstrap, and its size in leaves and in numbers. The plain rows are what forty lines of scikit-learn give: a
 regressor of the expert's own episodes, and one that also plays (DAgger), with as many rounds and episodes as ours.
 --navigation asks what tests of sums do for numbered actions: D of the shipped expert's trees of 16 leaves.
---halves asks it of deception: whether trees of half or a quarter of 64 leaves succeed as often, within .02.
+--halves asks it of deception: whether trees of half or a quarter of 64 leaves succeed as often, within .02; with
+--experts, of LunarLander's return instead. --record FILE keeps the rows in a file of JSON, measures none that
+it has of this expert, and prints them as the manual's table.
 """
 
 import argparse
 import json
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -38,8 +40,10 @@ from maviper.extraction.settings import Settings
 from maviper.worlds import World, find
 from tests.benchmarks import single_agent
 
-PARTS = 4  # of a training, after each of which the expert is written
-# After rl-baselines3-zoo (hyperparams/sac.yml and ppo.yml), SAC with fewer steps; `steps` are environment steps.
+PART = 100_000  # environment steps of a training, after which the expert is written
+# After rl-baselines3-zoo (hyperparams/sac.yml and ppo.yml), with fewer environment steps (`steps`). `then`: settings by
+# which a training goes on, with larger batches, which cost a third, and shorter steps in the end.
+LARGE = {"n_steps": 256, "batch_size": 512, "n_epochs": 8, "ent_coef": 0.0}
 EXPERTS: dict[str, dict[str, Any]] = {
     "Pendulum-v1": {
         "algorithm": "SAC",
@@ -48,18 +52,25 @@ EXPERTS: dict[str, dict[str, Any]] = {
         "net_arch": [64, 64],
         "settings": {"learning_rate": 1e-3, "gamma": 0.95},
     },
-    "LunarLanderContinuous-v3": single_agent.EXPERTS["LunarLander-v3"],
+    "LunarLanderContinuous-v3": {
+        **single_agent.EXPERTS["LunarLander-v3"],
+        "steps": 250_000,
+        "then": (
+            {"envs": 32, "steps": 319_488, "settings": {**LARGE, "learning_rate": 7e-4}},
+            {"envs": 32, "steps": 163_840, "settings": {**LARGE, "learning_rate": 2e-4}},
+        ),
+    },
     "Swimmer-v5": {
         "algorithm": "PPO",
-        "envs": 4,
-        "steps": 1_000_000,
+        "envs": 16,
+        "steps": 600_000,
         "scaled": True,
         "settings": {
-            "n_steps": 1024,
-            "batch_size": 256,
+            "n_steps": 256,
+            "batch_size": 512,
             "gae_lambda": 0.98,
             "gamma": 0.9999,
-            "learning_rate": 6e-4,
+            "learning_rate": 8e-4,
         },
     },
 }
@@ -67,16 +78,19 @@ WANTED = {"Pendulum-v1": -170.0, "LunarLanderContinuous-v3": 250.0, "Swimmer-v5"
 REACH = {"Pendulum-v1": (0.97, 1.0), "LunarLanderContinuous-v3": (0.92, 0.98), "Swimmer-v5": (0.90, 0.98)}
 LEAVES = {"Pendulum-v1": 16, "LunarLanderContinuous-v3": 32, "Swimmer-v5": 64}
 ROUNDS = {"iterations": 12, "rollouts": 20, "selection_episodes": 20, "patience": 100, "max_depth": 12}
-REFINED = 8_000  # episodes
+REFINED = {"Pendulum-v1": 4_000, "LunarLanderContinuous-v3": 4_000, "Swimmer-v5": 2_000}  # episodes
+AXIS_ALIGNED = "constant leaves"
+WITH_SUMS = ("constant, splits of sums", "linear, splits of sums")
 WAYS: dict[str, dict[str, str | int]] = {
-    "constant leaves": {"leaf": "constant"},
+    AXIS_ALIGNED: {"leaf": "constant"},
     "constant, splits of differences": {"leaf": "constant", "splits": "differences"},
     "constant, splits of sums": {"leaf": "constant", "splits": "sums"},
     "linear leaves": {"leaf": "linear"},
     "linear, splits of sums": {"leaf": "linear", "splits": "sums"},
-    "constant leaves, refined": {"leaf": "constant", "refinement": REFINED},
-    "linear, splits of sums, refined": {"leaf": "linear", "splits": "sums", "refinement": REFINED},
+    "constant leaves, refined": {"leaf": "constant", "refinement": 0},
+    "linear, splits of sums, refined": {"leaf": "linear", "splits": "sums", "refinement": 0},
 }
+PLAIN = ("plain imitation", "plain DAgger")
 EPISODES = 200
 MISSING = (
     "BipedalWalker-v3: no expert is trained",
@@ -84,13 +98,26 @@ MISSING = (
 )
 
 
-def trained(game: str, file: Path, seed: int = 0) -> None:
+def train_expert(game: str, file: Path, seed: int = 0) -> None:
     """Trains a game's expert in parts, and writes it after each of them as stable-baselines3 does."""
-    found = single_agent.learner(game, EXPERTS[game], seed)
-    for part in range(PARTS):
-        found.learn(EXPERTS[game]["steps"] // PARTS, reset_num_timesteps=part == 0)
-        found.save(file)
-        print(f"{game}: {found.num_timesteps:,} steps", flush=True)
+    recipe = EXPERTS[game]
+    learner = single_agent.learner(game, recipe, seed)
+    _learn(learner, game, file, recipe["steps"])
+    for number, then in enumerate(recipe.get("then", ()), 1):
+        more = {**recipe, **then, "settings": {**recipe["settings"], **then["settings"]}}
+        fresh = single_agent.learner(game, more, seed + number)
+        fresh.set_parameters(str(file))
+        fresh.num_timesteps, learner = learner.num_timesteps, fresh
+        _learn(fresh, game, file, more["steps"])
+
+
+def _learn(learner: Any, game: str, file: Path, steps: int) -> None:
+    last = learner.num_timesteps + steps
+    while learner.num_timesteps < last:
+        first = learner.num_timesteps == 0
+        learner.learn(min(PART, last - learner.num_timesteps), reset_num_timesteps=first)
+        learner.save(file)
+        print(f"{game}: {learner.num_timesteps:,} steps", flush=True)
 
 
 def plain(world: World, expert: Any, leaves: int, plays: bool) -> Any:
@@ -142,29 +169,96 @@ def scored(tree: Float64, expert: Float64, random: Float64) -> tuple[float, floa
     return float(value), float(low), float(high)
 
 
-def measured(game: str, file: Path, leaves: int, ways: Sequence[str], seed: int) -> list[dict[str, Any]]:
-    """A row for each way, of trees with so many leaves at most, and for plain imitation."""
-    world = find(f"gymnasium:{game}", giving=True)
-    expert = from_sb3(file, world, NONE if EXPERTS[game].get("scaled") else None)  # rewards alone were scaled
-    best, random = returns(world, expert), returns(world, None)
-    print(f"{game}: expert {best.mean():.1f} (wanted: {WANTED[game]:.0f}), random {random.mean():.1f}", flush=True)
-    rows: list[dict[str, Any]] = []
-    for name in ways:
-        started = time.process_time()
-        numbers: int | None = None
+class Setting(NamedTuple):
+    """A game with its expert, and what that and random actions return in the held-out episodes."""
+
+    game: str
+    world: World
+    expert: Any
+    best: Float64
+    random: Float64
+
+    @staticmethod
+    def of(game: str, file: Path) -> "Setting":
+        """The game of an expert's file."""
+        world = find(f"gymnasium:{game}", giving=True)
+        expert = from_sb3(file, world, NONE if EXPERTS[game].get("scaled") else None)  # rewards alone were scaled
+        setting = Setting(game, world, expert, returns(world, expert), returns(world, None))
+        told = f"expert {setting.best.mean():.1f} (wanted: {WANTED[game]:.0f}), random {setting.random.mean():.1f}"
+        print(f"{game}: {told}", flush=True)
+        return setting
+
+    def measure(self, name: str, leaves: int, seed: int) -> dict[str, Any]:
+        """A row of one way, of a tree with so many leaves at most, or of plain imitation."""
+        started, numbers = time.process_time(), 0
         if name.startswith("plain"):
-            found, count = plain(world, expert, leaves, "DAgger" in name), leaves
+            player, count = plain(self.world, self.expert, leaves, "DAgger" in name), leaves
         else:
-            given = {"algorithm": "viper", "max_leaves": leaves, "seed": seed, **ROUNDS, **WAYS[name]}
-            (policy,) = extract(world, expert, Settings.of(given, world)).agents
-            found, count, numbers = tree_policies([policy]), len(ir.leaves(policy.tree)), size(policy)
+            way = WAYS[name] | ({"refinement": REFINED[self.game]} if "refinement" in WAYS[name] else {})
+            given = {"algorithm": "viper", "max_leaves": leaves, "seed": seed, **ROUNDS, **way}
+            (policy,) = extract(self.world, self.expert, Settings.of(given, self.world)).agents
+            player, count, numbers = tree_policies([policy]), len(ir.leaves(policy.tree)), size(policy)
         spent = time.process_time() - started
-        values = returns(world, found)
-        score, low, high = scored(values, best, random)
-        rows.append({"way": name, "score": score, "leaves": count})
-        told = f"{count} leaves" + ("" if numbers is None else f" of {numbers} numbers")
-        print(f"  {name}: {values.mean():.1f}, score {score:.3f} [{low:.3f}, {high:.3f}], {told}, {spent:.0f} CPU s")
-    return rows
+        values = returns(self.world, player)
+        score, low, high = scored(values, self.best, self.random)
+        told = f"{count} leaves" + (f" of {numbers} numbers" if numbers else "")
+        interval = f"[{low:.3f}, {high:.3f}]"
+        print(f"  {name}: {values.mean():.1f}, score {score:.3f} {interval}, {told}, {spent:.0f} CPU s", flush=True)
+        figures = {"return": values.mean(), "score": score, "low": low, "high": high}
+        about = {"expert": self.best.mean(), "random": self.random.mean(), "episodes": EPISODES, "seed": seed}
+        about |= {"expert_sha256": self.expert.hash}
+        rounded = {key: round(float(value), 3) for key, value in figures.items()}
+        sizes = {"asked": leaves, "leaves": count, "numbers": numbers}
+        return {"game": self.game, "way": name, **sizes, **rounded, **about}
+
+
+def measure_once(setting: Setting, name: str, leaves: int, seed: int, record: Path | None) -> dict[str, Any]:
+    """A row as the record has it, for this expert, or measured and kept there."""
+    for row in json.loads(record.read_text()) if record and record.exists() else ():
+        asked = row["game"], row["way"], row["asked"], row["seed"], row["expert_sha256"]
+        if asked == (setting.game, name, leaves, seed, setting.expert.hash):
+            return row
+    row = setting.measure(name, leaves, seed)
+    if record:
+        keep_rows(record, [row])
+    return row
+
+
+def keep_rows(record: Path, rows: Sequence[Mapping[str, Any]]) -> None:
+    """Writes rows into a record, in the place of those of the same game, way, leaves and seed."""
+    known = json.loads(record.read_text()) if record.exists() else []
+    by_key = {tuple(str(row[key]) for key in ("game", "asked", "way", "seed")): row for row in (*known, *rows)}
+    record.parent.mkdir(parents=True, exist_ok=True)
+    record.write_text("[\n" + ",\n".join(json.dumps(by_key[key]) for key in sorted(by_key)) + "\n]\n")
+
+
+def table(record: Path) -> list[str]:
+    """The lines of a table of a record's rows, as the manual has them."""
+    order = [*WAYS, *PLAIN]
+    rows = sorted(json.loads(record.read_text()), key=lambda row: (row["game"], row["asked"], order.index(row["way"])))
+    cells = [("game", "leaves", "way", "numbers", "return", "score")]
+    for row in rows:
+        sizes = str(row["asked"]), row["way"], str(row["numbers"] or "")
+        score = f"{row['score']:.3f} [{row['low']:.3f}, {row['high']:.3f}]"
+        cells.append((row["game"], *sizes, f"{row['return']:.1f}", score))
+    wide = [max(map(len, column)) for column in zip(*cells, strict=True)]
+    lines = ["| " + " | ".join(map(str.ljust, row, wide)) + " |" for row in cells]
+    return [lines[0], "|" + "|".join("-" * (width + 2) for width in wide) + "|", *lines[1:]]
+
+
+def lander_halves(setting: Setting, record: Path | None, seed: int) -> list[dict[str, Any]]:
+    """What trees of fewer leaves with sums score above a tree of 64 leaves that tests single features."""
+    figures: list[dict[str, Any]] = []
+    whole = 0.0
+    for leaves, name in ((WHOLE, AXIS_ALIGNED), *((WHOLE // part, way) for part in (2, 4) for way in WITH_SUMS)):
+        row = measure_once(setting, name, leaves, seed, record)
+        if leaves == WHOLE:
+            whole = row["score"]
+            continue
+        told = f"{setting.game}: score of {name} at {leaves} leaves, above {AXIS_ALIGNED} at {WHOLE}"
+        figures.append({"name": told, "value": round(row["score"] - whole, 3), "reach": -WITHIN, "stretch": 0.0})
+        figures[-1]["better"] = "higher"
+    return figures
 
 
 NAVIGATION = {
@@ -228,35 +322,42 @@ def halves() -> list[dict[str, Any]]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("games", nargs="*", default=list(EXPERTS))
     parser.add_argument("--train", type=Path)
     parser.add_argument("--experts", type=Path)
     parser.add_argument("--leaves", type=int)
-    parser.add_argument("--ways", help="several with +", default="+".join((*WAYS, "plain imitation", "plain DAgger")))
+    parser.add_argument("--ways", help="several with +", default="+".join((*WAYS, *PLAIN)))
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--navigation", action="store_true")
     parser.add_argument("--halves", action="store_true")
+    parser.add_argument("--record", type=Path)
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
     held_out.EVALUATION_EPISODES = 10  # a profile's own figures are not asked for
     if options.train:
         options.train.mkdir(exist_ok=True)
         for game in options.games:
-            trained(game, options.train / f"{game}.zip", options.seed)
+            train_expert(game, options.train / f"{game}.zip", options.seed)
     figures = navigation() if options.navigation else list[dict[str, Any]]()
-    figures += halves() if options.halves else []
+    figures += halves() if options.halves and not options.experts else []
     for game in options.games if options.experts else ():
         file = options.experts / f"{game}.zip"
         if not file.exists():
             print(f"{game}: no expert; --train FOLDER {game} makes it")
             continue
-        leaves = options.leaves or LEAVES[game]
-        for row in measured(game, file, leaves, options.ways.split("+"), options.seed):
+        leaves, setting = options.leaves or LEAVES[game], Setting.of(game, file)
+        if options.halves:
+            figures += lander_halves(setting, options.record, options.seed)
+            continue
+        for way in options.ways.split("+"):
+            row = measure_once(setting, way, leaves, options.seed, options.record)
             reach, stretch = REACH[game]
             name = f"{game}: score of {row['way']} at {leaves} leaves"
-            figures.append({"name": name, "value": round(row["score"], 3), "reach": reach, "stretch": stretch})
+            figures.append({"name": name, "value": row["score"], "reach": reach, "stretch": stretch})
             figures[-1]["better"] = "higher"
+    if options.record:
+        print("\n".join(table(options.record)))
     print("\n".join(f"not measured: {each}" for each in MISSING))
     if options.json:
         print(json.dumps({"figures": figures}))

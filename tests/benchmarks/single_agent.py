@@ -92,7 +92,8 @@ def learner(game: str, recipe: Mapping[str, Any], seed: int = 0) -> Any:
     falling = {key: (lambda left, top=top: left * top) for key, top in recipe.get("linear", {}).items()}
     policy = {"net_arch": recipe["net_arch"]} if "net_arch" in recipe else None
     kind = getattr(stable_baselines3, recipe["algorithm"])
-    env = make_vec_env(game, recipe["envs"], seed=seed)
+    # the library would have the games ready to be drawn, for which LunarLander keeps hundreds of particles
+    env = make_vec_env(game, recipe["envs"], seed=seed, env_kwargs={"render_mode": None})
     settings = recipe["settings"] | falling
     if recipe.get("scaled"):
         env = VecNormalize(env, norm_obs=False, gamma=settings["gamma"])
@@ -159,7 +160,7 @@ def measured(game: str, file: Path, changes: dict[str, object]) -> dict[str, flo
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("games", nargs="*", default=list(EXPERTS))
     parser.add_argument("--train", type=Path)
     parser.add_argument("--experts", type=Path)
