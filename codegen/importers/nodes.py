@@ -17,7 +17,7 @@ import numpy as np
 
 from codegen.errors import InputError, escape_text
 from codegen.floats import FLOAT64
-from codegen.importers.reading import SUMS, Origin
+from codegen.importers.reading import MAX_FEATURES, SUMS, Origin
 from codegen.importers.symbolic.affine import Affine, Given, Sums, Terms
 from codegen.importers.symbolic.feature import Feature, Test
 from codegen.importers.symbolic.labels import Value
@@ -27,7 +27,6 @@ from codegen.importers.symbolic.program import Described, origin_of_tree
 from codegen.ir import MAX_DEPTH, MAX_NODES, GrownTree
 from codegen.paths import in_preorder
 
-MAX_FEATURES = 1 << 20
 OPPOSITE = {"<=": ">", "<": ">=", ">": "<=", ">=": "<"}
 Node = TypeVar("Node")
 

@@ -14,6 +14,7 @@ from codegen.ir import Bool, Floats, GrownTree, Sum
 
 AGENT = "agent_0"
 SUMS = 1 << 24  # from this place on, features of a grown tree are sums
+MAX_FEATURES = 1 << 20  # of an observation
 SINGLES, DOUBLES = (f"any numbers, which it makes {numbers}" for numbers in (FLOAT32, FLOAT64))
 
 

@@ -22,7 +22,6 @@ from codegen.importers.c.values import Array, Cell, Condition, Function, Number,
 from codegen.importers.symbolic.feature import SIGNS
 
 CALL_ADVICE = "a decision may depend on the observation alone; give what the call answers as a feature"
-MAX_CALLS = 40
 
 
 class Expressions(Objects):

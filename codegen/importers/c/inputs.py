@@ -20,9 +20,7 @@ from codegen.errors import InputError
 from codegen.importers.c.kinds import CHAR, FLOAT, Kind, Many, Pointer, Record, Type, Void
 from codegen.importers.c.values import Array, Cell, Object, Origin, Reference, Symbol, Value, cells, make_object
 from codegen.importers.symbolic.feature import Feature, Step
-
-MAX_FEATURES = 1 << 20
-STATE_ADVICE = "a decision may depend on the observation alone; give what is remembered as a feature"
+from codegen.importers.symbolic.paths import STATE_ADVICE
 
 
 @dataclass

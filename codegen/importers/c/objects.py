@@ -15,7 +15,7 @@ from pycparser import c_ast
 from codegen.errors import escape_text
 from codegen.importers.c.arithmetic import TEST_ADVICE, Arithmetic
 from codegen.importers.c.declarations import Declarations, text_of
-from codegen.importers.c.inputs import STATE_ADVICE, Inputs
+from codegen.importers.c.inputs import Inputs
 from codegen.importers.c.kinds import INT, Kind, Many, Pointer, Type, Void
 from codegen.importers.c.library import CONSTANTS
 from codegen.importers.c.values import (
@@ -30,7 +30,7 @@ from codegen.importers.c.values import (
     Value,
     make_object,
 )
-from codegen.importers.symbolic.paths import Paths
+from codegen.importers.symbolic.paths import STATE_ADVICE, Paths
 
 
 def _points(value: Reference, to: Type) -> bool:

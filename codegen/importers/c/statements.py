@@ -14,10 +14,10 @@ from pycparser import c_ast
 
 from codegen.errors import escape_text
 from codegen.importers.c.declarations import collect_assigned, is_const, text_of
-from codegen.importers.c.expressions import MAX_CALLS, Expressions
-from codegen.importers.c.inputs import STATE_ADVICE
+from codegen.importers.c.expressions import Expressions
 from codegen.importers.c.kinds import Callable_, Many, Pointer, Type, Void
 from codegen.importers.c.values import Array, Number, Reference, Struct, Text, Value, cells, make_object
+from codegen.importers.symbolic.paths import MAX_CALLS, STATE_ADVICE
 
 
 class _Jump(Exception):

@@ -32,7 +32,6 @@ from codegen.importers.onnx.ensemble import ENSEMBLE, NUMBER, WHOLE, read_ensemb
 from codegen.importers.onnx.tree import (
     ADVICE,
     LABELS,
-    MAX_FEATURES,
     MAX_TARGETS,
     REGRESSOR,
     TREES,
@@ -40,6 +39,7 @@ from codegen.importers.onnx.tree import (
     make_error,
     read_tree,
 )
+from codegen.importers.reading import MAX_FEATURES
 from codegen.ir import NO_FEATURE, Bool, Float32, GrownTree
 
 OPERATOR_TREES = (*TREES, ENSEMBLE)

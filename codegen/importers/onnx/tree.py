@@ -14,6 +14,7 @@ import numpy as np
 
 from codegen.errors import InputError
 from codegen.floats import FLOAT64, neighbour
+from codegen.importers.reading import MAX_FEATURES
 from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, Bool, Float32, Float64, GrownTree
 
 CLASSIFIER, REGRESSOR = "TreeEnsembleClassifier", "TreeEnsembleRegressor"
@@ -21,7 +22,7 @@ TREES = {CLASSIFIER: "class", REGRESSOR: "target"}  # and how the attributes of 
 LABELS = {"classlabels_int64s": "the tree's label, INT64", "classlabels_strings": "the tree's label, STRING"}
 LESS_EQUAL, LESS, LEAF = "BRANCH_LEQ", "BRANCH_LT", "LEAF"
 FEWEST_CLASSES = 2
-MAX_FEATURES, MAX_TARGETS = 1 << 20, 64
+MAX_TARGETS = 64
 NODE_LISTS = ("nodes_modes", "nodes_nodeids", "nodes_featureids", "nodes_truenodeids", "nodes_falsenodeids")
 LEAF_LISTS = ("treeids", "nodeids", "ids")
 HARMLESS = {"nodes_hitrates", "nodes_hitrates_as_tensor", "nodes_missing_value_tracks_true", "post_transform"}

@@ -13,7 +13,7 @@ from dataclasses import replace
 from typing import Any
 
 from codegen.errors import escape_text
-from codegen.importers.python.machine import EXPRESSIONS, STATE_ADVICE, Machine, reads, step_of
+from codegen.importers.python.machine import EXPRESSIONS, Machine, reads, step_of
 from codegen.importers.python.values import (
     Array,
     Bound,
@@ -29,6 +29,7 @@ from codegen.importers.python.values import (
     Unread,
 )
 from codegen.importers.symbolic.feature import Feature, Step
+from codegen.importers.symbolic.paths import STATE_ADVICE
 
 SAME = ("flatten", "ravel", "copy", "squeeze", "item", "numpy", "cpu", "detach", "reshape", "view", "T", "values")
 METHODS: Mapping[type, frozenset[str]] = {

@@ -17,10 +17,11 @@ from typing import Any
 from codegen.errors import escape_text
 from codegen.importers.python.arithmetic import COMPARISONS, binary, compare_values, unary
 from codegen.importers.python.library import BUILTINS
-from codegen.importers.python.machine import EXPRESSIONS, STATE_ADVICE, Machine, reads, text_of
+from codegen.importers.python.machine import EXPRESSIONS, Machine, reads, text_of
 from codegen.importers.python.sequences import items_of
 from codegen.importers.python.values import Bound, Class, Condition, Function, Member, Part, Scope, Symbol, Unread
 from codegen.importers.symbolic.feature import Feature, Test
+from codegen.importers.symbolic.paths import STATE_ADVICE
 
 LOGGERS = ("logging", "logger", "log", "LOG", "LOGGER", "warnings", "_logger")
 

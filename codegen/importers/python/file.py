@@ -18,8 +18,9 @@ from typing import Any, NamedTuple
 
 from codegen.errors import InputError, escape_text
 from codegen.importers.python.attributes import CHANGING
-from codegen.importers.python.machine import STATE_ADVICE, Machine, text_of
+from codegen.importers.python.machine import Machine, text_of
 from codegen.importers.python.values import Class, Function, Instance, Module, Scope, Unread
+from codegen.importers.symbolic.paths import STATE_ADVICE
 
 MAGIC = frozenset(
     ("exec", "eval", "globals", "locals", "vars", "setattr", "delattr", "compile", "__import__", "__builtins__")

@@ -11,9 +11,9 @@ from typing import TypeAlias
 
 from codegen.errors import InputError, escape_text
 from codegen.importers.python.values import Part
+from codegen.importers.reading import MAX_FEATURES
 from codegen.importers.symbolic.program import Described
 
-MAX_FEATURES = 1 << 20
 ORDER = "say in which order an observation has them: --features a,b,c"
 
 

@@ -38,15 +38,13 @@ from codegen.importers.python.values import (
 )
 from codegen.importers.symbolic.affine import Sums
 from codegen.importers.symbolic.feature import Feature, Step, Test
-from codegen.importers.symbolic.paths import MANY_PATHS, MAX_STEPS, Paths
+from codegen.importers.symbolic.paths import MANY_PATHS, MAX_CALLS, MAX_STEPS, STATE_ADVICE, Paths
 
-MAX_CALLS = 40  # functions within one another
 MAX_ITEMS = 1 << 16  # of a list, a text or a dictionary
 MAX_SHOWN = 60
 MAX_INDEX = 256  # values of a whole number that is used as an index
 TEST_ADVICE = "compare one feature with a number; give a sum or a difference as a feature of its own"
 RETURN_ADVICE = "return a number, a text, a name or a list of numbers"
-STATE_ADVICE = "a decision may depend on the observation alone; give what is remembered as a feature"
 UNCOUNTED = "the file does not say how many features there are", "name all: --features a,b,c"
 Handler = Callable[["Machine", Any, Scope], Any]
 EXPRESSIONS: dict[type[ast.AST], Handler] = {}

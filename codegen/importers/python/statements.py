@@ -17,10 +17,11 @@ from codegen.importers.python.arithmetic import binary, compare_values
 from codegen.importers.python.containers import assign
 from codegen.importers.python.expressions import defaults_of, eval_condition
 from codegen.importers.python.library import MODULES
-from codegen.importers.python.machine import STATE_ADVICE, STATEMENTS, End, Machine, reads, text_of
+from codegen.importers.python.machine import STATEMENTS, End, Machine, reads, text_of
 from codegen.importers.python.sequences import items_of
 from codegen.importers.python.values import Array, Condition, Function, Part, Scope, Symbol, Unread
 from codegen.importers.symbolic.feature import Test
+from codegen.importers.symbolic.paths import STATE_ADVICE
 
 DECORATORS = {"staticmethod": "static", "classmethod": "class", "property": "property", "cached_property": "property"}
 IDLE = ("cache", "lru_cache", "abstractmethod", "override", "final", "njit")

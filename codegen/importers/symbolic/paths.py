@@ -27,6 +27,8 @@ from codegen.ir import MAX_DEPTH, NO_ACTION, NO_CHILD, NO_FEATURE, Bool, Floats,
 MAX_NODES = 1 << 19
 MAX_STEPS = 5_000_000  # of following paths, which a program of many variables multiplies
 MAX_CHAIN = 4  # turns of a test that are asked one after the other; of more, the middle one first
+MAX_CALLS = 40  # functions of the program within one another
+STATE_ADVICE = "a decision may depend on the observation alone; give what is remembered as a feature"
 MANY_PATHS = "return in each branch, and build tables outside the function"
 Run: TypeAlias = "Callable[[Paths, Any], Any]"  # paths, the state to go on from or None -> what is returned
 

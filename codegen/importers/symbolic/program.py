@@ -62,7 +62,7 @@ def origin_of_tree(
             replay.follow(run)
         return given.answers(replay.values, replay.columns, sums.numbers if sums else said.numbers)
 
-    said = replace(said, nan=said.nan and given.nan, called=given.labels.called)
+    said = replace(said, features=(*said.features,), nan=said.nan and given.nan, called=given.labels.called)
     facts: dict[str, Any] = {each.name: getattr(said, each.name) for each in fields(Facts)}
     origin = Origin(
         **facts,
