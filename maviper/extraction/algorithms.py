@@ -153,7 +153,7 @@ Iterates = tuple[list[list[GrownTree]], dict[str, int]]
 def _iterates(asked: Extraction, agents: list[int], running: Running) -> Iterates:
     """The best trees of each agent, the chosen one first, and what the provenance says of them."""
     by = asked.settings.together
-    tasks = []
+    tasks = list[tuple[Extraction, list[int]]]()
     for place, together in enumerate(group_agents(asked.world, by, agents)):
         part = {AGENT: asked.world.agents[together[0]], TEAM: f"team-{place}"}.get(by)
         journal = asked.journal.part(part) if part else asked.journal
@@ -161,7 +161,7 @@ def _iterates(asked: Extraction, agents: list[int], running: Running) -> Iterate
     if running.jobs == 1 or len(tasks) == 1:
         per_task = [_choose_iterates(own, together, running) for own, together in tasks]
     else:
-        per_task = list(side_by_side(_quietly, tasks, running.jobs))
+        per_task = list[Iterates](side_by_side(_quietly, tasks, running.jobs))
     trees = {
         agent: mine
         for (_, together), (chosen, _) in zip(tasks, per_task, strict=True)

@@ -54,8 +54,8 @@ def _right(world: World, observations: tuple[Float32, ...], wanted: Int, held: i
     shape = wanted[~held].shape
     known = Dataset(tuple(seen[~held] for seen in observations), wanted[~held], np.ones(shape), np.ones(shape, bool))
     ones = [np.ones(len(known), dtype=np.int64)] * len(observations)
-    shares = []
+    shares = list[float]()
     for agent, seen in enumerate(observations):
         (tree,) = growth.team([agent], known, ones, [settings.seed] * len(observations), 0)
-        shares.append((tree.action[ir.apply(tree, seen[held])] == wanted[held, agent]).mean())
+        shares.append(float((tree.action[ir.apply(tree, seen[held])] == wanted[held, agent]).mean()))
     return float(np.mean(shares))

@@ -112,7 +112,7 @@ class _Group:
 
         def weigh(observations: tuple[Float32, ...], state: Any, wanted: Int) -> Float64:
             nonlocal weighed
-            columns = []
+            columns = list[Float64]()
             for column in self.columns(observations, state, wanted):
                 columns.append(column)
                 weighed += len(wanted)
@@ -172,7 +172,7 @@ class _Responding(_Group):
 
     def columns(self, observations: tuple[Float32, ...], state: Any, wanted: Int) -> Iterator[Float64]:
         """Keeps the states. Every point weighs the same until there are trees to reply to."""
-        self.state = state if self.state is None else type(state).concatenate([self.state, state])
+        self.state = state if self.state is None else state.concatenate([self.state, state])
         yield np.ones((len(wanted), len(self.agents)))
 
     def take(self, trees: Mapping[int, GrownTree]) -> None:
@@ -333,7 +333,7 @@ def grow_teams(
     team's votes kept. `data`: with a column of weights for each of them.
     """
     together = settings.rollouts_by in (EXPERTS, ALL) and settings.labels == EXPERT
-    whose = [] if together else agents  # data or labels of its own, draws of its own
+    whose = list[int]() if together else agents  # data or labels of its own, draws of its own
     rng = np.random.default_rng([settings.seed, *whose, iteration])
     columns = zip(agents, data.weights.T, strict=True)
     counts = {agent: _draw_counts(column, data.alive[:, agent], settings, rng) for agent, column in columns}

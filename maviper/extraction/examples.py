@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from codegen.ir import Bool, Float32, Float64, GrownTree
+from codegen.ir import Bool, Float32, Float64, GrownTree, Int32
 from maviper.experts.expert import AS_GIVEN, Expert
 from maviper.extraction.dataset import Dataset
 from maviper.extraction.selection.stack import stack_trees
@@ -43,7 +43,7 @@ class Lesson:
 
     def meets_claim(self, world: World, trees: Mapping[int, GrownTree]) -> Bool:
         """Where the team fulfils the claim with these trees (agent -> tree), all others acting as labelled, [n]."""
-        actions = {}
+        actions = dict[str, Int32]()
         for agent, name in enumerate(world.agents):
             acted = self.labels[:, agent]
             if agent in trees:
@@ -80,7 +80,7 @@ class Examples:
         # where all weights are zero, every point in which the agent takes part counts alike
         alive = data.alive[:, list(agents)]
         theirs = np.where(data.weights.sum(axis=0) > 0, data.weights, alive)
-        ours = []
+        ours = list[Float64]()
         for agent, known, count in zip(agents, theirs.sum(axis=0), alive.sum(axis=0), strict=True):
             team = world.team_of(world.agents[agent])
             mine = np.concatenate([np.full(len(lesson), float(lesson.team == team)) for lesson in self.lessons])

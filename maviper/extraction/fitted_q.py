@@ -1,3 +1,4 @@
+# pyright: basic
 """Fitted Q-Iteration (Ernst et al. 2005), the paper's second baseline: a tree of Q, laid over into a tree of actions.
 
 Does: fits a regression tree to Q(o_i, a_i) from expert episodes, iterates, turns argmax over actions into one tree.

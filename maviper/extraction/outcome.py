@@ -35,7 +35,7 @@ def joint_ratio(
     teams: Sequence[str] | None = None,
 ) -> tuple[float, float]:
     """Mean over teams of the primary measure's ratio to the expert's, and the half width of its 95 % interval."""
-    ratios, widths = [], []
+    ratios, widths = list[float](), list[float]()
     for team in world.teams if teams is None else teams:
         measure = world.primary(team)
         # a divisor of zero counts as if it were one hit among all episodes

@@ -69,7 +69,7 @@ def task_of(paths: Sequence[Path], world: World, expert: Expert, console: Consol
     failing, skipped = read_failing(paths, world)
     for said in skipped:
         console.line("", said)
-    lessons = []
+    lessons = list[Lesson]()
     for one in failing:
         lesson = _lesson(world, expert, one)
         left_out = len(one.states) - len(lesson)

@@ -76,7 +76,7 @@ class _Points:
 
         met = collect(asked.world, asked.expert, controllers, self.agents, seeds, keep_state)
         self.data = met.data if self.state is None else self.data + met.data
-        self.state = type(states[0]).concatenate(states)
+        self.state = states[0].concatenate(states)
         return met
 
     def tree(self, agent: int, trees: Mapping[int, GrownTree]) -> GrownTree:

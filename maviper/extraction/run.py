@@ -143,7 +143,7 @@ def _best_of_seeds(task: _Task, count: int, jobs: int, console: Console) -> ir.P
     """Each seed in a folder of its own; the one with the best score on episodes that chose nothing yet."""
     asked, first = task.asked, task.asked.settings.seed
     runs.folder(task.folder)
-    seeds, tasks = range(first, first + count), []
+    seeds, tasks = range(first, first + count), list[tuple[_Task]]()
     for seed in seeds:
         folder, settings = folder_of(task.folder, seed), replace(asked.settings, seed=seed).complete()
         one = asked._replace(settings=settings)
@@ -227,7 +227,8 @@ class Stages:
     """A live line for each stage of an extraction, and a line of `metrics` for each step."""
 
     def __init__(self, console: Console, metrics: Path | None = None) -> None:
-        self.console, self.metrics, self.stage = console, metrics, ""
+        self.console, self.metrics = console, metrics
+        self.stage: str = ""
         self._since = time.monotonic()
         self._lines: list[str] = []
         self._best = ""
@@ -270,7 +271,7 @@ def say_measured(profile: ir.PolicyProfile, world: World, console: Console) -> N
     """Each team's measures against expert opponents beside the expert's own, on held-out episodes."""
     measured = profile.provenance.evaluation
     for name in dict.fromkeys(measure.name for measure in world.measures):
-        parts = []
+        parts = list[str]()
         for measure in world.measures:
             if measure.name == name:
                 ours, theirs = read_measure(measured, measure)

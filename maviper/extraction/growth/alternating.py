@@ -239,7 +239,7 @@ def _directions(obs: Float64, care: Float64, spread: Float64) -> Iterator[Float6
             weights = np.zeros(obs.shape[1])
             weights[chosen] = fitted / scale[chosen]
             if (largest := np.abs(weights).max()) > 0:
-                rounded = np.round(weights / largest, DIGITS)
+                rounded = np.asarray(np.round(weights / largest, DIGITS), dtype=np.float64)
                 if np.count_nonzero(rounded) > 1:
                     yield rounded.astype(np.float32).astype(np.float64)
         kept = min(TERMS, len(chosen) - 1)
@@ -248,15 +248,20 @@ def _directions(obs: Float64, care: Float64, spread: Float64) -> Iterator[Float6
 
 def _logistic(scaled: Float64, care: Float64) -> Float64:
     """Weights whose sum is large where points had better go right, [n_features]."""
-    points = np.column_stack([scaled, np.ones(len(scaled))])
+    points = np.asarray(np.column_stack([scaled, np.ones(len(scaled))]), dtype=np.float64)
     side, weight = (care > 0).astype(np.float64), np.abs(care) / np.abs(care).sum()
-    fitted, ridge = np.zeros(points.shape[1]), RIDGE * np.eye(points.shape[1])
+    fitted = np.zeros(scaled.shape[1] + 1)
+    ridge = RIDGE * np.eye(points.shape[1])
     for _ in range(STEPS):
         chance = 1 / (1 + np.exp(-np.clip(points @ fitted, -30, 30)))
         slope = points.T @ (weight * (chance - side)) + ridge @ fitted
         curve = (points.T * (weight * np.maximum(chance * (1 - chance), 1e-3))) @ points + ridge
-        fitted = fitted - np.linalg.solve(curve, slope)
+        fitted = fitted - _solve(curve, slope)
     return fitted[:-1]
+
+
+def _solve(matrix: Float64, right: Float64) -> Float64:
+    return np.asarray(np.linalg.solve(matrix, right), dtype=np.float64)
 
 
 def _build_tree(nodes: _Nodes, obs: Float64, answers: Labels | Numbers) -> GrownTree:

@@ -1,3 +1,4 @@
+# pyright: basic
 """Joint tree growing: the trees of a team grow level by level and predict one another (paper, TrainJointTrees).
 
 Does: Build (vote filter, best split) and Predict (projected trees), both over all points of a level at once.

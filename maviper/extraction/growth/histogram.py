@@ -31,7 +31,7 @@ class Bins:
         """Bins for the observations [n, n_features]: midpoints between neighbouring distinct values. `most`: how many
         bins that a feature may have.
         """
-        edges = []
+        edges = list[Float64]()
         for column in np.ascontiguousarray(obs.T):
             values = np.unique(column).astype(np.float64)
             middle = (values[1:] + values[:-1]) / 2

@@ -1,3 +1,4 @@
+# pyright: basic
 """Leaves that give numbers: vectors of constants, or of sums that ridge regression fits, grown best first.
 
 Does: what each point adds to a leaf, how good a leaf is for what its points add up to, and the leaf's numbers.

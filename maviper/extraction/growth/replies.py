@@ -7,7 +7,7 @@ Assumes: points are appended, never changed; an expert that is its own best repl
 Does not: draw points or grow trees.
 """
 
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -36,11 +36,11 @@ class Replies:
         """
         q, legal = self._values(acting, data, state), legal_actions(self.world, self.agent, data.observations)
         expert = data.labels[:, self.agent]
-        others = np.arange(acting.shape[1]) != self.agent
+        others = np.asarray(np.arange(acting.shape[1]) != self.agent, dtype=np.bool_)
         misled = (acting != data.labels)[:, others].any(axis=1)
         best, worst = np.where(legal, q, -np.inf).max(axis=1), np.where(legal, q, np.inf).min(axis=1)
         better = misled & (best - _of(q, expert) > LEAST_GAIN * (best - worst))
-        labels = np.where(better, np.where(legal, q, -np.inf).argmax(axis=1), expert)
+        labels = cast("Int", np.where(better, np.where(legal, q, -np.inf).argmax(axis=1), expert))
         return labels, np.maximum(0.0, _of(q, labels) - worst)
 
     def _values(self, acting: Int, data: Dataset, state: Any) -> Float64:

@@ -41,7 +41,7 @@ def maviper_weights(
     Q_i(x, a_i). The others are all other agents in a cooperative game, and those outside i's team in a mixed one, where
     team-mates stay at their expert actions. Who no longer acts is none of them.
     """
-    columns = []
+    columns = list[Float64]()
     for agent in range(len(world.agents)) if agents is None else agents:
         team = world.members(world.team_of(world.agents[agent])) if len(world.teams) > 1 else [agent]
         others = [other for other in range(len(world.agents)) if other not in team]

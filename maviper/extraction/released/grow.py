@@ -151,7 +151,7 @@ def grow_team(
     ]
     keep = np.ones(len(labels), dtype=bool)
     for level in range(max_depth + 1):
-        for agent in rng.permutation(len(team)):
+        for agent in map(int, rng.permutation(len(team))):
             if predicts:  # more than half of the team
                 right = [member.right() & votes for member, votes in zip(team, alive.T, strict=True)]
                 keep = 2 * np.sum(right, axis=0) > alive.sum(axis=1)

@@ -1,3 +1,4 @@
+# pyright: basic
 """The authors' released code, its accidents included, where they matter for comparing with published numbers.
 
 Does: its warm-up, weights, resampling, one-hot leaves and data collection; its growth is in grow.py, its

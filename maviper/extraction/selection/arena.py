@@ -59,12 +59,13 @@ class Arena:
         self.used = 0  # episode seeds
         self.played = 0  # episodes
         self.seen: list[Float32] = []  # per agent, what it observed in all episodes of the last call's first candidate
-        self.values = np.zeros((0, 0))  # the primary measure of the last call, [n_candidates, episodes]
+        self.values: Float64 = np.zeros((0, 0))  # the primary measure of the last call, [n_candidates, episodes]
 
     def scores(self, candidates: Sequence[Candidate], episodes: int) -> Float64:
         """Scores of each candidate in each of the next `episodes`, [n_candidates, episodes]; higher is better."""
         seeds = self._next(episodes)
-        values, parts, which = [], [], np.repeat(np.arange(len(candidates)), episodes)
+        values, parts = list[Float64](), list[Float64]()
+        which = np.repeat(np.arange(len(candidates)), episodes)
         seen: list[list[Float32]] = [[] for _ in self.agents]
         starts = self.world.start_from_seeds(seeds) if self.world.games is None else None
         at_once = self.world.games or GAMES_AT_ONCE
@@ -90,8 +91,9 @@ class Arena:
         return self.seeds.start + places
 
     def _play(self, candidates: Sequence[Candidate], which: Int, start: Any) -> Episodes:
-        stacks = {}
-        here, which = np.unique(which, return_inverse=True)
+        stacks = dict[int, tuple[Stack | SummedStack, Int]]()
+        met, which = np.unique(which, return_inverse=True)
+        here = list(map(int, met))
         for place, agent in enumerate(self.agents):
             trees = {id(candidates[index][place]): candidates[index][place] for index in here}
             number = {key: k for k, key in enumerate(trees)}

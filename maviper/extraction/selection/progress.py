@@ -30,7 +30,8 @@ class Progress:
     measured: Mapping[str, Estimate]  # team or agent -> primary measure of the best, against expert opponents
     fidelity: float | None  # share of the step's decisions that were the expert's
     leaves: int  # of the best, all agents
-    growth: Mapping[str, float] = field(default_factory=dict)  # figures of the step's growth, where teams grow jointly
+    # figures of the step's growth, where teams grow jointly
+    growth: Mapping[str, float] = field(default_factory=dict[str, float])
 
     @property
     def line(self) -> dict[str, float | int | str | None]:

@@ -44,6 +44,7 @@ KEPT = 1.0  # weight in a score of the share of counterexamples in which the tea
 LEAST_ROWS = 10  # observations that must reach a node before anything is changed there
 
 Trees = list[GrownTree]
+Refined = tuple[Trees, int, Progress | None]  # trees, episodes played, the last progress
 
 
 @dataclass(frozen=True)
@@ -90,7 +91,7 @@ def refine_trees(
     if jobs == 1:
         refined_teams = [_team(task, on_progress) for task in tasks]
     else:
-        refined_teams = []
+        refined_teams = list[Refined]()
         for each in side_by_side(_quietly, [(task,) for task in tasks], jobs):
             refined_teams.append(each)
             if each[2]:
@@ -103,11 +104,11 @@ def refine_trees(
     return [by_agent[agent] for agent in agents], {"refinement_episodes": sum(played for _, played, _ in refined_teams)}
 
 
-def _quietly(task: _Task) -> tuple[Trees, int, Progress | None]:
+def _quietly(task: _Task) -> Refined:
     return _team(task, lambda progress: None)
 
 
-def _team(task: _Task, on_progress: OnProgress) -> tuple[Trees, int, Progress | None]:
+def _team(task: _Task, on_progress: OnProgress) -> Refined:
     """Rounds for one team until its episodes are spent: its trees, the episodes played, and the last progress."""
     asked, settings = task.asked, task.asked.settings
     arena = Arena(asked.world, asked.expert, task.agents, settings.episodes(measures.REFINEMENT_SEEDS), SECONDARY)
@@ -184,7 +185,7 @@ def refine_once(
     """
     arena.scores([trees], FIRST)  # for what its agents observe
     moves = proposals(arena, trees, others, limits, rng)
-    moves = [moves[place] for place in rng.permutation(len(moves))[:MOVES]]
+    moves = [moves[place] for place in map(int, rng.permutation(len(moves))[:MOVES])]
     if not moves:  # too few observations for any
         return trees, arena.values[0]
     kept = np.array(
@@ -198,7 +199,8 @@ def refine_once(
         gains = np.concatenate([gains, scored[1:] - scored[0] + learned], axis=1)
         if gains.shape[1] >= LAST:
             break
-        best = np.argsort(-gains.mean(axis=1), kind="stable")[: max(FEWEST, len(moves) // GROWTH)]
+        order = np.argsort(-gains.mean(axis=1), kind="stable")
+        best = list(map(int, order[: max(FEWEST, len(moves) // GROWTH)]))
         moves, gains, learned = [moves[place] for place in best], gains[best], learned[best]
         episodes = gains.shape[1] * (GROWTH - 1)
     best = int(gains.mean(axis=1).argmax())
@@ -234,6 +236,11 @@ def _lawful(
             yield legal_tree
 
 
+def _quantile(values: Float32 | Float64, share: float) -> float:
+    """One of the values, so large that a share of them is no larger."""
+    return float(np.asarray(np.quantile(values, share, method="lower"), dtype=np.float64))
+
+
 def _changes(
     tree: GrownTree, obs: Float32, n_actions: int, limits: Limits, rng: np.random.Generator
 ) -> Iterator[GrownTree]:
@@ -245,8 +252,8 @@ def _changes(
         if len(rows) < LEAST_ROWS:
             continue
         here = tested[rows]
-        anywhere = int(rng.integers(tested.shape[1]))
-        at = float(np.quantile(here[:, anywhere], rng.random(), method="lower"))
+        anywhere = int(rng.integers(int(tested.shape[1])))
+        at = _quantile(here[:, anywhere], rng.random())
         if tree.feature[node] == NO_FEATURE:
             action = int(tree.action[node])
             for other in range(n_actions):
@@ -260,9 +267,9 @@ def _changes(
         yield with_leaf(tree, node, int(rng.integers(n_actions)))
         column = here[:, tree.feature[node]]
         rank = float((column <= tree.threshold[node]).mean())
-        for spread in rng.choice(SPREADS, size=2):
+        for spread in map(float, rng.choice(SPREADS, size=2)):
             moved = float(np.clip(rng.normal(rank, spread), 0, 1))
-            yield with_split(tree, node, int(tree.feature[node]), float(np.quantile(column, moved, method="lower")))
+            yield with_split(tree, node, int(tree.feature[node]), _quantile(column, moved))
         yield with_split(tree, node, anywhere, at)
         if limits.sums and isinstance(tree, SummedTree):
             yield from tilt_tests(tree, node, here, rng)

@@ -90,7 +90,7 @@ class Selection:
 
     def choose_trees(self) -> list[list[GrownTree]]:
         """The best trees of each agent, the chosen one first; agents in the order of `agents`."""
-        trees = {}
+        trees = dict[int, list[GrownTree]]()
         for choice in self.choices:
             trees |= dict(zip(choice.agents, choice.choose_trees(), strict=True))
         return [trees[agent] for agent in self.agents]

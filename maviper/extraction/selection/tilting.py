@@ -80,5 +80,5 @@ def _tilt(weights: Float64, spread: Float64, deviation: float, rng: np.random.Ge
         moved[which] += rng.normal() * float(rng.choice(TILTS)) * (deviation or 1.0) / spread[which]
     least = np.argsort(-np.abs(moved) * spread, kind="stable")[TERMS:]
     moved[least] = 0.0
-    rounded = np.round(moved / np.abs(moved).max(), DIGITS) if moved.any() else weights
+    rounded = np.asarray(np.round(moved / np.abs(moved).max(), DIGITS) if moved.any() else weights, dtype=np.float64)
     return rounded.astype(np.float32).astype(np.float64)
