@@ -1,4 +1,4 @@
-"""What a step of a flow asks of its series, as programs: derivatives, the polynomial, its slopes, the remainder.
+"""What a step of a flow asks of its series, as programs: derivatives, polynomials, their slopes, the remainder.
 
 Does: writes what steps.py says, from the coefficients of series.py. Each program is made when it is first asked for.
 Assumes: a flow that was read.
@@ -23,6 +23,14 @@ class Stepping(NamedTuple):
     seconds: Fraction
 
 
+AROUND, ON_THE_WAY = "around ", "on the way: "  # marks of starts; no text can write a name with them
+
+
+def centre_of(number: int) -> str:
+    """The mark of the centres of a frame."""
+    return f"centre {number}: "
+
+
 def error_name(name: str) -> str:
     """By which name a program is given the error of a derivative. No text can write it."""
     return f"error of {name}"
@@ -33,6 +41,7 @@ class StepPrograms:
 
     def __init__(self, reading: FlowReading, how: Stepping, off: Sequence[str]) -> None:
         self._reading, self._order, self._seconds, self._off = reading, how.order, how.seconds, off
+        self._steps: dict[int, Program] = {}
 
     @cached_property
     def rates(self) -> Program:
@@ -47,25 +56,32 @@ class StepPrograms:
         columns = range(len(series))
         return Program(tape, [_slope_of(each[1], column) for each in series for column in columns])
 
-    @cached_property
-    def polynomial(self) -> Program:
-        """T_h, [d]."""
-        tape, series = self._reading.series(self._order - 1, sloped=False)
-        return Program(tape, [self._sum_powers(tape, [_value_of(one) for one in each]) for each in series])
+    def step(self, frames: int) -> Program:
+        """T_h of the centres of so many frames, [d] each; DT_h of what lies AROUND, [d d] by rows; what T_h leaves out
+        and errors add, by what is ON_THE_WAY, [d]. All of it is one program, since its parts can be computed together.
+        """
+        if frames not in self._steps:
+            tape, wanted = Tape(), list[int | None]()
+            for number in range(frames):
+                wanted += self._write_polynomial(tape, centre_of(number))
+            wanted += [*self._write_slopes(tape), *self._write_remainder(tape)]
+            self._steps[frames] = Program(tape, wanted)
+        return self._steps[frames]
 
-    @cached_property
-    def slopes(self) -> Program:
-        """DT_h, [d d], by rows."""
-        tape, series = self._reading.series(self._order - 1, sloped=True)
+    def _write_polynomial(self, tape: Tape, mark: str) -> list[int | None]:
+        series = self._reading.series(self._order - 1, False, tape, mark).coefficients
+        return [self._sum_powers(tape, [_value_of(one) for one in each]) for each in series]
+
+    def _write_slopes(self, tape: Tape) -> list[int | None]:
+        series = self._reading.series(self._order - 1, True, tape, AROUND).coefficients
         of = [[_slope_of(one, column) for one in each] for each in series for column in range(len(series))]
-        return Program(tape, [self._sum_powers(tape, terms) for terms in of])
+        return [self._sum_powers(tape, terms) for terms in of]
 
-    @cached_property
-    def remainder(self) -> Program:
-        """h**K x_K + sum of k < K of h**(k+1) / (k+1) Dx_k W, [d], where W are the errors by their names."""
-        tape, series = self._reading.series(self._order, sloped=bool(self._off))
+    def _write_remainder(self, tape: Tape) -> list[int | None]:
+        """h**K x_K + sum of k < K of h**(k+1) / (k+1) Dx_k W, where W are the errors by their names."""
+        series = self._reading.series(self._order, bool(self._off), tape, ON_THE_WAY).coefficients
         errors = {self._reading.names.index(name): tape.write("given", name=error_name(name)) for name in self._off}
-        return Program(tape, [self._bound_last(tape, each, errors) for each in series])
+        return [self._bound_last(tape, each, errors) for each in series]
 
     def _bound_last(self, tape: Tape, coefficients: Sequence[Known], errors: dict[int, int]) -> int | None:
         last = _scale_place(tape, _value_of(coefficients[self._order]), self._seconds**self._order)

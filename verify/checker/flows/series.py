@@ -51,15 +51,17 @@ class FlowReading:
         self._places: dict[Operation, int] = {}
         self._rates = [self._place(flow.rates[name]) for name in names]
 
-    def series(self, order: int, sloped: bool) -> Series:
-        """The coefficients 0 to `order` of each variable, by what starts and inputs are. `sloped`: with derivatives."""
-        writing = _Writing()
-        tape = writing.tape
+    def series(self, order: int, sloped: bool, tape: Tape | None = None, mark: str = "") -> Series:
+        """The coefficients 0 to `order` of each variable, by its start, which is given by a mark and its name, and by
+        inputs. `sloped`: with derivatives.
+        """
+        tape = Tape() if tape is None else tape
+        writing = _Writing(tape)
         values: list[list[Known]] = [[] for _ in self._operations]
         coefficients: list[list[Known]] = []
         for column, name in enumerate(self.names):
             slopes = {column: tape.write("exact", number=ONE)} if sloped else {}
-            coefficients.append([Coefficient(tape.write("given", name=name), slopes)])
+            coefficients.append([Coefficient(tape.write("given", name=mark + name), slopes)])
         for k in range(order):
             for place, operation in enumerate(self._operations):
                 if operation.does == "name" and operation.name in self.names:
@@ -144,8 +146,8 @@ class FlowReading:
 class _Writing:
     """Sums, products and functions of coefficients, written on a tape."""
 
-    def __init__(self) -> None:
-        self.tape = Tape()
+    def __init__(self, tape: Tape) -> None:
+        self.tape = tape
 
     def constant(self, operation: Operation) -> Coefficient:
         """What does not depend on time."""

@@ -29,14 +29,13 @@ from typing import NamedTuple
 import numpy as np
 
 from codegen.ir import Bool, Float64
-from verify.checker.covers.rounding import Factor
-from verify.checker.flows.programs import Stepping, StepPrograms, error_name
+from verify.checker.covers.rounding import Factor, ceiling, floor
+from verify.checker.flows.programs import AROUND, ON_THE_WAY, Stepping, StepPrograms, centre_of, error_name
 from verify.checker.flows.series import FlowReading
 from verify.checker.flows.spans import (
     LEAST,
     Spans,
     common,
-    exact,
     finite,
     hull,
     minus,
@@ -102,19 +101,19 @@ class FlowStep:
     """Steps of one flow. `errors`: of the derivative of each variable."""
 
     def __init__(self, reading: FlowReading, errors: Sequence[tuple[Fraction, Fraction]], how: Stepping) -> None:
-        self._names, self._errors = reading.names, errors
+        self._names = reading.names
         self._power = Factor(how.seconds)
+        self._bounds = np.array([floor(low) for low, _ in errors]), np.array([ceiling(high) for _, high in errors])
         off = [name for name, each in zip(reading.names, errors, strict=False) if each != EXACT]
         self._programs = StepPrograms(reading, how, off)
 
     def move_sets(self, box: Spans, frames: tuple[Frame, ...], held: Mapping[str, Spans]) -> Moved:
         """The sets a step later; `held`: the inputs of each, [n]."""
         stay, shown = self._stay(box, held)
-        left_out = self._bound_remainder(stay, held)
-        slopes = self._slopes(_around(box, frames), held)
+        polynomials, slopes, left_out = self._sum_series(box, frames, stay, held)
         moved_frames: list[Frame] = []
         after = common(stay, plus(box, self._moves(stay, held)))  # by the mean of each derivative on the way
-        for frame, polynomial in zip(frames, self._of_centres(self._programs.polynomial, frames, held), strict=True):
+        for frame, polynomial in zip(frames, polynomials, strict=True):
             moved = _move_frame(frame, box, plus(polynomial, left_out), slopes)
             moved_frames.append(moved)
             after = common(after, moved.box)
@@ -165,8 +164,7 @@ class FlowStep:
         return scale_spans(plus(rates, self._errors_of(len(stay.low))), self._power)
 
     def _errors_of(self, count: int) -> Spans:
-        ends = [(exact(low, count).low, exact(high, count).high) for low, high in self._errors]
-        return Spans(np.stack([low for low, _ in ends], axis=1), np.stack([high for _, high in ends], axis=1))
+        return Spans(*(np.broadcast_to(each, (count, len(each))) for each in self._bounds))
 
     # --- the series
 
@@ -179,20 +177,30 @@ class FlowStep:
         landed = self._run(program, Spans(centres, centres), tiled)
         return [landed.at(slice(place, place + count)) for place in range(0, len(centres), count)]
 
-    def _slopes(self, start: Spans, held: Mapping[str, Spans]) -> Spans:
-        """DT_h over boxes, [n, d, d]."""
-        return _as_matrices(self._run(self._programs.slopes, start, held))
-
-    def _bound_remainder(self, stay: Spans, held: Mapping[str, Spans]) -> Spans:
-        """What the polynomial leaves out, and what errors of the derivative add."""
+    def _sum_series(
+        self, box: Spans, frames: Sequence[Frame], stay: Spans, held: Mapping[str, Spans]
+    ) -> tuple[list[Spans], Spans, Spans]:
+        """T_h of the centres, [n, d] of each frame; DT_h over boxes around them, [n, d, d]; what T_h leaves out and
+        errors add, [n, d].
+        """
+        given, size = dict(held), len(self._names)
+        for number, frame in enumerate(frames):
+            given |= self._name_columns(centre_of(number), Spans(frame.centre, frame.centre))
+        given |= self._name_columns(AROUND, _around(box, frames)) | self._name_columns(ON_THE_WAY, stay)
         errors = self._errors_of(len(stay.low))
-        named = {error_name(name): errors.at((slice(None), column)) for column, name in enumerate(self._names)}
-        return self._run(self._programs.remainder, stay, {**held, **named})
+        given |= {error_name(name): errors.at((slice(None), column)) for column, name in enumerate(self._names)}
+        results = self._programs.step(len(frames)).run(given, len(stay.low))
+        rows = Spans(np.ascontiguousarray(results.low.T), np.ascontiguousarray(results.high.T))
+        parts = [rows.at((slice(None), slice(place, place + size))) for place in range(0, len(frames) * size, size)]
+        matrices = _as_matrices(rows.at((slice(None), slice(len(frames) * size, -size))))
+        return parts, matrices, rows.at((slice(None), slice(-size, None)))
+
+    def _name_columns(self, mark: str, boxes: Spans) -> dict[str, Spans]:
+        return {mark + name: boxes.at((slice(None), column)) for column, name in enumerate(self._names)}
 
     def _run(self, program: Program, start: Spans, held: Mapping[str, Spans]) -> Spans:
         """What a program computes of boxes [n, d], by rows: [n, results]."""
-        given = {name: start.at((slice(None), column)) for column, name in enumerate(self._names)}
-        results = program.run({**given, **held}, len(start.low))
+        results = program.run({**self._name_columns("", start), **held}, len(start.low))
         return Spans(np.ascontiguousarray(results.low.T), np.ascontiguousarray(results.high.T))
 
 

@@ -10,6 +10,7 @@ import pytest
 from tests.support.flows import CASES, NEAR, case, coefficients, outside, starts_of, trajectories, watched
 from tests.support.system_cases import box
 from verify.checker.flows import functions, series, sets, spans, steps, sweep, tapes
+from verify.checker.flows.programs import StepPrograms
 from verify.checker.flows.spans import Spans
 from verify.checker.flows.steps import FlowStep
 from verify.checker.flows.sweep import FlowSweep, Plan
@@ -71,7 +72,7 @@ def between():
         return False
 
 
-FRAMED, LEFT_OUT = steps._move_frame, FlowStep._bound_remainder
+FRAMED = steps._move_frame
 
 
 def without_rest(frame, box, landed, slopes):
@@ -83,17 +84,16 @@ def straight(matrix, rest, more):
     return np.broadcast_to(np.eye(matrix.shape[1]), matrix.shape), rest + more
 
 
-def at_the_middle(self, start, held):
-    return SLOPES(self, Spans(start.middle, start.middle), held)
+def at_the_middle(box, frames):
+    return Spans(box.middle, box.middle)
 
 
-def no_remainder(self, stay, held):
-    found = LEFT_OUT(self, stay, held)
-    return Spans(0.0 * found.low, 0.0 * found.high)
+def no_remainder(self, tape):
+    return [None] * len(LEFT_OUT(self, tape))
 
 
 def no_errors(self, count):
-    zero = np.zeros((count, len(self._errors)))
+    zero = np.zeros((count, len(self._bounds[0])))
     return Spans(zero, zero)
 
 
@@ -119,18 +119,19 @@ def first_factor(factors):
     return SCALED([factors[0]] * len(factors))
 
 
-SLOPES, RENAMED, DECIDED = FlowStep._slopes, sets._rescale_frame, sweep.split_by_trees
+RENAMED, DECIDED = sets._rescale_frame, sweep.split_by_trees
+LEFT_OUT = StepPrograms._write_remainder
 SQUARE, SCALED = series._square, tapes._scaling
 FAULTS = {
     "what the series leaves out": (
-        FlowStep,
-        "_bound_remainder",
+        StepPrograms,
+        "_write_remainder",
         no_remainder,
         lambda: escapes("turning", Plan((0,), 2, 1)),
     ),
     "what frames leave out": (steps, "_move_frame", without_rest, lambda: escapes("pendulum")),
     "rests that are not turned": (steps, "orthogonalise_rest", straight, lambda: not _turned()),
-    "slopes of the middle": (FlowStep, "_slopes", at_the_middle, lambda: escapes("pendulum")),
+    "slopes of the middle": (steps, "_around", at_the_middle, lambda: escapes("pendulum")),
     "errors of derivatives": (FlowStep, "_errors_of", no_errors, lambda: escapes("turning", errors=True)),
     "a tube that is the start": (FlowStep, "_stay", only_the_start, lambda: leaves_tubes("pendulum")),
     "frames cut too far": (sets, "_rescale_frame", first_half, lambda: escapes("pendulum")),

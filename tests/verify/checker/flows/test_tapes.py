@@ -7,7 +7,7 @@ import pytest
 
 from tests.support.flows import CASES, case
 from verify.checker.flows import functions, spans, tapes
-from verify.checker.flows.programs import Stepping, StepPrograms, error_name
+from verify.checker.flows.programs import AROUND, ON_THE_WAY, Stepping, StepPrograms, centre_of, error_name
 from verify.checker.flows.series import FlowReading
 from verify.checker.flows.spans import Spans
 from verify.checker.flows.tapes import Program, Tape
@@ -67,14 +67,15 @@ def test_programs_compute_what_a_plain_evaluation_does(name, at_once, monkeypatc
     flow, random, count = flow_of(name), np.random.default_rng(0), 7
     names = list(flow.rates)
     programs = StepPrograms(FlowReading(flow, names), Stepping(4, F(1, 7)), names[:1])
-    for each in ("rates", "rate_slopes", "polynomial", "slopes", "remainder"):
-        getattr(programs, each)
+    assert programs.rates is not programs.rate_slopes and programs.step(2) is programs.step(2)
     inputs = {"u", *(one for values in flow.held.values() for one in values)}
     given = {}
-    for one in [*names, *inputs, error_name(names[0])]:
+    marks = ("", AROUND, ON_THE_WAY, centre_of(0), centre_of(1))
+    starts = [mark + name for mark in marks for name in names]
+    for one in [*starts, *inputs, error_name(names[0])]:
         low = random.uniform(-0.5, 0.7, count)
         given[one] = Spans(low, low + random.choice([0.0, 0.1, 2.0], count))
-    assert len(written) == 5
+    assert len(written) == 3
     for program, tape, wanted in written:
         with np.errstate(all="ignore"):
             found, sure = program.run(given, count), plain(tape, wanted, given, count)
