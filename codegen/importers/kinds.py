@@ -18,6 +18,7 @@ from codegen.importers.origin import AGENT, NOTHING, Origin, Said
 from codegen.importers.python import source as python
 
 PICKLES = (".pkl", ".pickle", ".joblib", ".sav", ".skops")
+BINARY = re.compile(rb"\{L.{8}learner|binf", re.DOTALL)  # how XGBoost's UBJSON begins, and its form before that
 MAX_BYTES = 256 * 2**20
 
 
@@ -58,6 +59,9 @@ def read(content: bytes, where: str, said: Said = NOTHING) -> dict[str, Origin]:
     if content[:1] == b"\x80" or where.lower().endswith(PICKLES):
         advice = "load it yourself, then call maviper.from_sklearn; or convert it to ONNX"
         raise InputError("the file is a pickle, which runs code when it is opened", where, advice)
+    if BINARY.match(content):
+        advice = 'write it as JSON: booster.save_model("model.json"), for classifiers and regressors as well'
+        raise InputError("the file is a booster of XGBoost in binary form", where, advice)
     for kind in KINDS:
         if where.lower().endswith(kind.endings) and (kind.says is None or kind.says.search(content)):
             return kind.read(content, where, said)

@@ -31,7 +31,7 @@ from codegen.importers.c.kinds import (
     round_number,
     truncate_float,
 )
-from codegen.importers.c.sums import CONTRACTED, ROUNDINGS, TEST_ADVICE, Summing
+from codegen.importers.c.sums import CONTRACTED, ROUNDINGS, TEST_ADVICE, WHOLE_ADVICE, Summing
 from codegen.importers.c.values import Condition, Number, Symbol, Value
 from codegen.importers.symbolic.affine import Given
 from codegen.importers.symbolic.feature import (
@@ -288,8 +288,9 @@ class Arithmetic:
             few = self.resolve_number(other)
             if isinstance(few, Number):
                 return self._whole(sign, one, few, kind)
-            what = "a product of features" if sign in "*/%" else "a sum of several features"
-            raise self.make_error(f"{what} is not read", TEST_ADVICE)
+            if sign in "*/%":
+                raise self.make_error("a product of features is not read", TEST_ADVICE)
+            raise self.make_error("a sum of several whole numbers is not read", WHOLE_ADVICE)
         given, number = (one, other) if isinstance(one, Symbol) else (other, one)
         assert isinstance(given, Symbol) and isinstance(number, Number)
         c, first = int(number.value), given is one

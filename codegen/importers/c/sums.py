@@ -19,6 +19,7 @@ from codegen.importers.symbolic.feature import Feature
 from codegen.ir import CONSTANT
 from codegen.sums import DOUBLE_SUMS
 
+WHOLE_ADVICE = "take them as double, which has every whole number of 32 bits, and compare the sum of these"
 TEST_ADVICE = "compare one feature, or a sum of features, with a number"
 ROUNDINGS = "a product and a sum may be rounded once or twice, as the compiler likes"
 CONTRACTED = "compare the feature itself with a number, or say #pragma STDC FP_CONTRACT OFF"

@@ -23,7 +23,7 @@ import numpy as np
 
 from codegen.importers.python.machine import MAX_ITEMS, TEST_ADVICE, Machine, step_of
 from codegen.importers.python.values import Array, Condition, Extreme, Instance, Length, Member, Part, Symbol, Unread
-from codegen.importers.symbolic.affine import IN_ORDER
+from codegen.importers.symbolic.affine import CUT_BEFORE, IN_ORDER
 from codegen.importers.symbolic.feature import FALLING, FOLDING, RISING, SIGNS, TURNED, Feature, Step, Test
 from codegen.importers.symbolic.line import at_most
 
@@ -33,6 +33,7 @@ OPERATIONS: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.FloorDiv: operator.floordiv, ast.Mod: operator.mod, ast.Pow: operator.pow, ast.LShift: operator.lshift,
     ast.RShift: operator.rshift, ast.BitAnd: operator.and_, ast.BitOr: operator.or_, ast.BitXor: operator.xor,
 }  # fmt: skip
+CUTS = ("clip", "min", "max")  # steps that cut a number
 NAMES: Mapping[type[ast.operator], str] = {ast.Mult: "product", ast.Div: "quotient"}
 FORMS: Mapping[type[ast.operator], str] = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/"}
 COMPARISONS: Mapping[type[ast.cmpop], str] = {
@@ -71,7 +72,9 @@ def binary(m: Machine, kind: type[ast.operator], left: Any, right: Any) -> Any:
         if kind in (ast.Add, ast.Sub):
             joined = m.sums.add_features(left, right, minus=kind is ast.Sub)
             if joined is None:
-                return m.unread("two sums are joined whose roundings have no order", IN_ORDER)
+                cut = any(step.form and step.form[0] in CUTS for each in (left, right) for step in each.steps)
+                advice = IN_ORDER + CUT_BEFORE if cut else IN_ORDER
+                return m.unread("two sums are joined whose roundings have no order", advice)
             m.sums.line = m.sums.line or m.line
             return joined
         word = NAMES.get(kind, "combination")

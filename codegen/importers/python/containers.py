@@ -15,7 +15,7 @@ from typing import Any
 from codegen.errors import escape_text
 from codegen.importers.python.expressions import eval_condition
 from codegen.importers.python.machine import EXPRESSIONS, UNCOUNTED, Machine, reads, text_of
-from codegen.importers.python.sequences import items_of, map_part
+from codegen.importers.python.sequences import count_features, items_of, map_part
 from codegen.importers.python.values import Array, Bound, Class, Instance, Length, Member, Part, Scope, Symbol, Unread
 
 
@@ -213,14 +213,7 @@ def _unpack_value(m: Machine, target: ast.Tuple | ast.List, value: Any, scope: S
 
 def ensure_length(m: Machine, target: ast.AST, part: Part, names: list[ast.expr], stars: list[int]) -> None:
     """Takes the number of names for that of features, and the names for theirs."""
-    known = m.inputs.length(part.path)
     if stars or part.offset:
         return
-    if known and known != len(names):
-        raise m.make_error(target, f"{len(names)} names for {known} features", "give each feature a name: a, b = x")
-    m.inputs.widths[part.path] = len(names)
-    if all(isinstance(each, ast.Name) for each in names):
-        named = [each.id for each in names if isinstance(each, ast.Name)]
-        feature_names = tuple(f"x{place}" if name == "_" else name for place, name in enumerate(named))
-        if len(set(feature_names)) == len(feature_names):
-            m.inputs.names.setdefault(part.path, feature_names)
+    named = [each.id if isinstance(each, ast.Name) else "" for each in names]
+    count_features(m, target, part, named)

@@ -18,7 +18,7 @@ from codegen.errors import escape_text
 from codegen.importers.python.arithmetic import COMPARISONS, binary, compare_values, unary
 from codegen.importers.python.library import BUILTINS
 from codegen.importers.python.machine import EXPRESSIONS, Machine, reads, text_of
-from codegen.importers.python.sequences import items_of
+from codegen.importers.python.sequences import count_features, items_of
 from codegen.importers.python.values import Bound, Class, Condition, Function, Member, Part, Scope, Symbol, Unread
 from codegen.importers.symbolic.feature import Feature, Test
 from codegen.importers.symbolic.paths import STATE_ADVICE
@@ -180,7 +180,10 @@ def _call(m: Machine, node: ast.Call, scope: Scope) -> Any:
     given: list[Any] = []
     for each in node.args:
         if isinstance(each, ast.Starred):
-            more = items_of(m, m.eval(each.value, scope))
+            value = m.eval(each.value, scope)
+            if isinstance(value, Part) and each is node.args[-1] and not node.keywords:
+                _count_features(m, node, function, value, len(given))
+            more = items_of(m, value)
             given += [m.require_value(more)] if isinstance(more, Unread) else list(more)
         else:
             given.append(m.eval(each, scope))
@@ -193,6 +196,15 @@ def _call(m: Machine, node: ast.Call, scope: Scope) -> Any:
         m.notes[f"line {node.lineno}: {text_of(node)} is skipped"] = None
         return None if function.name == "print" else Symbol(LOGGERS[0])
     return m.call(function, given, named, node)
+
+
+def _count_features(m: Machine, node: ast.Call, function: Any, part: Part, given: int) -> None:
+    """What the names of a call's parameters say of an observation whose numbers they all are: `Reading(*x)`."""
+    names = list(function.fields) if isinstance(function, Class) else []
+    if isinstance(function, Function) and not function.kind and isinstance(takes := function.node.args, ast.arguments):
+        names = [] if takes.vararg or takes.defaults else [each.arg for each in (*takes.posonlyargs, *takes.args)]
+    if names[given:] and not part.offset and not m.inputs.length(part.path):
+        count_features(m, node, part, names[given:])
 
 
 def _is_told(function: Any) -> bool:

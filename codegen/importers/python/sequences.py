@@ -41,11 +41,26 @@ def items_of(m: Machine, value: Any) -> Any:
     raise m.make_error(None, "a loop goes over something that is no list", "loop over literals")
 
 
-def make_list_call(make: Callable[..., Any]) -> Call:
-    """list, tuple, enumerate, zip and so on: lists of lists, or iterators over them, as Python makes them."""
+def count_features(m: Machine, node: ast.AST, part: Part, named: list[str]) -> None:
+    """Takes the number of names for that of features, and the names for theirs if there is one for each."""
+    known = m.inputs.length(part.path)
+    if known and known != len(named):
+        raise m.make_error(node, f"{len(named)} names for {known} features", "give each feature a name: a, b = x")
+    m.inputs.widths[part.path] = len(named)
+    if all(named):
+        feature_names = tuple(f"x{place}" if name == "_" else name for place, name in enumerate(named))
+        if len(set(feature_names)) == len(feature_names):
+            m.inputs.names.setdefault(part.path, feature_names)
+
+
+def make_list_call(make: Callable[..., Any], unordered: bool = False) -> Call:
+    """list, tuple, enumerate, zip and so on: lists of lists, or iterators over them, as Python makes them. `unordered`:
+    what is made has no order either, so that sets may come in.
+    """
+    kept = int | set | frozenset if unordered else int
 
     def handle_call(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
-        items = [items_of(m, each) if not isinstance(each, int) else each for each in given]
+        items = [each if isinstance(each, kept) else items_of(m, each) for each in given]
         unread = next((each for each in items if isinstance(each, Unread)), None)
         try:
             sequence = unread or make(*items, **named)

@@ -30,6 +30,7 @@ Bounds = tuple[float | None, float | None]
 # forms of steps: (name, number or both, whether a zero keeps its sign at a bound of 0)
 CUTTING = ("min", "max", "clip")
 IN_ORDER = "write w0 * x[0] + w1 * x[1] + ... + c, each feature once, without parentheses, and scale no sum"
+CUT_BEFORE = "; a number that is cut first: y = low if x < low else high if x > high else x"
 NO_SUM = "what is returned is no sum of weighted features"
 
 

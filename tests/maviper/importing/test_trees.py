@@ -68,3 +68,11 @@ def test_other_files_are_told_apart(files):
     with pytest.raises(InputError, match="not an ONNX model"):
         (files / "model.onnx").write_bytes(b"\x08no")
         maviper.from_file(files / "model.onnx")
+
+
+def test_a_binary_file_of_xgboost_is_told_from_others(files):
+    for name, content in (("model.ubj", b"{L" + bytes(7) + b"\x07learner{L"), ("model.bin", b"binf\x00\x00")):
+        (files / name).write_bytes(content)
+        with pytest.raises(InputError, match="XGBoost in binary form") as caught:
+            maviper.from_file(files / name)
+        assert 'save_model("model.json")' in str(caught.value)

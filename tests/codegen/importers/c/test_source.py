@@ -143,6 +143,7 @@ def test_random_trees_of_m2cgen_decide_as_its_compiled_c(seed, tmp_path):
 REFUSED = [
     ("int f(const int *x)\n{\n    if (x[0] > x[1]) return 1; return 0; }", 3, "two features are compared"),
     ("int f(const float *x)\n{ if (x[0] + x[1] + x[0] > 1) return 1; return 0; }", 2, "two sums are joined"),
+    ("int f(const short *x)\n{ if (x[0] - x[1] > 5) return 1; return 0; }", 2, "take them as double"),
     ("int f(const float *x)\n{ if (0.1f * x[0] + x[1] > 1) return 1; return 0; }", 2, "rounded once or twice"),
     ("int f(const float *x)\n{ if (0.1 * x[0] + x[1] > 1) return 1; return 0; }", 2, "which is no float"),
     ("int f(const float *x)\n{ if (x[0] * x[1] > 1) return 1; return 0; }", 2, "a product of features"),

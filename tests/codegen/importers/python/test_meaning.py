@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from codegen import ir
+from codegen.errors import InputError
 from codegen.importers.origin import Said
 from tests.support.python_source import called, imported, same
 
@@ -126,3 +127,47 @@ def test_rules_as_objects():
     (policy,) = profile.agents
     wanted = [called(OBJECTS, "other")(row) for row in rows.tolist()]
     assert [policy.actions[k].name for k in ir.act(policy, rows)] == wanted
+
+
+SPREAD = {
+    "a named tuple": (
+        "class Reading(NamedTuple):\n    temp: float\n    co2: float\n\n\n"
+        "def act(x):\n    r = Reading(*x)\n    return 1 if r.temp > 2 else int(r.co2 > 60)\n",
+        ["temp", "co2"],
+    ),
+    "a helper": (
+        "def rule(temp, co2, on):\n    return 1 if temp > 2 else 3 if co2 <= 0.25 else int(on > 0)\n\n\n"
+        "def act(x):\n    return rule(*x)\n",
+        ["temp", "co2", "on"],
+    ),
+    "a helper with a number before": (
+        "def rule(most, temp, co2):\n    return 1 if temp > most else int(co2 > 60)\n\n\n"
+        "def act(x):\n    return rule(0.5, *x)\n",
+        ["temp", "co2"],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", SPREAD)
+def test_the_parameters_of_a_call_count_and_name_the_features(name):
+    text, names = SPREAD[name]
+    profile = same(f"from typing import NamedTuple\n\n\n{text}", NUMBERS, label=int)
+    assert [each.name for each in profile.agents[0].features] == names
+
+
+@pytest.mark.parametrize(
+    "call",
+    ["rule(*x, 0.5)", "rule(*x, most=0.5)", "any_of(*x)", "given(*x)"],
+    ids=["not last", "named", "stars", "default"],
+)
+def test_calls_that_do_not_count_features_are_asked_about(call):
+    rules = "def rule(a, b, most):\n    return int(a > most)\n\n\ndef any_of(*each):\n    return int(each[0] > 1)\n"
+    rules += "\n\ndef given(a, b=1):\n    return int(a > b)\n"
+    with pytest.raises(InputError, match="how many features"):
+        imported(f"{rules}\n\ndef act(x):\n    return {call}\n")
+
+
+def test_a_set_is_made_of_a_set_and_asked_what_it_holds():
+    sets = "DAYS = frozenset({5, 6})\nALL = set(DAYS | {0})\n"
+    text = f"{sets}def act(x):\n    return 1 if x[0] in DAYS else 2 if x[1] in ALL else 0\n"
+    same(text, (5, 6, 0, 4), label=int)

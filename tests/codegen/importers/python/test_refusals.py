@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from codegen.errors import InputError
+from codegen.importers.origin import Said
 from codegen.importers.python import machine
 from codegen.importers.symbolic import paths
 from tests.support.python_source import imported, nested, same
@@ -183,3 +184,13 @@ def test_a_large_file_is_read():
     text = "def act(x):\n" + "".join(nested(17, bounds, " ", np.random.default_rng(0)))
     profile = imported(text)
     assert text.count("\n") > 300_000 and len(profile.agents[0].tree.feature) > 200_000
+
+
+def test_a_number_that_is_cut_before_it_is_added_is_told_how_to_be_written():
+    cut = "    y = {}\n    return 1 if x[0] - 0.5 * y < 1 else 0\n"
+    for each in ("min(x[1], 0.5)", "np.clip(x[1], -0.5, 0.5)"):
+        with pytest.raises(InputError) as caught:
+            imported(f"import numpy as np\n{ACT}{cut.format(each)}", Said(arrays="float64"))
+        assert "y = low if x < low else high if x > high else x" in caught.value.next_step
+    written = "-0.5 if x[1] < -0.5 else 0.5 if x[1] > 0.5 else x[1]"
+    assert imported(ACT + cut.format(written), Said(arrays="float64")).agents[0].tree.sums
