@@ -85,7 +85,7 @@ def escapes(plan, count, seed=0):
     """By how much episodes by scipy leave the sets of samples."""
     statement, profile, claim = room(region=(-99, 99))
     sweep, seen, random = FlowSweep(profile, statement.system, claim), {}, np.random.default_rng(seed)
-    sweep.sampled = lambda period, boxes: seen.setdefault(period, []).append((boxes.low.copy(), boxes.high.copy()))
+    sweep.sampled = lambda period, sets: seen.setdefault(period, []).append((sets.box.low.copy(), sets.box.high.copy()))
     sweep.run(plan)
     warm, heat, worst = random.uniform(-1, 1, count), np.zeros(count, dtype=np.int64), 0.0
     warm[::3] = np.round(warm[::3])

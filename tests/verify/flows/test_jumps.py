@@ -87,7 +87,7 @@ def escapes():
     """Whether an episode by scipy leaves the sets of samples."""
     system, claim = asked()
     sweep, seen = FlowSweep(TREE, system, claim), {}
-    sweep.sampled = lambda period, boxes: seen.setdefault(period, []).append((boxes.low.copy(), boxes.high.copy()))
+    sweep.sampled = lambda period, sets: seen.setdefault(period, []).append((sets.box.low.copy(), sets.box.high.copy()))
     try:
         sweep.run(Plan((0,), 4, 1))
     except RejectedError:

@@ -60,7 +60,9 @@ def leaves(system, profile, claim, plan, count, seed=0, ways=(0,), jitter=None):
     """By how much trajectories leave the sets of a sweep at samples, or the tubes between them."""
     random, swept = np.random.default_rng(seed), FlowSweep(profile, system, claim)
     samples, tubes = {}, {}
-    swept.sampled = lambda period, boxes: samples.setdefault(period, []).append((boxes.low.copy(), boxes.high.copy()))
+    swept.sampled = lambda period, sets: samples.setdefault(period, []).append(
+        (sets.box.low.copy(), sets.box.high.copy())
+    )
     swept.watch = lambda told: tubes.setdefault(told.period, []).append((told.tube.low, told.tube.high))
     swept.run(plan)
     real = [name for name in system.flow.rates if name not in system.flow.kept]
