@@ -273,14 +273,28 @@ NAVIGATION = {
 }
 
 
+REFINED_SUMS = {"splits": "sums", "refinement": 1_500_000, "measure": "D"}
+# What is tested -> the expert, features beyond those that agents observe, and settings.
+TESTED: dict[str, tuple[str, str, dict[str, Any]]] = {
+    "histogram": ("", "", {"splits": "histogram"}),
+    "differences": ("", "", {"splits": "differences"}),
+    "sums": ("", "", {"splits": "sums"}),
+    "sums, refined": ("", "", REFINED_SUMS),
+    "sums of where agents come to rest": ("", "coasting", {"splits": "sums", "measure": "D"}),
+    "sums of where agents come to rest, refined": ("", "coasting", REFINED_SUMS),
+    "the same of a script with fixed roles": ("@fixed-roles", "coasting", {"splits": "sums", "measure": "D"}),
+}
+
+
 def navigation() -> list[dict[str, Any]]:
     """D of trees of 16 leaves in cooperative navigation, by what they test."""
     held_out.EVALUATION_EPISODES = 400
-    expert, world = find_expert("cooperative-navigation")
     figures: list[dict[str, Any]] = []
-    for splits in ("histogram", "differences", "sums"):
+    for splits, (script, features, settings) in TESTED.items():
         started = time.process_time()
-        profile = extract(world, expert, Settings.of({**NAVIGATION, "splits": splits}, world))
+        critic = "none" if script else "learned"
+        expert, world = find_expert(f"cooperative-navigation{script}", critic, features=features)
+        profile = extract(world, expert, Settings.of({**NAVIGATION, **settings}, world))
         reached, sizes = profile.provenance.evaluation, [size(policy) for policy in profile.agents]
         told = f"expert {float(reached['agents expert D']):.3f}, {sizes} numbers"
         spent = time.process_time() - started

@@ -23,14 +23,15 @@ from codegen import ir
 from codegen.ir import Float64
 from codegen.paths import size
 from maviper.episodes import measures
-from maviper.episodes.play import Controller, play, tree_policies
+from maviper.episodes.play import Controller, choose_actions, play, tree_policies
 from maviper.evaluation import held_out
 from maviper.evaluation.crossplay import Uniform
 from maviper.experts import store
 from maviper.experts.recipes import Request
 from maviper.extraction.algorithms import extract
 from maviper.extraction.settings import Settings
-from maviper.worlds import World, find
+from maviper.worlds import ParticleWorld, World, find
+from maviper.worlds.seeds import fold_seed
 from tests.benchmarks.continuous import EPISODES, WAYS, scored
 
 
@@ -38,7 +39,6 @@ class Game(NamedTuple):
     """A game in which agents give numbers."""
 
     world: str  # where the expert learns, and trees are extracted
-    plays: str  # the same game by somebody else, where episodes are played
     trained: Mapping[str, Any]
     extracted: Mapping[str, Any]
     leaves: int
@@ -49,20 +49,17 @@ NAVIGATION = "vmas:navigation,n_agents=2,collisions=False,continuous_actions=Tru
 GAMES = {
     "deception": Game(
         "physical-deception,continuous=1",
-        "mpe2.simple_adversary_v3:parallel_env,N=2,continuous_actions=True",
         {"steps": 1_536_000},
         ROUNDS,
         32,
     ),
     "spread": Game(
         "cooperative-navigation,continuous=1",
-        "mpe2.simple_spread_v3:parallel_env,N=3,continuous_actions=True",
         {"steps": 4_096_000},
         ROUNDS,
         32,
     ),
     "vmas": Game(
-        NAVIGATION,
         NAVIGATION,
         {"steps": 640_000, "games": 256, "minibatch": 3_200, "checkpoint_steps": 128_000},
         {**ROUNDS, "iterations": 8, "rollouts": 32, "selection_episodes": 32, "max_depth": 8},
@@ -84,28 +81,40 @@ def trained(game: Game, folder: Path, seed: int = 0) -> None:
 
 def returns(world: World, controllers: Sequence[Any], team: str) -> Float64:
     """The mean return of a team's agents in each held-out episode. A class in place of a controller is one of random
-    actions, made anew for each batch.
+    actions.
     """
     seeds = range(measures.MEASUREMENT_SEEDS, measures.MEASUREMENT_SEEDS + EPISODES)
-    at_once, parts = world.games or EPISODES, list[Float64]()
-    for low in range(0, EPISODES, at_once):
-        part = seeds[low : low + at_once]
-        chance = Uniform(world).start_episodes(part)
-        players: list[Controller] = [chance if each is Uniform else each for each in controllers]
-        played = play(world, players, world.start_from_seeds(part), keep=False)
-        parts.append(played.returns[world.members(team)].mean(axis=0))
-    return np.concatenate(parts)
+    chance = Uniform(world).start_episodes(seeds)
+    players: list[Controller] = [chance if each is Uniform else each for each in controllers]
+    if isinstance(world, ParticleWorld):
+        return _returns_in_mpe2(world, players, seeds)[:, world.members(team)].mean(axis=1)
+    assert (world.games or EPISODES) >= EPISODES
+    return play(world, players, world.start_from_seeds(seeds), keep=False).returns[world.members(team)].mean(axis=0)
+
+
+def _returns_in_mpe2(world: ParticleWorld, players: Sequence[Controller], seeds: Sequence[int]) -> Float64:
+    """What agents are paid in episodes of mpe2's own environments, one for each seed, [episodes, n_agents]."""
+    games = [world.reference_env() for _ in seeds]
+    shown = [game.reset(seed=fold_seed(seed))[0] for game, seed in zip(games, seeds, strict=True)]
+    paid = np.zeros((len(games), len(world.agents)))
+    for _ in range(world.spec.episode_steps):
+        seen = [np.array([each[agent] for each in shown]) for agent in world.agents]
+        given = choose_actions(players, seen, seen[0])  # nobody here asks for the state
+        for row, game in enumerate(games):
+            acted = {agent: given[row, place] for place, agent in enumerate(world.agents)}
+            shown[row], rewards, *_ = game.step(acted)
+            paid[row] += [rewards[agent] for agent in world.agents]
+    return paid
 
 
 def measured(name: str, folder: Path, leaves: int, ways: Sequence[str], seed: int) -> list[dict[str, Any]]:
     """A row for each way and team."""
     game = GAMES[name]
-    world, plays = find(game.world, giving=True), find(game.plays, giving=True)
-    assert world.agents == plays.agents and list(map(len, world.features)) == list(map(len, plays.features))
+    world = find(game.world, giving=True)
     expert, _ = store.load(str(folder), world)
-    base = {team: _returns_of(plays, expert, expert, team) for team in plays.teams}
-    chance = {team: _returns_of(plays, Uniform, expert, team) for team in plays.teams}
-    for team in plays.teams:
+    base = {team: _returns_of(world, expert, expert, team) for team in world.teams}
+    chance = {team: _returns_of(world, Uniform, expert, team) for team in world.teams}
+    for team in world.teams:
         print(f"{name}, {team}: expert {base[team].mean():.3f}, random {chance[team].mean():.3f}", flush=True)
     rows: list[dict[str, Any]] = []
     for way in ways:
@@ -115,18 +124,18 @@ def measured(name: str, folder: Path, leaves: int, ways: Sequence[str], seed: in
         spent = time.process_time() - started
         numbers, most = [size(policy) for policy in agents], max(len(ir.leaves(policy.tree)) for policy in agents)
         print(f"  {way}: at most {most} leaves, {numbers} numbers, {spent:.0f} CPU s")
-        for team in plays.teams:
-            values = _returns_of(plays, tree_policies(agents), expert, team)
+        for team in world.teams:
+            values = _returns_of(world, tree_policies(agents), expert, team)
             score, low, high = scored(values, base[team], chance[team])
             rows.append({"way": way, "team": team, "score": score, "leaves": most})
             print(f"    {team}: {values.mean():.3f}, score {score:.3f} [{low:.3f}, {high:.3f}]", flush=True)
     return rows
 
 
-def _returns_of(plays: World, subject: Any, expert: Controller, team: str) -> Float64:
+def _returns_of(world: World, subject: Any, expert: Controller, team: str) -> Float64:
     """What a team returns if a subject plays it and the expert everybody else."""
-    members = plays.members(team)
-    return returns(plays, [subject if agent in members else expert for agent in range(len(plays.agents))], team)
+    members = world.members(team)
+    return returns(world, [subject if agent in members else expert for agent in range(len(world.agents))], team)
 
 
 def main() -> None:
