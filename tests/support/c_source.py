@@ -19,9 +19,11 @@ def compiled(text, folder):
 
 def scores(function, rows, n_scores):
     """The places of the largest scores that a function copies to its output for each row."""
-    taken = np.zeros(n_scores)
+    rows, taken = np.ascontiguousarray(rows, dtype=np.float64), np.zeros(n_scores)
+    function.argtypes = [ctypes.c_void_p, ctypes.c_void_p]
+    first, step, output = rows.ctypes.data, rows.strides[0], taken.ctypes.data
     found = []
-    for row in np.ascontiguousarray(rows, dtype=np.float64):
-        function(*(each.ctypes.data_as(ctypes.POINTER(ctypes.c_double)) for each in (row, taken)))
+    for place in range(len(rows)):
+        function(first + place * step, output)
         found.append(int(taken.argmax()))
     return found

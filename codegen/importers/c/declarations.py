@@ -30,7 +30,7 @@ class Declarations:
     """The names of a file, and those of the function that is followed."""
 
     def __init__(self, where: str, names: Mapping[str, int]) -> None:
-        self.where, self.line, self.file = where, 0, ""
+        self.where, self.line, self.text_file = where, 0, ""
         self.typedefs: dict[str, Type] = dict(STANDARD)
         self.tags: dict[str, Record] = {}
         self.functions: dict[str, Any] = {}
@@ -43,11 +43,12 @@ class Declarations:
         """The present place, for messages."""
         coord = getattr(node, "coord", None)
         if coord is not None and coord.line:
-            self.line, self.file = int(coord.line), PurePath(coord.file or "").name
+            self.line, self.text_file = int(coord.line), coord.file or ""
 
     def make_error(self, what: str, advice: str = ADVICE) -> InputError:
         """What is wrong at the present line."""
-        header = f" of {self.file}" if self.file and self.file != PurePath(self.where.split(",")[0]).name else ""
+        file = PurePath(self.text_file).name
+        header = f" of {file}" if file and file != PurePath(self.where.split(",")[0]).name else ""
         return InputError(what, f"{self.where}, line {self.line}{header}" if self.line else self.where, advice)
 
     def constant(self, node: Any) -> int:

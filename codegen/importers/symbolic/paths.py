@@ -230,7 +230,6 @@ class Replay(Paths):
         computed, column = self._computed.setdefault(feature.key, {}), self._column(feature.place)
         known: list[int] = self.known.tolist()
         if len(computed) < len(self.values):
-            for row in known:
-                if row not in computed:
-                    computed[row] = feature.value(column[row].item())
+            new = np.array([row for row in known if row not in computed], np.int64)
+            computed |= zip(new.tolist(), map(feature.value, column[new].tolist()), strict=True)
         return list(map(computed.__getitem__, known))
