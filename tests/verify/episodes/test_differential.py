@@ -119,7 +119,8 @@ def corners(profile, region, seed):
     if np.prod([len(each) for each in values], dtype=float) <= MAX_STARTS:
         rows = list(product(*values))
     else:
-        rows = [[float(rng.choice(each)) for each in values] for _ in range(MAX_STARTS)]
+        drawn = [np.array(each, float)[rng.integers(len(each), size=MAX_STARTS)] for each in values]
+        rows = np.stack(drawn, axis=1).tolist()
     goals = region.goal_cases
     return [State(dict(zip(places, row, strict=True)) | still, goal) for row in rows for goal in goals]
 

@@ -35,22 +35,20 @@ TEXTS = (
 END = st.fractions(-1, 1, max_denominator=50)
 
 
-def at(form, state):
-    return float(form.constant) + sum(float(factor) * state[name] for name, factor in form.terms)
-
-
 @pytest.mark.parametrize("text", TEXTS)
 @given(ends=st.tuples(END, END, END, END))
 def test_values_lie_in_the_enclosure(text, ends):
     """By sampling, corners among the samples: no proof, but it knows nothing of the method."""
     box = {"x": (min(ends[:2]), max(ends[:2])), "y": (min(ends[2:]), max(ends[2:]))}
     expression = expression_of(text, NAMES, "").value
-    form, (low, high) = Enclosing(box).of(expression, "")
+    form, ends = Enclosing(box).of(expression, "")
+    low, high = (float(end) for end in ends)
+    constant, factors = float(form.constant), [(float(factor), name) for name, factor in form.terms]
     for x in np.linspace(*map(float, box["x"]), 7):
         for y in np.linspace(*map(float, box["y"]), 5):
             state = {"x": float(x), "y": float(y)}
-            off = value(expression, state) - at(form, state)
-            assert float(low) - 1e-12 <= off <= float(high) + 1e-12
+            off = value(expression, state) - constant - sum(factor * state[name] for factor, name in factors)
+            assert low - 1e-12 <= off <= high + 1e-12
 
 
 @pytest.mark.parametrize("text", TEXTS[:11])

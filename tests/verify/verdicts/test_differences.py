@@ -82,11 +82,10 @@ def leaves_of(case, states, goal, agent):
     return leaves[0], leaves[1], actions[0] != actions[1]
 
 
-def inside(bounds, state):
-    at = {name: Fraction(value) for name, value in state.items()} | {"": Fraction(0)}
-    return all(
-        at[a] - at[b] < most or (at[a] - at[b] == most and not below) for (a, b), (most, below) in bounds.items()
-    )
+def inside(bounds, at):
+    """Whether a state lies in a zone; `at`: its exact numbers by name, 0 by the name ""."""
+    gaps = ((at[a] - at[b], most, below) for (a, b), (most, below) in bounds.items())
+    return all(gap < most or (gap == most and not below) for gap, most, below in gaps)
 
 
 def within(region, state):
@@ -108,7 +107,8 @@ def check_states(case, found, states, goal):
             at = places.described(state, case.names)
             if not within(found.question.region, at):
                 continue
-            here = [differing_leaves(found, zone) for zone, bounds in zones if inside(bounds, at)]
+            exact = {name: Fraction(value) for name, value in at.items()} | {"": Fraction(0)}
+            here = [differing_leaves(found, zone) for zone, bounds in zones if inside(bounds, exact)]
             assert here == ([(first[row], second[row])] if other[row] else [])
             seen += bool(other[row])
     return seen

@@ -88,8 +88,9 @@ def test_two_agents_agree_or_differ(seed, shared, numbers):
     both = [sorted({*breaks([(first, 0), (second, 0)], 0)}), sorted({*breaks([(first, 1), (second, 1)], 1)})]
     lines = [representatives(line, -SIDE, SIDE) for line in both]
     others = [[None] if name in shared else line for name, line in zip(NAMES, lines, strict=False)]
+    mine, theirs = ({one: acts(each, one) for one in product(*lines)} for each in (first, second))
     alike = {
-        acts(first, one) == acts(second, [a if b is None else b for a, b in zip(one, other, strict=True)])
+        mine[one] == theirs[tuple(a if b is None else b for a, b in zip(one, other, strict=True))]
         for one in product(*lines)
         for other in product(*others)
     }

@@ -204,13 +204,13 @@ def episodes():
 
 
 def noticed(guard):
-    verdicts = [verdict for _, verdict in asked()]
+    """Whether some question is answered otherwise; the first one that is, is enough."""
     if guard == SEARCH:
-        return [answer(question, SEARCHED) for question, _ in asked()] != verdicts
+        return any(answer(question, SEARCHED) is not verdict for question, verdict in asked())
     if guard == COVER:
-        return [covered(question) for question, _ in asked()] != covers()
+        return any(covered(question) is not shown for (question, _), shown in zip(asked(), covers(), strict=True))
     if guard == SOLVER:
-        return [opinion(question) for question, _ in asked()] != opinions()
+        return any(opinion(question) is not said for (question, _), said in zip(asked(), opinions(), strict=True))
     return any(judged(*question, course) != kept for question, course, kept in episodes())
 
 
