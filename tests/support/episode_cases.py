@@ -107,12 +107,12 @@ def lost(profile, steps, seed, count=200, lattice=None, agents=("agent_0", "agen
             return None
         zones = Zones.join(kept)
         columns = np.array([[names.index(f"{name}.{axis}") for axis in "xy"] for name in group.entities])
+        limits = zones.bounds + ROOM
         for row in np.flatnonzero(goals == number):
             place = np.vstack([np.zeros((1, 2)), coordinates[row][columns]])  # [nodes, 2]
             gaps = (place[:, None] - place[None]).transpose(2, 0, 1) * SCALE
-            inside = (gaps <= zones.bounds + ROOM).all(axis=(1, 2, 3))
             moved = (episode[-1, row] - episode[0, row])[columns[: len(agents)]] * SCALE
             # every choice but the last shows in how far an agent has come
-            alike = (np.abs(zones.offset - moved) < 2**10).all(axis=(1, 2))
-            missing += not (inside & alike).any()
+            alike = np.flatnonzero((np.abs(zones.offset - moved) < 2**10).all(axis=(1, 2)))
+            missing += not (gaps <= limits[alike]).all(axis=(1, 2, 3)).any()
     return missing

@@ -82,14 +82,19 @@ def leaves_of(case, states, goal, agent):
     return leaves[0], leaves[1], actions[0] != actions[1]
 
 
+def exactly(row, names):
+    """The exact numbers of a state by name, and 0 by the name ""."""
+    return {name: Fraction(value) for name, value in places.described(row, names).items()} | {"": Fraction(0)}
+
+
 def inside(bounds, at):
-    """Whether a state lies in a zone; `at`: its exact numbers by name, 0 by the name ""."""
+    """Whether a state lies in a zone; `at` as `exactly` gives it."""
     gaps = ((at[a] - at[b], most, below) for (a, b), (most, below) in bounds.items())
     return all(gap < most or (gap == most and not below) for gap, most, below in gaps)
 
 
-def within(region, state):
-    at = {name: Fraction(value) for name, value in state.items()}
+def within(region, at):
+    """Whether a state lies in a region; `at` as `exactly` gives it."""
     return (
         all(low <= at[name] <= high for name, (low, high) in region.box.items())
         and all(low <= at[a] - at[b] <= high for a, b, (low, high) in region.differences)
@@ -104,11 +109,10 @@ def check_states(case, found, states, goal):
         first, second, other = leaves_of(case, states, goal, one.agent)
         zones = [(zone, zone.failing.bounds(zone.branch)) for zone in one.zones if zone.failing.goal == goal]
         for row, state in enumerate(states.tolist()):
-            at = places.described(state, case.names)
+            at = exactly(state, case.names)
             if not within(found.question.region, at):
                 continue
-            exact = {name: Fraction(value) for name, value in at.items()} | {"": Fraction(0)}
-            here = [differing_leaves(found, zone) for zone, bounds in zones if inside(bounds, exact)]
+            here = [differing_leaves(found, zone) for zone, bounds in zones if inside(bounds, at)]
             assert here == ([(first[row], second[row])] if other[row] else [])
             seen += bool(other[row])
     return seen
@@ -140,7 +144,7 @@ def test_small_regions_are_answered_as_enumeration_does():
         for one in found.agents:
             other, some = False, False
             for goal, states in cells:
-                inner = [row for row in states if within(region, places.described(row.tolist(), case.names))]
+                inner = [row for row in states if within(region, exactly(row.tolist(), case.names))]
                 some |= bool(inner)
                 other |= bool(inner) and bool(leaves_of(case, np.array(inner), goal, one.agent)[2].any())
             if some:
