@@ -15,7 +15,8 @@ import struct
 PLURALS = {"box": "boxes", "branch": "branches", "leaf": "leaves"}  # of nouns that take no s
 TINY = 2.0**-126  # the least float32 that is not subnormal
 NO_UNIT = ("", "none")
-ROUND = 4  # digits of numbers that people write
+ROUND = 4  # digits of numbers that people write as a bound
+WRITTEN = 6  # digits of numbers that stay as they are written
 
 
 def holds(threshold: float, digits: int = 6) -> str:
@@ -42,7 +43,16 @@ def within(name: str, low: float | None, high: float | None, digits: int = 6) ->
 def number(threshold: float, digits: int = 6) -> str:
     """The number that a test's words compare with."""
     bound = _bound(threshold)
-    return f"{0.0 if is_zero(threshold) else threshold if bound is None else bound:.{digits}g}"
+    return _spell(0.0 if is_zero(threshold) else threshold if bound is None else bound, digits)
+
+
+def _spell(value: float, digits: int) -> str:
+    """A number with so many digits, and those that people wrote: 23.25 stays, 1400 is not 1.4e+03."""
+    whole = f"{value:.{WRITTEN}g}"
+    if float(whole) == value:
+        return whole
+    before = len(str(int(abs(value)))) if abs(value) < 10**WRITTEN else 0
+    return f"{value:.{max(digits, before)}g}"
 
 
 def is_zero(threshold: float) -> bool:

@@ -31,7 +31,9 @@
   let hovered = null; // {agent, tree, node}
   const film = placed ? null : data.recorded; // an episode of a game whose rules the page does not know
   // without places: what each agent observes
-  let seen = agents.map((agent, number) => film ? [...film.seen[number][0]] : agent.shown.map(([low, high]) => Engine.rounded(agent)((low + high) / 2)));
+  /** As many digits as a hand on a slider means. */
+  const few = (x) => Number(x.toPrecision(5));
+  let seen = agents.map((agent, number) => film ? [...film.seen[number][0]] : agent.shown.map(([low, high]) => Engine.rounded(agent)(few((low + high) / 2))));
   let retell = () => {}; // writes `seen` into sliders and fields
   // whose trees act: 0 the profile's own, 1 those of the profile that it is compared with
   const TEAMS = agents.length && agents[0].other ? ["tree", "other"] : ["tree"];
@@ -201,7 +203,12 @@
     });
   }
   const glyph = (action) => glyphs.get(action);
-  const brief = (x) => String(Number(x.toPrecision(3)));
+  /** Three digits, and more where people wrote them: 23.25 stays, 1234.5 is 1235. */
+  function brief(x) {
+    const written = Number(x.toPrecision(6));
+    const before = Math.abs(x) < 1e6 ? String(Math.trunc(Math.abs(x))).length : 0;
+    return String(written === x ? written : Number(x.toPrecision(Math.max(3, before))));
+  }
   const signed = (action) => (/\w/.test(glyph(action)) ? action.name : `${glyph(action)} ${action.name}`);
 
   const slice = placed ? null : Slice({
@@ -211,7 +218,7 @@
     /** Moves the features of an agent to values. */
     change: (number, axes, values) => {
       pause();
-      axes.forEach((f, axis) => (seen[number][f] = Engine.rounded(agents[number])(values[axis])));
+      axes.forEach((f, axis) => (seen[number][f] = Engine.rounded(agents[number])(few(values[axis]))));
       retell();
       show();
     },
@@ -709,6 +716,13 @@
     return [...feature, ...[...sums, ...vectors.flat()].flatMap(({ terms }) => terms.map(([, place]) => place))];
   }
 
+  /** The shortest text that an agent reads as just this number: what a field says is what decides. */
+  function exactly(agent, x) {
+    for (let digits = 1; digits < 17; digits++) {
+      if (Engine.rounded(agent)(Number(x.toPrecision(digits))) === x) return String(Number(x.toPrecision(digits)));
+    }
+    return String(x);
+  }
   function drawSliders() {
     const writers = [];
     retell = () => writers.forEach((write) => write());
@@ -727,12 +741,12 @@
         field.setAttribute("aria-label", feature.name);
         const write = () => {
           slider.value = seen[number][f];
-          if (document.activeElement !== field) field.value = Number(seen[number][f].toPrecision(5));
+          if (document.activeElement !== field) field.value = exactly(agent, seen[number][f]);
         };
         const read = (from) => {
           if (from.value === "" || !Number.isFinite(Number(from.value))) return;
           pause();
-          seen[number][f] = Engine.rounded(agent)(Number(from.value));
+          seen[number][f] = Engine.rounded(agent)(from === slider ? few(Number(from.value)) : Number(from.value));
           write();
           show();
         };

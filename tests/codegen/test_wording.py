@@ -8,7 +8,7 @@ from codegen.importers.origin import Names, profile_of
 from codegen.importers.python.source import from_python
 from codegen.lowering.lower import lower
 from codegen.targets import TARGETS
-from codegen.wording import TINY, fails, format_count, holds, within
+from codegen.wording import TINY, fails, format_count, holds, number, within
 from maviper.evaluation.show import rules
 from verify.states.path import Step
 
@@ -43,6 +43,25 @@ def test_ranges():
     assert within("x", 0.1234567, 1 / 3, digits=3) == "0.123 < x <= 0.333"
     assert within("x", -TINY, 0.0) == "x = 0" and within("x", float(np.nextafter(19.5, 0)), 19.5) == "x = 19.5"
     assert within("x", None, 19.5) == "x <= 19.5" and within("x", 19.5, None) == "x > 19.5"
+
+
+@pytest.mark.parametrize(
+    ("threshold", "said"),
+    [
+        (23.25, "23.25"),
+        (1400.0, "1400"),
+        (1234.5678, "1235"),
+        (0.030727, "0.030727"),
+        (0.0307273124, "0.0307"),
+        (float(np.float32(0.1)), "0.1"),
+        (float(np.float32(12.345678)), "12.3"),
+        (1e9, "1e+09"),
+        (123456789.0, "1.23e+08"),
+        (-2048.0, "-2048"),
+    ],
+)
+def test_numbers_stay_as_people_write_them(threshold, said):
+    assert number(threshold, digits=3) == said
 
 
 @pytest.mark.parametrize(

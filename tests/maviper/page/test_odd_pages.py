@@ -198,6 +198,38 @@ def test_a_recorded_episode_is_gone_through_and_a_field_changes_it(tmp_path):
     )
 
 
+TANK = """
+def tank(level, temp):
+    if level < 0.1:
+        return "fill"
+    if level > 23.25:
+        return "drain"
+    return "cool" if temp >= 36.6 else "wait"
+"""
+
+
+def test_a_field_says_the_number_that_decides(tmp_path):
+    """Of float64: the last number below 36.6 is another one, and the slider's hand means few digits."""
+    profile = profile_of(from_python(TANK.encode(), "tank.py"), Names())
+    script = """
+      const said = () => document.getElementById("says-0").textContent.split(",")[0];
+      const [, level, slider, temp] = document.querySelectorAll("#sliders input");
+      const set = (one, text) => {
+        one.value = text;
+        one.dispatchEvent(new Event("input"));
+        return [Number(level.value), Number(temp.value), said()];
+      };
+      const first = [Number(temp.value), said()];
+      const tests = [...document.querySelectorAll("#tree-0 text")].map((one) => one.textContent).join(" ");
+      const below = set(temp, "36.599999999999994");
+      return [first, set(slider, "36.60000004"), below, set(level, "0.09999999999999999"), tests];
+    """
+    first, slid, below, empty, tests = in_chromium(page(profile, Contents()), script, [], tmp_path)
+    assert first == [36.6, "cool"] and slid[1:] == [36.6, "cool"]
+    assert below[1:] == [36.599999999999994, "wait"] and empty == [0.09999999999999999, 36.6, "fill"]
+    assert "23.25" in tests and "36.6" in tests
+
+
 @pytest.mark.parametrize(
     ("names", "signs"),
     [
