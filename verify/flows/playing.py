@@ -1,6 +1,6 @@
 """Episodes of a flow in float64, many at a time: Runge-Kutta steps, by a reading of the file that is no checker's.
 
-Does: plays random starts, bounds among them, with errors that stay; tells which break a claim.
+Does: plays random starts, bounds among them, with errors that stay or change; tells which break a claim.
 Assumes: nothing of what it finds is believed before it is replayed in enclosures.
 Does not: bound anything.
 """
@@ -28,15 +28,19 @@ Evaluated = Callable[[Mapping[str, Float64]], Float64]
 
 
 class FlowCourse(NamedTuple):
-    """How an episode is to go: its start; the errors of the derivatives, which stay; by how many seconds each period is
-    longer than stated, and which of the flow's ways to observe late each sample is, in turn: the last ones stay.
+    """How an episode is to go: its start; and of each period in turn the errors of the derivatives, by how many seconds
+    it is longer than stated, and which of the flow's ways to observe late its sample is. The last ones stay.
     """
 
     start: Mapping[str, Fraction]
-    errors: Mapping[str, Fraction]
+    errors: Sequence[Mapping[str, Fraction]] = ({},)
     longer: Sequence[Fraction] = (Fraction(0),)
     ways: Sequence[int] = (0,)
     rank: int = 0  # which of the cases that hold a state is taken, in turn
+
+    def errors_at(self, period: int) -> Mapping[str, Fraction]:
+        """The errors in one period, by variable; 0 where none is named."""
+        return self.errors[min(period, len(self.errors) - 1)]
 
     def longer_at(self, period: int) -> Fraction:
         """By how much one period is longer."""
@@ -48,8 +52,8 @@ class FlowCourse(NamedTuple):
 
 
 class _Chances(NamedTuple):
-    """The same of many episodes: errors in float64 by variable, [batch] each; the number of each, which says how its
-    samples go (`_draw_sample`); and ranks.
+    """The same of many episodes: errors that stay, in float64 by variable, [batch] each; the number of each, which says
+    how its errors and samples change (`_draw_errors`, `_draw_sample`); and ranks.
     """
 
     errors: Planes
@@ -90,18 +94,36 @@ class FlowPlay:
         with np.errstate(all="ignore"):  # what overflows breaks nothing that could be replayed
             broken = self._mark_broken(start, chances)
         places = np.flatnonzero(broken)[:most].tolist()
-        drawn = [self._draw_sample(chances.turns, period) for period in range(self._periods if places else 0)]
+        periods = range(self._periods if places else 0)
+        drawn = [self._draw_sample(chances.turns, period) for period in periods]
+        moved = [self._draw_errors(chances, period) for period in periods]
         bounds = self._flow.errors
         for place in places:
             begun = {name: Fraction(float(values[place])) for name, values in start.items()}
-            off = {name: _exact(float(values[place]), bounds[name]) for name, values in chances.errors.items()}
+            off = [
+                {name: _exact(float(values[place]), bounds[name]) for name, values in each.items()} for each in moved
+            ]
             longer = [_exact(float(each[place]), self._flow.jitter) for each, _ in drawn]
             yield FlowCourse(begun, off, longer, [int(each[place]) for _, each in drawn], int(chances.rank[place]))
 
     @property
     def _periods(self) -> int:
         """How many may differ from one another."""
-        return max(self._claim.steps, 1) if any(self._flow.jitter) or len(self._flow.seen) > 1 else 1
+        changing = any(self._flow.jitter) or len(self._flow.seen) > 1 or self._flow.errors
+        return max(self._claim.steps, 1) if changing else 1
+
+    def _draw_errors(self, chances: _Chances, period: int) -> Planes:
+        """The errors of a period: those that stay, those that alternate between their ends, and those that are drawn
+        anew each time, in turn.
+        """
+        turns, random = chances.turns, np.random.default_rng((SEED + 1, period))
+        kinds, later = turns // 2 % 3, dict[str, Float64]()
+        for name, stays in chances.errors.items():
+            ends = _floats(self._flow.errors[name])
+            later[name] = np.choose(
+                kinds, [stays, np.array(ends)[(turns + period) % 2], random.choice(ends, len(turns))]
+            )
+        return later
 
     def _draw_sample(self, turns: Int64, period: int) -> tuple[Float64, Int64]:
         """By how much a period is longer, and the way in which its sample is late, of episodes by their numbers: what
@@ -146,7 +168,7 @@ class FlowPlay:
             alive &= ~bad & ~good
             if period == claim.steps or not alive.any():
                 break
-            longer, way = self._draw_sample(chances.turns, period)
+            (longer, way), errors = self._draw_sample(chances.turns, period), self._draw_errors(chances, period)
             held = self._hold_inputs(state, way)
             known, case = {**state, **held}, self._case(state, chances.rank)
             for number, jumps in enumerate(self._jumps):
@@ -154,7 +176,7 @@ class FlowPlay:
                     name: np.where(case == number, value(known), state[name]) for name, value in jumps.items()
                 }
             for part in range(PARTS):
-                state = self._move_state(state, held, (self._period + longer) / PARTS, chances.errors, case)
+                state = self._move_state(state, held, (self._period + longer) / PARTS, errors, case)
                 if part + 1 < PARTS and not claim.at_samples:
                     bad, good = self._ask_claim(state, count, period, between=True)
                     broken |= alive & bad

@@ -1,6 +1,7 @@
 """Episodes of a flow in enclosures: one start, followed so narrowly that it surely breaks a claim, or nothing is said.
 
-Does: follows a start with errors that stay, by the checker's steps; says whether and when it surely breaks the claim.
+Does: follows a start with the errors of its course, by the checker's steps; says whether and when it surely breaks the
+  claim.
 Assumes: a start within the start region, errors within their bounds; both are asked again here.
 Does not: look for such starts.
 """
@@ -47,17 +48,18 @@ class FlowReplay:
         self.sweep = FlowSweep(profile, system, claim)
         names = [one.name for one in system.variables]
         self._readings = [FlowReading(each, names) for each in system.flow.each]
-        self._steps: dict[tuple[int, Stepping, tuple[Interval, ...]], FlowStep] = {}
+        self._steps: dict[tuple[int, Stepping], FlowStep] = {}
 
     def follow_course(self, course: FlowCourse) -> SystemCounterexample | None:
         """As the function, in the steps that are left."""
         bounds, (least, most) = self.flow.errors, self.flow.jitter
-        within = all(low <= course.errors.get(name, Fraction(0)) <= high for name, (low, high) in bounds.items())
+        within = all(
+            low <= each.get(name, Fraction(0)) <= high for each in course.errors for name, (low, high) in bounds.items()
+        )
+        within &= all(each.keys() <= bounds.keys() for each in course.errors)
         within &= all(least <= each <= most for each in course.longer)
         within &= all(0 <= each < len(self.flow.seen) for each in course.ways)
-        if not within or not course.errors.keys() <= bounds.keys():
-            return None
-        if not is_start(self.system, self.claim, course.start):
+        if not within or not is_start(self.system, self.claim, course.start):
             return None
         ensure_arithmetic()
         with np.errstate(all="ignore"):  # what is not finite is not shown
@@ -68,17 +70,17 @@ class FlowReplay:
                     return counterexample
         return None
 
-    def step_of(self, case: int, how: Stepping, course: FlowCourse) -> FlowStep:
-        """The step of a case, with the errors of a course, cut to its bounds."""
+    def step_of(self, case: int, how: Stepping, off: Mapping[str, Fraction]) -> FlowStep:
+        """The step of a case, with some errors, cut to its bounds."""
         flow, errors = self.flow.each[case], list[Interval]()
+        if (case, how) not in self._steps:
+            bounds = [flow.error.get(name, EXACT) for name in flow.rates]
+            self._steps[case, how] = FlowStep(self._readings[case], bounds, how)
         for name in flow.rates:
             low, high = flow.error.get(name, EXACT)
-            error = min(max(course.errors.get(name, Fraction(0)), low), high)
+            error = min(max(off.get(name, Fraction(0)), low), high)
             errors.append((error, error))
-        key = case, how, tuple(errors)
-        if key not in self._steps:
-            self._steps[key] = FlowStep(self._readings[case], errors, how)
-        return self._steps[key]
+        return self._steps[case, how].with_errors(errors)
 
 
 class _Narrow:
@@ -88,7 +90,6 @@ class _Narrow:
         self._replay, self._sweep, self._claim = replay, replay.sweep, replay.claim
         self._parts, self.lost = parts, False  # whether an enclosure was not shown: steps are too long
         self._names = [one.name for one in replay.system.variables]
-        self._errors = {name: course.errors.get(name, Fraction(0)) for name in replay.flow.errors}
         self._course, self._taken, self._seconds = course, list[int](), Fraction(0)
         numbers = [course.start[name] for name in self._names]
         self._box = Spans(np.array([list(map(floor, numbers))]), np.array([list(map(ceiling, numbers))]))
@@ -129,7 +130,7 @@ class _Narrow:
         """Follows a period up to where it surely breaks the claim; whether all of that was shown."""
         claim, length = self._claim, self._replay.flow.period + self._course.longer_at(period)
         how = Stepping(ORDER, length / self._parts)
-        step = self._replay.step_of(self._taken[-1], how, self._course)
+        step = self._replay.step_of(self._taken[-1], how, self._course.errors_at(period))
         for part in range(self._parts):
             self._replay.left -= 1
             if self._replay.left < 0:
@@ -167,8 +168,9 @@ class _Narrow:
         return {name: Fraction(float(value)) for name, value in zip(self._names, middle, strict=True)}
 
     def _report_course(self, step: int) -> SystemCounterexample:
-        errors = tuple(dict(self._errors) for _ in self._actions) if self._errors else ()
         course, cases, periods = self._course, self._replay.flow.cases, range(max(len(self._actions), 1))
+        named, taken = self._replay.flow.errors, [course.errors_at(period) for period in range(len(self._actions))]
+        errors = tuple({name: each.get(name, Fraction(0)) for name in named} for each in taken) if named else ()
         pieces = tuple(self._taken) if cases else ()
         return SystemCounterexample(
             tuple(self._states),

@@ -174,4 +174,4 @@ def _read_course(
     ways = [document.way] if isinstance(document.way, int) else document.way
     if not longer or not ways:
         raise ValueError("a list of periods or delays is empty")
-    return FlowCourse(start, errors[0] if errors else {}, list(map(read_number, longer)), ways, document.rank)
+    return FlowCourse(start, errors or [{}], list(map(read_number, longer)), ways, document.rank)

@@ -141,10 +141,10 @@ def test_a_claim_is_proved_and_a_false_one_broken(steps):
     broken = asked(steps=steps, region=(-2, 1))
     again = decide(broken).counterexample
     assert again.states[-1]["warm"] > 1 and again.pieces[0] == 3 and len(again.pieces) == len(again.actions)
-    course = FlowCourse(again.start, again.errors[0], again.longer, again.ways, again.rank)
+    course = FlowCourse(again.start, again.errors, again.longer, again.ways, again.rank)
     assert replay_course(broken.profile, broken.subject.system, broken.claim, course) == again
     assert (
-        replay_course(broken.profile, broken.subject.system, broken.claim, course._replace(errors={"warm": F(1)}))
+        replay_course(broken.profile, broken.subject.system, broken.claim, course._replace(errors=[{"warm": F(1)}]))
         is None
     )
 

@@ -41,7 +41,7 @@ def test_what_fails_is_broken_by_an_episode_that_is_found_again():
     assert found.verdict is Verdict.VIOLATED
     broken = found.counterexample
     assert (broken.step, broken.seconds) == (10, F(1, 2)) and broken.states[-1]["angle"] > F(6, 10)
-    again = replay_course(question.profile, question.subject.system, question.claim, FlowCourse(broken.start, {}))
+    again = replay_course(question.profile, question.subject.system, question.claim, FlowCourse(broken.start))
     assert again == broken
 
 
@@ -85,10 +85,10 @@ def test_what_is_razor_thin_is_unknown_and_says_what_may_help():
 def test_a_start_or_an_error_out_of_bounds_breaks_nothing():
     system, profile, claim = case(TURNING, SIDES, NEAR.replace("[-2, 2]", "[-0.1, 0.1]"))
     start = {"x": F(1), "y": F(0)}
-    assert replay_course(profile, system, claim, FlowCourse(start, {"x": F(1, 1000), "y": F(0)})) is not None
-    assert replay_course(profile, system, claim, FlowCourse({"x": F(2), "y": F(0)}, {})) is None
-    assert replay_course(profile, system, claim, FlowCourse(start, {"x": F(1)})) is None
-    assert replay_course(profile, system, claim, FlowCourse(start, {"z": F(0)})) is None
+    assert replay_course(profile, system, claim, FlowCourse(start, [{"x": F(1, 1000), "y": F(0)}])) is not None
+    assert replay_course(profile, system, claim, FlowCourse({"x": F(2), "y": F(0)})) is None
+    assert replay_course(profile, system, claim, FlowCourse(start, [{}, {"x": F(1)}])) is None
+    assert replay_course(profile, system, claim, FlowCourse(start, [{"z": F(0)}])) is None
 
 
 def test_play_reads_derivatives_as_the_tests_do():

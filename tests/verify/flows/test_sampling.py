@@ -191,7 +191,7 @@ def test_a_claim_is_proved_or_broken_by_what_is_late():
     found = decide(broken)
     again = found.counterexample
     assert found.verdict is Verdict.VIOLATED and any(again.longer)
-    course = FlowCourse(again.start, {}, again.longer, again.ways)
+    course = FlowCourse(again.start, [{}], again.longer, again.ways)
     assert replay_course(broken.profile, broken.subject.system, broken.claim, course) == again
     for beyond in (course._replace(longer=[F(1, 50)]), course._replace(ways=[1])):
         assert replay_course(broken.profile, broken.subject.system, broken.claim, beyond) is None

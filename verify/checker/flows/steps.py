@@ -22,6 +22,7 @@ W) lies in it.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from copy import copy
 from fractions import Fraction
 from math import isqrt
 from typing import NamedTuple
@@ -103,9 +104,15 @@ class FlowStep:
     def __init__(self, reading: FlowReading, errors: Sequence[tuple[Fraction, Fraction]], how: Stepping) -> None:
         self._names = reading.names
         self._power = Factor(how.seconds)
-        self._bounds = np.array([floor(low) for low, _ in errors]), np.array([ceiling(high) for _, high in errors])
+        self._bounds = _ends_of(errors)
         off = [name for name, each in zip(reading.names, errors, strict=False) if each != EXACT]
         self._programs = StepPrograms(reading, how, off)
+
+    def with_errors(self, errors: Sequence[tuple[Fraction, Fraction]]) -> FlowStep:
+        """The same with other errors, which lie within those of this one."""
+        other = copy(self)
+        other._bounds = _ends_of(errors)
+        return other
 
     def move_sets(self, box: Spans, frames: tuple[Frame, ...], held: Mapping[str, Spans]) -> Moved:
         """The sets a step later; `held`: the inputs of each, [n]."""
@@ -202,6 +209,10 @@ class FlowStep:
         """What a program computes of boxes [n, d], by rows: [n, results]."""
         results = program.run({**self._name_columns("", start), **held}, len(start.low))
         return Spans(np.ascontiguousarray(results.low.T), np.ascontiguousarray(results.high.T))
+
+
+def _ends_of(errors: Sequence[tuple[Fraction, Fraction]]) -> tuple[Float64, Float64]:
+    return np.array([floor(low) for low, _ in errors]), np.array([ceiling(high) for _, high in errors])
 
 
 def _around(box: Spans, frames: Sequence[Frame]) -> Spans:
