@@ -5,7 +5,8 @@
     python -m tests.benchmarks.continuous --navigation
     python -m tests.benchmarks.continuous --halves [--experts FOLDER]
 
---train makes the experts by stable-baselines3, one file a game (`Pendulum-v1.zip`, ...), from seed 0, on one core.
+--train makes the experts by stable-baselines3, one file a game (`Pendulum-v1.zip`, ...), from seed 0, on one core; of
+PPO the layers that act as safetensors too. generated/continuous has those of LunarLander.
 Otherwise each game's expert is extracted in several ways, and a row says what a tree returns over the same held-out
 episodes as the expert and random actions, its score (tree - random) / (expert - random) with the interval of a paired
 bootstrap, and its size in leaves and in numbers. The plain rows are what forty lines of scikit-learn give: a
@@ -34,12 +35,15 @@ from maviper.evaluation import held_out
 from maviper.evaluation.crossplay import Uniform
 from maviper.experts import from_sb3
 from maviper.experts.finding import find_expert
+from maviper.experts.foreign.layers import MEANS
 from maviper.experts.foreign.sb3 import NONE
+from maviper.experts.foreign.state_dicts import from_torch
 from maviper.extraction.algorithms import extract
 from maviper.extraction.settings import Settings
 from maviper.worlds import World, find
 from tests.benchmarks import single_agent
 
+WEIGHTS = ".safetensors"  # of experts without the rest of a zip
 PART = 100_000  # environment steps of a training, after which the expert is written
 # After rl-baselines3-zoo (hyperparams/sac.yml and ppo.yml), with fewer environment steps (`steps`). `then`: settings by
 # which a training goes on, with larger batches, which cost a third, and shorter steps in the end.
@@ -117,7 +121,20 @@ def _learn(learner: Any, game: str, file: Path, steps: int) -> None:
         first = learner.num_timesteps == 0
         learner.learn(min(PART, last - learner.num_timesteps), reset_num_timesteps=first)
         learner.save(file)
+        if EXPERTS[game]["algorithm"] == "PPO":
+            write_actor(learner, file.with_suffix(WEIGHTS))
         print(f"{game}: {learner.num_timesteps:,} steps", flush=True)
+
+
+def write_actor(learner: Any, file: Path) -> None:
+    """Writes the layers of PPO's policy alone, as safetensors: `torch:FILE,net=pi,activation=tanh,outputs=means`."""
+    from safetensors.numpy import save_file
+
+    state = learner.policy.state_dict()
+    layers = [name for name in state if name.startswith(("mlp_extractor.policy_net.", "action_net."))]
+    places = {name: 2 * place for place, name in enumerate(dict.fromkeys(name.rpartition(".")[0] for name in layers))}
+    save_file({f"pi.{places[name.rpartition('.')[0]]}.{name.rpartition('.')[2]}": state[name].numpy()
+               for name in layers}, file)  # fmt: skip
 
 
 def plain(world: World, expert: Any, leaves: int, plays: bool) -> Any:
@@ -182,7 +199,10 @@ class Setting(NamedTuple):
     def of(game: str, file: Path) -> "Setting":
         """The game of an expert's file."""
         world = find(f"gymnasium:{game}", giving=True)
-        expert = from_sb3(file, world, NONE if EXPERTS[game].get("scaled") else None)  # rewards alone were scaled
+        if file.suffix == WEIGHTS:
+            expert = from_torch(file, world, "pi", "tanh", MEANS)
+        else:
+            expert = from_sb3(file, world, NONE if EXPERTS[game].get("scaled") else None)  # rewards alone were scaled
         setting = Setting(game, world, expert, returns(world, expert), returns(world, None))
         told = f"expert {setting.best.mean():.1f} (wanted: {WANTED[game]:.0f}), random {setting.random.mean():.1f}"
         print(f"{game}: {told}", flush=True)
@@ -356,8 +376,9 @@ def main() -> None:
     figures = navigation() if options.navigation else list[dict[str, Any]]()
     figures += halves() if options.halves and not options.experts else []
     for game in options.games if options.experts else ():
-        file = options.experts / f"{game}.zip"
-        if not file.exists():
+        files = [options.experts / f"{game}{suffix}" for suffix in (".zip", WEIGHTS)]
+        file = next((each for each in files if each.exists()), None)
+        if file is None:
             print(f"{game}: no expert; --train FOLDER {game} makes it")
             continue
         leaves, setting = options.leaves or LEAVES[game], Setting.of(game, file)
