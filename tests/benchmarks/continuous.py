@@ -97,7 +97,7 @@ WAYS: dict[str, dict[str, str | int]] = {
 PLAIN = ("plain imitation", "plain DAgger")
 EPISODES = 200
 MISSING = (
-    "BipedalWalker-v3: no expert is trained",
+    "Swimmer-v5 without an expert: its recipe was not run; BipedalWalker-v3: no recipe",
     "mpe2's deception and spread with continuous actions: no expert with Gaussian actors",
 )
 
