@@ -56,8 +56,8 @@ def load_proof(certificate: Path, profile: PolicyProfile) -> Proved:
         covered = load_cover(certificate, profile)
         return Proved(covered.cover, _hash(text), covered.claim)
     if any(policy.tree.arithmetic for policy in profile.agents):
-        what = "the certificate is about a game, and no claim about a game is proved of sums and outputs"
-        advice = "give one about a world file, or leave it out: then inputs and outputs are watched"
+        what = "the certificate is about tests of single features, and this profile tests sums or gives numbers"
+        advice = "give one with a world file beside it, or leave it out: then inputs and outputs are watched"
         raise InputError(what, str(certificate), advice)
     if kind is kinds.EPISODE_CERTIFICATE:
         return _episodes(text, certificate, profile)

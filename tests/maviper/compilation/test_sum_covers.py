@@ -178,5 +178,5 @@ def test_boxes_that_do_not_hold_all_roundings_are_dropped(giving, monkeypatch):
 
 
 def test_a_certificate_about_a_game_is_refused(giving):
-    with pytest.raises(InputError, match="no claim about a game is proved of sums and outputs"):
+    with pytest.raises(InputError, match="about tests of single features"):
         load_proof(GAME, load(giving / "cart.json", sums=True))
