@@ -183,8 +183,8 @@ def _together(lists: Sequence[Sets]) -> Boxes:
 
 
 def _join_turned(lists: Sequence[Sets], where: str) -> Turned:
-    """Sets with the frame of their start."""
-    frames = [each.frames[0] for each in lists if isinstance(each, SetList)]
+    """Sets with the frame of their start; ValueError if they have more, all of which would have to be asked."""
+    frames = [frame for each in lists if isinstance(each, SetList) for (frame,) in (each.frames,)]
     centre, matrix, rest, turned = (np.concatenate(of) for of in zip(*frames, strict=True))
     return turn_sets(_together(lists), centre, matrix, rest, turned, where)
 
