@@ -29,7 +29,7 @@ from verify.question import DecisionQuestion
 from verify.semantics import MACHINE, REAL
 from verify.states.path import Step
 from verify.states.real import Value, value_of, write_value
-from verify.states.state import State, error_name, inside, leaves_at, shortfall, violates
+from verify.states.state import State, error_name, inside, leaves_at, shortfall, violates_by
 
 STAYS = "the values for which the claim still fails in the same leaves, with everything else unchanged"
 DIGITS = 1e6  # of which shown ends are multiples of the inverse
@@ -265,7 +265,7 @@ def _spans(
 
     def stands(name: str, value: Value) -> bool:
         moved = State({**state.position, name: value}, state.goal, state.errors)
-        return inside(region, moved) and violates(question, moved) and find_leaves(moved) == leaves
+        return inside(region, moved) and find_leaves(moved) == leaves and violates_by(question, moved, leaves)
 
     spans, exact = list[CoordinateSpan](), state.exactly(question.profile)
     for name, bounds in region.box.items():

@@ -131,7 +131,13 @@ def choose_actions(
 
 def violates(question: DecisionQuestion, state: State) -> bool:
     """The referee: whether the claim fails in this world state, with exact arithmetic for the claim itself."""
-    actions = actions_at(question.profile, question.claim.team, state, question.semantics)
+    return violates_by(question, state, leaves_at(question.profile, question.claim.team, state, question.semantics))
+
+
+def violates_by(question: DecisionQuestion, state: State, leaves: Mapping[str, int]) -> bool:
+    """As `violates`, where the leaves that the team reaches in the state are known."""
+    team = question.profile.team(question.claim.team)
+    actions = {policy.agent: int(policy.tree.action[leaves[policy.agent]]) for policy in team}
     return not holds(question.formula_for(state.goal), state.exactly(question.profile), actions)
 
 
