@@ -149,8 +149,8 @@ def compile(
     """Code for a profile, replayed against it with tolerance zero before it is returned.
 
     `Compiled.files` maps file names to texts (of ONNX: bytes), `Compiled.proofs` has the answers of `prove`. `targets`:
-    some of c, python, json, javascript, rust, smt, svg, onnx, onnx-old, jax and torch. DisagreementError when any
-    decision differs; InputError for what cannot be asked.
+    some of c, python, json, javascript, rust, smt, svg, onnx, onnx-old, jax, torch and monitor. DisagreementError when
+    any decision differs; InputError for what cannot be asked.
     """
     from maviper.compilation.run import compile_and_prove
 

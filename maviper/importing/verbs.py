@@ -25,10 +25,10 @@ if TYPE_CHECKING:
 def from_file(file: str | Path | Mapping[str, str | Path], **asked: Unpack[ImportOptions]) -> PolicyProfile:
     """A profile of the trees in a file of another program, as `maviper import` makes it; nothing in the file is run.
 
-    `file`: if/else Python, ONNX, a single tree of XGBoost, LightGBM, treelite or dtControl, recognised by its name and
-    content; or agent -> file, for a team. Names are instead of the file's own, for every agent. InputError for a file
-    that is not understood in full, such as one that returns a list of numbers without `scores`; MissingToolError
-    without a package that reading it needs.
+    `file`: if/else Python or C, a header of ours, ONNX, or trees of XGBoost, LightGBM, treelite or dtControl,
+    recognised by its name and content; or agent -> file, for a team. Names are instead of the file's own, for every
+    agent. InputError for a file that is not understood in full, such as one that returns a list of constants without
+    `scores` or `output_names`; MissingToolError without a package that reading it needs.
     """
     from pathlib import Path
 
@@ -67,7 +67,8 @@ def from_onnx(
 ) -> PolicyProfile:
     """A profile of one agent from an ONNX model (bytes, or a path) that is one decision tree.
 
-    Names as for `from_sklearn`. InputError for a model with any other node; MissingToolError without the package onnx.
+    Names as for `from_sklearn`. InputError for an operator that cannot be folded into the tree; MissingToolError
+    without the package onnx.
     """
     from codegen.importers.onnx.model import from_onnx as imported
 

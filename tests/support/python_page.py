@@ -1,8 +1,9 @@
 """The manual's page on Python: every public function and the objects that users hold, from signatures and docstrings.
 
-Does: writes signature, docstring and options of each function, and docstring, fields and public members of each object.
+Does: writes signature, docstring and options of each function; of each object docstring, fields and public members, and
+  what it has from others.
 Assumes: a field's meaning is the comment on its line, an option's a line of the docstring.
-Does not: add a word of its own about any of them.
+Does not: describe any of them in words of its own.
 """
 
 import ast
@@ -78,8 +79,19 @@ def _signature(name: str, function: object) -> str:
 
 def _object(module: ModuleType, kind: type) -> str:
     parts = [f"### {kind.__name__}", f"`{module.__name__}.{kind.__name__}`", _reflowed(inspect.getdoc(kind) or "")]
-    lines = [bullet(line) for line in (*_fields(kind), *_members(kind))]
+    lines = [bullet(line) for line in (*_inherited(kind), *_fields(kind), *_members(kind))]
     return "\n\n".join([*parts, *(["\n".join(lines)] if lines else [])])
+
+
+def _inherited(kind: type):
+    """What a class of data has from others: the name of one that has a section, the fields of one that has none."""
+    for base in kind.__bases__:
+        if not dataclasses.is_dataclass(base):
+            continue
+        if base.__name__.startswith("_"):
+            yield from (*_inherited(base), *_fields(base))
+        else:
+            yield f"all that `{base.__name__}` has"
 
 
 def _fields(kind: type):
