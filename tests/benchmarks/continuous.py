@@ -98,7 +98,6 @@ PLAIN = ("plain imitation", "plain DAgger")
 EPISODES = 200
 MISSING = (
     "Swimmer-v5 without an expert: its recipe was not run; BipedalWalker-v3: no recipe",
-    "mpe2's deception and spread with continuous actions: no expert with Gaussian actors",
 )
 
 

@@ -178,6 +178,41 @@ def test_an_expert_that_learned_by_reward_becomes_trees_and_code(monkeypatch):
 
 
 @needed
+@pytest.mark.interop
+@pytest.mark.train
+def test_a_gaussian_expert_becomes_trees_whose_leaves_are_forces(monkeypatch, tmp_path, capsys):
+    """By the commands, from a training far too short to be good."""
+    from maviper.experts.training import train
+
+    monkeypatch.setattr(held_out, "EVALUATION_EPISODES", 10)
+    for name in ("CHECKPOINT_EPISODES", "FINAL_EPISODES"):
+        monkeypatch.setattr(train, name, 100)
+    world, run, trees = (
+        "vmas:dropout,n_agents=2,max_steps=10,continuous_actions=True",
+        tmp_path / "run",
+        tmp_path / "t.json",
+    )
+    tiny = [f"--set={each}" for each in ("games=64", "minibatch=320", "checkpoint_steps=640")]
+    assert main.run(["train", world, "--steps", "640", *tiny, "-o", str(run)]) == 0
+    small = [
+        "--iterations",
+        "1",
+        "--rollouts",
+        "8",
+        "--selection-episodes",
+        "8",
+        "--max-leaves",
+        "4",
+        "--max-depth",
+        "3",
+    ]
+    assert main.run(["extract", str(run), "--world", world, *small, "-o", str(trees)]) == 0
+    assert main.run(["evaluate", str(trees), "--world", world, "--expert", str(run), "--episodes", "20"]) == 0
+    assert main.run(["show", str(trees)]) == 0
+    assert "force_x, cut to [-1, 1]" in capsys.readouterr().out
+
+
+@needed
 @pytest.mark.parametrize(
     ("name", "said"),
     [
