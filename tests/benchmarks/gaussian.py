@@ -66,6 +66,8 @@ GAMES = {
         16,
     ),
 }
+SHARED = {"leaf": "linear", "share": "team", "iterations": 3, "rollouts": 100}  # it grows one tree, not one an agent
+TEAM_WAYS = {**WAYS, "linear leaves, one tree a team": SHARED}
 REACH, STRETCH = 0.95, 1.0
 
 
@@ -119,7 +121,7 @@ def measured(name: str, folder: Path, leaves: int, ways: Sequence[str], seed: in
     rows: list[dict[str, Any]] = []
     for way in ways:
         started = time.process_time()
-        given = {"max_leaves": leaves, "seed": seed, **game.extracted, **WAYS[way]}
+        given = {"max_leaves": leaves, "seed": seed, **game.extracted, **TEAM_WAYS[way]}
         agents = extract(world, expert, Settings.of(given, world)).agents
         spent = time.process_time() - started
         numbers, most = [size(policy) for policy in agents], max(len(ir.leaves(policy.tree)) for policy in agents)
