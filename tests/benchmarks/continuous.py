@@ -96,9 +96,7 @@ WAYS: dict[str, dict[str, str | int]] = {
 }
 PLAIN = ("plain imitation", "plain DAgger")
 EPISODES = 200
-MISSING = (
-    "Swimmer-v5 without an expert: its recipe was not run; BipedalWalker-v3: no recipe",
-)
+MISSING = ("Swimmer-v5 without an expert: its recipe was not run; BipedalWalker-v3: no recipe",)
 
 
 def train_expert(game: str, file: Path, seed: int = 0) -> None:
