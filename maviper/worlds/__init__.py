@@ -66,6 +66,8 @@ def _resolve_world(name: str) -> World:
         if OF_GYMNASIUM.fullmatch(name.partition(",")[0]):
             what = f"unknown world '{name}'"
             raise InputError(what, "", f"a game of Gymnasium is named by its module: gymnasium:{name}")
+        if name.partition(",")[0].endswith(".toml"):
+            raise InputError(f"unknown world '{name}'", "", f"a system defined in a world file is named system:{name}")
         return find_built_in(name)
     if parse_source(name).module == VMAS:
         from maviper.worlds.outside.vmas import VmasWorld

@@ -81,6 +81,9 @@ def test_modules_of_worlds_and_experts_are_named_in_errors():
     with pytest.raises(InputError, match="unknown world 'CartPole-v1'") as found:
         find("CartPole-v1")
     assert "gymnasium:CartPole-v1" in found.value.next_step
+    with pytest.raises(InputError, match=r"unknown world 'cruise\.toml'") as found:
+        find("cruise.toml")
+    assert "system:cruise.toml" in found.value.next_step
     with pytest.raises(InputError, match="not an expert file") as found:
         decode(b"PK\x03\x04 and so on", "cartpole.zip")
     assert "sb3:cartpole.zip" in found.value.next_step
