@@ -305,7 +305,11 @@ def test_readme_and_manual_say_what_the_registered_claims_came_to():
     whole = re.search(r"  all-four, maddpg, depth 4: (\S+) \[", parts)
     assert f"{interval(*map(float, joint.groups()))} of {float(whole[1]):.3f}".replace(" 0.", " .") in said
     for game, label, told in (
-        ("physical-deception maddpg", "defenders success r=0.316", "{} of episodes against IVIPER's {} (expert {})"),
+        (
+            "physical-deception maddpg",
+            "defenders success r=0.316",
+            "{} of episodes within .316 against IVIPER's {} (expert {})",
+        ),
         ("cooperative-navigation mappo", "agents D", "sum to {} against {} (expert {})"),
         ("physical-deception mappo", "defenders success r=0.316", "{} against {} in deception (expert {})"),
         ("cooperative-navigation maddpg", "agents D", "{} against {} in navigation (expert {})"),
