@@ -390,7 +390,7 @@ def main() -> None:
             figures[-1]["better"] = "higher"
     if options.record:
         print("\n".join(table(options.record)))
-    print("\n".join(f"not measured: {each}" for each in MISSING))
+    print("\n".join(f"not here: {each}" for each in MISSING))
     if options.json:
         print(json.dumps({"figures": figures}))
 
