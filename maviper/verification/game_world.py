@@ -228,7 +228,7 @@ def _properties(profile: PolicyProfile, posed: Posed, ranges: Mapping[str, Inter
     """The tables of a claim, one for each goal if its formula asks which one that is, with where each speaks."""
     region = posed.region
     if not posed.claim.per_state or "eps" in posed.claim.stated:
-        why = "allows errors" if posed.claim.per_state else "is not about single decisions"
+        why = "allows errors" if posed.claim.per_state else "is not about single states"
         what = f"{posed.claim.name} {why}, so it is not decided of teams that test sums"
         raise InputError(what, "--property", "ask one of distinct_targets, own_target, no_double, aligned, assignment")
     claim = cast("DecisionClaim", posed.claim)

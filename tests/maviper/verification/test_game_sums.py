@@ -217,7 +217,7 @@ def test_a_file_that_forgets_roundings_shows_another_number(monkeypatch):
 @pytest.mark.parametrize(
     ("asked_for", "message"),
     [
-        (["--property", "reaches"], "reaches is not about single decisions"),
+        (["--property", "reaches"], "reaches is not about single states"),
         (["--property", "steady", "--eps", "0.01"], "steady allows errors"),
         (["--where"], "--where has no effect"),
         (["--semantics", "real"], "--semantics has no effect"),
