@@ -66,7 +66,7 @@ GAMES = {
         16,
     ),
 }
-SHARED = {"leaf": "linear", "share": "team", "iterations": 3, "rollouts": 100}  # it grows one tree, not one an agent
+SHARED = {"leaf": "linear", "share": "team", "iterations": 6, "rollouts": 100}  # it grows one tree, not one an agent
 TEAM_WAYS = {**WAYS, "linear leaves, one tree a team": SHARED}
 REACH, STRETCH = 0.95, 1.0
 
