@@ -239,6 +239,15 @@ def kept_processes(monkeypatch):
     monkeypatch.setattr(loky, "get_reusable_executor", Kept)
 
 
+@pytest.fixture(scope="module")
+def no_kept_processes():
+    """For modules whose tests count processes: those that `kept_processes` left end first."""
+    from joblib.externals.loky import reusable_executor
+
+    if reusable_executor._executor is not None:
+        reusable_executor._executor.shutdown(wait=True)
+
+
 # Numbers of what is sampled, by name, with the modules that hold one; a test of the house finds those left out.
 SAMPLED = {
     "SAMPLES": (

@@ -52,7 +52,9 @@ def verify_trees(profile: ir.PolicyProfile) -> run.Verified:
 
 def repair_trees(profile: ir.PolicyProfile) -> Repaired:
     """As `maviper repair --max-depth 6`."""
-    return repair_profile(profile, "distinct_targets", "start", request(max_depth=MAX_DEPTH, episodes=EPISODES))
+    claim = "distinct_targets"
+    asked = request(claim, {"max_depth": MAX_DEPTH, "episodes": EPISODES})
+    return repair_profile(profile, claim, "start", asked)
 
 
 def compile_trees(before: run.Verified, repair: Repaired) -> Toured:

@@ -195,7 +195,7 @@ def test_a_script_has_no_critic():
 
 def test_there_is_no_script_for_other_worlds():
     with pytest.raises(InputError, match="no scripted expert") as error:
-        build_script(SimpleNamespace(name="tennis"))
+        build_script(SimpleNamespace(name="tennis", outputs=()))
     assert "tennis" in str(error.value)
 
 

@@ -68,5 +68,5 @@ def test_a_repair_names_no_option_that_it_does_not_have(profile):
     wrong = team(profile, towards(0, 0), towards(0, 1))
     found = repair(asked(wrong, max_nodes=1, option=""), None)
     assert found.reason.endswith("smaller trees or a smaller region may be decided")
-    found = repair_profile(wrong, "distinct_targets", "start", request(episodes=1))
+    found = repair_profile(wrong, "distinct_targets", "start", request("distinct_targets", {"episodes": 1}))
     assert "--solver-units" not in found.repair.reason

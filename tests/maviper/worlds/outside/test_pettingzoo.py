@@ -39,7 +39,7 @@ SEEDS = (3, 2_000_000_000_000_000)
 
 
 @pytest.fixture(autouse=True)
-def no_process_is_left():
+def no_process_is_left(no_kept_processes):
     yield
     if multiprocessing.active_children():
         gc.collect()
