@@ -100,8 +100,8 @@ def test_it_vouches_for_all_episodes_of_the_agent_itself(agent, number, request)
     assert [one.name for one in cover.variables] == ["x", "v"] and cover.ever is (number == 2)
     policy, rng = profile.agents[0], np.random.default_rng(3)
     pushes = {"left": -1.5, "right": 1.5, "rest": 0.0}
-    w = rng.uniform([-1.0, -0.1], [1.0, 0.1], (200, 2))
-    steps = 40 if cover.ever else len(cover.steps)
+    w = rng.uniform([-1.0, -0.1], [1.0, 0.1], (50, 2))
+    steps = 25 if cover.ever else len(cover.steps)
     for step in range(steps):
         assert cover.holds(w, step).all()
         assert (np.abs(w) <= ([2.0, 3.0] if cover.ever else [1.5, 1.5])).all()
