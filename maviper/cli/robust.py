@@ -18,6 +18,7 @@ from maviper.cli.options import FOLDER, PATH, PROFILE, console_of, fraction, opt
 if TYPE_CHECKING:
     from maviper.console import Console
     from maviper.verification.outputs.errors import Changes
+    from maviper.verification.robust import Radii
 
 
 @click.command(cls=Verb, example="maviper robust profile.json observations.csv --certify -o radii")
@@ -66,44 +67,39 @@ def robust(
         runs.room(output)
     table = radii(loaded, observations, agent, certify, error)
     if isinstance(table, Changes):
-        return _tell_changes(console, table, least, most, output, as_json)
+        code = _tell_changes(console, table, least, most)
+        name, kept = "changes.csv", outputs.CHANGES
+    else:
+        code = _tell_radii(console, table, least, most, certify)
+        name, kept = "radii.csv", outputs.ROBUST
+    if output is not None:
+        outputs.write_set(output, table.files, kept)
+    if as_json:
+        click.echo(layout(table.document()))
+    elif output is None:
+        click.echo(table.files[name], nl=False)
+    return code
+
+
+def _tell_radii(
+    console: "Console", table: "Radii", least: Fraction | None, most: Fraction | None, certify: bool
+) -> ExitCode:
+    """Says what sums up the radii. InputError for what is asked of outputs."""
     if most is not None:
         raise InputError("--most is for agents that give numbers", "--most", "write --least, of radii")
     console.line("radii", table.line)
     if certify:
         console.line("proved", f"{len(table.certificates)} radii; the independent checker accepted each certificate")
-    if output is not None:
-        outputs.write_set(output, table.files, outputs.ROBUST)
-    if as_json:
-        click.echo(layout(table.document()))
-    elif output is None:
-        click.echo(table.files["radii.csv"], nl=False)
     return ExitCode.DONE if least is None or table.least >= least else ExitCode.VIOLATED
 
 
-def _tell_changes(
-    console: "Console",
-    table: "Changes",
-    least: Fraction | None,
-    most: Fraction | None,
-    output: Path | None,
-    as_json: bool,
-) -> int:
-    """Prints or writes how far outputs change."""
-    from codegen.policy_json import layout
-    from maviper.files import outputs
-
+def _tell_changes(console: "Console", table: "Changes", least: Fraction | None, most: Fraction | None) -> ExitCode:
+    """Says what sums up the changes of outputs. InputError for what is asked of radii."""
     if least is not None:
         raise InputError("--least is for agents that take actions", "--least", "write --most, of changes of outputs")
     console.line("changes", table.line)
     if not table.exact:
         console.line("bounds", 'some are bounds, since the tree tests sums; `maviper verify` decides name = "robust"')
-    if output is not None:
-        outputs.write_set(output, table.files, outputs.CHANGES)
-    if as_json:
-        click.echo(layout(table.document()))
-    elif output is None:
-        click.echo(table.files["changes.csv"], nl=False)
     if most is None or table.largest <= most:
         return ExitCode.DONE
     return ExitCode.VIOLATED if table.largest_seen > most else ExitCode.INCONCLUSIVE

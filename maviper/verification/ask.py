@@ -207,10 +207,10 @@ def questions(
         raise InputError("the semantics must be machine or real", "--semantics")
     viewed = _find_view(profile, options)
     about = profile if viewed is None else viewed.profile
-    posed = pose_claims(about, viewed, options, aside)
+    region = resolve_region(about, viewed, options.region)
+    posed = pose_claims(about, viewed, region, options, aside)
     words = ["maviper", "verify", profile_name, "--properties", options.file.name if options.file else ""]
-    region = resolve_region(about, viewed, options.region).name
-    words += [] if region in (START, SEEN) else ["--region", region]
+    words += [] if region.name in (START, SEEN) else ["--region", region.name]
     asked_for: list[Asked] = []
     for claim, place, zones, by_file in posed:
         question = _question(about, viewed, claim, place, options, zones)
@@ -222,17 +222,18 @@ def questions(
 def pose_claims(
     about: ir.PolicyProfile,
     viewed: Viewed | None,
+    region: Region,
     options: VerifyOptions,
     aside: Callable[[InputError], None] | None = None,
 ) -> list[Posed]:
-    """The claims of options, first those of the property file, then the named ones. `aside`: as for `questions`."""
-    where = partial(resolve_region, about, viewed)
-    region = where(options.region)
+    """The claims of options, first those of the property file, then the named ones. `region`: of those that name none;
+    `aside`: as for `questions`.
+    """
     posed: list[Posed] = []
     if options.file is not None:
         reading = None if viewed is None else as_compared(about, options.semantics)
         try:
-            asked = from_file(options.file, about, region, reading, where)
+            asked = from_file(options.file, about, region, reading, partial(resolve_region, about, viewed))
         except PartlyReadError as error:
             if aside is None:
                 raise

@@ -187,7 +187,8 @@ def ensure_observed(profile: PolicyProfile, statement: Statement, state: State) 
     for policy in profile.agents:
         shown = observe(policy.features, planes, profile.world, policy.numbers)
         stated = observe_state(statement.system, policy, state)
-        tested = [place for place, each in enumerate(policy.features) if each in _list_tested(policy)]
+        names = {each.name for each in _list_tested(policy)}
+        tested = [place for place, each in enumerate(policy.features) if each.name in names]
         assert (shown[:, tested] == stated[:, tested]).all(), (
             f"{policy.agent} observes {shown}, and by the file {stated}"
         )
@@ -313,12 +314,12 @@ def _name_rounding(policy: AgentPolicy, feature: FeatureSpec) -> str:
 
 def _call_in_file(coordinate: str) -> str:
     """What the file calls a coordinate."""
-    return coordinate.replace(f"{GOAL}.", f"{PLACE}.") if coordinate.startswith(f"{GOAL}.") else coordinate
+    return coordinate.replace(GOAL, PLACE, 1) if coordinate.startswith(f"{GOAL}.") else coordinate
 
 
 def _coordinate(called: str) -> str:
     """The coordinate that the file calls so."""
-    return called.replace(f"{PLACE}.", f"{GOAL}.") if called.startswith(f"{PLACE}.") else called
+    return called.replace(PLACE, GOAL, 1) if called.startswith(f"{PLACE}.") else called
 
 
 def _ends(ends: Interval) -> str:

@@ -141,7 +141,8 @@ class StatedWorld:
         for name, option in options.unusual.items():
             if name not in OF_GAMES:
                 raise InputError(f"{option} has no effect on claims of agents that test sums", option, "leave it out")
-        source, places = world_of_game(profile, pose_claims(profile, None, options))
+        region = resolve_region(profile, None, options.region)
+        source, places = world_of_game(profile, pose_claims(profile, None, region, options))
         statement = statement_of(source, WORLD_FILE)
         asked = replace(options, file=None)
         made = StatedWorld._join_parts(profile, statement, {}, {WORLD_FILE: source}, asked, Variables.COORDINATES)

@@ -16,6 +16,30 @@ def cart(x, v):
     return np.clip(-1.25 * x - 1.5 * v, -2.0, 2.0)
 """
 
+INTEGRATOR = """
+name = "double integrator"
+steps = 12
+dt = "0.1 s"
+[variables]
+x = { unit = "m", range = [-5, 5] }
+v = { unit = "m/s", range = [-5, 5] }
+[agents.cart.features]
+x = "x"
+v = "v"
+ACTS
+[start]
+box = { x = [-1, 1], v = [-SPEED, SPEED] }
+[dynamics.next]
+x = "x + dt*v"
+v = "v + dt*cart.push"
+"""
+GIVES = '[agents.cart.outputs]\npush = "m/s^2"'
+
+
+def integrator(speed, acts=GIVES):
+    """A world file of a cart that pushes, without claims; `speed`: at most, of a start."""
+    return INTEGRATOR.replace("ACTS", acts).replace("SPEED", speed)
+
 
 def world(outputs=0, actions=("left", "stay", "right"), more=""):
     acting = (

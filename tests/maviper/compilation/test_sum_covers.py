@@ -16,6 +16,7 @@ from maviper.compilation.monitors import load_proof, lower_monitor
 from maviper.files.profiles import load
 from tests.support import monitors
 from tests.support.generated import FOLDER
+from tests.support.giving import GIVES, integrator
 from tests.support.monitors import INVALID, LEAVING, OK, OUTSIDE, asked_of_cover, said_of_cover
 from tests.support.outputs import given_by
 
@@ -34,22 +35,7 @@ def cart(x, v):
         return "left"
     return "right" if x + 1.5 * v < -0.2 else "rest"
 """
-WORLD = """
-name = "double integrator"
-steps = 12
-dt = "0.1 s"
-[variables]
-x = { unit = "m", range = [-5, 5] }
-v = { unit = "m/s", range = [-5, 5] }
-[agents.cart.features]
-x = "x"
-v = "v"
-ACTS
-[start]
-box = { x = [-1, 1], v = [-0.1, 0.1] }
-[dynamics.next]
-x = "x + dt*v"
-v = "v + dt*cart.push"
+CLAIMS = """
 [[property]]
 name = "stays_in"
 region = { box = { x = [-1.5, 1.5], v = [-1.5, 1.5] } }
@@ -59,14 +45,13 @@ region = { box = { x = [-2, 2], v = [-3, 3] } }
 [[property]]
 formula = "out(cart).push <= 2"
 """
-GIVES = '[agents.cart.outputs]\npush = "m/s^2"'
 CHOOSES = '[agents.cart.actions]\nleft = { push = "-1.5 m/s^2" }\nright = { push = "1.5 m/s^2" }\nrest = {}'
 
 
 def proved(folder, source, acts, more):
     """A folder with certificates about a controller."""
     (folder / "cart.py").write_text(source)
-    (folder / "world.toml").write_text(WORLD.replace("ACTS", acts))
+    (folder / "world.toml").write_text(integrator("0.1", acts) + CLAIMS)
     given = ["import", "--agents", f"cart={folder / 'cart.py'}", "--arrays", "float64", *more]
     assert main.run([*given, "-o", str(folder / "cart.json")]) == 0
     asked = ["verify", str(folder / "cart.json"), "--world", str(folder / "world.toml"), "-o", str(folder / "out")]

@@ -9,26 +9,11 @@ from maviper.cli import main
 from maviper.files.profiles import load
 from maviper.verification.files.certificates import check_file
 from maviper.verification.files.counterexamples import replay
-from tests.support.giving import CART
+from tests.support.giving import CART, integrator
 
-WORLD = """
-name = "double integrator"
-steps = 12
-dt = "0.1 s"
-[variables]
-x = { unit = "m", range = [-5, 5] }
-v = { unit = "m/s", range = [-5, 5] }
-[agents.cart.features]
-x = "x"
-v = "v"
-[agents.cart.outputs]
-push = "m/s^2"
-[start]
-box = { x = [-1, 1], v = [-0.5, 0.5] }
-[dynamics.next]
-x = "x + dt*v"
-v = "v + dt*cart.push"
-
+WORLD = (
+    integrator("0.5")
+    + """
 [[property]]
 label = "bounded"
 formula = "out(cart).push <= 2 and out(cart).push >= -2[m/s^2]"
@@ -50,6 +35,7 @@ label = "hardly moves"
 name = "stays_in"
 region = { box = { x = [-1.04, 1.04] } }
 """
+)
 VERDICTS = ["PROVED", "VIOLATED", "UNKNOWN", "VIOLATED", "PROVED", "VIOLATED"]
 
 
