@@ -32,7 +32,7 @@ TARGETS = {
 
 
 def seconds_of(*arguments):
-    """Processor seconds of one command, and what it said, as JSON."""
+    """Processor seconds of one command, and how it ended."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     command = [sys.executable, "-m", "maviper", *map(str, arguments)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)

@@ -86,7 +86,7 @@ def test_outputs_of_another_number_are_invalid_and_what_has_no_bound_is_finite()
         assert told(outputs) == ([0.0, 0.0], INVALID)
 
 
-def test_a_monitor_of_sums_needs_no_certificate():
+def test_a_monitor_of_sums_needs_no_certificate_and_takes_none_of_single_features():
     made = profile(policy(3, DOUBLE_SUMS))
     with pytest.raises(InputError, match="about tests of single features"):
         compile_and_prove(made, ["python", "monitor"], certificate=PROVED)
