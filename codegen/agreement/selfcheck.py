@@ -169,7 +169,7 @@ def _check_c(build: Build, asked: Kept, wanted: Mapping[str, Any], entry: Asked,
 def _c_replayed(
     compiled: CompiledC, style: str, policy: ir.AgentPolicy, rows: Floats, expected: Any
 ) -> Iterator[Agreement]:
-    # by its contract, the style that compares bits is not asked about NaN
+    # by its contract, what the style that compares bits does with NaN counts for nothing
     held = ~np.isnan(rows).any(axis=1) if style == ORDERED else slice(None)
     actions, checks = compiled.act_and_check(policy.agent, rows)
     yield compare("c", policy, rows[held], expected[held], actions[held])

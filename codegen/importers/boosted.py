@@ -31,11 +31,15 @@ XGBOOST, LIGHTGBM = "XGBoost", "LightGBM"
 ONE = "train one tree, or a few small ones, of an objective that is understood"
 AGAIN = "save the model again"
 SIGN, LARGEST, NUMBER = "sign", "largest", "number"  # what scores stand for
-LINKS = {  # of objectives: XGBoost's, then LightGBM's
-    "binary:logistic": SIGN, "multi:softmax": LARGEST, "multi:softprob": LARGEST, "reg:squarederror": NUMBER,
-    "reg:absoluteerror": NUMBER, "reg:pseudohubererror": NUMBER,
-    "binary": SIGN, "multiclass": LARGEST, "regression": NUMBER, "regression_l1": NUMBER, "huber": NUMBER,
-    "fair": NUMBER,
+LINKS = {  # of objectives, by library
+    XGBOOST: {
+        "binary:logistic": SIGN, "multi:softmax": LARGEST, "multi:softprob": LARGEST, "reg:squarederror": NUMBER,
+        "reg:absoluteerror": NUMBER, "reg:pseudohubererror": NUMBER,
+    },
+    LIGHTGBM: {
+        "binary": SIGN, "multiclass": LARGEST, "regression": NUMBER, "regression_l1": NUMBER, "huber": NUMBER,
+        "fair": NUMBER,
+    },
 }  # fmt: skip
 ZERO = float(np.float32(1e-35))  # kZeroThreshold of LightGBM
 CATEGORICAL, DEFAULT_LEFT, MISSING_ZERO, MISSING_NAN = 1, 2, 1 << 2, 2 << 2  # bits of LightGBM's decision_type
@@ -87,14 +91,18 @@ def _add_xgboost(
     objective: str, bases: Sequence[float], classes: Sequence[int], where: str, leaves: Sequence[Leaf]
 ) -> Leaf:
     """What the leaves of a path stand for. `classes`: of the trees, where there are more than two."""
-    if LINKS.get(objective) == SIGN and len(bases) == 1 and 0 < bases[0] < 1:
+    link = LINKS[XGBOOST].get(objective)
+    if link == SIGN:
+        if len(bases) > 1 or not 0 < bases[0] < 1:
+            raise InputError(f"the objective is not understood: {escape_text(objective)}", where, ONE)
         logit = math.log(bases[0] / (1 - bases[0]))
-        return _apply_link(objective, [math.fsum(map(_value, leaves)) + logit], where, alone=len(leaves) == 1)
-    several = LINKS.get(objective) == LARGEST and len(bases) == 1
+        score = math.fsum(map(_value, leaves)) + logit
+        return _apply_link(link, objective, [score], where, alone=len(leaves) == 1)
+    several = link == LARGEST and len(bases) == 1
     scores = [np.float32(base) for base in ([*bases] * (max(classes) + 1) if several else bases)]
     for place, leaf in zip(classes, leaves, strict=True):
         scores[place] = np.float32(scores[place] + np.float32(_value(leaf)))
-    return _apply_link(objective, scores, where, alone=len(leaves) == 1)
+    return _apply_link(link, objective, scores, where, alone=len(leaves) == 1)
 
 
 def _value(leaf: Leaf) -> float:
@@ -102,9 +110,8 @@ def _value(leaf: Leaf) -> float:
     return leaf.label
 
 
-def _apply_link(objective: str, scores: Sequence[Any], where: str, *, alone: bool) -> Leaf:
+def _apply_link(link: str | None, objective: str, scores: Sequence[Any], where: str, *, alone: bool) -> Leaf:
     """What scores stand for: a class, or a number, which is a label where the tree stands `alone`."""
-    link = LINKS.get(objective)
     if link == LARGEST:
         return Leaf(best_class([float(score) for score in scores], where))
     if link is None or len(scores) > 1:
@@ -159,7 +166,7 @@ def _add_lightgbm(link: str, count: int, where: str, leaves: Sequence[Leaf]) -> 
     scores = [0.0] * count
     for place, leaf in enumerate(leaves):
         scores[place % count] += _value(leaf)
-    return _apply_link(link, scores, where, alone=len(leaves) == 1)
+    return _apply_link(LINKS[LIGHTGBM].get(link), link, scores, where, alone=len(leaves) == 1)
 
 
 def _fields(text: str) -> Mapping[str, str]:

@@ -153,7 +153,9 @@ class Lookup:
     @property
     def comparisons(self) -> int:
         """The most that one step takes."""
-        each = 8 * self.width if self.frames else 2 * self.width  # of z, r and what is left both ends are compared
+        each = (
+            10 * self.width if self.frames else 2 * self.width
+        )  # of z twice, of r and what is left both ends are compared
         return self.parts * (2 * len(self.axes[0]) + each * self.most)
 
 
@@ -166,7 +168,11 @@ def search_of(steps: Sequence[Sequence[Boxes]], columns: Sequence[Sequence[int]]
         [_clip_boxes(Boxes(part.low[:, of], part.high[:, of])) for part, of in zip(parts, columns, strict=True)]
         for parts in steps
     ]
-    laid = [_lay_grids([parts[number] for parts in lists]) for number in range(len(columns))]
+    counts = range(1, min(AXES, len(columns[0])) + 1)  # as many axes for each part
+    ways = [
+        [_lay_grids([parts[number] for parts in lists], count) for number in range(len(columns))] for count in counts
+    ]
+    laid = [grids for _, grids in min(ways, key=lambda way: sum(cost for cost, _ in way))]
     axes, grids, cells, boxes = [of[0].axes for of in laid], list[Grid](), list[tuple[int, ...]](), list[Ends]()
     for step, parts in enumerate(lists):
         for of, part in zip(laid, parts, strict=True):
@@ -226,16 +232,13 @@ def _axes(lists: Sequence[Boxes], count: int) -> tuple[int, ...]:
     return min(ways, key=sum_comparisons)
 
 
-def _lay_grids(lists: Sequence[Boxes]) -> list[_Laid]:
-    """A grid over each list, along one variable if a second one makes searches but little shorter."""
+def _lay_grids(lists: Sequence[Boxes], count: int) -> tuple[float, list[_Laid]]:
+    """A grid over each list along so many variables, and what searches take: a second one has to make them shorter."""
     points = [_draw_points(boxes) if len(boxes.low) > 1 else None for boxes in lists]
-    ways: list[tuple[float, list[_Laid]]] = []
-    for count in range(1, min(AXES, lists[0].low.shape[1]) + 1):
-        axes = _axes(lists, count)
-        grids = [_lay_grid(boxes, of, axes) for boxes, of in zip(lists, points, strict=True)]
-        compared = [laid.count_comparisons(of) for laid, of in zip(grids, points, strict=True) if of is not None]
-        ways.append((count * DEAR * len(compared) + sum(compared), grids))
-    return min(ways, key=lambda way: way[0])[1]
+    axes = _axes(lists, count)
+    grids = [_lay_grid(boxes, of, axes) for boxes, of in zip(lists, points, strict=True)]
+    compared = [laid.count_comparisons(of) for laid, of in zip(grids, points, strict=True) if of is not None]
+    return count * DEAR * len(compared) + sum(compared), grids
 
 
 def _lay_grid(boxes: Boxes, points: Float64 | None, axes: Sequence[int]) -> _Laid:

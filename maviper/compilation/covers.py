@@ -1,11 +1,11 @@
 """From the certificate of a claim about a stated system to the sets of states that its proof speaks of.
 
-Does: has the checker accept the certificate, and keeps the boxes that it asks about on the way.
+Does: has the checker accept the certificate, and keeps the sets that it asks about on the way.
 Assumes: a world file beside the certificate; files that anyone wrote.
 Does not: trust a proof, or find sets of its own.
 
-Every state of such a box is one of which the proof holds: the claim, from this step on, as long as the system moves as
-its file states. So a state in a box is vouched for, however it got there.
+Every state of such a set, a box or what of a box lies in a frame too, is one of which the proof holds: the claim, from
+this step on, as long as the system moves as its file states. So a state in a set is vouched for, however it got there.
 """
 
 from collections import defaultdict

@@ -91,12 +91,9 @@ def plays(profile: ir.PolicyProfile, world: World) -> bool:
         *zip(world.actions, (policy.actions for policy in profile.agents), strict=False),
         *zip(world.features, (policy.features for policy in profile.agents), strict=False),
     ]
-    if any(
-        find_misplaced([each.name for each in ours], [each.name for each in own]) is not None for ours, own in called
-    ):
-        return False
+    misplaced = (find_misplaced([a.name for a in known], [b.name for b in said]) is not None for known, said in called)
     single = all(policy.numbers == FLOAT32 for policy in profile.agents)  # as worlds show what agents observe
-    return single and world.spec == profile.world and ours == theirs
+    return single and world.spec == profile.world and ours == theirs and not any(misplaced)
 
 
 def _nameless(specs: Sequence[FeatureSpec] | Sequence[ir.ActionSpec], own: bool) -> tuple[object, ...]:

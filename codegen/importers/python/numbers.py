@@ -252,8 +252,10 @@ def isnan(known: bool) -> Call:
         if isinstance(value, Feature):
             if m.paths is not None:
                 m.paths.nan = False
+            if not known:
+                return False
             ends = [compare_values(m, "<", value, math.inf), compare_values(m, ">", value, -math.inf)]
-            return Condition(lambda: all(m.truth(each) for each in ends)) if known else False
+            return Condition(lambda: all(m.truth(each) for each in ends))
         return constant(m, node, math.isfinite if known else math.isnan, [value], {})
 
     return handle_call

@@ -110,12 +110,13 @@ def train(
 
 def settings_of(world: World, request: Request) -> Any:
     """The settings of a training, a dataclass; errors as those of `train`."""
-    algorithm = request.validate().algorithm
+    known = request.validate()
+    algorithm = known.algorithm
     if world.masked and algorithm != MAPPO:
         advice = f"choose --algorithm {MAPPO}, and no other recipe than {DEFAULT}"
         raise InputError(f"{algorithm} takes no heed of illegal actions", world.name, advice)
     if world.outputs:
-        _ensure_numbers(world, request.validate())
+        _ensure_numbers(world, known)
     return settings(world, request, _trainer(algorithm).settings)
 
 

@@ -20,13 +20,14 @@ from codegen.ir import NO_FEATURE, Float32, Float64, GrownTree
 from codegen.lowering.deploy import SummedTree
 from maviper.extraction.selection.arena import Arena
 from maviper.extraction.selection.stack import reaching
+from maviper.extraction.selection.tilting import columns_of
 from maviper.worlds.world import bounds
 
 PAIRS = 16  # directions of a round, each of them played forwards and backwards
 PLAYED = 8  # episodes of each
 SPREAD = 0.05  # of an output, in parts of its range
 TEST_SPREAD = 0.05  # of a threshold, in deviations of what is tested
-LAST_SPREAD = 0.25  # of both in the last round, in parts of those in the first
+LAST_SPREAD = 0.25  # of both, in parts of those in the first round: what rounds tend to
 STEPS = (1.0, 2.0, 4.0)  # lengths, in spreads
 RACED = 24  # episodes of each length
 JUDGED = 200  # episodes of the team before and after
@@ -47,7 +48,7 @@ class Moves:
     def of(tree: SummedTree, obs: Float32, ranges: Float64) -> "Moves":
         """Of a tree that meets these observations. `ranges`: [n_outputs], of the outputs."""
         wide = obs.astype(np.float64)
-        tested = np.concatenate([wide, wide @ tree.tests.T.astype(np.float64)], axis=1)
+        tested = columns_of(tree, obs)
         thresholds, numbers = np.zeros(len(tree.feature)), np.zeros(tree.given.shape)
         centers, least = np.zeros((len(tree.given), wide.shape[1])), LEAST_SCALE * wide.std(axis=0)
         for node, rows in reaching(tree, tested).items():

@@ -90,7 +90,7 @@ def test_other_models_of_lightgbm_are_refused(lightgbm):
         from_lightgbm(b"tree\nversion=v4\n\nTree=0\n", "tree.txt")
 
 
-def booster(left=(1, -1, -1), targets="1", number=0.5):
+def booster(left=(1, -1, -1), targets="1", number=0.5, base="0.5", objective="binary:logistic"):
     """A tree of one test as XGBoost saves it, without XGBoost."""
     tree = {
         "split_type": [0, 0, 0], "categories": [], "tree_param": {"num_deleted": "0"}, "left_children": left,
@@ -99,8 +99,8 @@ def booster(left=(1, -1, -1), targets="1", number=0.5):
     }  # fmt: skip
     learner = {
         "gradient_booster": {"name": "gbtree", "model": {"trees": [tree]}},
-        "learner_model_param": {"base_score": "0.5", "num_feature": "1", "num_target": targets},
-        "objective": {"name": "binary:logistic"},
+        "learner_model_param": {"base_score": base, "num_feature": "1", "num_target": targets},
+        "objective": {"name": objective},
     }
     return json.dumps({"learner": learner}).encode()
 
@@ -112,6 +112,10 @@ def test_what_no_model_of_xgboost_says_is_refused():
         (booster(targets="2"), "several targets"),
         (booster(left=[-1, -1, -1]), "a node has one child"),
         (booster(number=10**400), "not XGBoost's JSON"),
+        (booster(base="0"), "the objective is not understood"),
+        (booster(base="1"), "the objective is not understood"),
+        (booster(objective="multiclass"), "the objective is not understood"),
+        (booster(objective="regression"), "the objective is not understood"),
     ):
         with pytest.raises(InputError, match=said):
             from_xgboost(content, "tree.json")

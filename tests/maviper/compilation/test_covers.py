@@ -239,9 +239,24 @@ def test_nothing_is_rounded_where_boxes_are_joined():
         assert max(compared for _, compared in told) <= found.comparisons  # no path is longer than is said
 
 
-def searched(found, state):
-    """What a reader of the search says, for the first list, and how many numbers it compared."""
-    (grid, *_), (axes, *_), (columns, *_) = found.grids, found.axes, found.columns
+@pytest.mark.parametrize("order", [(0, 1), (1, 0)])
+def test_parts_of_which_one_is_told_apart_along_one_variable_hold_what_they_hold(order):
+    """The second part of an invariant may lie in a row where the first is scattered."""
+    rng = np.random.default_rng(4)
+    corner = rng.permutation(16 * 16)[:64]
+    scattered = np.stack([corner % 16, corner // 16], axis=1).astype(np.float64)
+    row = np.stack([np.arange(0.0, 64.0, 2.0), np.zeros(32)], axis=1)
+    both = [Boxes(scattered, scattered + 0.5), Boxes(row, row + np.array([1.0, 64.0]))]
+    parts = [both[place] for place in order]
+    found = lookup([parts], "here")
+    states = np.concatenate([rng.uniform(-1.0, 64.0, (300, 2)), scattered + 0.25, row + 0.5])
+    for place, part in enumerate(parts):
+        assert [searched(found, state, place)[0] for state in states] == part.holds(states).tolist()
+
+
+def searched(found, state, part=0):
+    """What a reader of the search says, for a part of the first list, and how many numbers it compared."""
+    grid, axes, columns = found.grids[part], found.axes[part], found.columns[part]
     cell, compared = grid.begin, 0
     for low, high, scale, stride, axis in zip(*grid[:4], axes, strict=True):
         place = min(max(state[axis], float(low.decimal)), float(high.decimal))

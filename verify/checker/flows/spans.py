@@ -131,14 +131,6 @@ def inverse(span: Spans) -> Spans:
     return Spans(np.where(apart, low, np.nan), np.where(apart, high, np.nan))
 
 
-def total(span: Spans) -> Spans:
-    """Sums along the last axis."""
-    sums = span.at((slice(None),) * (span.low.ndim - 1) + (0,))
-    for place in range(1, span.low.shape[-1]):
-        sums = plus(sums, span.at((slice(None),) * (span.low.ndim - 1) + (place,)))
-    return sums
-
-
 def hull(one: Spans, other: Spans) -> Spans:
     """The least intervals around both."""
     return Spans(np.minimum(one.low, other.low), np.maximum(one.high, other.high))

@@ -97,6 +97,7 @@ class FlowSweep:
         self.jumps = [_jump_of(each, names) for each in self._flows]
         self._cases = FlowCases(system, self.columns)
         self._held: dict[int, dict[str, tuple[float, float]]] = {}
+        self._moves: dict[Stepping, list[_Move]] = {}
         self.swept, self.spent, self.most = 0, 0, MAX_SWEPT
         self.open: dict[int, str] = {}
         self.watch: Watch | None = None
@@ -115,11 +116,12 @@ class FlowSweep:
         """Follows parts of the start; `open` has those that were not shown."""
         self.open = {}
         how = Stepping(plan.order, self._flow.period / plan.steps)
-        of = zip(self._readings, self._errors, self.jumps, strict=True)
-        moves = [_Move(FlowStep(reading, errors, how), jump) for reading, errors, jump in of]
+        if how not in self._moves:
+            of = zip(self._readings, self._errors, self.jumps, strict=True)
+            self._moves[how] = [_Move(FlowStep(reading, errors, how), jump) for reading, errors, jump in of]
         boxes = self._start.box_starts(starts)
         with np.errstate(all="ignore"):  # what overflows is not finite, and is left open
-            self._episodes(build_sets(boxes, 0 if plan.widths else 1), moves, plan)
+            self._episodes(build_sets(boxes, 0 if plan.widths else 1), self._moves[how], plan)
 
     def _episodes(self, sets: SetList, moves: Sequence[_Move], plan: Plan) -> None:
         last = self._claim.steps

@@ -143,7 +143,7 @@ def _does(kind: str, operations: Sequence[Operation]) -> Callable[..., Float64]:
     """What computes a group."""
     if kind == "scale":
         return _scaling([each.number for each in operations])
-    return _waving([each.does for each in operations]) if kind == "waves" else FUNCTIONS[kind]
+    return _waving(operations) if kind == "waves" else FUNCTIONS[kind]
 
 
 def _scaling(factors: Sequence[Fraction]) -> Callable[[Float64], Float64]:
@@ -157,11 +157,13 @@ def _scaling(factors: Sequence[Fraction]) -> Callable[[Float64], Float64]:
     return scale
 
 
-def _waving(does: Sequence[str]) -> Callable[[Float64], Float64]:
-    which = np.array([WAVES.index(each) for each in does])
+def _waving(operations: Sequence[Operation]) -> Callable[[Float64], Float64]:
+    """sin or cos of each; both are computed once for each result that is read."""
+    _, first, of = np.unique([each.reads[0] for each in operations], return_index=True, return_inverse=True)
+    which = np.array([WAVES.index(each.does) for each in operations])
 
     def wave(ends: Float64) -> Float64:
-        return _choose(which, [each.ends for each in waves(of_ends(ends))])
+        return _choose(which, [each.ends[:, of] for each in waves(of_ends(ends[:, first]))])
 
     return wave
 
