@@ -319,6 +319,19 @@ def test_the_manual_says_what_the_record_found(committed):
         assert len(values) == 10 and f"{sum(values) / 10:.3f}".removeprefix("0") in said
 
 
+def test_the_manual_gives_each_step_the_word_of_its_record():
+    manual = " ".join((ROOT / "maviper" / "manual" / "reproduce.md").read_text().split())
+    register, digest = published.read_register("steps")
+    found, lines = read_again(register, digest, RECORD.parent / "steps"), []
+    for family in published.families(register):
+        lines += published.family_lines(register, found, family)
+    for claim in register["claims"]:
+        (line,) = (line for line in lines if line.startswith(f"  {claim['id']}, "))
+        word, size = line.partition("]")[2].partition(" against")[0].strip().split("; ")
+        pair = shown(found.paired(claim, "maddpg", 4))
+        assert pair in manual if claim["id"] == "lead-undone" else f"| {pair} | {word} | {size} |" in manual
+
+
 def shown(pair):
     """A difference with its interval, as the manual writes it."""
     low, high = pair.interval()
