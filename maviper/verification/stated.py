@@ -23,8 +23,9 @@ from codegen.ir import PolicyProfile
 from maviper.files import runs
 from maviper.verification.ask import Asked, VerifyOptions, pose_claims
 from maviper.verification.files.systems import PROPERTY_FILE
-from maviper.verification.game_world import ensure_observed, iterate_anywhere, iterate_near
-from maviper.verification.game_world import world_of as world_of_game
+from maviper.verification.games.decisions import world_of as world_of_game
+from maviper.verification.games.observing import ensure_observed
+from maviper.verification.games.searching import iterate_anywhere, iterate_near
 from maviper.verification.observation_world import errors_in, world_of
 from maviper.verification.observing import resolve_region
 from maviper.verification.reference import measure_reference, replay_words
@@ -209,11 +210,11 @@ class StatedWorld:
         measured_steps = self.reference.get("steps")  # first, since a wrong statement is not worth a proof
         bent = not question.claim.about_decisions and any(map(list_curved, self.statement.rules))
         confirm = partial(_by_rules, self.statement, self.profile, question.claim) if bent else None
-        if self.statement.acting:
+        if self.statement.acting or self.variables is Variables.COORDINATES:
             confirm = _unknown if bent else partial(self._truly, question.claim)
         attempt = partial(self._look_anywhere, question.claim) if self.variables is Variables.COORDINATES else None
         result = self._together.verify_question(self.claims.index(question.claim), confirm, beside, attempt)
-        if self.statement.acting and result.reason == ENCLOSED:
+        if result.reason == ENCLOSED and (self.statement.acting or self.variables in NOT_FOUND):
             result = replace(result, reason=NOT_FOUND.get(self.variables, ROUNDED))
             if self.variables in NOT_FOUND:
                 result = replace(result, evidence=replace(result.evidence, helps=LOOSER))

@@ -17,19 +17,22 @@ from codegen.sums import DOUBLE_SUMS, FLOAT32_STEPS
 from maviper import verify
 from maviper.cli import main
 from maviper.files.profiles import load
-from maviper.verification import game_world
 from maviper.verification.ask import Posed, VerifyOptions
 from maviper.verification.files.certificates import check_file
+from maviper.verification.games.decisions import world_of
+from maviper.verification.games.observing import call_in_file, ensure_observed, list_observed, with_noise
 from maviper.verification.stated import StatedWorld
 from tests.support.generated import FOLDER
 from tests.support.giving import tamed
 from tests.support.summed import policy
+from tests.support.zone_cases import random_tree
 from verify.claims.catalogue import find_claim
 from verify.claims.decisions import formula
 from verify.claims.formula import holds
 from verify.claims.region import Region
 from verify.claims.uncertified.starts import start_region
 from verify.claims.uncertified.values import Batch
+from verify.exact import plain
 from verify.result import Verdict
 from verify.states.state import sample
 from verify.systems.claims import SystemClaim
@@ -174,7 +177,7 @@ def test_a_file_says_what_the_game_shows():
     region = start_region(profile.world)
     for name in ("distinct_targets", "own_target", "no_double", "aligned", "assignment"):
         claim = find_claim(name, profile, None)
-        source, (where,) = game_world.world_of(profile, [Posed(claim, region, None, by_file=False)])
+        source, (where,) = world_of(profile, [Posed(claim, region, None, by_file=False)])
         stated = StatedWorld.of_game(profile, VerifyOptions(names=(name,)))
         assert stated.beside["world.toml"] == source and where == "region start"
         assert tomllib.loads(source)["property"][0]["label"] == f"{name} of the defenders, region start"
@@ -186,13 +189,11 @@ def test_a_file_says_what_the_game_shows():
             at = dict(zip(profile.world.coordinates(), map(Fraction, numbers.tolist()), strict=True))
             goal = profile.world.landmarks[int(rng.integers(2))].name
             at |= {f"goal.{axis}": at[f"{goal}.{axis}"] for axis in "xy"}
-            state = game_world._with_roundings(
-                profile, stated.statement, {game_world._call_in_file(each): value for each, value in at.items()}
-            )
+            state = with_noise(profile, stated.statement, {call_in_file(each): value for each, value in at.items()})
             assert all(
                 ranges[each][0] <= state[each] <= ranges[each][1] for each in ranges if "rounding_of" not in each
             )
-            game_world.ensure_observed(profile, stated.statement, state)
+            ensure_observed(profile, stated.statement, state)
             actions = {each.agent: int(rng.integers(5)) for each in profile.agents}
             assert holds(system_claim.formula, state, actions) is holds(formula(profile, claim), at, actions)
 
@@ -202,23 +203,22 @@ def test_a_file_that_forgets_roundings_shows_another_number(monkeypatch):
     profile = team(8)
     stated = StatedWorld.of_game(profile, VerifyOptions(names=("own_target",)))
     policy_ = profile.policy("agent_0")
-    (feature, *_) = [each for each in game_world._list_tested(policy_) if len(each.meaning.terms) == 2]
-    at = dict.fromkeys(map(game_world._call_in_file, profile.world.coordinates()), Fraction(0))
-    for weight, name in feature.meaning.terms:
-        at[game_world._call_in_file(name)] = Fraction(1, 2) + Fraction(1, 2**25) if weight > 0 else Fraction(-1, 2**61)
-    state = game_world._with_roundings(profile, stated.statement, at)
-    game_world.ensure_observed(profile, stated.statement, state)
-    name = game_world._name_rounding(policy_, feature)
+    (tested, *_) = [each for each in list_observed(policy_) if len(each.meaning.terms) == 2]
+    at = dict.fromkeys(map(call_in_file, profile.world.coordinates()), Fraction(0))
+    for weight, name in tested.meaning.terms:
+        at[call_in_file(name)] = Fraction(1, 2) + Fraction(1, 2**25) if weight > 0 else Fraction(-1, 2**61)
+    state = with_noise(profile, stated.statement, at)
+    ensure_observed(profile, stated.statement, state)
+    name = tested.rounding
     assert state[name] == Fraction(-1, 2**61)
     with pytest.raises(AssertionError, match="observes"):
-        game_world.ensure_observed(profile, stated.statement, {**state, name: Fraction(0)})
+        ensure_observed(profile, stated.statement, {**state, name: Fraction(0)})
 
 
 @pytest.mark.parametrize(
     ("asked_for", "message"),
     [
         (["--property", "reaches"], "reaches is not about single states"),
-        (["--property", "steady", "--eps", "0.01"], "steady allows errors"),
         (["--where"], "--where has no effect"),
         (["--semantics", "real"], "--semantics has no effect"),
         (["--region", "{folder}/apart.toml"], "keeps pairs apart"),
@@ -244,3 +244,101 @@ def test_a_property_file_is_about_states_of_the_game(proof, capsys):
     assert main.run(words) == 0
     said = capsys.readouterr().out
     assert said.count("PROVED") == 3 and "by goal, region start, goal landmark_1" in said
+
+
+ERRORS = Fraction(1, 8), Fraction(1, 64), Fraction(1, 1024)
+
+
+def see_off(profile, each, at, off):
+    """What an agent observes where features are off: the exact sum with its error, rounded to float64, then float32."""
+    seen = []
+    for feature in each.features:
+        error = off.get(feature.name, 0)
+        if error:
+            total = sum((Fraction(weight) * at[name] for weight, name in feature.meaning.terms), error)
+            seen.append(float(total))
+        else:
+            (_, first), (_, second) = feature.meaning.terms
+            seen.append(float(at[first]) - float(at[second]))
+    return np.array([seen], each.numbers)
+
+
+def ensure_steady(profile, of, eps, region, result):
+    """As `ensure_true`, of features that are off: corners of all errors in a proof, the exact state in a violation."""
+    stated = formula(profile, find_claim(of, profile, None))
+    team_ = profile.team("defenders")
+    if result.verdict is Verdict.PROVED:
+        coordinates, _ = sample(region, profile.world, 4_000, 3)
+        columns = {name: coordinates[:, place] for place, name in enumerate(profile.world.coordinates())}
+        rng = np.random.default_rng(5)
+        for _ in range(8):
+            actions = {}
+            for each in team_:
+                seen = observe(each.features, coordinates, profile.world, each.numbers)
+                ends = rng.choice([-1.0, 1.0, 0.0], seen.shape) * float(eps)
+                actions[each.agent] = act(each, (seen + ends).astype(each.numbers))
+            assert Batch(columns, len(coordinates)).holds(stated, actions).all()
+        return
+    assert result.verdict is Verdict.VIOLATED
+    start = result.counterexample.start
+    at = {each.replace("goal_place.", "goal."): value for each, value in start.items()}
+    actions = {}
+    for each in team_:
+        off = {one.name: start.get(f"{each.agent}.error_{one.name}", Fraction(0)) for one in each.features}
+        assert all(abs(error) <= eps and Fraction(float(error)) == error for error in off.values())
+        actions[each.agent] = int(act(each, see_off(profile, each, at, off))[0])
+    assert all(low <= at[each] <= high for each, (low, high) in region.box.items())
+    assert not holds(stated, at, actions)
+
+
+@pytest.mark.parametrize(
+    "seeds",
+    [
+        range(5, 6),
+        pytest.param(range(6, 14), marks=pytest.mark.slow),
+        pytest.param(range(14, 60), marks=pytest.mark.full),
+    ],
+    ids=["one", "some", "many"],
+)
+def test_steady_claims_are_true_of_the_game(seeds, tmp_path):
+    verdicts = []
+    for seed in seeds:
+        profile = team(seed, (DOUBLE_SUMS, FLOAT32_STEPS)[seed % 2])
+        of, eps = ("distinct_targets", "no_double", "own_target", "aligned")[seed % 4], ERRORS[seed % 3]
+        region = region_of(profile, seed)
+        (tmp_path / "drawn.toml").write_text(region.toml())
+        result = verify(profile, "steady", of=of, eps=eps, region=str(tmp_path / "drawn.toml"))
+        assert f"off by up to {plain(eps)}" in result.question.claim.region
+        ensure_steady(profile, of, eps, region, result)
+        verdicts.append(result.verdict)
+    assert len(verdicts) < 8 or {Verdict.PROVED, Verdict.VIOLATED} <= set(verdicts)
+
+
+def plain_team(seed):
+    """The shipped team of deception with random trees that test single features."""
+    plain, rng = load(FOLDER / "profile.json"), np.random.default_rng(seed)
+    made = [replace(each, tree=random_tree(rng, len(each.features), 4), grown=None) for each in plain.agents]
+    return replace(plain, agents=tuple(made), region=None)
+
+
+@pytest.mark.parametrize(
+    "seeds",
+    [
+        range(1, 2),
+        pytest.param(range(2, 10), marks=pytest.mark.slow),
+        pytest.param(range(10, 60), marks=pytest.mark.full),
+    ],
+    ids=["one", "some", "many"],
+)
+def test_the_world_file_of_a_game_and_the_engine_for_games_agree(seeds, tmp_path):
+    """Of trees without sums, which both decide: with errors and without."""
+    for seed in seeds:
+        profile, region = plain_team(seed), region_of(plain_team(seed), seed)
+        (tmp_path / "drawn.toml").write_text(region.toml())
+        of = ("distinct_targets", "no_double", "own_target")[seed % 3]
+        options = {"of": of, "eps": ERRORS[seed % 3]} if seed % 2 else {}
+        known = verify(profile, "steady" if options else of, region=str(tmp_path / "drawn.toml"), **options)
+        asked_for = VerifyOptions.about("steady" if options else of, str(tmp_path / "drawn.toml"), options)
+        stated = StatedWorld.of_game(profile, asked_for.validate())
+        other = stated.answer(stated.asked[0].question, beside=False)
+        assert other.verdict is known.verdict, (seed, of, options)
