@@ -66,7 +66,7 @@ def test_every_comparison_has_its_cells_and_a_measure_of_its_game():
         assert claim["measure"] in group["measures"], claim["id"]
 
 
-@pytest.mark.parametrize("name", ["steps", "splits"])
+@pytest.mark.parametrize("name", ["steps", "splits", "rows"])
 def test_other_registers_can_be_carried_out_beside_the_record(name):
     """Every comparison and every row of a figure has its cells here or in the record, and settings that are allowed."""
     register, _ = published.read_register(name)
@@ -90,8 +90,23 @@ def test_other_registers_can_be_carried_out_beside_the_record(name):
     assert set(wanted) <= own | beside
     for cell in {replace(each, seed=0) for each in own}:
         settings = settings_of(register, expert_of(cell.game, cell.expert)[1], cell)
-        assert settings.preset == ("released" if name == "steps" else "paper")
-        assert (settings.splits == "exact") == (cell.preset != "paper") and bool(settings.undo) == (name == "steps")
+        assert settings.preset == {"steps": "released", "splits": "paper", "rows": "default"}[name]
+        assert (settings.splits == "exact") == (name != "rows" and cell.preset != "paper")
+        assert bool(settings.undo) == (name == "steps") and not settings.refinement
+
+
+def test_other_learners_have_the_episodes_that_their_register_says():
+    register, _ = published.read_register("rows")
+    for cell in (cell for group in register["groups"] for cell in cells_of(register, group) if cell.seed == 300):
+        world = expert_of(cell.game, "maddpg")[1]
+        settings = settings_of(register, world, cell)
+        playing = len(group_agents(world, settings.rollouts_by, range(len(world.agents))))
+        rollouts = settings.iterations * settings.rollouts * playing
+        chosen = settings.iterations * settings.selection_episodes * len(world.teams)
+        if "rgmdt" in cell.algorithm:
+            assert rollouts == 2_400 and chosen == 9_900 and settings.leaves == int(cell.algorithm[6:])
+        if "budgeted" in cell.algorithm:
+            assert rollouts + chosen <= int(cell.algorithm[9:]) == settings.budget
 
 
 def test_the_factorial_has_both_algorithms_at_its_ends_and_equal_episodes():
