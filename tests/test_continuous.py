@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.benchmarks import continuous
+from tests.benchmarks.scores import keep_rows
 
 ROOT = Path(__file__).parent.parent
 RECORD = ROOT / "generated/continuous/scores.json"
@@ -28,8 +29,8 @@ def test_the_manual_has_the_table_of_the_record():
 
 def test_rows_take_the_place_of_those_of_the_same_question(tmp_path):
     record, row = tmp_path / "deeper" / "rows.json", {**ROWS[0], "score": 0.5, "low": 0.4, "high": 0.6}
-    continuous.keep_rows(record, ROWS[::-1])
+    keep_rows(record, ROWS[::-1])
     assert record.read_text() == RECORD.read_text()
-    continuous.keep_rows(record, [row])
+    keep_rows(record, [row])
     kept = json.loads(record.read_text())
     assert len(kept) == len(ROWS) and row in kept and ROWS[0] not in kept

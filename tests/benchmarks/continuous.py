@@ -2,25 +2,22 @@
 
     python -m tests.benchmarks.continuous --train FOLDER [GAME ...]
     python -m tests.benchmarks.continuous --experts FOLDER [GAME ...] [--leaves N] [--json]
-    python -m tests.benchmarks.continuous --navigation
-    python -m tests.benchmarks.continuous --halves [--experts FOLDER]
+    python -m tests.benchmarks.continuous --experts FOLDER --halves [GAME ...]
 
 --train makes the experts by stable-baselines3, one file a game (`Pendulum-v1.zip`, ...), from seed 0, on one core; of
-PPO the layers that act as safetensors too. generated/continuous has those of LunarLander.
+PPO the layers that act as safetensors too. generated/continuous has those of LunarLander and Swimmer.
 Otherwise each game's expert is extracted in several ways, and a row says what a tree returns over the same held-out
 episodes as the expert and random actions, its score (tree - random) / (expert - random) with the interval of a paired
 bootstrap, and its size in leaves and in numbers. The plain rows are what forty lines of scikit-learn give: a
 regressor of the expert's own episodes, and one that also plays (DAgger), with as many rounds and episodes as ours.
---navigation asks what tests of sums do for numbered actions: D of the shipped expert's trees of 16 leaves.
---halves asks it of deception: whether trees of half or a quarter of 64 leaves succeed as often, within .02; with
---experts, of LunarLander's return instead. --record FILE keeps the rows in a file of JSON, measures none that
-it has of this expert, and prints them as the manual's table.
+--halves asks whether trees of half or a quarter of 64 leaves score as high, within .02, once they have sums.
+--record FILE keeps the rows in a file of JSON, measures none that it has of this expert, and prints them as the
+manual's table.
 """
 
 import argparse
 import json
 import time
-from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -34,7 +31,6 @@ from maviper.episodes.play import Policies, play, points, rollout, tree_policies
 from maviper.evaluation import held_out
 from maviper.evaluation.crossplay import Uniform
 from maviper.experts import from_sb3
-from maviper.experts.finding import find_expert
 from maviper.experts.foreign.layers import MEANS
 from maviper.experts.foreign.sb3 import NONE
 from maviper.experts.foreign.state_dicts import from_torch
@@ -42,6 +38,7 @@ from maviper.extraction.algorithms import extract
 from maviper.extraction.settings import Settings
 from maviper.worlds import World, find
 from tests.benchmarks import single_agent
+from tests.benchmarks.scores import Row, align, find_rows, keep_rows, read_rows, scored, tell_score
 
 WEIGHTS = ".safetensors"  # of experts without the rest of a zip
 PART = 100_000  # environment steps of a training, after which the expert is written
@@ -66,15 +63,15 @@ EXPERTS: dict[str, dict[str, Any]] = {
     },
     "Swimmer-v5": {
         "algorithm": "PPO",
-        "envs": 16,
-        "steps": 600_000,
+        "envs": 4,
+        "steps": 307_200,
         "scaled": True,
         "settings": {
-            "n_steps": 256,
-            "batch_size": 512,
+            "n_steps": 1024,
+            "batch_size": 256,
             "gae_lambda": 0.98,
             "gamma": 0.9999,
-            "learning_rate": 8e-4,
+            "learning_rate": 6e-4,
         },
     },
 }
@@ -84,7 +81,8 @@ LEAVES = {"Pendulum-v1": 16, "LunarLanderContinuous-v3": 32, "Swimmer-v5": 64}
 ROUNDS = {"iterations": 12, "rollouts": 20, "selection_episodes": 20, "patience": 100, "max_depth": 12}
 REFINED = {"Pendulum-v1": 4_000, "LunarLanderContinuous-v3": 4_000, "Swimmer-v5": 2_000}  # episodes
 AXIS_ALIGNED = "constant leaves"
-WITH_SUMS = ("constant, splits of sums", "linear, splits of sums")
+WITH_SUMS = ("constant, splits of sums", "linear leaves", "linear, splits of sums")
+WHOLE, WITHIN = 64, 0.02  # leaves of the tree that has no sums; of its score
 WAYS: dict[str, dict[str, str | int]] = {
     AXIS_ALIGNED: {"leaf": "constant"},
     "constant, splits of differences": {"leaf": "constant", "splits": "differences"},
@@ -96,7 +94,7 @@ WAYS: dict[str, dict[str, str | int]] = {
 }
 PLAIN = ("plain imitation", "plain DAgger")
 EPISODES = 200
-MISSING = ("Swimmer-v5 without an expert: its recipe was not run; BipedalWalker-v3: no recipe",)
+MISSING = ("BipedalWalker-v3: no recipe",)
 
 
 def train_expert(game: str, file: Path, seed: int = 0) -> None:
@@ -120,7 +118,8 @@ def _learn(learner: Any, game: str, file: Path, steps: int) -> None:
         learner.save(file)
         if EXPERTS[game]["algorithm"] == "PPO":
             write_actor(learner, file.with_suffix(WEIGHTS))
-        print(f"{game}: {learner.num_timesteps:,} steps", flush=True)
+        recent = float(np.mean([episode["r"] for episode in learner.ep_info_buffer]))
+        print(f"{game}: {learner.num_timesteps:,} steps, the last episodes return {recent:.1f}", flush=True)
 
 
 def write_actor(learner: Any, file: Path) -> None:
@@ -173,16 +172,6 @@ def returns(world: World, player: Any) -> Float64:
     )
 
 
-def scored(tree: Float64, expert: Float64, random: Float64) -> tuple[float, float, float]:
-    """The score and the interval of a paired bootstrap."""
-    rng = np.random.default_rng(0)
-    drawn = rng.integers(len(tree), size=(2_000, len(tree)))
-    ours, theirs, chance = (each[drawn].mean(axis=1) for each in (tree, expert, random))
-    low, high = np.quantile((ours - chance) / (theirs - chance), [0.025, 0.975])
-    value = (tree.mean() - random.mean()) / (expert.mean() - random.mean())
-    return float(value), float(low), float(high)
-
-
 class Setting(NamedTuple):
     """A game with its expert, and what that and random actions return in the held-out episodes."""
 
@@ -229,41 +218,28 @@ class Setting(NamedTuple):
         return {"game": self.game, "way": name, **sizes, **rounded, **about}
 
 
-def measure_once(setting: Setting, name: str, leaves: int, seed: int, record: Path | None) -> dict[str, Any]:
+def measure_once(setting: Setting, name: str, leaves: int, seed: int, record: Path | None) -> Row:
     """A row as the record has it, for this expert, or measured and kept there."""
-    for row in json.loads(record.read_text()) if record and record.exists() else ():
-        asked = row["game"], row["way"], row["asked"], row["seed"], row["expert_sha256"]
-        if asked == (setting.game, name, leaves, seed, setting.expert.hash):
-            return row
+    about = {"game": setting.game, "way": name, "asked": leaves, "seed": seed, "expert_sha256": setting.expert.hash}
+    for row in find_rows(record, **about):
+        return row
     row = setting.measure(name, leaves, seed)
-    if record:
-        keep_rows(record, [row])
+    keep_rows(record, [row])
     return row
-
-
-def keep_rows(record: Path, rows: Sequence[Mapping[str, Any]]) -> None:
-    """Writes rows into a record, in the place of those of the same game, way, leaves and seed."""
-    known = json.loads(record.read_text()) if record.exists() else []
-    by_key = {tuple(str(row[key]) for key in ("game", "asked", "way", "seed")): row for row in (*known, *rows)}
-    record.parent.mkdir(parents=True, exist_ok=True)
-    record.write_text("[\n" + ",\n".join(json.dumps(by_key[key]) for key in sorted(by_key)) + "\n]\n")
 
 
 def table(record: Path) -> list[str]:
     """The lines of a table of a record's rows, as the manual has them."""
     order = [*WAYS, *PLAIN]
-    rows = sorted(json.loads(record.read_text()), key=lambda row: (row["game"], row["asked"], order.index(row["way"])))
+    rows = sorted(read_rows(record), key=lambda row: (row["game"], row["asked"], order.index(row["way"])))
     cells = [("game", "leaves", "way", "numbers", "return", "score")]
     for row in rows:
         sizes = str(row["asked"]), row["way"], str(row["numbers"] or "")
-        score = f"{row['score']:.3f} [{row['low']:.3f}, {row['high']:.3f}]"
-        cells.append((row["game"], *sizes, f"{row['return']:.1f}", score))
-    wide = [max(map(len, column)) for column in zip(*cells, strict=True)]
-    lines = ["| " + " | ".join(map(str.ljust, row, wide)) + " |" for row in cells]
-    return [lines[0], "|" + "|".join("-" * (width + 2) for width in wide) + "|", *lines[1:]]
+        cells.append((row["game"], *sizes, f"{row['return']:.1f}", tell_score(row)))
+    return align(cells)
 
 
-def lander_halves(setting: Setting, record: Path | None, seed: int) -> list[dict[str, Any]]:
+def halve_leaves(setting: Setting, record: Path | None, seed: int) -> list[dict[str, Any]]:
     """What trees of fewer leaves with sums score above a tree of 64 leaves that tests single features."""
     figures: list[dict[str, Any]] = []
     whole = 0.0
@@ -278,80 +254,6 @@ def lander_halves(setting: Setting, record: Path | None, seed: int) -> list[dict
     return figures
 
 
-NAVIGATION = {
-    "least_right": "0",
-    "weights": "equal",
-    "max_leaves": 16,
-    "max_depth": 9,
-    "iterations": 10,
-    "rollouts": 60,
-    "selection_episodes": 60,
-    "patience": 100,
-}
-
-
-REFINED_SUMS = {"splits": "sums", "refinement": 1_500_000, "measure": "D"}
-# What is tested -> the expert, features beyond those that agents observe, and settings.
-TESTED: dict[str, tuple[str, str, dict[str, Any]]] = {
-    "histogram": ("", "", {"splits": "histogram"}),
-    "differences": ("", "", {"splits": "differences"}),
-    "sums": ("", "", {"splits": "sums"}),
-    "sums, refined": ("", "", REFINED_SUMS),
-    "sums of where agents come to rest": ("", "coasting", {"splits": "sums", "measure": "D"}),
-    "sums of where agents come to rest, refined": ("", "coasting", REFINED_SUMS),
-    "the same of a script with fixed roles": ("@fixed-roles", "coasting", {"splits": "sums", "measure": "D"}),
-}
-
-
-def navigation() -> list[dict[str, Any]]:
-    """D of trees of 16 leaves in cooperative navigation, by what they test."""
-    held_out.EVALUATION_EPISODES = 400
-    figures: list[dict[str, Any]] = []
-    for splits, (script, features, settings) in TESTED.items():
-        started = time.process_time()
-        critic = "none" if script else "learned"
-        expert, world = find_expert(f"cooperative-navigation{script}", critic, features=features)
-        profile = extract(world, expert, Settings.of({**NAVIGATION, **settings}, world))
-        reached, sizes = profile.provenance.evaluation, [size(policy) for policy in profile.agents]
-        told = f"expert {float(reached['agents expert D']):.3f}, {sizes} numbers"
-        spent = time.process_time() - started
-        print(f"navigation, {splits}: D {float(reached['agents D']):.3f}, {told}, {spent:.0f} CPU s", flush=True)
-        name = f"navigation: D at 16 leaves, splits {splits}"
-        figures.append({"name": name, "value": float(reached["agents D"]), "reach": 0.8, "stretch": 0.7})
-        figures[-1]["better"] = "lower"
-    return figures
-
-
-HALVES = {**NAVIGATION, "max_depth": 12, "iterations": 5, "rollouts": 40, "selection_episodes": 40}
-WHOLE, WITHIN = 64, 0.02  # leaves of trees that test single features; of their share of successes
-
-
-def halves() -> list[dict[str, Any]]:
-    """How often both teams of deception succeed with fewer leaves that test sums, beside trees of 64 leaves."""
-    held_out.EVALUATION_EPISODES = 1_000
-    expert, world = find_expert("physical-deception")
-    figures, whole = list[dict[str, Any]](), dict[str, float]()
-    singly = (("histogram", WHOLE), ("histogram", WHOLE // 2), ("histogram", WHOLE // 4))
-    for splits, leaves in (*singly, ("sums", WHOLE // 2), ("sums", WHOLE // 4)):
-        started = time.process_time()
-        settings = Settings.of({**HALVES, "splits": splits, "max_leaves": leaves}, world)
-        profile = extract(world, expert, settings)
-        reached = profile.provenance.evaluation
-        shares = {team: float(reached[f"{team} success r=0.316"]) for team in world.teams}
-        told = ", ".join(f"{team} {share:.3f}" for team, share in shares.items())
-        sizes = [size(policy) for policy in profile.agents]
-        spent = time.process_time() - started
-        print(f"deception, {splits}, {leaves} leaves: {told}; {sizes} numbers, {spent:.0f} CPU s", flush=True)
-        if leaves == WHOLE:
-            whole = shares
-        if splits == "histogram":
-            continue
-        least = min(share - whole[team] for team, share in shares.items())
-        name = f"deception: success at {leaves} leaves with sums, above that at {WHOLE}"
-        figures.append({"name": name, "value": round(least, 3), "reach": -WITHIN, "stretch": 0.0, "better": "higher"})
-    return figures
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("games", nargs="*", default=list(EXPERTS))
@@ -360,7 +262,6 @@ def main() -> None:
     parser.add_argument("--leaves", type=int)
     parser.add_argument("--ways", help="several with +", default="+".join((*WAYS, *PLAIN)))
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--navigation", action="store_true")
     parser.add_argument("--halves", action="store_true")
     parser.add_argument("--record", type=Path)
     parser.add_argument("--json", action="store_true")
@@ -370,8 +271,7 @@ def main() -> None:
         options.train.mkdir(exist_ok=True)
         for game in options.games:
             train_expert(game, options.train / f"{game}.zip", options.seed)
-    figures = navigation() if options.navigation else list[dict[str, Any]]()
-    figures += halves() if options.halves and not options.experts else []
+    figures = list[dict[str, Any]]()
     for game in options.games if options.experts else ():
         files = [options.experts / f"{game}{suffix}" for suffix in (".zip", WEIGHTS)]
         file = next((each for each in files if each.exists()), None)
@@ -380,7 +280,7 @@ def main() -> None:
             continue
         leaves, setting = options.leaves or LEAVES[game], Setting.of(game, file)
         if options.halves:
-            figures += lander_halves(setting, options.record, options.seed)
+            figures += halve_leaves(setting, options.record, options.seed)
             continue
         for way in options.ways.split("+"):
             row = measure_once(setting, way, leaves, options.seed, options.record)

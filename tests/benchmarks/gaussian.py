@@ -32,7 +32,8 @@ from maviper.extraction.algorithms import extract
 from maviper.extraction.settings import Settings
 from maviper.worlds import ParticleWorld, World, find
 from maviper.worlds.seeds import fold_seed
-from tests.benchmarks.continuous import EPISODES, WAYS, scored
+from tests.benchmarks.continuous import EPISODES, WAYS
+from tests.benchmarks.scores import scored
 
 
 class Game(NamedTuple):

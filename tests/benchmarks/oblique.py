@@ -1,0 +1,156 @@
+"""What tests of sums do for trees of numbered actions: in cooperative navigation and physical deception.
+
+    python -m tests.benchmarks.oblique [--navigation] [--halves] [--record FILE] [--json]
+
+--navigation: D of trees of 16 leaves, by what they test. --halves: whether trees of half or a quarter of 64 leaves
+succeed in deception as often, within .02. Both without an option. --record FILE keeps the rows in a file of JSON,
+measures none that it has, and prints them as the manual's tables.
+"""
+
+import argparse
+import json
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from codegen import ir
+from codegen.paths import size
+from maviper.evaluation import held_out
+from maviper.experts.finding import find_expert
+from maviper.extraction.algorithms import extract
+from maviper.extraction.settings import Settings
+from tests.benchmarks.scores import Row, align, find_rows, keep_rows, read_rows
+
+NAVIGATION, DECEPTION = "cooperative-navigation", "physical-deception"
+GROWN: dict[str, Any] = {
+    "least_right": "0",
+    "weights": "equal",
+    "max_leaves": 16,
+    "max_depth": 9,
+    "iterations": 10,
+    "rollouts": 60,
+    "selection_episodes": 60,
+    "patience": 100,
+}
+REFINED_SUMS = {"splits": "sums", "refinement": 1_500_000, "measure": "D"}
+
+
+class Way(NamedTuple):
+    """How trees of navigation are extracted."""
+
+    settings: Mapping[str, Any]
+    features: str = ""  # beyond those that agents observe
+    script: str = ""  # in place of the shipped expert
+
+
+TESTED = {
+    "single features": Way({"splits": "histogram"}),
+    "differences": Way({"splits": "differences"}),
+    "sums": Way({"splits": "sums"}),
+    "sums, refined": Way(REFINED_SUMS),
+    "sums of where agents come to rest": Way({"splits": "sums", "measure": "D"}, "coasting"),
+    "sums of where agents come to rest, refined": Way(REFINED_SUMS, "coasting"),
+    "the same of a script with fixed roles": Way({"splits": "sums", "measure": "D"}, "coasting", "@fixed-roles"),
+}
+EPISODES, HALVED_EPISODES = 400, 1_000
+REACH, STRETCH = 0.8, 0.7  # of D
+HALVES = {**GROWN, "max_depth": 12, "iterations": 5, "rollouts": 40, "selection_episodes": 40}
+WHOLE, WITHIN = 64, 0.02  # leaves of trees that test single features; of their share of successes
+SINGLE, SUMS = "histogram", "sums"
+HALVED = ((SINGLE, WHOLE), (SINGLE, WHOLE // 2), (SINGLE, WHOLE // 4), (SUMS, WHOLE // 2), (SUMS, WHOLE // 4))
+SUCCESS = "success r=0.316"
+
+
+def measure(game: str, way: str, given: Way, episodes: int) -> Row:
+    """A row of one extraction: what each team reaches in held-out episodes, and its expert. Seed 0."""
+    held_out.EVALUATION_EPISODES = episodes
+    started = time.process_time()
+    expert, world = find_expert(f"{game}{given.script}", "none" if given.script else "learned", features=given.features)
+    profile = extract(world, expert, Settings.of(given.settings, world))
+    reached, name = profile.provenance.evaluation, "D" if game == NAVIGATION else SUCCESS
+    row: Row = {
+        "game": game,
+        "way": way,
+        "asked": given.settings["max_leaves"],
+        "leaves": [len(ir.leaves(policy.tree)) for policy in profile.agents],
+        "numbers": [size(policy) for policy in profile.agents],
+        "measure": name,
+        "values": {team: round(float(reached[f"{team} {name}"]), 3) for team in world.teams},
+        "expert": {team: round(float(reached[f"{team} expert {name}"]), 3) for team in world.teams},
+        "episodes": episodes,
+        "seed": 0,
+        "expert_sha256": expert.hash,
+    }
+    told = f"{row['asked']} leaves: {row['values']}, expert {row['expert']}"
+    print(f"{game}, {way}, {told}, {time.process_time() - started:.0f} CPU s", flush=True)
+    return row
+
+
+def measure_once(record: Path | None, game: str, way: str, given: Way, episodes: int) -> Row:
+    """A row as the record has it, or measured and kept there."""
+    for row in find_rows(record, game=game, way=way, asked=given.settings["max_leaves"]):
+        return row
+    row = measure(game, way, given, episodes)
+    keep_rows(record, [row])
+    return row
+
+
+def compare_tests(record: Path | None) -> list[Row]:
+    """Figures of D of trees of 16 leaves in cooperative navigation, by what they test."""
+    figures: list[Row] = []
+    for name, way in TESTED.items():
+        row = measure_once(record, NAVIGATION, name, way._replace(settings={**GROWN, **way.settings}), EPISODES)
+        (value,) = row["values"].values()
+        told = f"navigation: D at 16 leaves, {name}"
+        figures.append({"name": told, "value": value, "reach": REACH, "stretch": STRETCH, "better": "lower"})
+    return figures
+
+
+def halve_leaves(record: Path | None) -> list[Row]:
+    """Figures of how often both teams of deception succeed with fewer leaves that test sums, above trees of 64."""
+    figures: list[Row] = []
+    whole: dict[str, float] = {}
+    for splits, leaves in HALVED:
+        way = Way({**HALVES, "splits": splits, "max_leaves": leaves})
+        row = measure_once(record, DECEPTION, "sums" if splits == SUMS else "single features", way, HALVED_EPISODES)
+        whole = whole or row["values"]
+        if splits == SINGLE:
+            continue
+        least = min(share - whole[team] for team, share in row["values"].items())
+        told = f"deception: success at {leaves} leaves with sums, above that at {WHOLE}"
+        figures.append({"name": told, "value": round(least, 3), "reach": -WITHIN, "stretch": 0.0, "better": "higher"})
+    return figures
+
+
+def table(record: Path, game: str) -> list[str]:
+    """The lines of a table of a record's rows of one game, as the manual has them."""
+    rows = [row for row in read_rows(record) if row["game"] == game]
+    ways = [*TESTED]
+    rows.sort(key=lambda row: (-row["asked"], ways.index(row["way"])))
+    teams = list(rows[0]["values"])
+    cells = [("tests", "leaves", "numbers", *(f"{team}, {rows[0]['measure']} (expert)" for team in teams))]
+    for row in rows:
+        reached = (f"{row['values'][team]:.3f} ({row['expert'][team]:.3f})" for team in teams)
+        cells.append((row["way"], str(row["asked"]), ", ".join(map(str, row["numbers"])), *reached))
+    return align(cells)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--navigation", action="store_true")
+    parser.add_argument("--halves", action="store_true")
+    parser.add_argument("--record", type=Path)
+    parser.add_argument("--json", action="store_true")
+    options = parser.parse_args()
+    both = options.navigation == options.halves
+    figures = compare_tests(options.record) if options.navigation or both else []
+    figures += halve_leaves(options.record) if options.halves or both else []
+    for game in (NAVIGATION, DECEPTION) if options.record else ():
+        print("\n".join(table(options.record, game)))
+    if options.json:
+        print(json.dumps({"figures": figures}))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,62 @@
+"""Rows of benchmarks of trees: scores with their intervals, records of rows as JSON, and tables as the manual has them.
+
+Does: keeps one row for each question, and finds it again.
+Assumes: rows with the keys of IDENTITY, those that they have; a row of another expert answers another question.
+Does not: measure anything.
+"""
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from codegen.ir import Float64
+
+IDENTITY = ("game", "team", "asked", "way", "seed")  # what one row of a record is about
+DRAWS = 2_000  # of a bootstrap
+INTERVAL = (0.025, 0.975)
+
+Row = dict[str, Any]
+
+
+def scored(tree: Float64, expert: Float64, random: Float64) -> tuple[float, float, float]:
+    """The score (tree - random) / (expert - random) and the interval of a paired bootstrap. Each: [episodes]."""
+    rng = np.random.default_rng(0)
+    drawn = rng.integers(len(tree), size=(DRAWS, len(tree)))
+    ours, theirs, chance = (each[drawn].mean(axis=1) for each in (tree, expert, random))
+    low, high = np.quantile((ours - chance) / (theirs - chance), INTERVAL)
+    value = (tree.mean() - random.mean()) / (expert.mean() - random.mean())
+    return float(value), float(low), float(high)
+
+
+def read_rows(record: Path | None) -> list[Row]:
+    """The rows of a record; none where there is no file."""
+    return json.loads(record.read_text()) if record and record.exists() else []
+
+
+def find_rows(record: Path | None, **wanted: object) -> list[Row]:
+    """The rows of a record that have all of these values."""
+    return [row for row in read_rows(record) if all(row.get(key) == value for key, value in wanted.items())]
+
+
+def keep_rows(record: Path | None, rows: Sequence[Mapping[str, Any]]) -> None:
+    """Writes rows into a record, if there is one, in the place of those with the same identity."""
+    if record is None:
+        return
+    by_key = {tuple(str(row.get(key, "")) for key in IDENTITY): row for row in (*read_rows(record), *rows)}
+    record.parent.mkdir(parents=True, exist_ok=True)
+    record.write_text("[\n" + ",\n".join(json.dumps(by_key[key]) for key in sorted(by_key)) + "\n]\n")
+
+
+def tell_score(row: Row) -> str:
+    """A row's score with its interval."""
+    return f"{row['score']:.3f} [{row['low']:.3f}, {row['high']:.3f}]"
+
+
+def align(cells: Sequence[Sequence[str]]) -> list[str]:
+    """The lines of a table in Markdown, its first row the heads."""
+    wide = [max(map(len, column)) for column in zip(*cells, strict=True)]
+    lines = ["| " + " | ".join(map(str.ljust, row, wide)) + " |" for row in cells]
+    return [lines[0], "|" + "|".join("-" * (width + 2) for width in wide) + "|", *lines[1:]]
