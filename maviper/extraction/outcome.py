@@ -22,7 +22,7 @@ from maviper.evaluation.held_out import evaluate_trees
 from maviper.experts.expert import Expert
 from maviper.experts.wrapped import critic_of, reward_weighed_by
 from maviper.extraction.bundles import BUNDLES, DESCRIBED, NO_VOTES, PARTS
-from maviper.extraction.settings import RELEASED, Settings
+from maviper.extraction.settings import RELEASED, UNSAID, Settings
 from maviper.files.profiles import version
 from maviper.worlds import Measure, World
 from maviper.worlds.matching import FEATURES_FILE
@@ -78,8 +78,7 @@ def profile_of(
     training["expert_algorithm"] = str(expert.card.get("algorithm", "unknown"))
     if settings.algorithm in DESCRIBED:
         training["source"] = DESCRIBED[settings.algorithm]
-    often_unsaid = ("agent", "measure", "critic_reward", "share", "max_leaves", "leaf", "explore", "undo")
-    unsaid = [name for name in often_unsaid if not training[name]]
+    unsaid = [name for name in ("critic_reward", *UNSAID) if not training[name]]
     # an algorithm's name says the rest; of votes, the number is said too
     counted = settings.preset != RELEASED and BUNDLES[settings.algorithm]["least_right"] != NO_VOTES
     unsaid += [name for name in PARTS if name not in settings.changed and not (name == "least_right" and counted)]

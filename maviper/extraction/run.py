@@ -34,6 +34,7 @@ from maviper.extraction.extraction import Running
 from maviper.extraction.journal import NOTHING_KEPT, Journal
 from maviper.extraction.outcome import finalist_score
 from maviper.extraction.selection.progress import EXTRACTING, Progress, Underway
+from maviper.extraction.selection.selection import explain_stop
 from maviper.extraction.settings import Settings, part_settings
 from maviper.files import resuming, runs
 from maviper.files.alone import working_alone
@@ -218,9 +219,8 @@ def say_stopped(profile: ir.PolicyProfile, console: Console) -> None:
     """That an extraction stopped early, if it did."""
     told = profile.provenance.training
     if int(told["stopped_after"]) < int(told["iterations"]):
-        why = f"no significant improvement in {format_count(int(told['patience']), 'round')}"
         rounds = format_count(int(told["iterations"]), "round")
-        console.line("stopped", f"after {told['stopped_after']} of {rounds}: {why} (--patience)")
+        console.line("stopped", f"after {told['stopped_after']} of {rounds}: {explain_stop(told)}")
 
 
 class Stages:

@@ -59,6 +59,7 @@ SELECTIONS = (UNIFORM, RETURN, RACE)
 PAPER, DEFAULT = "paper", "default"
 REFINEMENT = 300_000
 MAX_NUMBER = 1_000_000  # of anything that is counted
+UNSAID = ("agent", "measure", "share", "max_leaves", "leaf", "explore", "undo")  # by profiles, where they are empty
 PRESETS: dict[str, dict[str, Any]] = {
     PAPER: {"splits": EXACT, "selection": UNIFORM, "refinement": 0},
     RELEASED: {"splits": EXACT, "selection": RETURN, "refinement": 0, "patience": MAX_NUMBER},

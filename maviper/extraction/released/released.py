@@ -85,7 +85,8 @@ def maviper(asked: Extraction, everybody: Sequence[int], selection: Selection) -
         )
         data = data + met.data
         selection.note_rollouts(met.values, met.fidelity)
-        selection.offer(grown)
+        if selection.offer(grown):
+            break
     return len(data)
 
 
@@ -224,7 +225,8 @@ def viper(asked: Extraction, agents: Sequence[int], selection: Selection) -> int
         met = journal.load_or_collect(f"{step}-rollouts", collect, world, expert, policies, [agent], seeds, weigh)
         data = data + met.data
         selection.note_rollouts(met.values, met.fidelity)
-        selection.offer(tree)
+        if selection.offer(tree):
+            break
     return len(data)
 
 
@@ -259,7 +261,8 @@ def imitation(asked: Extraction, everybody: Sequence[int], selection: Selection)
                 zip(known.observations, known.labels.T, known.weights.T, strict=True)
             )
         ]
-        selection.offer(grown)
+        if selection.offer(grown):
+            break
     return len(data) if data else 0
 
 

@@ -10,12 +10,18 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from codegen.ir import Float64, GrownTree
+from codegen.wording import format_count
 from maviper.episodes import measures
 from maviper.extraction.bundles import AGENT, TEAM, UNIFORM, group_agents
 from maviper.extraction.extraction import Extraction, Running
 from maviper.extraction.journal import Arrays
 from maviper.extraction.selection.choices import Choice, common, kind_of
 from maviper.extraction.selection.progress import EXTRACTING, Progress, Underway, count_leaves
+
+
+def explain_stop(told: Mapping[str, str | int | float]) -> str:
+    """Why an extraction stopped early, in words. `told`: what its profile says of the training."""
+    return f"no significant improvement in {format_count(int(told['patience']), 'round')} (--patience)"
 
 
 class Selection:
