@@ -1,6 +1,7 @@
 """The released code's preset: its formulas written out slowly, its leaves, its growth, its selection."""
 
 from itertools import product
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -235,6 +236,21 @@ def test_warm_up_comes_first(world, expert, monkeypatch):
     )
     found = extract(world, expert, settings).provenance.training
     assert found["points"] == 25 * (10 + 2 * 3) and found["stopped_after"] == 2 and found["selection"] == "return"
+
+
+@pytest.mark.parametrize(
+    "loop", [pytest.param(released.maviper, marks=pytest.mark.slow), released.viper, released.imitation]
+)
+def test_loops_stop_where_the_selection_says_so(world, expert, monkeypatch, loop):
+    """The second candidate is enough."""
+    settings = Settings.of({"preset": "released", "iterations": 3, "rollouts": 1, "max_depth": 1})
+    monkeypatch.setattr(released, "WARM_UP", 1)
+    offered: list[object] = []
+    selection = SimpleNamespace(
+        note_rollouts=lambda *_: None, offer=lambda tree: offered.append(tree) or len(offered) > 1
+    )
+    loop(Extraction(world, expert, settings), [0] if loop is released.viper else range(3), selection)
+    assert len(offered) == 2
 
 
 def test_released_fitted_q_is_refused():
