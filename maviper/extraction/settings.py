@@ -59,7 +59,9 @@ SELECTIONS = (UNIFORM, RETURN, RACE)
 PAPER, DEFAULT = "paper", "default"
 REFINEMENT = 300_000
 MAX_NUMBER = 1_000_000  # of anything that is counted
-UNSAID = ("agent", "measure", "share", "max_leaves", "leaf", "explore", "undo")  # by profiles, where they are empty
+MAX_RATIO = 100  # to the expert
+# profiles do not name these where they are empty
+UNSAID = ("agent", "measure", "share", "max_leaves", "leaf", "explore", "undo", "enough")
 PRESETS: dict[str, dict[str, Any]] = {
     PAPER: {"splits": EXACT, "selection": UNIFORM, "refinement": 0},
     RELEASED: {"splits": EXACT, "selection": RETURN, "refinement": 0, "patience": MAX_NUMBER},
@@ -130,6 +132,7 @@ class Settings:
     refinement: int = 0  # episodes per team
     budget: int = 0  # episodes in all; 0: as the others say
     patience: int = 10  # stop after so many iterations without a gain above the interval
+    enough: float = 0.0  # stop at this ratio to the expert; 0: never
     agent: str = ""  # VIPER's: the one agent that becomes a tree
     undo: str = ""  # which accidents of the preset `released` are left out, joined by +
     seed: int = 0
@@ -270,6 +273,8 @@ class Settings:
             raise InputError(what, "--least-right", "write N, N-1, 2, or a share such as 0.5")
         if not 0 <= self.explore <= 1:
             raise InputError("explore is a share from 0 to 1", "--explore", "leave it out")
+        if not 0 <= self.enough <= MAX_RATIO:
+            raise InputError(f"enough is a ratio from 0 to {MAX_RATIO}", "--enough", "leave it out")
         if self.max_leaves and not 2 <= self.max_leaves <= MAX_NUMBER:
             raise InputError(f"max_leaves is from 2 to {MAX_NUMBER}", "--max-leaves", DEPTH)
         ensure_together(vars(self), self.changed)

@@ -105,6 +105,9 @@ class ExtractOptions(TypedDict, total=False):
     ]
     rollouts: Annotated[int | None, Option(None, EPISODES, "Episodes per round (default: the paper's).")]
     patience: Annotated[int | None, Option(None, EPISODES, "Stop after this many rounds without a gain (default: 10).")]
+    enough: Annotated[
+        float, Option(0.0, EPISODES, "Stop at this ratio to the expert, by the lower end of its interval; 0: never.")
+    ]
     selection: Annotated[str | None, Option(None, EPISODES, "uniform, return or race (default: the preset's).", "NAME")]
     selection_episodes: Annotated[int | None, Option(None, EPISODES, "Episodes per candidate and team (default: 100).")]
     refinement_episodes: Annotated[

@@ -21,7 +21,10 @@ from maviper.extraction.selection.progress import EXTRACTING, Progress, Underway
 
 def explain_stop(told: Mapping[str, str | int | float]) -> str:
     """Why an extraction stopped early, in words. `told`: what its profile says of the training."""
-    return f"no significant improvement in {format_count(int(told['patience']), 'round')} (--patience)"
+    patience = f"no significant improvement in {format_count(int(told['patience']), 'round')}"
+    if "enough" in told:
+        return f"a ratio of {told['enough']} to the expert is reached (--enough), or {patience} (--patience)"
+    return f"{patience} (--patience)"
 
 
 class Selection:
@@ -62,9 +65,10 @@ class Selection:
         self.growth = figures
 
     def offer(self, trees: Sequence[GrownTree]) -> bool:
-        """Takes a candidate, trees in the order of `agents`; returns whether it is time to stop: no gain above the
-        interval for `patience` of them.
+        """Takes a candidate, trees in the order of `agents`; returns whether it is time to stop: the best one is good
+        enough, or there was no gain above the interval for `patience` of them.
         """
+        settings = self.asked.settings
         self.offered += 1
         mine = dict(zip(self.agents, trees, strict=True))
         judged = [choice.offer([mine[agent] for agent in choice.agents]) for choice in self.choices]
@@ -77,7 +81,9 @@ class Selection:
         if best > self._reference:
             self._reference, self._since_gain = best + half_width, 0
         self.running.on_progress(self._progress(float(np.mean(scores)), best))
-        return self._since_gain >= self.asked.settings.patience and all(choice.stops for choice in self.choices)
+        if settings.enough and best - half_width >= settings.enough:
+            return True
+        return self._since_gain >= settings.patience and all(choice.stops for choice in self.choices)
 
     def _progress(self, score: float, best: float) -> Progress:
         measured = {

@@ -32,6 +32,7 @@ from maviper.extraction.growth import grow
 from maviper.extraction.growth.weights import maviper_weights
 from maviper.extraction.outcome import joint_ratio
 from maviper.extraction.selection.progress import Underway
+from maviper.extraction.selection.selection import Selection, explain_stop
 from maviper.extraction.settings import Settings
 from maviper.worlds import Measure, WorldState, find
 from maviper.worlds.matching import matching_world
@@ -444,6 +445,33 @@ def test_stopping_needs_a_gain_above_the_interval(world, expert, monkeypatch, pa
     Recorder(monkeypatch, [50, 51, 52, 51, 50, 50])  # one more of 100 is no gain
     found = extract(world, expert, small(iterations=6, patience=patience))
     assert found.provenance.training["stopped_after"] == stopped
+
+
+@pytest.mark.parametrize(("enough", "stopped"), [(0.0, 5), (0.7, 1), (0.8, 3), (0.9, 5)])
+def test_an_extraction_stops_when_its_trees_are_good_enough(enough, stopped):
+    """By the lower end of the best one's interval, whatever a choice says of stopping."""
+    selection = Selection.__new__(Selection)
+    settings = Settings(enough=enough, patience=9)
+    selection.asked, selection.agents, selection.growth = SimpleNamespace(settings=settings), [0], {}
+    selection.running, selection.offered, selection.fidelity = Running(), 0, None
+    selection._reference, selection._since_gain = -np.inf, 0
+    ratios = [(0.75, 0.05), (0.88, 0.1), (0.86, 0.05), (0.8, 0.05), (0.9, 0.01)]
+    leaf = ir.GrownTree(*(np.array([value]) for value in (ir.NO_FEATURE, 0.0, ir.NO_CHILD, ir.NO_CHILD, 0)))
+    for ratio in ratios:
+        choice = SimpleNamespace(agents=[0], ratio=ratio, stops=False, found={}, candidates=[[leaf]], best=0)
+        choice.offer = lambda trees, reached=ratio[0]: reached
+        selection.choices = [choice]
+        if selection.offer([leaf]):
+            break
+    assert selection.offered == stopped
+    told = {"patience": 9} | ({"enough": enough} if enough else {})
+    assert ("--enough" in explain_stop(told)) is bool(enough)
+
+
+@pytest.mark.parametrize("enough", [-0.1, 101.0, float("nan")])
+def test_a_ratio_that_is_none_is_refused(enough):
+    with pytest.raises(InputError, match="enough is a ratio"):
+        Settings.of({"enough": enough})
 
 
 def test_each_team_is_scored_against_the_others_experts(world, expert):
