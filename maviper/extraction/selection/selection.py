@@ -66,7 +66,7 @@ class Selection:
 
     def offer(self, trees: Sequence[GrownTree]) -> bool:
         """Takes a candidate, trees in the order of `agents`; returns whether it is time to stop: the best one is good
-        enough, or there was no gain above the interval for `patience` of them.
+        enough, or nothing gained more than the interval for `patience` of them.
         """
         settings = self.asked.settings
         self.offered += 1
