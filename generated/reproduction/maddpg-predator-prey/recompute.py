@@ -10,26 +10,24 @@ if "numbers" not in RECORD and not (AT / "numbers.json").exists():
     sys.exit(f"{AT} holds no numbers and no episodes: play them again in a folder (README.md has the command), which gets this script too")
 NUMBERS = RECORD["numbers"] if RECORD else json.loads((AT / "numbers.json").read_text())  # what each is made of
 FACTS = functools.cache(lambda cell: RECORD["cells"][cell]["facts"] if RECORD else json.loads((AT / "facts" / f"{cell}.json").read_text()))
+TABLE = functools.cache(lambda cell: list(csv.reader((AT / "episodes" / f"{cell}.csv").open()))[1:])
 DRAWS = functools.cache(lambda seeds, n: ((rng := np.random.default_rng([17, seeds, n])).integers(0, seeds, (2000, seeds)),
     np.stack([np.bincount(rng.integers(0, n, n), minlength=n) for _ in range(2000)]) / n))  # seeds drawn, each episode's share
 MODES = {"value": lambda a, b, c: a, "ratio": lambda a, b, c: a / b, "inverse": lambda a, b, c: b / a}
 MODES |= {"reward": lambda a, b, c: 1 + (a - b) / c, "paper": lambda a, b, c: abs(abs(b) - abs(a)) / b}
 
 @functools.cache
-def episodes(cell, size=float):  # {(line-up, measure): {episode: value, or its size}}; a record has their mean in each
-    found = {}
-    for lineup, columns in RECORD["cells"][cell]["values"].items() if RECORD else ():
-        for measure, told in ((name, of) for name, of in columns.items() if "first" in of or "episodes" in of):
-            mean = told.get("size", abs(told["mean"])) if size is abs else told["mean"]
-            values = map(size, told["values"]) if "values" in told else [mean] * told["count"]
-            found[lineup, measure] = dict(zip(told["episodes"], values) if "episodes" in told else enumerate(values, told["first"]))
-    for lineup, measure, first, *values in () if RECORD else list(csv.reader((AT / "episodes" / f"{cell}.csv").open()))[1:]:
-        found.setdefault((lineup, measure), {}).update(enumerate((size(float(each)) for each in values), int(first)))
-    return found
+def episodes(cell, lineup, measure, size=float):  # {episode: value, or its size}; a record has their mean in each
+    if not RECORD:
+        parts = [(int(row[2]), row[3:]) for row in TABLE(cell) if row[:2] == [lineup, measure]]
+        return {first + k: size(float(value)) for first, values in parts for k, value in enumerate(values)}
+    told = RECORD["cells"][cell]["values"][lineup][measure]
+    values = told.get("values") or [told["mean"] if size is float else told.get("size", told["mean"])] * told["count"]
+    return dict(zip(told.get("episodes") or range(told["first"], told["first"] + told["count"]), map(size, values)))
 
 def by_seed(source, size=float):  # {episode: value} of each seed; of facts, a weighted sum
     if not source["facts"]:
-        return [episodes(cell, size)[lineup, source["measure"]] for cell, lineup in source["places"]]
+        return [episodes(cell, lineup, source["measure"], size) for cell, lineup in source["places"]]
     told, sign = [FACTS(cell) for cell, _ in source["places"]], abs if source["absolute"] else float
     return [{0: size(sign(sum(w * functools.reduce(dict.__getitem__, p, of) for w, p in source["facts"])))} for of in told]
 
@@ -37,7 +35,7 @@ def estimate(parts):  # value, standard error by the bootstrap, degrees of freed
     rows = [by_seed(part["ours"]) for part in parts]
     seen = [sorted(set.intersection(*(set(each[k]) for each in rows))) for k in range(len(rows[0]))]
     seeds, count = len(seen), min(map(len, seen))
-    table = lambda rows: np.array([[row[k] for k in wanted[:count]] for row, wanted in zip(rows, seen)])
+    table = lambda rows: np.array([list(map(row.__getitem__, wanted[:count])) for row, wanted in zip(rows, seen)])
     (drawn, counts), even = DRAWS(seeds, count), np.full((1, count), 1 / count)
     shared = all(each[:count] == seen[0][:count] for each in seen)  # all seeds played the same episodes
     pairs = [(part, table(mine), *(table(by_seed(part["theirs"] or part["ours"], size)) for size in (float, abs)))
@@ -86,7 +84,7 @@ def verdict(test, found):
     return "DIFFERS" if any(bad) else "AGREES" if good and all(good) else "NOT DECIDED"
 
 rows = csv.DictReader((AT / "cells.csv").open()) if not RECORD else ()
-pairs = [(" ".join(list(row.values())[:12]), np.mean(list(episodes(row["cell"])[row["lineup"], row["measure"]].values())),
+pairs = [(" ".join(list(row.values())[:12]), np.mean(list(episodes(row["cell"], row["lineup"], row["measure"]).values())),
           float(row["mean"])) for row in rows]  # what, ours, the report's
 NUMBER = {name: estimate(told["parts"]) for name, told in NUMBERS.items()}
 for name, (value, error, n) in NUMBER.items():
