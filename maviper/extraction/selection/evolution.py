@@ -11,6 +11,7 @@ they do: outputs by parts of their ranges, thresholds by parts of the deviation 
 output moves as much over the observations that reach the leaf. What no observation reaches stays.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -24,12 +25,13 @@ from maviper.extraction.selection.tilting import columns_of
 from maviper.worlds.world import bounds
 
 PAIRS = 16  # directions of a round, each of them played forwards and backwards
-PLAYED = 8  # episodes of each
+PLAYED = 8  # episodes of each, in a small round
 SPREAD = 0.05  # of an output, in parts of its range
 TEST_SPREAD = 0.05  # of a threshold, in deviations of what is tested
 LAST_SPREAD = 0.25  # of both, in parts of those in the first round: what rounds tend to
 STEPS = (1.0, 2.0, 4.0)  # lengths, in spreads
-RACED = 24  # episodes of each length
+RACED = 24  # episodes of each length, in a small round
+ROUNDS = 40  # small ones; with more episodes than these take, rounds become more and larger alike
 JUDGED = 200  # episodes of the team before and after
 LEAST_SCALE = 0.25  # of a feature's deviation in a leaf, in parts of that over all observations
 
@@ -78,9 +80,16 @@ class Moves:
         return replace(tree, threshold=threshold, given=tree.given + moved)
 
 
-def round_cost() -> int:
-    """Episodes of one round."""
-    return PLAYED * (1 + 2 * PAIRS) + RACED * (1 + len(STEPS))
+def round_cost(scale: int = 1) -> int:
+    """Episodes of one round that is so many times a small one."""
+    return scale * (PLAYED * (1 + 2 * PAIRS) + RACED * (1 + len(STEPS)))
+
+
+def round_scale(episodes: int) -> int:
+    """How many times a small one a round is, with so many episodes for all rounds. Small rounds find the way from bad
+    trees in few episodes; the gains of good ones drown in the differences between episodes.
+    """
+    return max(1, math.isqrt(episodes // (ROUNDS * round_cost())))
 
 
 def judging_cost() -> int:
@@ -88,12 +97,15 @@ def judging_cost() -> int:
     return 2 * JUDGED
 
 
-def improve_numbers(arena: Arena, trees: Trees, done: float, rng: np.random.Generator) -> tuple[Trees, Float64]:
+def improve_numbers(
+    arena: Arena, trees: Trees, done: float, rng: np.random.Generator, scale: int = 1
+) -> tuple[Trees, Float64]:
     """One round: the team after the step that plays best, or the same team when none does, and its primary measure in
-    the episodes that compared them. `done`: the share of all rounds that are; steps become shorter.
+    the episodes that compared them. `done`: the share of all rounds that are; steps become shorter. `scale`: as of
+    `round_cost`.
     """
-    spread = 1 - done * (1 - LAST_SPREAD)
-    arena.scores([trees], PLAYED)  # for what its agents observe
+    spread, played = 1 - done * (1 - LAST_SPREAD), scale * PLAYED
+    arena.scores([trees], played)  # for what its agents observe
     moves = [
         Moves.of(_as_summed(tree), seen, np.subtract(*reversed(bounds(arena.world.outputs[agent]))))
         for agent, tree, seen in zip(arena.agents, trees, arena.seen, strict=True)
@@ -102,13 +114,13 @@ def improve_numbers(arena: Arena, trees: Trees, done: float, rng: np.random.Gene
     pairs = [
         _move(trees, moves, [sign * each[pair] for each in directions]) for pair in range(PAIRS) for sign in (1, -1)
     ]
-    scored = arena.scores(pairs, PLAYED).mean(axis=1).reshape(PAIRS, 2)
+    scored = arena.scores(pairs, played).mean(axis=1).reshape(PAIRS, 2)
     paid = scored[:, 0] - scored[:, 1]
     length = float(np.linalg.norm(paid))
     lengths = STEPS if length > 0 else ()
     ahead = [paid @ each / length for each in directions] if lengths else []
     steps = [_move(trees, moves, [length * each for each in ahead]) for length in lengths]
-    best = int(arena.scores([trees, *steps], RACED).mean(axis=1).argmax())
+    best = int(arena.scores([trees, *steps], scale * RACED).mean(axis=1).argmax())
     return [trees, *steps][best], arena.values[best]
 
 

@@ -114,7 +114,7 @@ def _team(task: _Task, on_progress: OnProgress) -> Refined:
     arena = Arena(asked.world, asked.expert, task.agents, settings.episodes(measures.REFINEMENT_SEEDS), SECONDARY)
     trees, others = [trees[0] for trees in task.chosen], [trees[1:] for trees in task.chosen]
     giving, last = bool(asked.world.outputs), None
-    steps = _count_steps(settings.refinement, giving)
+    steps, scale = _count_steps(settings.refinement, giving), evolution.round_scale(settings.refinement)
     limits = Limits(settings.max_depth, settings.max_leaves, settings.splits == SUMS)
     start, name = trees, f"refine-{list(asked.world.teams).index(task.team)}"  # a user's team may have any name
     for number in range(steps):
@@ -122,7 +122,7 @@ def _team(task: _Task, on_progress: OnProgress) -> Refined:
         if giving and number == steps - 1:
             given: Any = evolution.judge, arena, start, trees
         elif giving:
-            given = evolution.improve_numbers, arena, trees, number / steps, rng
+            given = evolution.improve_numbers, arena, trees, number / steps, rng, scale
         else:
             given = refine_once, arena, trees, others, limits, rng, asked.examples
         step = asked.journal.arrays(f"{name}-{number:04d}", _round, arena, *given)
@@ -146,7 +146,7 @@ def _count_steps(episodes: int, giving: bool) -> int:
     """Rounds that so many episodes last for; where trees give numbers, the comparison at the end among them."""
     if not giving:
         return episodes // round_cost()
-    rounds = (episodes - evolution.judging_cost()) // evolution.round_cost()
+    rounds = (episodes - evolution.judging_cost()) // evolution.round_cost(evolution.round_scale(episodes))
     return rounds + 1 if rounds > 0 else 0
 
 

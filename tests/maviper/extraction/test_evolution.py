@@ -141,6 +141,24 @@ def test_a_refined_run_goes_on_to_the_same_bytes(quick, tmp_path):
     world.close()
 
 
+def test_rounds_grow_with_the_episodes_and_never_cost_more():
+    small, last = evolution.round_cost(), evolution.judging_cost()
+    assert [evolution.round_scale(40 * small * times) for times in (0, 1, 3, 4, 8, 9, 100)] == [1, 1, 1, 2, 2, 3, 10]
+    for episodes in (last, last + small, 4_000, 60_000, 200_000, 3_000_000):
+        steps = refine._count_steps(episodes, True)
+        scale = evolution.round_scale(episodes)
+        assert max(0, steps - 1) * evolution.round_cost(scale) + (steps > 0) * last <= episodes
+
+
+def test_a_larger_round_plays_as_often_as_it_says(quick):
+    expert, world = find_expert(EXPERT, giving=True)
+    arena = Arena(world, expert, [0, 1], range(10**15, 10**15 + 1_000))
+    still = [_tree(len(outputs), 0.0) for outputs in world.outputs]
+    evolution.improve_numbers(arena, still, 0.0, np.random.default_rng(0), 2)
+    assert arena.played == evolution.round_cost(2) == 2 * evolution.round_cost()
+    world.close()
+
+
 def test_refinement_finds_numbers_that_pay_and_keeps_no_others(quick, monkeypatch):
     expert, world = find_expert(EXPERT, giving=True)
     still, worse = ([_tree(len(outputs), value) for outputs in world.outputs] for value in (0.0, -1.0))
