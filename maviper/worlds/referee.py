@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 from gymnasium.spaces import Box, Discrete, Space
-from pettingzoo import ParallelEnv  # pyright: ignore[reportMissingTypeStubs]
+from pettingzoo import ParallelEnv
 
 from codegen.ir import Float32
 from maviper.worlds.payoffs import MATCHING, PAIRS
@@ -59,11 +59,11 @@ class CoordinationEnv(ParallelEnv[str, Float32, int]):
         self._wanted = 0
         self._seen: dict[str, Float32] = {}
 
-    def observation_space(self, agent: str) -> Space[Any]:
+    def observation_space(self, agent: str) -> Space:
         """The levels of all signals."""
         return self._seeing
 
-    def action_space(self, agent: str) -> Space[Any]:
+    def action_space(self, agent: str) -> Space:
         """The conventions."""
         return self._choosing
 

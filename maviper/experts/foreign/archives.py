@@ -51,7 +51,7 @@ class _Storage(NamedTuple):
 
     numbers: str
     file: str
-    count: int
+    size: int
 
 
 class _Tensor(NamedTuple):
@@ -119,12 +119,12 @@ def _numbers(tensor: _Tensor, data: bytes) -> Float32:
     """The numbers of a view; NotPlainError where it reaches out of its storage."""
     storage, offset, shape, strides = tensor
     kind = np.dtype(storage.numbers)
-    if len(data) != storage.count * kind.itemsize:
-        raise NotPlainError(f"storage {storage.file} holds {len(data)} bytes, not {storage.count} numbers")
+    if len(data) != storage.size * kind.itemsize:
+        raise NotPlainError(f"storage {storage.file} holds {len(data)} bytes, not {storage.size} numbers")
     if 0 in shape:
         return np.zeros(shape, np.float32)
     last = offset + sum((size - 1) * stride for size, stride in zip(shape, strides, strict=True))
-    if last >= storage.count:
+    if last >= storage.size:
         raise NotPlainError(f"a tensor reaches out of storage {storage.file}")
     steps = [stride * kind.itemsize if size > 1 else 0 for size, stride in zip(shape, strides, strict=True)]
     view = np.ndarray(shape, kind, data, offset * kind.itemsize, steps)
@@ -231,7 +231,8 @@ def _storage(given: object) -> _Storage:
 
 def _make_object(what: object, given: object) -> object:
     """What stands for a call: an empty dictionary, or a tensor of (storage, offset, shape, strides, ...)."""
-    match what, given:
+    parts = cast("tuple[object, ...]", given) if isinstance(given, tuple) else None
+    match what, parts:
         case _Name(text), () if text == DICTIONARY:
             return {}
         case _Name(text), (_Storage() as storage, offset, shape, strides, bool(), hooks) if text == TENSOR:

@@ -82,7 +82,7 @@ class LayersExpert:
     activation: str
     outputs: str = LOGITS
     normalization: Normalization | None = None
-    card: Mapping[str, Any] = field(default_factory=dict)
+    card: Mapping[str, Any] = field(default_factory=dict[str, Any])
     hash: str = ""
     _wide: Sequence[tuple[Float64, Float64]] = field(init=False, repr=False)
 

@@ -32,6 +32,7 @@ from maviper.experts.foreign.layers import (
 from maviper.experts.foreign.weights import MAX_BYTES, Tensors, layers, read, single
 from maviper.files import runs
 from maviper.worlds import World
+from maviper.worlds.outside.sources import is_mapping
 
 NONE = "none"  # said of a normalisation: there was not any
 MAX_DATA, MAX_FILE = 64 * 2**20, 2**30
@@ -101,11 +102,11 @@ def _read(path: Path) -> tuple[dict[str, Any], Tensors, str]:
     except UNREADABLE as error:
         said = str(error).splitlines()[0][:120] if str(error) else type(error).__name__
         raise InputError("not a zip of stable-baselines3", f"{path}: {said}", "write it by model.save(file)") from None
-    if not isinstance(data, dict):
+    if not is_mapping(data):
         raise InputError("not a zip of stable-baselines3", f"{path}: {DATA}", "write it by model.save(file)")
     plain = re.fullmatch(r"\s*([0-9A-Za-z.+-]{1,40})\s*", version)
     return (
-        data | {VERSION: plain[1] if plain else ""},
+        {**data, VERSION: plain[1] if plain else ""},
         read(weights, f"{path}: {WEIGHTS}", safe),
         hashlib.sha256(whole).hexdigest(),
     )
@@ -114,7 +115,7 @@ def _read(path: Path) -> tuple[dict[str, Any], Tensors, str]:
 def _algorithm(data: Mapping[str, Any], tensors: Tensors, where: str) -> tuple[str, str]:
     """The algorithm that a zip is of, and what its network's outputs are."""
     given = data.get("policy_kwargs")
-    own = given if isinstance(given, dict) else {}
+    own: Mapping[str, Any] = given if is_mapping(given) else {}
     if any(name.startswith("q_net.") for name in tensors):
         return "DQN", Q
     if any(name.startswith("actor.") for name in tensors):
@@ -151,11 +152,11 @@ def _ensure_spaces(data: Mapping[str, Any], world: World, where: str) -> None:
     if seen not in ("Box", "Discrete", "MultiBinary") or data["observation_space"].get("dtype") == "uint8":
         raise InputError(f"the policy's observations are a {seen or 'space unknown'} or pictures", where, BY_HAND)
     kind = data.get("policy_class")
-    own = str(kind.get("__module__", "")) if isinstance(kind, dict) else ""
+    own = str(kind.get("__module__", "")) if is_mapping(kind) else ""
     if not own.startswith("stable_baselines3."):
         raise InputError(f"the policy's class is not the library's, but of {own[:60] or 'nowhere'}", where, BY_HAND)
-    given = data.get("policy_kwargs") or {}
-    unknown = sorted(given.keys() - HARMLESS) if isinstance(given, dict) else ["policy_kwargs"]
+    given: Any = data.get("policy_kwargs") or {}
+    unknown = sorted(str(each) for each in given.keys() - HARMLESS) if is_mapping(given) else ["policy_kwargs"]
     if not unknown and given.get("features_extractor_class", FLATTEN) != FLATTEN:
         unknown = ["features_extractor_class"]
     if unknown:
@@ -175,12 +176,12 @@ def _ensure_bounds(space: Mapping[str, Any], world: World, where: str) -> None:
 
 def _class(space: Any) -> str:
     """The name of the class of a space that the JSON describes, or ""."""
-    match = re.fullmatch(r"<class '[\w.]+\.(\w+)'>", str(space.get(":type:", ""))) if isinstance(space, dict) else None
+    match = re.fullmatch(r"<class '[\w.]+\.(\w+)'>", str(space.get(":type:", ""))) if is_mapping(space) else None
     return match[1] if match else ""
 
 
 def _activation(data: Mapping[str, Any], outputs: str, where: str) -> str:
-    given = data.get("policy_kwargs") or {}
+    given: Any = data.get("policy_kwargs") or {}
     if "activation_fn" not in given:
         return USUAL[outputs]
     match = re.fullmatch(r"<class 'torch\.nn\.modules\.activation\.(\w+)'>", str(given["activation_fn"]))

@@ -9,7 +9,7 @@ import io
 import re
 import zipfile
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Protocol, TypeGuard, runtime_checkable
 
 import numpy as np
 
@@ -17,11 +17,56 @@ from codegen.errors import InputError, MissingToolError
 from codegen.ir import Float32
 from maviper.experts.foreign.archives import NotPlainError, state_dict
 from maviper.experts.foreign.layers import Linear
+from maviper.worlds.outside.sources import is_mapping
 
 MAX_BYTES = 256 * 2**20
 REFUSED = re.compile(r"(?:GLOBAL|class) ([A-Za-z_][\w.]{0,100}) (?:was|is) not")  # in torch's words
 ADVISED = re.compile(r"weights.only|safe_globals|trust", re.IGNORECASE)  # where torch says how to load more
 Tensors = Mapping[str, Float32]
+
+
+@runtime_checkable
+class Tensor(Protocol):
+    """What we ask of a tensor of torch."""
+
+    @property
+    def layout(self) -> object:
+        """How its numbers lie."""
+        ...
+
+    @property
+    def is_quantized(self) -> bool:
+        """Whether its numbers are codes."""
+        ...
+
+    @property
+    def is_meta(self) -> bool:
+        """Whether it has a shape alone."""
+        ...
+
+    def is_complex(self) -> bool:
+        """Whether its numbers are complex."""
+        ...
+
+    def numel(self) -> int:
+        """How many numbers it has."""
+        ...
+
+    def detach(self) -> "Tensor":
+        """Itself, without what led to it."""
+        ...
+
+    def cpu(self) -> "Tensor":
+        """Itself, in the machine's own memory."""
+        ...
+
+    def float(self) -> "Tensor":
+        """Itself, as float32."""
+        ...
+
+    def numpy(self) -> Float32:
+        """Its numbers, of its shape."""
+        ...
 
 
 def read(data: bytes, where: str, safetensors: bool = False) -> dict[str, Float32]:
@@ -86,11 +131,12 @@ def of_torch(loaded: Any, where: str) -> dict[str, Float32]:
 
     A small file may state a large shape, all of whose places are one number in memory.
     """
-    if not isinstance(loaded, Mapping) or not loaded:
+    given: Mapping[object, object] = loaded if is_mapping(loaded) else {}
+    if not given:
         raise InputError("not a state dict", where, "save it as torch.save(module.state_dict(), file)")
     tensors: dict[str, Float32] = {}
     room = MAX_BYTES
-    for name, value in loaded.items():
+    for name, value in given.items():
         if not isinstance(name, str) or not _plain(value):
             raise InputError("not a state dict of tensors", f"{where}: {str(name)[:80]}", "save module.state_dict()")
         room -= 4 * value.numel()
@@ -100,11 +146,11 @@ def of_torch(loaded: Any, where: str) -> dict[str, Float32]:
     return tensors
 
 
-def _plain(value: Any) -> bool:
+def _plain(value: object) -> TypeGuard[Tensor]:
     """Whether it is a tensor of real numbers that lie one beside the other: not sparse, complex, quantized or without
     data.
     """
-    if not hasattr(value, "detach") or str(value.layout) != "torch.strided":
+    if not isinstance(value, Tensor) or str(value.layout) != "torch.strided":
         return False
     return not (value.is_complex() or value.is_quantized or value.is_meta)
 

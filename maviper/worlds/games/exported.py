@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 from gymnasium.spaces import Box, Discrete
-from pettingzoo import ParallelEnv  # pyright: ignore[reportMissingTypeStubs]
+from pettingzoo import ParallelEnv
 
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import ActionSpec, FeatureSpec, Float32, OutputSpec

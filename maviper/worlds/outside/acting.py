@@ -21,7 +21,7 @@ from maviper.worlds.outside.sources import Source, space, table
 if TYPE_CHECKING:
     from gymnasium import spaces
 
-    Choices = spaces.Space[Any]  # the action space of an agent
+    Choices = spaces.Space  # the action space of an agent
 
 NUMBERED = "gymnasium.wrappers.TransformAction(env, lambda k: TABLE[k], gymnasium.spaces.Discrete(len(TABLE)))"
 CONTINUOUS = "continuous"  # how the options begin by which worlds give agents numbers: ours, mpe2's and VMAS's
@@ -66,8 +66,9 @@ def outputs_of(env: Any, agent: Any, source: Source) -> tuple[OutputSpec, ...]:
     given = table(env, "outputs", source).get(agent)
     if given is None:
         return tuple(OutputSpec(f"output_{k}", "none", *ends) for k, ends in enumerate(bounds))
-    named: tuple[Any, ...] = tuple(given) if isinstance(given, Iterable) else ()
-    if len(named) != len(bounds) or not all(isinstance(each, OutputSpec) for each in named):
+    parts = list(cast("Iterable[object]", given)) if isinstance(given, Iterable) else []
+    named = [each for each in parts if isinstance(each, OutputSpec)]
+    if not len(bounds) == len(parts) == len(named):
         what = f"the outputs of {agent} are not {len(bounds)} OutputSpecs, one for each number that it gives"
         raise InputError(what, source.text, "fix the environment's `outputs`, or leave this agent out of it")
     # the space says the bounds: it is what the environment refuses by

@@ -53,7 +53,7 @@ def copies_of(pasts: Pasts, make: Callable[[], Copy]) -> list[Copy]:
     walkers: dict[int, tuple[Copy, Past]] = {}  # by the past that an episode began with
     copies: list[Copy] = []
     for past in pasts:
-        begun, missing = past, []
+        begun, missing = past, list[int | tuple[int, ...]]()
         at = walkers.get(id(_root(past)))
         while begun.before is not None and not (at and begun is at[1]):
             missing.append(begun.by)

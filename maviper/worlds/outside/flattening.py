@@ -81,8 +81,9 @@ def unreadable(space: spaces.Space) -> str:
     from gymnasium.spaces import Box, Dict, Discrete, MultiBinary, MultiDiscrete, Tuple
 
     if isinstance(space, Dict | Tuple):
-        inner = space.spaces.values() if isinstance(space, Dict) else space.spaces
-        return next(filter(None, map(unreadable, inner)), "" if len(space.spaces) else "empty " + type(space).__name__)
+        inner: list[spaces.Space] = list(space.spaces.values() if isinstance(space, Dict) else space.spaces)
+        kinds = [unreadable(part) for part in inner] or ["empty " + type(space).__name__]
+        return next(filter(None, kinds), "")
     return "" if isinstance(space, Box | Discrete | MultiBinary | MultiDiscrete) else type(space).__name__
 
 
@@ -104,7 +105,7 @@ def _size(space: spaces.Space) -> int:
         return sum(map(_size, space.spaces.values() if isinstance(space, Dict) else space.spaces))
     if isinstance(space, Discrete):
         return int(space.n)
-    return sum(map(int, np.ravel(space.nvec))) if isinstance(space, MultiDiscrete) else math.prod(space.shape or ())
+    return int(space.nvec.sum(dtype=object)) if isinstance(space, MultiDiscrete) else math.prod(space.shape or ())
 
 
 def vector_space(space: spaces.Space) -> spaces.Box:
@@ -112,7 +113,7 @@ def vector_space(space: spaces.Space) -> spaces.Box:
     from gymnasium.spaces import Box, flatten_space
 
     flat: Any = flatten_space(space)
-    size = int(np.prod(flat.shape))
+    size = math.prod(flat.shape)
     low, high = (np.asarray(each, np.float32).reshape(size) for each in (flat.low, flat.high))
     return Box(low, high, dtype=np.float32)
 
@@ -121,8 +122,11 @@ def vector(space: spaces.Space, seen: Any) -> Any:
     """An observation as a vector, [n_features]."""
     from gymnasium.spaces import Box, MultiBinary, flatten
 
-    plain = isinstance(space, Box | MultiBinary) and isinstance(seen, np.ndarray) and seen.ndim == 1
-    return seen if plain else flatten(space, seen)
+    return seen if isinstance(space, Box | MultiBinary) and _is_row(seen) else flatten(space, seen)
+
+
+def _is_row(seen: object) -> bool:
+    return isinstance(seen, np.ndarray) and seen.ndim == 1
 
 
 def specs_of(names: Iterable[Named], box: spaces.Box) -> list[FeatureSpec]:

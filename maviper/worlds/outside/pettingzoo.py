@@ -23,7 +23,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
@@ -45,6 +45,7 @@ from maviper.worlds.outside.sources import (
     Source,
     action_names,
     attribute,
+    is_mapping,
     parse_source,
     read_legal_features,
     space,
@@ -70,8 +71,6 @@ class PettingZooWorld(OutsideWorld):
     InputError when the environment cannot be played. `close` ends the copies; so does the end of the world.
     """
 
-    games: int
-
     def __init__(self, function: Callable[..., Any], text: str, games: int | None = None) -> None:
         self.source = parse_source(text)
         self._function = function
@@ -92,13 +91,14 @@ class PettingZooWorld(OutsideWorld):
         steps, self.length_known = episode_steps(env, self.source)
         self.spec = _spec(self.source, names, steps)
         self._ensure()
-        self.games, apart = self._at_once(env) if games is None else (games, games > 1)
+        at_once, apart = self._at_once(env) if games is None else (games, games > 1)
+        self.games = at_once
         with suppress(Exception):  # it has said what it had to
             env.close()
         make = partial(make_environment, function, self.source)
         alone = apart is False and steps_alone(env)
-        self._copies = Together(self.source, make) if alone else Copies(self.source, make, self.games, apart)
-        self.plays_here = apart is False and self.games > 1
+        self._copies = Together(self.source, make) if alone else Copies(self.source, make, at_once, apart)
+        self.plays_here = apart is False and at_once > 1
         self._moment, self.branches = PAST, False
         weakref.finalize(self, self._copies.close)
 
@@ -130,13 +130,13 @@ class PettingZooWorld(OutsideWorld):
             raise InputError("a profile cannot hold what the environment declares", wrong, advice)
 
     @property
-    def games_measured(self) -> int:
+    def games_measured(self) -> int | None:
         """More than `games` of those that are stepped here without dictionaries."""
-        return max(self.games, MEASURED_HERE) if isinstance(self._copies, Together) else self.games
+        return max(self.games or 1, MEASURED_HERE) if isinstance(self._copies, Together) else self.games
 
     def start_from_seeds(self, seeds: Sequence[int] | Int) -> EnvStates:
         """The start states after `reset(seed=...)`, one for each of at most `games_measured` seeds, see `fold_seed`."""
-        most = self.games_measured
+        most = self.games_measured or 1
         assert 0 < len(seeds) <= most, f"{len(seeds)} games asked of {most} copies"
         given = [fold_seed(int(seed)) for seed in seeds]
         states = self._ask_copies("reset", given)
@@ -331,10 +331,10 @@ def episode_steps(env: Any, source: Source) -> tuple[int, bool]:
             raise InputError(f"{MAX_STEPS} is '{limit}'", source.text, "give a number from 1")
         return limit, True
     metadata = attribute(env, "metadata", source)
-    stated_there = metadata.get("max_cycles") if isinstance(metadata, Mapping) else None
+    stated_there = metadata.get("max_cycles") if is_mapping(metadata) else None
     for stated in (attribute(env, "max_cycles", source), stated_there):
         if isinstance(stated, (int, np.integer)) and stated > 0:
-            return int(stated), True
+            return int(cast("int", stated)), True
     rng = np.random.default_rng(0)
     copy = Copy(env, source)
     choices = [space(env, "action", agent) for agent in copy.names]

@@ -10,12 +10,12 @@ import os
 import signal
 import sys
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -25,7 +25,7 @@ from codegen.legality import Mask
 from maviper.worlds.outside.acting import random_actions, taking
 from maviper.worlds.outside.making import import_maker, make_environment
 from maviper.worlds.outside.silence import output_aside
-from maviper.worlds.outside.sources import Source, fault, parse_source, read_legal_features, space, table
+from maviper.worlds.outside.sources import Source, fault, is_row, parse_source, read_legal_features, space, table
 from maviper.worlds.world import Outcome, draw_legal
 
 BESIDE = "beside"  # the request that `_beside` answers
@@ -123,9 +123,10 @@ class Copy:
 
     def _parts(self, given: Any, verb: str, wanted: str) -> tuple[Any, ...]:
         n = 2 if verb == "reset" else 5
-        if not isinstance(given, tuple) or len(given) != n:
+        parts = cast("tuple[Any, ...]", given) if isinstance(given, tuple) else ()
+        if len(parts) != n:
             raise InputError(f"{verb} does not return {wanted}", self.source.text, "see PettingZoo's parallel API")
-        return given
+        return parts
 
 
 def single(given: Any) -> Float32:
@@ -139,7 +140,7 @@ def single(given: Any) -> Float32:
 def _mask(env: Any, name: Any, source: Source, size: int) -> Mask | None:
     """The places of an agent's mask among its `size` features, if the environment says that it has one."""
     legal, given = read_legal_features(env, name, source), table(env, "features", source).get(name)
-    stated = [getattr(each, "name", "") for each in given] if isinstance(given, Sequence) else []
+    stated = [getattr(each, "name", "") for each in given] if is_row(given) else []
     places = {each: place for place, each in enumerate(stated or [f"feature_{k}" for k in range(size)])}
     return tuple(places.get(each) for each in legal) if legal else None  # "" for what is always legal
 
@@ -208,7 +209,7 @@ def _beside(one: Copy, other: Copy) -> tuple[float, bool]:
     """
     rng = np.random.default_rng(0)
     actions = random_actions([space(one.env, "action", name) for name in one.names], rng, PROBED)
-    alone, times = [one.ask("reset", 0)], []
+    alone, times = [one.ask("reset", 0)], list[float]()
     for acted in actions:
         chosen, started = one.lawful(acted, alone[-1]), time.perf_counter()
         alone.append(one.ask("step", chosen))
@@ -272,7 +273,7 @@ class _Process:
 
 
 @contextmanager
-def _deaf_to_interrupts() -> Iterator[None]:
+def _deaf_to_interrupts() -> Generator[None]:
     """A process that starts here never sees a Ctrl-C: that one is for us, and the process ends with its pipe."""
     resource_tracker.ensure_running()  # starting it lifts the mask
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})

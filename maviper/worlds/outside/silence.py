@@ -7,7 +7,7 @@ Does not: touch what programs write past Python's streams.
 
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from typing import TextIO
 
@@ -16,7 +16,7 @@ _inside: list[TextIO] = []  # standard output as each found it that is within: t
 
 
 @contextmanager
-def output_aside() -> Iterator[None]:
+def output_aside() -> Generator[None]:
     """Standard output is standard error until the last thread has left."""
     with _lock:
         _inside.append(sys.stdout)

@@ -10,7 +10,7 @@ import traceback
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeGuard
 
 from codegen.errors import InputError, MaviperError
 from codegen.process.unwarned import silence_warnings
@@ -108,7 +108,7 @@ def attribute(env: Any, name: str, source: Source) -> Any:
 def table(env: Any, name: str, source: Source) -> Mapping[Any, Any]:
     """Such an attribute by agents or teams; empty where there is none, or one that means something else."""
     given = attribute(env, name, source)
-    return given if isinstance(given, Mapping) else {}
+    return given if is_mapping(given) else {}
 
 
 def action_names(env: Any, agent: Any, source: Source) -> tuple[str, ...]:
@@ -140,8 +140,19 @@ def read_legal_features(env: Any, agent: Any, source: Source) -> tuple[str, ...]
 
 def _texts(given: Any) -> tuple[str, ...] | None:
     """What is given as texts in a row; None: it is something else."""
-    texts = tuple(given) if isinstance(given, Sequence) and not isinstance(given, str) else None
-    return texts if texts is not None and all(isinstance(text, str) for text in texts) else None
+    parts = tuple(given) if is_row(given) else ()
+    texts = tuple(part for part in parts if isinstance(part, str))
+    return texts if is_row(given) and len(texts) == len(parts) else None
+
+
+def is_mapping(given: object) -> TypeGuard[Mapping[Any, Any]]:
+    """Whether it has values by keys, which are the environment's own."""
+    return isinstance(given, Mapping)
+
+
+def is_row(given: object) -> TypeGuard[Sequence[object]]:
+    """Whether it has parts in a row, and is no text."""
+    return isinstance(given, Sequence) and not isinstance(given, str)
 
 
 def space(env: Any, kind: str, agent: Any) -> Any:

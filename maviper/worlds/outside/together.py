@@ -7,7 +7,7 @@ Does not: step in other processes, or environments of several agents (processes.
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -23,7 +23,7 @@ FLOAT32 = np.dtype(np.float32)
 
 def steps_alone(env: Any) -> bool:
     """Whether it tells the parts of a step of its one agent without dictionaries."""
-    return callable(getattr(type(env), "step_alone", None))
+    return callable(getattr(cast("type[object]", type(env)), "step_alone", None))
 
 
 class Together:

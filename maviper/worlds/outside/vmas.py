@@ -8,9 +8,10 @@ Does not: know what observations mean; end one agent's episode before the others
 
 from __future__ import annotations
 
+import math
 import re
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Generator, Sequence
 from contextlib import contextmanager
 from copy import copy
 from importlib import import_module
@@ -28,7 +29,7 @@ from maviper.worlds.outside.flattening import MAX_FEATURES, legal_names
 from maviper.worlds.outside.pettingzoo import teams_by_name
 from maviper.worlds.outside.playing import MOMENTS, PAST, EnvStates, OutsideWorld
 from maviper.worlds.outside.silence import output_aside
-from maviper.worlds.outside.sources import MAX_STEPS, fault, parse_source, value_of
+from maviper.worlds.outside.sources import MAX_STEPS, fault, is_mapping, parse_source, value_of
 from maviper.worlds.seeds import fold_seed
 from maviper.worlds.world import RETURN, Int, Measure, bounds
 
@@ -45,7 +46,7 @@ class VmasWorld(OutsideWorld):
     MissingToolError without the package; UnknownNameError or InputError for what cannot be played.
     """
 
-    games: int = GAMES
+    games = GAMES
 
     def __init__(self, text: str) -> None:
         self.source = parse_source(text)
@@ -99,7 +100,7 @@ class VmasWorld(OutsideWorld):
         return env
 
     @contextmanager
-    def _at_work(self, doing: str) -> Iterator[None]:
+    def _at_work(self, doing: str) -> Generator[None]:
         """What VMAS prints goes to standard error, and what it raises becomes an InputError."""
         try:
             with output_aside():
@@ -109,8 +110,8 @@ class VmasWorld(OutsideWorld):
 
     def _features(self, agent: str, seen: Any) -> tuple[FeatureSpec, ...]:
         """Features of one agent's observations in the whole batch, which may be a tensor or a dictionary of them."""
-        parts = seen.items() if isinstance(seen, Mapping) else [("feature", seen)]
-        names = [f"{key}_{place}" for key, part in parts for place in range(int(np.prod(part.shape[1:])))]
+        parts = seen.items() if is_mapping(seen) else [("feature", seen)]
+        names = [f"{key}_{place}" for key, part in parts for place in range(math.prod(part.shape[1:]))]
         if not 1 <= len(names) <= MAX_FEATURES:
             what = f"{agent} observes {len(names):,} numbers, of 1 to {MAX_FEATURES:,}"
             raise InputError(what, self.source.text, "choose another scenario, or other options")
@@ -134,7 +135,7 @@ class VmasWorld(OutsideWorld):
 
     def start_from_seeds(self, seeds: Sequence[int] | Int) -> EnvStates:
         """The start states of at most `games` games, each after VMAS's `seed` and its `reset_at`."""
-        assert 0 < len(seeds) <= self.games, f"{len(seeds)} games asked of {self.games}"
+        assert 0 < len(seeds) <= GAMES, f"{len(seeds)} games asked of {GAMES}"
         self._moment = PAST
         with self._at_work("reset"):
             for place, seed in enumerate(seeds):
@@ -179,7 +180,7 @@ class VmasWorld(OutsideWorld):
 
     def _rows(self, seen: Any, n: int) -> Float32:
         """The first `n` games' observations, [n, n_features]."""
-        parts = seen.values() if isinstance(seen, Mapping) else [seen]
+        parts = seen.values() if is_mapping(seen) else [seen]
         found = [_array(part)[:n].reshape(n, -1) for part in parts]
         return np.concatenate(found, axis=1).astype(np.float32)
 

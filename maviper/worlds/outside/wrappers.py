@@ -9,10 +9,11 @@ Does not: choose wrappers for people: an environment that needs one is refused w
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, cast
 
 import gymnasium
 import numpy as np
+from gymnasium.spaces import Box, Space
 from pettingzoo import AECEnv, ParallelEnv
 from pettingzoo.utils.conversions import aec_to_parallel_wrapper, turn_based_aec_to_parallel_wrapper
 
@@ -32,7 +33,17 @@ from maviper.worlds.outside.flattening import (
     vector_space,
 )
 from maviper.worlds.outside.single_agent import SingleAgent
-from maviper.worlds.outside.sources import WRAP, Source, action_names, attribute, read_legal_features, space, table
+from maviper.worlds.outside.sources import (
+    WRAP,
+    Source,
+    action_names,
+    attribute,
+    is_mapping,
+    is_row,
+    read_legal_features,
+    space,
+    table,
+)
 
 PARALLEL, TURNS, FLATTEN, NUMBERS, MASKS, RIVALS = "parallel", "turns", "flatten", "numbers", "masks", "rivals"
 WRAPPERS = (PARALLEL, TURNS, FLATTEN, NUMBERS, MASKS, RIVALS)
@@ -68,7 +79,7 @@ def _parallel(env: Any, wrappers: Sequence[str], source: Source) -> ParallelEnv:
     if isinstance(env, AECEnv):
         return in_parallel(env, wrappers, source)
     if isinstance(env, ParallelEnv):
-        return env
+        return cast("ParallelEnv", env)
     what = f"the function returns a {type(env).__name__}, not a PettingZoo environment"
     advice = "return a pettingzoo.ParallelEnv or a gymnasium.Env"
     old = any(kind.__module__.partition(".")[0] == "gym" for kind in type(env).__mro__)
@@ -119,7 +130,9 @@ class Flattened(ParallelEnv[Any, Any, Any]):
         self.env, self.source, self.in_infos, self.whole = env, source, masks, whole
         self.metadata, self.possible_agents = env.metadata, env.possible_agents
         self.agents: list[Any] = []
-        self._spaces, self._boxes, self._legal = {}, {}, {}
+        self._spaces: dict[Any, Space] = {}
+        self._boxes: dict[Any, Box] = {}
+        self._legal: dict[Any, int] = {}
         self.action_names: dict[Any, Sequence[str]] = {}
         self.legal: dict[Any, tuple[str, ...]] = {}  # agent -> the feature that says whether an action is legal
         self.features: dict[Any, list[FeatureSpec]] = {}
@@ -149,12 +162,14 @@ class Flattened(ParallelEnv[Any, Any, Any]):
             FeatureSpec(name, FLAG, 0.0, 1.0, None) for name in flags
         ]
 
-    def _own(self, agent: Any, box: Any, names: Sequence[tuple[str, str]]) -> list[FeatureSpec]:
+    def _own(self, agent: Any, box: Box, names: Sequence[tuple[str, str]]) -> list[FeatureSpec]:
         """What the environment says of its features, or what follows from their space."""
         if isinstance(self.env, SingleAgent) and len(self.env.described) == len(names):
             names = self.env.described
         given = table(self.env, "features", self.source).get(agent)
-        return list(given) if isinstance(given, Sequence) and len(given) == box.shape[0] else specs_of(names, box)
+        if is_row(given) and len(given) == box.shape[0]:
+            return list(cast("Sequence[FeatureSpec]", given))  # whether they are is judged where the world is made
+        return specs_of(names, box)
 
     @property
     def unwrapped(self) -> Any:
@@ -199,7 +214,7 @@ class Flattened(ParallelEnv[Any, Any, Any]):
     def _vector(self, agent: Any, seen: Any, info: Mapping[str, Any]) -> Any:
         wanted = self._legal[agent]
         given = seen
-        if isinstance(seen, Mapping):
+        if is_mapping(seen):
             given = {key: part for key, part in seen.items() if key != MASK or not wanted or self.in_infos}
         numbers = np.asarray(vector(self._spaces[agent], given), np.float32)
         if not wanted:
@@ -227,9 +242,7 @@ class Flattened(ParallelEnv[Any, Any, Any]):
         self.env.close()
 
 
-def _widen_box(box: Any, n_flags: int) -> Any:
-    from gymnasium.spaces import Box
-
+def _widen_box(box: Box, n_flags: int) -> Box:
     ends = np.zeros(n_flags, np.float32), np.ones(n_flags, np.float32)
     low, high = (np.concatenate([end, flags]) for end, flags in zip((box.low, box.high), ends, strict=True))
     return Box(low, high, dtype=np.float32)

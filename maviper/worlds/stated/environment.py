@@ -15,7 +15,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from pettingzoo import ParallelEnv  # pyright: ignore[reportMissingTypeStubs]
+from pettingzoo import ParallelEnv
 
 from codegen.errors import InputError
 from codegen.ir import FeatureSpec
