@@ -36,7 +36,7 @@ from maviper.worlds.outside.sources import (
     parse_source,
     space,
 )
-from maviper.worlds.outside.vmas import VmasWorld
+from maviper.worlds.outside.vmas import GAMES, VmasWorld
 from maviper.worlds.seeds import fold_seed
 from maviper.worlds.stated.statements import check_statement, measure_reference
 from maviper.worlds.stated.systems import read
@@ -129,7 +129,7 @@ def _vmas(source: Source) -> Iterator[Finding]:
     """A random episode in the first place of a batch, and the same in the last place of another one."""
     name = source.text
     world = VmasWorld(name)
-    yield Finding(Mark.OK, f"scenario: {name}, {format_count(world.games, 'game')} at once")
+    yield Finding(Mark.OK, f"scenario: {name}, {format_count(GAMES, 'game')} at once")
     yield Finding(Mark.OK, f"agents: {', '.join(world.agents)}")
     kind = "numbers within bounds" if world.outputs else "Discrete"
     yield Finding(Mark.OK, f"actions: {kind}, {', '.join(str(len(does)) for does in world.outputs or world.actions)}")
@@ -145,7 +145,7 @@ def _vmas(source: Source) -> Iterator[Finding]:
     uniform = np.random.default_rng(0).random((steps, *world.acting_shape))
     unseen = [np.zeros((steps, len(features)), np.float32) for features in world.features]  # there are no masks
     actions = world.draw_actions(everybody, unseen, uniform)
-    played = [_in_place(game, place, actions) for game, place in ((world, 0), (world.apart(), world.games - 1))]
+    played = [_in_place(game, place, actions) for game, place in ((world, 0), (world.apart(), GAMES - 1))]
     if played[0] == played[1]:
         yield Finding(Mark.OK, "repeats: the same seed and actions give the same episode anywhere in a batch")
     else:
