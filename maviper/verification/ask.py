@@ -111,8 +111,8 @@ class VerifyOptions:
     def _check_world(self) -> None:
         """InputError for options that are about games alone, or about stated systems alone."""
         for name, option in self.unusual.items():
-            if self.world is None and name in OF_SYSTEMS:
-                raise InputError(f"{option} has no effect without --world", option, "add --world FILE")
+            if self.world is None and name in OF_SYSTEMS and name != "max_boxes":
+                raise make_world_error(option)
             if self.world is not None and name not in (*OF_SYSTEMS, "world", "file", "verdict_only"):
                 advice = "leave it out; the file states claims and regions"
                 raise InputError(f"{option} has no effect with --world", option, advice)
@@ -182,6 +182,11 @@ class Asked:
         named = claim.label or f"{claim.name} of the {claim.team}" if claim.team else claim.shown
         where = self.about or f"region {self.region.name or 'given'}"
         return f"{named}, {where}"
+
+
+def make_world_error(option: str) -> InputError:
+    """What is wrong with an option that is about stated systems."""
+    return InputError(f"{option} has no effect without --world", option, "add --world FILE")
 
 
 class Posed(NamedTuple):

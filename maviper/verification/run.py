@@ -18,7 +18,7 @@ from codegen.check import ensure
 from codegen.errors import InputError
 from codegen.policy_json import dumps
 from maviper.files import runs
-from maviper.verification.ask import Asked, VerifyOptions, questions
+from maviper.verification.ask import Asked, VerifyOptions, make_world_error, questions
 from maviper.verification.files.places import repeat_command
 from maviper.verification.files.states import states_files
 from maviper.verification.join import (
@@ -112,6 +112,8 @@ def pose_questions(
     """
     summing = any(policy.tree.arithmetic for policy in profile.agents)
     if options.world is None and not summing:
+        if options.max_boxes is not None:
+            raise make_world_error("--max-boxes")
         return questions(profile, profile_name, options, aside), None
     from maviper.verification.stated import StatedWorld
 

@@ -23,6 +23,8 @@ from codegen.ir import PolicyProfile
 from maviper.files import runs
 from maviper.verification.ask import Asked, VerifyOptions, pose_claims
 from maviper.verification.files.systems import PROPERTY_FILE
+from maviper.verification.games import episodes as game_episodes
+from maviper.verification.games import playing
 from maviper.verification.games.decisions import world_of as world_of_game
 from maviper.verification.games.observing import ensure_observed
 from maviper.verification.games.searching import iterate_anywhere, iterate_near
@@ -34,6 +36,7 @@ from maviper.worlds.stated.systems import file_of, read
 from maviper.worlds.stated.written import episodes
 from verify.checker.reading import RejectedError
 from verify.checker.systems.enclosures import ensure_curves, ensure_enclosed
+from verify.claims.episodes import EpisodeClaim
 from verify.claims.formula import holds
 from verify.claims.observed import View
 from verify.claims.region import UNBOUNDED
@@ -77,7 +80,7 @@ ROUNDED = (
     "sums was found"
 )
 OF_OBSERVATIONS = ("file", "region", "observations", "shared", "verdict_only")  # options
-OF_GAMES = ("names", "file", "region", "team", "parameters", "verdict_only")  # options
+OF_GAMES = ("names", "file", "region", "team", "parameters", "max_boxes", "verdict_only")  # options
 NOT_FOUND = {
     Variables.OBSERVED: "the claim fails within the agents' roundings, but no observation that breaks it was found",
     Variables.COORDINATES: "the claim fails within the agents' roundings, but no state of the game that does was found",
@@ -143,7 +146,9 @@ class StatedWorld:
             if name not in OF_GAMES:
                 raise InputError(f"{option} has no effect on claims of agents that test sums", option, "leave it out")
         region = resolve_region(profile, None, options.region)
-        source, places = world_of_game(profile, pose_claims(profile, None, region, options))
+        posed = pose_claims(profile, None, region, options)
+        moving = any(isinstance(each.claim, EpisodeClaim) for each in posed)
+        source, places = (game_episodes.world_of if moving else world_of_game)(profile, posed)
         statement = statement_of(source, WORLD_FILE)
         asked = replace(options, file=None)
         made = StatedWorld._join_parts(profile, statement, {}, {WORLD_FILE: source}, asked, Variables.COORDINATES)
@@ -213,7 +218,8 @@ class StatedWorld:
         if self.statement.acting or self.variables is Variables.COORDINATES:
             confirm = _unknown if bent else partial(self._truly, question.claim)
         attempt = partial(self._look_anywhere, question.claim) if self.variables is Variables.COORDINATES else None
-        result = self._together.verify_question(self.claims.index(question.claim), confirm, beside, attempt)
+        known = None if attempt is None or question.claim.about_decisions else attempt()  # games are quick to play
+        result = self._together.verify_question(self.claims.index(question.claim), confirm, beside, attempt, known)
         if result.reason == ENCLOSED and (self.statement.acting or self.variables in NOT_FOUND):
             result = replace(result, reason=NOT_FOUND.get(self.variables, ROUNDED))
             if self.variables in NOT_FOUND:
@@ -238,12 +244,16 @@ class StatedWorld:
         """A counterexample of the real agents beside another one. AssertionError where the game shows an agent other
         numbers than its file: that is our bug.
         """
+        if self.variables is Variables.COORDINATES and not claim.about_decisions:
+            return self._first_played(claim, playing.iterate_near(self._game, claim, known.start))
         if self.variables is Variables.COORDINATES:
             return self._first_broken(claim, iterate_near(self.origin, self.statement, claim, known.start))
         confirm = observable if self.variables is Variables.OBSERVED else truly
         return confirm(self.statement, self.profile, claim, known)
 
     def _look_anywhere(self, claim: SystemClaim) -> SystemCounterexample | None:
+        if not claim.about_decisions:
+            return self._first_played(claim, playing.iterate_anywhere(self._game, claim))
         return self._first_broken(claim, iterate_anywhere(self.origin, self.statement, claim))
 
     def _first_broken(self, claim: SystemClaim, states: Iterable[State]) -> SystemCounterexample | None:
@@ -251,6 +261,18 @@ class StatedWorld:
         for state in states:
             ensure_observed(self.origin, self.statement, state)
             again = truly(self.statement, self.profile, claim, SystemCounterexample((state,), (), (), (), 0))
+            if again is not None:
+                return again
+        return None
+
+    @property
+    def _game(self) -> playing.PlayedGame:
+        return playing.PlayedGame(self.origin, self.profile, self.statement)
+
+    def _first_played(self, claim: SystemClaim, courses: Iterable[Course]) -> SystemCounterexample | None:
+        """The first of some episodes of the game that breaks a claim."""
+        for course in courses:
+            again = replay_course(self.profile, self.statement.system, claim, course)
             if again is not None:
                 return again
         return None

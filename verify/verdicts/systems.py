@@ -73,15 +73,20 @@ class JointQuestions:
         self._in_steps = [number for number, question in enumerate(questions) if not is_flow(question)]
 
     def verify_question(
-        self, number: int, confirm: Confirm | None = None, beside: bool = True, attempt: Attempt | None = None
+        self,
+        number: int,
+        confirm: Confirm | None = None,
+        beside: bool = True,
+        attempt: Attempt | None = None,
+        known: SystemCounterexample | None = None,
     ) -> SystemResult:
         """The verdict on a question, by its number, as `verify_system`. `attempt`: looks for a counterexample where
-        nothing else has one.
+        nothing else has one; `known`: one that was confirmed, so that nothing is searched.
         """
         question = self._questions[number]
         flowing = is_flow(question)
-        outcome = flows.decide(question) if flowing else self._together.outcome(self._in_steps.index(number))
-        outcome = _confirm_outcome(outcome, confirm)
+        outcome = self._decide(number, known)
+        outcome = outcome if known is not None else _confirm_outcome(outcome, confirm)
         broken = attempt() if attempt is not None and outcome.verdict is Verdict.UNKNOWN else None
         if broken is not None:
             outcome = replace(outcome, verdict=Verdict.VIOLATED, reason="", counterexample=broken, open=None, helps=())
@@ -105,6 +110,12 @@ class JointQuestions:
         )
         cost = Cost(outcome.states, question.budgets.max_boxes // STATE, UNIT)
         return Result(question, outcome.verdict, outcome.reason, evidence, cost)
+
+    def _decide(self, number: int, known: SystemCounterexample | None) -> ReachOutcome:
+        if known is not None:
+            return ReachOutcome(Verdict.VIOLATED, counterexample=known)
+        question = self._questions[number]
+        return flows.decide(question) if is_flow(question) else self._together.outcome(self._in_steps.index(number))
 
     @cached_property
     def _together(self) -> Together:

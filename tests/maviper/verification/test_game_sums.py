@@ -218,7 +218,7 @@ def test_a_file_that_forgets_roundings_shows_another_number(monkeypatch):
 @pytest.mark.parametrize(
     ("asked_for", "message"),
     [
-        (["--property", "reaches"], "reaches is not about single states"),
+        (["--property", "alive_leaves"], "alive_leaves is not about single states"),
         (["--where"], "--where has no effect"),
         (["--semantics", "real"], "--semantics has no effect"),
         (["--region", "{folder}/apart.toml"], "keeps pairs apart"),

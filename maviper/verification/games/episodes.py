@@ -1,0 +1,223 @@
+"""Claims about whole episodes of a team that tests sums, as a world file that moves as the game does.
+
+Does: writes that file: coordinates and velocities, how a step moves them and by how much float64 may be off, what
+  agents observe, and each claim as regions that episodes reach or avoid. The goal's place is that of its landmark.
+Assumes: a checked profile whose features have meanings, and whose agents take actions.
+Does not: decide, or play (playing.py).
+
+A step adds in float64, and a world file knows exact numbers. So each next value has an error, bounded by the largest
+numbers that episodes can come to. A rounding of what is observed is anywhere within its bound, anew in each step.
+"""
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from fractions import Fraction
+from typing import NamedTuple
+
+from codegen.dynamics import accelerations, partners
+from codegen.errors import InputError
+from codegen.ir import PolicyProfile
+from maviper.verification.ask import Posed
+from maviper.verification.games.decisions import bound_coordinates, list_conditions
+from maviper.verification.games.observing import GROWN, PLACE, UNIT, list_noise, spell_agent, spell_ends
+from verify.checker.episodes.reading import matchings
+from verify.claims.episodes import EpisodeClaim, KeepsApart, Reaches
+from verify.claims.region import Interval, Region
+from verify.exact import plain
+from verify.exact import text as number_text
+
+HEAD = "# A game in exact numbers: each next value and each observation is off by what rounding may do to it.\n"
+ZERO = Fraction(0)
+ROOM = Fraction(1, 2**20)
+
+
+class Moving(NamedTuple):
+    """How far agents get: bounds of all coordinates, and of what rounding does to each next value."""
+
+    ranges: dict[str, Interval]
+    errors: dict[str, Fraction]
+
+
+def world_of(profile: PolicyProfile, posed: Sequence[Posed]) -> tuple[str, tuple[str, ...]]:
+    """The world file with all claims, and from where each of them speaks, in words.
+
+    InputError for games whose step is no affine map, for claims for ever, and for starts of more than one region or
+    with more than one goal.
+    """
+    _ensure_affine(profile)
+    claims = [_ensure_in_steps(each) for each in posed]
+    region, goal = _ensure_one_start(posed)
+    steps = max(claim.steps for claim in claims)
+    starts = bound_coordinates(profile, [region])
+    moving = _bound_motion(profile, starts, steps)
+    roundings, _ = list_noise(profile, moving.ranges, {})
+    places = {name: ends for name, ends in moving.ranges.items() if not name.startswith(f"{PLACE}.")}
+    ranges = {**places, **{name: (-most, most) for name, most in roundings.items()}}
+    variables = "".join(f'"{name}" = {{ range = {spell_ends(_widen(ends))} }}\n' for name, ends in ranges.items())
+    agents = "".join(
+        spell_agent(policy, roundings, _spell_actions(profile, policy.agent), goal or PLACE)
+        for policy in profile.agents
+    )
+    at_rest = dict.fromkeys(_list_velocities(profile), (ZERO, ZERO))
+    box = ", ".join(
+        f'"{name}" = {spell_ends(ends)}' for name, ends in {**ranges, **starts, **at_rest}.items() if name in ranges
+    )
+    where = ", ".join(f'"{each}"' for each in list_conditions(region, None))
+    rules = "".join(f'"{name}" = "{_spell_next(profile, name)}"\n' for name in ranges)
+    errors = "".join(f'"{name}" = {number_text(most)}\n' for name, most in {**moving.errors, **roundings}.items())
+    properties = [each for claim in claims for each in _properties(profile, claim, region)]
+    head = f'{HEAD}name = "{profile.world.name.partition(",")[0]}"\nsteps = {steps}\n\n[variables]\n{variables}{agents}'
+    start = f"\n[start]\nbox = {{ {box} }}\n" + (f"where = [{where}]\n" if where else "")
+    motion = f"\n[dynamics.next]\n{rules}\n[dynamics.error]\n{errors}"
+    return f"{head}{start}{motion}{''.join(each for each, _ in properties)}", tuple(each for _, each in properties)
+
+
+def _ensure_in_steps(posed: Posed) -> EpisodeClaim:
+    """The claim, as one about so many steps."""
+    claim = posed.claim
+    if not isinstance(claim, EpisodeClaim):
+        what = f"{claim.name} is about single decisions, and stands beside claims about episodes"
+        raise InputError(what, "--property", "ask about decisions and episodes one after the other")
+    if claim.ever:
+        what = f"{claim.name} for ever is not decided of teams that test sums"
+        raise InputError(what, "--steps", "name a number of steps")
+    return claim
+
+
+def _ensure_one_start(posed: Sequence[Posed]) -> tuple[Region, str | None]:
+    """The region in which all episodes start, and the goal there."""
+    regions = {each.region.name: each.region for each in posed}
+    region = posed[0].region
+    if any(each != region for each in regions.values()):
+        what = "claims about episodes of teams that test sums start in one region"
+        raise InputError(what, "--region", "ask about one region after the other")
+    goal, *others = region.goal_cases
+    if others:
+        what = f"episodes of teams that test sums have one goal, and region {region.name or 'given'} has several"
+        advice = f'write goals = ["{goal}"] into a region file, and ask about one goal after the other'
+        raise InputError(what, "--region", advice)
+    return region, goal
+
+
+def _ensure_affine(profile: PolicyProfile) -> None:
+    """InputError for a game with contacts or speed limits."""
+    limited = [each.name for each in profile.world.agents if each.max_speed is not None]
+    for what, has in (("contacts", partners(profile.world)), ("speed limits", limited)):
+        if has:
+            said = f"claims about episodes of teams that test sums are not decided in games with {what}"
+            raise InputError(said, profile.world.name, "ask about single decisions, or extract without --splits")
+
+
+def _bound_motion(profile: PolicyProfile, starts: Mapping[str, Interval], steps: int) -> Moving:
+    """How far agents get in so many steps from rest, with a little room, and the roundings of a step.
+
+    A step of a position multiplies and adds, one of a velocity multiplies twice and adds: each rounds what is at most
+    the largest number here.
+    """
+    world, ranges, errors = profile.world, dict(starts), dict[str, Fraction]()
+    dt, kept = Fraction(world.dt), Fraction(1.0 - world.damping)
+    for entity in world.agents:
+        for number, axis in enumerate("xy"):
+            pushes = _list_pushes(profile, entity.name)
+            push = max((abs(each[number]) for each in pushes), default=ZERO)
+            fastest, far = ZERO, ZERO
+            for _ in range(steps):
+                far += dt * fastest
+                fastest = (kept * fastest + push) * GROWN
+            low, high = starts[f"{entity.name}.{axis}"]
+            fastest, far = fastest * (1 + ROOM), far * (1 + ROOM) + max(abs(low), abs(high), Fraction(1)) * ROOM
+            ranges[f"{entity.name}.{axis}"] = low - far, high + far
+            ranges[f"{entity.name}.v{axis}"] = -fastest, fastest
+            place = max(abs(low - far), abs(high + far))
+            errors[f"{entity.name}.{axis}"] = _round_up(UNIT * GROWN * (place + 2 * dt * fastest))
+            errors[f"{entity.name}.v{axis}"] = _round_up(UNIT * GROWN * (2 * kept * fastest + 2 * push))
+    return Moving(ranges, errors)
+
+
+def _widen(ends: Interval) -> Interval:
+    """A range with a little room: a box that is rounded outwards stays in it."""
+    room = (max(map(abs, ends)) or Fraction(1)) * ROOM
+    return ends[0] - room, ends[1] + room
+
+
+def _round_up(number: Fraction) -> Fraction:
+    """A little more, of few digits."""
+    unit = Fraction(1, 2**80)
+    return (number // unit + 1) * unit
+
+
+def _list_pushes(profile: PolicyProfile, agent: str) -> list[tuple[Fraction, Fraction]]:
+    """What each action of an agent adds to its velocity along each axis, exactly as the game computes it."""
+    world = profile.world
+    entity = next(each for each in world.agents if each.name == agent)
+    pushes = accelerations(entity, profile.policy(agent).actions) * world.dt
+    return [(Fraction(float(x)), Fraction(float(y))) for x, y in pushes]
+
+
+def _list_velocities(profile: PolicyProfile) -> list[str]:
+    return [f"{entity.name}.v{axis}" for entity in profile.world.agents for axis in "xy"]
+
+
+def _spell_actions(profile: PolicyProfile, agent: str) -> str:
+    """What each action sets."""
+    actions = zip(profile.policy(agent).actions, _list_pushes(profile, agent), strict=True)
+    return "".join(
+        f"{action.name} = {{ push_x = {number_text(x)}, push_y = {number_text(y)} }}\n" for action, (x, y) in actions
+    )
+
+
+def _spell_next(profile: PolicyProfile, name: str) -> str:
+    """The rule of a variable: places move with the old velocity; what rounding does is anew in each step."""
+    world = profile.world
+    owner, _, axis = name.rpartition(".")
+    if owner in {each.name for each in world.agents}:
+        if axis in ("x", "y"):
+            return f"{name} + {plain(Fraction(world.dt))}*{owner}.v{axis}"
+        if axis in ("vx", "vy"):
+            return f"{plain(Fraction(1.0 - world.damping))}*{name} + {owner}.push_{axis[1]}"
+        return "0"
+    return name
+
+
+# --- claims
+
+
+def _properties(profile: PolicyProfile, claim: EpisodeClaim, region: Region) -> Iterator[tuple[str, str]]:
+    """The tables of a claim, with where each starts: one for each agent that is to reach a landmark of its own."""
+    where = f"from region {region.name or 'given'}, at rest"
+    shown = claim.label or f"{claim.name} of the {claim.team}"
+    team = [policy.agent for policy in profile.team(claim.team)]
+    if isinstance(claim, Reaches):
+        for agent, mark in zip(team, claim.landmarks, strict=True):
+            near = _near(agent, mark, claim.radius)
+            yield _property(f"{shown}: {agent} to {mark}, {where}", "reaches", claim.steps, [near]), where
+    elif isinstance(claim, KeepsApart):
+        inside = [_near(*pair, claim.radius, strict=True) for pair in claim.pairs(profile)]
+        yield _property(f"{shown}, {where}", "avoids", claim.steps, inside), where
+    elif claim.farthest is not None:
+        bounds = [f"{agent}.{axis} {side}" for agent in team for axis in "xy" for side in _sides(claim.radius)]
+        yield _property(f"{shown}, {where}", "stays_in", claim.steps, [bounds]), where
+    else:
+        ways = [
+            [bound for agent, mark in matching for bound in _near(agent, mark, claim.radius)]
+            for matching in matchings(profile, claim)
+        ]
+        yield _property(f"{shown}, {where}", "reaches_and_stays", claim.steps, ways, claim.steps), where
+
+
+def _property(label: str, name: str, steps: int, regions: Sequence[Sequence[str]], by: int | None = None) -> str:
+    spelled = ", ".join(f"{{ where = {json.dumps(list(each))} }}" for each in regions)
+    late = "" if by is None else f"by = {by}\n"
+    return (
+        f'\n[[property]]\nlabel = {json.dumps(label)}\nname = "{name}"\nsteps = {steps}\n{late}region = [{spelled}]\n'
+    )
+
+
+def _near(one: str, other: str, radius: Fraction, strict: bool = False) -> list[str]:
+    """That two are within a distance on both axes, or nearer than it."""
+    return [f"{one}.{axis} - {other}.{axis} {side}" for axis in "xy" for side in _sides(radius, strict)]
+
+
+def _sides(radius: Fraction, strict: bool = False) -> list[str]:
+    equal = "" if strict else "="
+    return [f"<{equal} {plain(radius)}", f">{equal} {plain(-radius)}"]

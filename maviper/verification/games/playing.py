@@ -1,0 +1,172 @@
+"""Episodes of a game that break a claim about episodes.
+
+Does: plays the game itself, in its own float64, from starts beside one that breaks the claim by its world file, or
+  anywhere in its start region; says by how much each step and each observation was off of exact numbers.
+Assumes: a world file that episodes.py wrote, with the profile that it was written for.
+Does not: decide: the episode is played again in exact numbers, which judge the claim.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import pairwise
+
+import numpy as np
+
+from codegen.dynamics import Motion
+from codegen.ir import GOAL, Bool, Float64, Int32, PolicyProfile, act
+from codegen.observe import observe
+from maviper.verification.games.observing import ensure_observed, list_observed, place_in, with_noise
+from verify.claims.region import Interval
+from verify.claims.uncertified.values import Batch
+from verify.reach.replay import Course
+from verify.states.state import meaning_of
+from verify.systems.claims import SystemClaim
+from verify.systems.given.played import list_roundings, with_roundings
+from verify.systems.observing import choose_actions
+from verify.systems.statement import Statement
+from verify.systems.system import State
+
+SCALES = (None, -4, -8, -12, -16, -20, -24)  # powers of two: how far starts are drawn; None: only the nearest one
+DRAWN, ANYWHERE, TRIED, SEED = 256, 4_096, 4, 0  # starts of a scale; of the whole region; of these, those replayed
+
+
+@dataclass(frozen=True)
+class PlayedGame:
+    """A game and the world file about it."""
+
+    origin: PolicyProfile  # as it was given
+    profile: PolicyProfile  # as proofs read it
+    statement: Statement
+
+
+def iterate_near(game: PlayedGame, claim: SystemClaim, start: State) -> Iterator[Course]:
+    """Episodes of the game that seem to break a claim, from starts beside another one: the nearest first."""
+    names, ends = _list_places(game)
+    rng, near = np.random.default_rng(SEED), np.array([float(start[name]) for name in names])
+    for power in SCALES:
+        drawn = near[None] if power is None else near + 2.0**power * rng.uniform(-1.0, 1.0, (DRAWN, len(names)))
+        yield from _iterate_broken(game, claim, np.clip(drawn, *ends.T))
+
+
+def iterate_anywhere(game: PlayedGame, claim: SystemClaim) -> Iterator[Course]:
+    """Episodes of the game that seem to break a claim, of some from anywhere in its start region."""
+    names, ends = _list_places(game)
+    drawn: Float64 = np.random.default_rng(SEED).uniform(ends[:, 0], ends[:, 1], (ANYWHERE, len(names)))
+    yield from _iterate_broken(game, claim, drawn)
+
+
+def _list_places(game: PlayedGame) -> tuple[list[str], Float64]:
+    """The coordinates that a start chooses, and their float64 bounds [n, 2]: places of agents and landmarks."""
+    world = game.origin.world
+    entities = (*world.agents, *world.landmarks)
+    known = {one.name for one in game.statement.system.variables}
+    names = [f"{each.name}.{axis}" for each in entities for axis in "xy" if f"{each.name}.{axis}" in known]
+    bounds = _bound_starts(game.statement)
+    ends = [[float(place_in(end, bounds[name], 0)) for end in bounds[name]] for name in names]
+    return names, np.array(ends, np.float64)
+
+
+def _bound_starts(statement: Statement) -> dict[str, Interval]:
+    """The box of all starts."""
+    bounds = {one.name: one.range for one in statement.system.variables}
+    for half in statement.system.start:
+        if len(half.form.terms) == 1:
+            ((name, factor),) = half.form.terms
+            end, (low, high) = -half.form.constant / factor, bounds[name]
+            bounds[name] = (low, min(high, end)) if factor > 0 else (max(low, end), high)
+    return bounds
+
+
+def _find_goal(game: PlayedGame) -> str | None:
+    """The landmark at which the goal is in all starts: whose place its features are of. None where nobody reads it."""
+    marks = [each.name for each in game.origin.world.landmarks]
+    for policy in game.origin.agents:
+        for feature in policy.features:
+            known = {name for _, name in meaning_of(feature).terms}
+            if any(name.startswith(f"{GOAL}.") for name in known):
+                stated = {name for name, _ in game.statement.system.features[policy.agent][feature.name].form.terms}
+                named = {name.rpartition(".")[0] for name in stated - known}
+                if at := [mark for mark in marks if mark in named]:
+                    return at[0]
+    return None
+
+
+def _iterate_broken(game: PlayedGame, claim: SystemClaim, drawn: Float64) -> Iterator[Course]:
+    """The episodes from starts, [n, n_places], that seem to break a claim: the first few of them."""
+    names, _ = _list_places(game)
+    episodes = _play(game, claim, dict(zip(names, drawn.T, strict=True)), len(drawn))
+    for row in np.flatnonzero(_seem_broken(claim, episodes, len(drawn)))[:TRIED]:
+        states = [{name: Fraction(float(values[row])) for name, values in planes.items()} for planes in episodes]
+        yield _course(game, states)
+
+
+def _play(game: PlayedGame, claim: SystemClaim, places: Mapping[str, Float64], count: int) -> list[dict[str, Float64]]:
+    """The game's variables after each step, by the names of the file, [batch] each."""
+    world, goal = game.origin.world, _find_goal(game)
+    entities = (*world.agents, *world.landmarks)
+    position = np.zeros((len(entities), 2, count))
+    velocity = np.zeros((len(world.agents), 2, count))
+    for number, entity in enumerate(entities):
+        for axis, letter in enumerate("xy"):
+            position[number, axis] = places.get(f"{entity.name}.{letter}", 0.0)
+    motion = Motion(world, [game.origin.policy(each.name).actions for each in world.agents])
+    known = {one.name for one in game.statement.system.variables}
+    episodes: list[dict[str, Float64]] = []
+    for step in range(claim.steps + 1):
+        planes = {
+            f"{each.name}.{letter}": position[number, axis].copy()
+            for number, each in enumerate(entities)
+            for axis, letter in enumerate("xy")
+        }
+        planes |= {
+            f"{each.name}.v{letter}": velocity[number, axis].copy()
+            for number, each in enumerate(world.agents)
+            for axis, letter in enumerate("xy")
+        }
+        episodes.append({name: values for name, values in planes.items() if name in known})
+        planes |= {f"{GOAL}.{letter}": planes[f"{goal}.{letter}"] for letter in "xy"} if goal else {}
+        if step < claim.steps:
+            position, velocity = motion.step(position, velocity, _choose(game.origin, planes, count))
+    return episodes
+
+
+def _choose(origin: PolicyProfile, planes: Mapping[str, Float64], count: int) -> Int32:
+    """What the game's agents do, [batch, n_agents]."""
+    rows = np.zeros((count, len(origin.world.coordinates())))
+    for place, name in enumerate(origin.world.coordinates()):
+        rows[:, place] = planes.get(name, 0.0)
+    policies = [origin.policy(each.name) for each in origin.world.agents]
+    return np.stack([act(p, observe(p.features, rows, origin.world, p.numbers)) for p in policies], axis=1)
+
+
+def _seem_broken(claim: SystemClaim, episodes: Sequence[Mapping[str, Float64]], count: int) -> Bool:
+    """Which episodes seem to break a claim, but for roundings, [batch]."""
+    broken, going = np.zeros(count, np.bool_), np.ones(count, np.bool_)
+    for step, planes in enumerate(episodes):
+        asked = Batch(planes, count)
+        broken |= going & asked.holds(claim.violation_at(step), {})
+        going &= ~broken & ~asked.holds(claim.fulfilment_at(step), {})
+    return broken
+
+
+def _course(game: PlayedGame, states: Sequence[State]) -> Course:
+    """An episode of the game as one of the file: by how much each step, and each observation, was off."""
+    origin, profile, statement = game.origin, game.profile, game.statement
+    system = statement.system
+    goal, extended = _find_goal(game), list[State]()
+    for state in states:
+        at = {**state, **({f"{GOAL}.{axis}": state[f"{goal}.{axis}"] for axis in "xy"} if goal else {})}
+        ensure_observed(origin, statement, noisy := with_noise(origin, statement, at))
+        kept = {one.name: noisy[one.name] for one in system.variables}
+        extended.append(with_roundings(statement, kept))
+    anew = {each.rounding for policy in origin.agents for each in list_observed(policy)}
+    anew |= set(list_roundings(statement))
+    errors: list[dict[str, Fraction]] = []
+    for before, after in pairwise(extended):
+        (piece,) = system.pieces
+        chosen = choose_actions(system, profile, before)
+        joint = {each.agent: each.actions[chosen[each.agent]].name for each in profile.agents}
+        exact = piece.step(before, joint, {})
+        errors.append({name: after[name] - (0 if name in anew else exact[name]) for name in piece.error})
+    return Course(extended[0], errors)
