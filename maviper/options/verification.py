@@ -99,7 +99,7 @@ class SystemOptions(TypedDict, total=False):
         Option(
             None,
             BUDGETS,
-            "With --world: limit on what all claims together may spend, in boxes, about a million a second"
-            " (default: 60000000).",
+            "With --world, and for episodes of teams that test sums: limit on what all claims together may spend, in"
+            " boxes, about a million a second (default: 60000000).",
         ),
     ]
