@@ -36,7 +36,6 @@ from maviper.worlds.stated.systems import file_of, read
 from maviper.worlds.stated.written import episodes
 from verify.checker.reading import RejectedError
 from verify.checker.systems.enclosures import ensure_curves, ensure_enclosed
-from verify.claims.episodes import EpisodeClaim
 from verify.claims.formula import holds
 from verify.claims.observed import View
 from verify.claims.region import UNBOUNDED
@@ -147,7 +146,7 @@ class StatedWorld:
                 raise InputError(f"{option} has no effect on claims of agents that test sums", option, "leave it out")
         region = resolve_region(profile, None, options.region)
         posed = pose_claims(profile, None, region, options)
-        moving = any(isinstance(each.claim, EpisodeClaim) for each in posed)
+        moving = any(map(game_episodes.counts_steps, posed))
         source, places = (game_episodes.world_of if moving else world_of_game)(profile, posed)
         statement = statement_of(source, WORLD_FILE)
         asked = replace(options, file=None)

@@ -12,7 +12,7 @@ numbers that episodes can come to. A rounding of what is observed is anywhere wi
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 from codegen.dynamics import accelerations, partners
 from codegen.errors import InputError
@@ -21,7 +21,7 @@ from maviper.verification.ask import Posed
 from maviper.verification.games.decisions import bound_coordinates, list_conditions
 from maviper.verification.games.observing import GROWN, PLACE, UNIT, list_noise, spell_agent, spell_ends
 from verify.checker.episodes.reading import matchings
-from verify.claims.episodes import EpisodeClaim, KeepsApart, Reaches
+from verify.claims.episodes import EpisodeClaim
 from verify.claims.region import Interval, Region
 from verify.exact import plain
 from verify.exact import text as number_text
@@ -72,12 +72,17 @@ def world_of(profile: PolicyProfile, posed: Sequence[Posed]) -> tuple[str, tuple
     return f"{head}{start}{motion}{''.join(each for each, _ in properties)}", tuple(each for _, each in properties)
 
 
+def counts_steps(posed: Posed) -> bool:
+    """Whether a claim is about episodes."""
+    return "steps" in posed.claim.parameters
+
+
 def _ensure_in_steps(posed: Posed) -> EpisodeClaim:
     """The claim, as one about so many steps."""
-    claim = posed.claim
-    if not isinstance(claim, EpisodeClaim):
-        what = f"{claim.name} is about single decisions, and stands beside claims about episodes"
+    if not counts_steps(posed):
+        what = f"{posed.claim.name} is about single decisions, and stands beside claims about episodes"
         raise InputError(what, "--property", "ask about decisions and episodes one after the other")
+    claim = cast("EpisodeClaim", posed.claim)
     if claim.ever:
         what = f"{claim.name} for ever is not decided of teams that test sums"
         raise InputError(what, "--steps", "name a number of steps")
@@ -187,16 +192,17 @@ def _properties(profile: PolicyProfile, claim: EpisodeClaim, region: Region) -> 
     where = f"from region {region.name or 'given'}, at rest"
     shown = claim.label or f"{claim.name} of the {claim.team}"
     team = [policy.agent for policy in profile.team(claim.team)]
-    if isinstance(claim, Reaches):
-        for agent, mark in zip(team, claim.landmarks, strict=True):
-            near = _near(agent, mark, claim.radius)
-            yield _property(f"{shown}: {agent} to {mark}, {where}", "reaches", claim.steps, [near]), where
-    elif isinstance(claim, KeepsApart):
-        inside = [_near(*pair, claim.radius, strict=True) for pair in claim.pairs(profile)]
+    if claim.apart:
+        (pairs,) = matchings(profile, claim)
+        inside = [_near(*pair, claim.radius, strict=True) for pair in pairs]
         yield _property(f"{shown}, {where}", "avoids", claim.steps, inside), where
     elif claim.farthest is not None:
         bounds = [f"{agent}.{axis} {side}" for agent in team for axis in "xy" for side in _sides(claim.radius)]
         yield _property(f"{shown}, {where}", "stays_in", claim.steps, [bounds]), where
+    elif claim.always:
+        for agent, mark in zip(team, claim.named, strict=True):
+            near = _near(agent, mark, claim.radius)
+            yield _property(f"{shown}: {agent} to {mark}, {where}", "reaches", claim.steps, [near]), where
     else:
         ways = [
             [bound for agent, mark in matching for bound in _near(agent, mark, claim.radius)]

@@ -96,20 +96,20 @@ def list_noise(
     return roundings, off
 
 
-def spell_agent(policy: AgentPolicy, noise: Iterable[str], actions: str, goal: str = PLACE) -> str:
+def spell_agent(policy: AgentPolicy, noise: Iterable[str], actions: str, mark: str = PLACE) -> str:
     """The tables of an agent. `noise`: the names of all roundings and errors; `actions`: the lines of its actions;
-    `goal`: whose place the goal's is.
+    `mark`: whose place the goal's is.
     """
     known = frozenset(noise)
-    spelled = {each.name: _spell_feature(Observed(policy, each), known, goal) for each in policy.features}
+    spelled = {each.name: _spell_feature(Observed(policy, each), known, mark) for each in policy.features}
     features = "".join(f'{name} = "{each}"\n' for name, each in spelled.items())
     head = f'\n[agents.{policy.agent}]\nteam = "{policy.team}"\n'
     return f"{head}[agents.{policy.agent}.features]\n{features}[agents.{policy.agent}.actions]\n{actions}"
 
 
-def _spell_feature(observed: Observed, noise: frozenset[str], goal: str) -> str:
+def _spell_feature(observed: Observed, noise: frozenset[str], mark: str) -> str:
     """What a feature is, as world files write it."""
-    terms = [f"{number_text(Fraction(weight))}*{call_in_file(name, goal)}" for weight, name in observed.meaning.terms]
+    terms = [f"{number_text(Fraction(weight))}*{call_in_file(name, mark)}" for weight, name in observed.meaning.terms]
     off = [name for name in (observed.error, observed.rounding) if name in noise]
     added = " + ".join([*terms, *off]) or "0"
     if observed.meaning.function == "zero":
@@ -173,9 +173,9 @@ def place_in(exact: Fraction, ends: Interval, step: int) -> Fraction:
 # --- names
 
 
-def call_in_file(coordinate: str, goal: str = PLACE) -> str:
-    """What the file calls a coordinate. `goal`: whose place the goal's is."""
-    return coordinate.replace(GOAL, goal, 1) if coordinate.startswith(f"{GOAL}.") else coordinate
+def call_in_file(coordinate: str, mark: str = PLACE) -> str:
+    """What the file calls a coordinate. `mark`: whose place the goal's is."""
+    return coordinate.replace(GOAL, mark, 1) if coordinate.startswith(f"{GOAL}.") else coordinate
 
 
 def find_coordinate(called: str) -> str:

@@ -15,7 +15,7 @@ from maviper.verification.ask import VerifyOptions
 from maviper.verification.run import results
 from tests.hunting import giving
 from tests.hunting.playing import _environment
-from tests.maviper.verification.test_game_sums import team
+from tests.support.game_sums import team
 from tests.support.generated import FOLDER
 from verify.claims.region import Region
 from verify.claims.uncertified.starts import start_region

@@ -1,6 +1,5 @@
 """Claims about single decisions of teams that test sums, in the states of their game, roundings included."""
 
-import itertools
 import tomllib
 from dataclasses import replace
 from fractions import Fraction
@@ -8,7 +7,6 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from codegen import ir
 from codegen.errors import InputError, RefusedError
 from codegen.ir import act
 from codegen.observe import observe
@@ -22,9 +20,8 @@ from maviper.verification.files.certificates import check_file
 from maviper.verification.games.decisions import world_of
 from maviper.verification.games.observing import call_in_file, ensure_observed, list_observed, with_noise
 from maviper.verification.stated import StatedWorld
+from tests.support.game_sums import team
 from tests.support.generated import FOLDER
-from tests.support.giving import tamed
-from tests.support.summed import policy
 from tests.support.zone_cases import random_tree
 from verify.claims.catalogue import find_claim
 from verify.claims.decisions import formula
@@ -36,29 +33,6 @@ from verify.exact import plain
 from verify.result import Verdict
 from verify.states.state import sample
 from verify.systems.claims import SystemClaim
-
-
-def team(seed, arithmetic=DOUBLE_SUMS, levels=3):
-    """The shipped team of deception, with random trees that test sums of what the agents observe."""
-    plain = load(FOLDER / "profile.json")
-    rng = np.random.default_rng(seed)
-    policies = []
-    for place, each in enumerate(plain.agents):
-        seeds = itertools.count(seed * 1_000 + place, 10)
-        drawn = next(filter(has_sums, (draw_tree(at, arithmetic, levels, each) for at in seeds)))
-        kept = {name: getattr(drawn.tree, name) for name in ("numbers", "arithmetic", "sums", "vectors", "gives")}
-        actions = np.where(drawn.tree.action >= 0, rng.integers(0, len(each.actions), len(drawn.tree.action)), -1)
-        arrays = (drawn.tree.feature, drawn.tree.threshold, drawn.tree.left, drawn.tree.right, actions)
-        policies.append(replace(each, tree=ir.Tree(*arrays, **kept), grown=None))
-    return replace(plain, agents=tuple(policies), region=None)
-
-
-def draw_tree(seed, arithmetic, levels, real):
-    return tamed(policy(seed, arithmetic, levels=levels, n_features=len(real.features)))
-
-
-def has_sums(each):
-    return bool(each.tree.sums)
 
 
 def region_of(profile, seed):

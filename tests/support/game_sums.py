@@ -1,0 +1,36 @@
+"""Teams of deception with random trees that test sums."""
+
+import itertools
+from dataclasses import replace
+
+import numpy as np
+
+from codegen import ir
+from codegen.sums import DOUBLE_SUMS
+from maviper.files.profiles import load
+from tests.support.generated import FOLDER
+from tests.support.giving import tamed
+from tests.support.summed import policy
+
+
+def team(seed, arithmetic=DOUBLE_SUMS, levels=3):
+    """The shipped team of deception, with random trees that test sums of what the agents observe."""
+    plain = load(FOLDER / "profile.json")
+    rng = np.random.default_rng(seed)
+    policies = []
+    for place, each in enumerate(plain.agents):
+        seeds = itertools.count(seed * 1_000 + place, 10)
+        drawn = next(filter(has_sums, (draw_tree(at, arithmetic, levels, each) for at in seeds)))
+        kept = {name: getattr(drawn.tree, name) for name in ("numbers", "arithmetic", "sums", "vectors", "gives")}
+        actions = np.where(drawn.tree.action >= 0, rng.integers(0, len(each.actions), len(drawn.tree.action)), -1)
+        arrays = (drawn.tree.feature, drawn.tree.threshold, drawn.tree.left, drawn.tree.right, actions)
+        policies.append(replace(each, tree=ir.Tree(*arrays, **kept), grown=None))
+    return replace(plain, agents=tuple(policies), region=None)
+
+
+def draw_tree(seed, arithmetic, levels, real):
+    return tamed(policy(seed, arithmetic, levels=levels, n_features=len(real.features)))
+
+
+def has_sums(each):
+    return bool(each.tree.sums)
