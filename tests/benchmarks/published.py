@@ -6,7 +6,7 @@
 The register stands in NAME.toml: claims, cells in the order in which they are made, and their words. `published` is the
 default; `steps` undoes what the released code does besides its text, one by one, and has a figure; `splits` compares
 splits by every threshold with histograms; `factorial` combines what MAVIPER and IVIPER differ in; `learner` has our own
-algorithm beside the paper's, and `rows` what others propose. --plan prints a register with its cells, CPU time and
+algorithm beside the paper's; `rows` and `direct` what others propose. --plan prints a register with its cells, CPU time and
 power. Without an option the missing cells are made, one after the other, then the tables are printed; --tables only
 prints. Every cell is a file in the folder, so an interrupted run goes on where it was. --record writes what the
 finished cells come to, the tables and figures into a folder, in the form of compact.py; a folder of cells may hold such
@@ -276,7 +276,9 @@ def again_lines(register, digest, name, folder, record):
 def main():
     """Makes what is missing, and prints the tables."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--register", default="published", help="published, steps, splits, factorial, learner or rows")
+    parser.add_argument(
+        "--register", default="published", help="published, steps, splits, factorial, learner, rows or direct"
+    )
     parser.add_argument("--plan", action="store_true", help="print cells, CPU time and power")
     parser.add_argument("--tables", action="store_true", help="make nothing")
     parser.add_argument("--cells", type=Path, help="where cells lie")

@@ -116,12 +116,21 @@ def settings_of(register, world, cell):
     return Settings.of({**given, "max_depth": cell.depth, "seed": cell.seed}, world).complete().deal_budget(world)
 
 
+def trees_of(register, expert, world, cell):
+    """The cell's profile: extracted, or learned by reward alone, where its algorithm says `direct`."""
+    direct = register["algorithms"][cell.algorithm].get("direct")
+    if direct is not None:
+        from tests.benchmarks import gradient  # torch takes a second
+
+        return gradient.trained(world, cell.depth, cell.seed, direct)
+    return extract(world, expert, settings_of(register, world, cell))
+
+
 def make(register, digest, cell, folder):
     """Makes one cell."""
     started = time.process_time()
     expert, world = expert_of(cell.game, cell.expert)
-    settings = settings_of(register, world, cell)
-    profile = extract(world, expert, settings)
+    profile = trees_of(register, expert, world, cell)
     lineups = {name: each for name, each in replacing(world, expert, profile).items() if name != "all"}
     lineups["expert"] = [expert] * len(world.agents), tuple(world.teams)
     values = {}
@@ -132,7 +141,6 @@ def make(register, digest, cell, folder):
         "register": digest,
         "tool": f"maviper {version()}",
         "expert": expert.hash,
-        "iterations": settings.iterations,
     }
     told |= {"training": dict(profile.provenance.training), "seconds": round(time.process_time() - started, 1)}
     runs.write(folder / cell.name, json.dumps({**told, "values": values}, sort_keys=True) + "\n")
