@@ -75,7 +75,7 @@ def straight_through(soft, hard):
 
 
 def tree_of(features, thresholds, actions):
-    """A full tree, from tests level by level and leaves from left to right. Tests whose sides say alike are left out."""
+    """A full tree, from tests level by level and leaves from left to right. Tests of two equal leaves are left out."""
     rows = []
 
     def add(test):

@@ -6,9 +6,9 @@
 The register stands in NAME.toml: claims, cells in the order in which they are made, and their words. `published` is the
 default; `steps` undoes what the released code does besides its text, one by one, and has a figure; `splits` compares
 splits by every threshold with histograms; `factorial` combines what MAVIPER and IVIPER differ in; `learner` has our own
-algorithm beside the paper's; `rows` and `direct` what others propose. --plan prints a register with its cells, CPU time and
-power. Without an option the missing cells are made, one after the other, then the tables are printed; --tables only
-prints. Every cell is a file in the folder, so an interrupted run goes on where it was. --record writes what the
+algorithm beside the paper's; `rows` and `direct` have what others propose. --plan prints a register with its cells, CPU
+time and power. Without an option the missing cells are made, one after the other, then the tables are printed; --tables
+only prints. Every cell is a file in the folder, so an interrupted run goes on where it was. --record writes what the
 finished cells come to, the tables and figures into a folder, in the form of compact.py; a folder of cells may hold such
 a record, and its cells count as made.
 --cell makes one cell alone, and prints the hash of its episodes beside that of the committed record.
