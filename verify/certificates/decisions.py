@@ -10,7 +10,7 @@ from typing import Any
 from codegen.floats import rational_literal
 from codegen.form.layout import layout
 from verify.certificates.proofs import proof_lines
-from verify.checker.decisions.certificates import COMPARED, NAMED, NOISY, UNREAD, Certificate
+from verify.checker.decisions.certificates import NAMED, NOISY, UNREAD, Certificate
 from verify.checker.envelope import body_hash
 from verify.claims.decisions import DecisionClaim
 from verify.claims.region import goal_text
@@ -38,5 +38,5 @@ def to_json(certificate: Certificate) -> str:
 def _property_document(claim: DecisionClaim) -> dict[str, Any]:
     read = claim.parameters
     values = {"name": claim.name, "team": claim.team, "margin": claim.margin, "radius": claim.radius, **UNREAD, **read}
-    stated = {name: values[name] for name in (*NAMED, *NOISY, *COMPARED) if name in values}
+    stated = {name: values[name] for name in dict.fromkeys((*NAMED, *NOISY, *read)) if name in values}
     return {name: list(value) if isinstance(value, tuple) else str(value) for name, value in stated.items()}

@@ -6,7 +6,7 @@ Does not: prove, or write (verify/certificates).
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from fractions import Fraction
 from typing import Any, TypeAlias
 
@@ -42,9 +42,8 @@ PARTED = "maviper-certificate-2"  # its proofs are those of the conjuncts, one a
 MAX_BYTES = 1 << 30
 NAMED = ("name", "team", "margin", "radius", "kappa", "landmarks")  # of a property, what a certificate states
 NOISY = ("eps", "of")  # and of steady
-COMPARED = ("agents", "agent", "feature", "direction", "features", "order")  # and of claims that compare decisions
-LISTS = ("landmarks", "agents", "features", "order")
-TEXTS = ("team", "agent", "feature", "direction")
+COMPARED = tuple(dict.fromkeys(name for kind in RELATIONS.values() for name in kind.reads))  # of those that compare
+TYPES = {each.name: each.type for kind in (*BY_NAME.values(), *RELATIONS.values()) for each in fields(kind)}
 UNREAD = {"kappa": KAPPA, "landmarks": ()}  # what it states of a property that does not read them
 _Parameter: TypeAlias = str | Fraction | tuple[str, ...]  # of a named property
 
@@ -237,10 +236,10 @@ def _property(document: Mapping[str, str | list[str]]) -> DecisionClaim:
     for name, value in document.items():
         if name not in named:
             raise ValueError(f"$.property.{name}: a certificate states {', '.join(named)}")
-        if isinstance(value, str) == (name in LISTS):
+        if isinstance(value, str) == (TYPES.get(name) == tuple[str, ...]):
             raise ValueError(f"$.property.{name}: {value}")
         if name not in ("name", "of"):
-            text = name in TEXTS
+            text = TYPES[name] is str
             given[name] = value if text else tuple(value) if isinstance(value, list) else read_number(value)
     made = (BY_NAME | RELATIONS)[str(kind)]
     for name, usual in UNREAD.items():
