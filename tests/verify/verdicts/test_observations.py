@@ -136,6 +136,17 @@ def test_mirrored_features_have_mirrored_actions(seed, mirrored, numbers):
     assert holds or seed % 4 or numbers == "float64"
 
 
+def test_a_proof_about_some_mirrored_features_is_none_about_others():
+    """The formula is the same whichever features are mirrored: the view says which."""
+    profile = blind({"agent": odd_tree(0)}, {"agent": NAMES[:2]})
+    claim = Symmetric("team", agent="agent", features=("angle",), order=ACTIONS)
+    certificate = by_zones(asked(profile, claim)).certificate
+    assert check_certificate(certificate, profile) > 0
+    for features in ((), ("spin",), ("angle", "spin")):
+        with pytest.raises(RejectedError, match="the view is not the one"):
+            check_certificate(replace(certificate, claim=replace(claim, features=features)), profile)
+
+
 def odd_tree(seed):
     """Left below -t, right above t, else stay; the float32 number below t ends the right side."""
     end = float(np.float32(0.25 + seed / 8))

@@ -92,6 +92,9 @@ def check_certificate(certificate: Certificate, profile: PolicyProfile, against:
             same = False
         if not same:
             raise RejectedError(f"the formula is not the one that {claim.name} has for this profile")
+        view = certificate.view or View()
+        if claim.of_view(view) != view:  # a formula need not name the features in which a copy differs
+            raise RejectedError(f"the view is not the one that {claim.name} is about")
         ensure_askable(profile, claim)
         if claim.eps != certificate.eps:
             raise RejectedError(
