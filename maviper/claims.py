@@ -122,6 +122,15 @@ class Monotone(Claim):
 
 
 @dataclass(frozen=True, kw_only=True)
+class Ignores(Claim):
+    """An agent takes the same action whatever value one feature has."""
+
+    name = "ignores"
+    feature: str
+    agent: str | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
 class Symmetric(Claim):
     """Where features have the opposite sign, an agent takes the opposite action of the order."""
 

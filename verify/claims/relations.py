@@ -61,36 +61,26 @@ class Differ(Agree):
 
 
 @dataclass(frozen=True)
-class Monotone(DecisionClaim):
-    """That raising one feature alone never makes an agent's action fall (or rise), actions being in some order.
+class _Moving(DecisionClaim):
+    """What an agent does where one feature has another value and all others stay.
 
-    It is about a view in which the agent stands twice, the copy with a value of the feature that is not lower.
+    It is about a view in which the agent stands twice, the copy with a value of its own of the feature.
     """
 
-    of = "monotone"
-    words = "if the feature of the agent is raised and all others stay, its action does not move against the direction"
-    reads = ("agent", "feature", "direction", "order")
+    reads = ("agent", "feature")
     hardens = landmark_each = False
 
     agent: str = ""
     feature: str = ""
-    direction: str = INCREASING
-    order: tuple[str, ...] = ()  # all actions, lowest first; empty: in the profile's order
 
     def of_view(self, view: View) -> View:
         """The view that the claim is about: with a copy of the agent."""
         return replace(view, raised=Raised(self.agent, self.feature))
 
-    def states(self, profile: PolicyProfile) -> Formula:
-        """What is claimed where the assumption holds. LookupError for a profile without the copy."""
-        lower, higher = (profile.policy(name) for name in (self.agent, copy_of(self.agent)))
-        low, high = (self._variable(policy) for policy in (lower, higher))
-        names = [action.name for action in lower.actions]
-        ranks = [names.index(name) for name in self.order or names]
-        ranks = ranks[::-1] if self.direction == DECREASING else ranks
-        above = [(_takes(lower.agent, ranks[k:]), _takes(higher.agent, ranks[k:])) for k in range(1, len(ranks))]
-        keeps = [disjunction(negate(of_lower), of_higher) for of_lower, of_higher in above]
-        return disjunction(negate(below({low: 1, high: -1}, 0)), conjunction(*keeps))
+    def _twice(self, profile: PolicyProfile) -> tuple[AgentPolicy, AgentPolicy, str, str]:
+        """The agent, its copy, and the feature's variable of either. LookupError for a profile without the copy."""
+        one, other = (profile.policy(name) for name in (self.agent, copy_of(self.agent)))
+        return one, other, self._variable(one), self._variable(other)
 
     def _variable(self, policy: AgentPolicy) -> str:
         meaning = next(one.meaning for one in policy.features if one.name == self.feature)
@@ -99,17 +89,56 @@ class Monotone(DecisionClaim):
         return meaning.terms[0][1]
 
     def ensure(self, profile: PolicyProfile) -> None:
-        """InputError unless agent, feature, direction and order are the profile's."""
+        """InputError unless agent and feature are the profile's."""
         super().ensure(profile)
         if profile.world.variables and not (self.agent and self.feature):
-            raise InputError("monotone is about one feature of one agent", "", "name them: --agent A --feature F")
-        policy = _one_of(self, self.agent, profile)
-        features = [feature.name for feature in policy.features]
+            raise InputError(f"{self.of} is about one feature of one agent", "", "name them: --agent A --feature F")
+        features = [feature.name for feature in _one_of(self, self.agent, profile).features]
         if self.feature not in features:
             raise UnknownNameError("feature", self.feature, features, "feature")
+
+
+@dataclass(frozen=True)
+class Monotone(_Moving):
+    """That raising one feature alone never makes an agent's action fall (or rise), actions being in some order."""
+
+    of = "monotone"
+    words = "if the feature of the agent is raised and all others stay, its action does not move against the direction"
+    reads = ("agent", "feature", "direction", "order")
+
+    direction: str = INCREASING
+    order: tuple[str, ...] = ()  # all actions, lowest first; empty: in the profile's order
+
+    def states(self, profile: PolicyProfile) -> Formula:
+        """What is claimed where the assumption holds. LookupError for a profile without the copy."""
+        lower, higher, low, high = self._twice(profile)
+        names = [action.name for action in lower.actions]
+        ranks = [names.index(name) for name in self.order or names]
+        ranks = ranks[::-1] if self.direction == DECREASING else ranks
+        above = [(_takes(lower.agent, ranks[k:]), _takes(higher.agent, ranks[k:])) for k in range(1, len(ranks))]
+        keeps = [disjunction(negate(of_lower), of_higher) for of_lower, of_higher in above]
+        return disjunction(negate(below({low: 1, high: -1}, 0)), conjunction(*keeps))
+
+    def ensure(self, profile: PolicyProfile) -> None:
+        """InputError unless direction and order too are the profile's."""
+        super().ensure(profile)
         if self.direction not in DIRECTIONS:
             raise UnknownNameError("direction", self.direction, DIRECTIONS, "direction")
-        _ensure_order(self.order, policy)
+        _ensure_order(self.order, _one_of(self, self.agent, profile))
+
+
+@dataclass(frozen=True)
+class Ignores(_Moving):
+    """That an agent takes the same action whatever value one feature has."""
+
+    of = "ignores"
+    words = "whatever value the feature of the agent takes while all others stay, it takes the same action"
+
+    def states(self, profile: PolicyProfile) -> Formula:
+        """What is claimed where the assumption holds. LookupError for a profile without the copy."""
+        one, other, *_ = self._twice(profile)
+        actions = range(len(one.actions))
+        return conjunction(*(disjunction(negate(Acts(one.agent, k)), Acts(other.agent, k)) for k in actions))
 
 
 @dataclass(frozen=True)
@@ -175,4 +204,4 @@ def _takes(agent: str, actions: Sequence[int]) -> Formula:
     return disjunction(*(Acts(agent, action) for action in actions))
 
 
-RELATIONS: dict[str, type[DecisionClaim]] = {kind.of: kind for kind in (Agree, Differ, Monotone, Symmetric)}
+RELATIONS: dict[str, type[DecisionClaim]] = {kind.of: kind for kind in (Agree, Differ, Monotone, Ignores, Symmetric)}

@@ -16,7 +16,7 @@ from verify.checker.decisions.certificates import check_certificate, from_json
 from verify.checker.reading import RejectedError
 from verify.claims.formula import Acts, below, conjunction, disjunction, negate
 from verify.claims.observed import Mirrored, View, view_from
-from verify.claims.relations import DECREASING, INCREASING, Agree, Differ, Monotone, Symmetric
+from verify.claims.relations import DECREASING, INCREASING, Agree, Differ, Ignores, Monotone, Symmetric
 from verify.claims.uncertified.own import OwnFormula
 from verify.claims.uncertified.starts import everywhere
 from verify.claims.uncertified.views import Viewed, carry_region
@@ -114,6 +114,39 @@ def test_a_feature_is_raised_alone(seed, direction, numbers):
         "team", agent="agent", feature="angle", direction=direction, order=tuple(ACTIONS[n] for n in order)
     )
     assert verdicts(asked(profile, claim)) == expected(holds)
+
+
+@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("numbers", ["float32", "float64"])
+def test_a_feature_is_ignored(seed, numbers):
+    rng = np.random.default_rng(250 + seed)
+    grown = typed(blind_tree(rng, 2), numbers)
+    if seed % 2:  # a tree that tests the feature, of which one side acts as the other
+        grown = replace(grown, action=np.where(grown.action < 0, grown.action, rng.integers(3)))
+    profile = blind({"agent": grown}, {"agent": NAMES[:2]})
+    angles, spins = (representatives(breaks([(grown, k)], k), -SIDE, SIDE) for k in (0, 1))
+    holds = all(len({acts(grown, [angle, spin]) for angle in angles}) == 1 for spin in spins)
+    assert holds or not seed % 2
+    assert verdicts(asked(profile, Ignores("team", agent="agent", feature="angle"))) == expected(holds)
+
+
+def test_a_proof_that_a_feature_is_ignored_shows_no_other_claim():
+    grown = tree((1, 0.5, 1, 2), 0, 2)
+    profile = blind({"agent": grown}, {"agent": NAMES[:2]})
+    certificate = by_zones(asked(profile, Ignores("team", agent="agent", feature="angle"))).certificate
+    assert check_certificate(certificate, profile) > 0
+    for claim in (
+        Ignores("team", agent="agent", feature="spin"),
+        Monotone("team", agent="agent", feature="angle"),
+    ):
+        with pytest.raises((RejectedError, InputError)):
+            check_certificate(replace(certificate, claim=claim), profile)
+        viewed = asked(profile, claim)
+        with pytest.raises((RejectedError, InputError)):
+            check_certificate(replace(certificate, claim=claim, view=viewed.viewed.view), profile)
+    other = blind({"agent": tree((0, 0.5, 1, 2), 0, 2)}, {"agent": NAMES[:2]})
+    with pytest.raises(RejectedError):
+        check_certificate(replace(certificate, profile=content_hash(other)), other)
 
 
 @pytest.mark.parametrize("seed", range(12))

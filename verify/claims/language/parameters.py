@@ -49,8 +49,8 @@ class Parameters(TypedDict, total=False):
     of: Annotated[str | None, "steady: the property that must stay true."]
     eps: Annotated[Number | None, "steady: the largest error of each feature (default: 1/100)."]
     agents: Annotated[Names | None, "agree, differ: the two agents."]
-    agent: Annotated[str | None, "monotone, symmetric: the agent."]
-    feature: Annotated[str | None, "monotone: the feature to raise."]
+    agent: Annotated[str | None, "monotone, ignores, symmetric: the agent."]
+    feature: Annotated[str | None, "monotone: the feature to raise; ignores: the feature that does not matter."]
     direction: Annotated[str | None, "monotone: increasing (default) or decreasing."]
     features: Annotated[Names | None, "symmetric: the features whose sign changes (default: all)."]
     order: Annotated[
