@@ -86,12 +86,12 @@ class Frame(NamedTuple):
 
     centre: tuple[Double, ...]
     inverse: tuple[tuple[Double, ...], ...]
-    columns: tuple[tuple[Double, ...], ...]  # of the inverse
     matrix: tuple[tuple[Double, ...], ...]
     turned: tuple[tuple[Double, ...], ...]
     rest: tuple[Double, ...]
     slack: tuple[Double, ...]
     most: Double
+    well: tuple[Double, ...]
 
 
 class Grid(NamedTuple):
@@ -124,6 +124,7 @@ class Lookup:
     boxes: tuple[Ends, ...]  # the last one holds no state: it is the first of cells without a box
     most: int  # boxes of a cell, at most
     frames: tuple[Frame, ...] = ()  # of turned boxes: of each a state has to be in its frame too
+    inscribed: bool = False  # whether what is well in a frame is in its box
 
     @property
     def parts(self) -> int:
@@ -153,9 +154,8 @@ class Lookup:
     @property
     def comparisons(self) -> int:
         """The most that one step takes."""
-        each = (
-            10 * self.width if self.frames else 2 * self.width
-        )  # of z twice, of r and what is left both ends are compared
+        # of turned boxes: of the box twice, of z twice, of r and what is left both ends
+        each = 12 * self.width if self.frames else 2 * self.width
         return self.parts * (2 * len(self.axes[0]) + each * self.most)
 
 

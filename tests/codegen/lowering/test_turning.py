@@ -16,7 +16,7 @@ def drawn(rng, scale):
     turned = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
     matrix, centre = rng.normal(size=(2, 2)), rng.normal(size=2)
     rest = scale * rng.random(2)
-    reach = (np.abs(matrix).sum(axis=1) + np.abs(turned) @ rest) * rng.uniform(0.7, 1.1, 2)
+    reach = (np.abs(matrix).sum(axis=1) + np.abs(turned) @ rest) * rng.uniform(0.7, 1.4, 2)
     return Boxes((centre - reach)[None], (centre + reach)[None]), centre, matrix, rest, turned
 
 
@@ -34,12 +34,21 @@ def is_in_frame(x, centre, matrix, rest, turned):
     return True
 
 
+def find_corners(made, centre, matrix):
+    """The points whose z, as code computes it, are as large as they may be, or within a few roundings of that."""
+    signs = np.array([[1, 1], [1, -1], [-1, 1], [-1, -1], [1, 0], [0, 1]])
+    near = 1.0 + np.array([-4, -1, 0, 1, 4])[:, None, None] * 2.0**-53
+    points = centre + (signs * made.well[0] * near).reshape(-1, 2) @ matrix.T
+    z = (points - centre) @ made.inverse[0].T
+    return points[(np.abs(z) <= made.well[0]).all(axis=1)]
+
+
 @pytest.mark.parametrize("scale", [0.0, 1e-15, 1e-9, 0.5])
 @pytest.mark.parametrize("count", [6, pytest.param(200, marks=pytest.mark.slow)])
 def test_who_is_vouched_for_is_in_the_set(scale, count):
     """Points within, at the border, and a few roundings beyond; of the parallelepiped nearly all are vouched for."""
     rng = np.random.default_rng(int(-np.log10(scale + 1e-30)))
-    vouched = beyond = 0
+    vouched = beyond = inscribed = 0
     for _ in range(count):
         boxes, centre, matrix, rest, turned = drawn(rng, scale)
         made = turn_sets(boxes, centre[None], matrix[None], rest[None], turned[None], "here")
@@ -57,7 +66,12 @@ def test_who_is_vouched_for_is_in_the_set(scale, count):
         well = centre + rng.uniform(-0.999, 0.999, (40, 2)) @ matrix.T
         assert made.holds(well[((well >= boxes.low) & (well <= boxes.high)).all(axis=1)]).all()
         vouched += int(held.sum())
+        for point in find_corners(made, centre, matrix) if made.inscribed[0] else ():  # whose box is not compared
+            assert ((point >= boxes.low[0]) & (point <= boxes.high[0])).all()
+            assert is_in_frame(point, centre, matrix, rest, turned)
+            inscribed += 1
     assert vouched > 20 * count
+    assert inscribed  # there were boxes that need not be compared
     assert beyond  # there were points beyond the border
 
 
@@ -66,6 +80,7 @@ def test_a_start_is_its_box_and_what_is_flat_is_refused():
     boxes = Boxes(np.array([[0.1, 0.3]]), np.array([[0.7, 0.3]]))
     centre, straight, none = np.array([[0.4, 0.3]]), np.eye(2)[None], np.zeros((1, 2))
     made = turn_sets(boxes, centre, np.array([[[0.31, 0.0], [0.0, 0.0]]]), none, straight, "here")
+    assert not made.inscribed.any()
     corners = np.array([[0.1, 0.3], [0.7, 0.3], [np.nextafter(0.7, 1), 0.3], [0.4, np.nextafter(0.3, 1)]])
     assert made.holds(corners).tolist() == [True, True, False, False]
     for matrix in (np.array([[[0.31, 0.0], [0.31, 0.0]]]), np.array([[[0.31, 0.0], [0.0, 1e-13]]])):
