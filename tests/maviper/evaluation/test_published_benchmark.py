@@ -4,6 +4,7 @@ import hashlib
 import json
 import lzma
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 
 import pytest
@@ -327,6 +328,9 @@ def test_the_manual_says_what_the_record_found(committed):
     for claim in REGISTER["claims"]:
         if claim["id"] in TOLD:
             assert shown(committed.paired(claim, claim["experts"][0], 4)) in said
+    depths = next(claim for claim in REGISTER["claims"] if claim["id"] == "rounds-navigation-iviper-depths")
+    for expert, depth in product(depths["experts"], depths["depths"]):
+        assert shown(committed.paired(depths, expert, depth)) in said
     measure = "defenders success r=0.316"
     rows = [("paper", "maviper-every-round"), *(("released", name) for name in ("maviper", "iviper", "imitation"))]
     for preset, algorithm in rows:
