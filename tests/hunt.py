@@ -8,9 +8,9 @@ Does: asks questions from their seeds, goes on where the folder's last run ended
 Assumes: nothing; a finding is a seed, which asks the same question again.
 Does not: mend, or minimise what it finds.
 
-The judge (hunting/reading, meaning, places, judge, playing, stated, giving) knows profiles by their files and claims
-by their definitions, and imports nothing of ours. A verdict is wrong when it refutes it: PROVED by any violating state
-or start, VIOLATED by a counterexample that is none. UNKNOWN is counted.
+The judge (hunting/reading, meaning, places, judge, playing, stated, giving, summing) knows profiles by their files and
+claims by their definitions, and imports nothing of ours. A verdict is wrong when it refutes it: PROVED by any violating
+state or start, VIOLATED by a counterexample that is none. UNKNOWN is counted.
 """
 
 import argparse
@@ -19,7 +19,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from tests.hunting import asking, episodes, following, outputs, questions, systems
+from tests.hunting import asking, episodes, following, game_sums, outputs, questions, systems
 from tests.hunting.record import Record
 
 KINDS: dict[str, Callable[[int, bool], Any]] = {
@@ -30,6 +30,7 @@ KINDS: dict[str, Callable[[int, bool], Any]] = {
     "systems": systems.ask,
     "following": following.ask,
     "outputs": outputs.ask,
+    "game-sums": game_sums.ask,
     "double-episodes": lambda seed, thorough: episodes.ask(episodes.drawn(seed, doubled=True), thorough),
 }
 

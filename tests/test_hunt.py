@@ -18,6 +18,7 @@ from tests.hunting import (
     judge,
     outputs,
     places,
+    planted_games,
     planted_outputs,
     playing,
     questions,
@@ -34,7 +35,7 @@ from verify.systems.system import Affine
 
 pytestmark = pytest.mark.solver
 
-JUDGING = ("reading", "meaning", "places", "judge", "playing", "stated", "sampling", "giving")
+JUDGING = ("reading", "meaning", "places", "judge", "playing", "stated", "sampling", "giving", "summing")
 SLICE = {"decisions": 300, "episodes": 60, "doubles": 200, "double-episodes": 30}  # about a minute and a half in all
 LEAST = {
     "decisions": 0.3,
@@ -44,6 +45,7 @@ LEAST = {
 }  # of each verdict: a third in the long run, a few of sixty by chance
 FOUND_WITHIN = 2_000  # questions
 OUTPUTS_NOTICED_WITHIN = 120
+GAMES_NOTICED_WITHIN = 60
 OUTSIDE = 200  # questions for another solver
 
 
@@ -137,10 +139,25 @@ def test_a_fault_in_what_proves_or_checks_outputs_is_noticed(name):
     assert noticed
 
 
-def is_noticed(seed):
+@pytest.mark.parametrize("count", [4, pytest.param(24, marks=pytest.mark.slow)])
+def test_teams_that_test_sums_are_asked_and_judged(count):
+    record = hunt.hunt("game-sums", None, count, None)
+    assert record.wrong == []
+    assert record.share("verdict PROVED") >= 0.25 and record.share("verdict VIOLATED") >= 0.2
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", planted_games.FAULTS)
+def test_a_fault_in_what_a_game_states_is_noticed(name):
+    with pytest.MonkeyPatch.context() as patch:
+        planted_games.FAULTS[name](patch)
+        assert any(is_noticed(seed, "game-sums") for seed in range(GAMES_NOTICED_WITHIN))
+
+
+def is_noticed(seed, kind="outputs"):
     """Whether the judge, or the reference by which every counterexample is judged, contradicts an answer."""
     try:
-        return bool(hunt.KINDS["outputs"](seed, False).wrong)
+        return bool(hunt.KINDS[kind](seed, False).wrong)
     except AssertionError:
         return True
 

@@ -24,7 +24,7 @@ ROOM = 1e-9  # by which numpy's episodes may miss mpe2's where entities touch
 
 
 @cache
-def _environment(reference: str, agents: int, landmarks: int, prey: int) -> Any:
+def environment_of(reference: str, agents: int, landmarks: int, prey: int) -> Any:
     """mpe2's environment of a game, reset."""
     import mpe2
 
@@ -45,7 +45,7 @@ def _environment(reference: str, agents: int, landmarks: int, prey: int) -> Any:
 def environment(profile: Profile) -> Any:
     """The environment of a profile's world."""
     prey = sum(agent.team == "prey" for agent in profile.agents)
-    return _environment(profile.world["reference"], len(profile.movers), len(profile.landmarks), prey)
+    return environment_of(profile.world["reference"], len(profile.movers), len(profile.landmarks), prey)
 
 
 def played(profile: Profile, state: Mapping[str, float], goal: str | None, steps: int) -> dict[str, Array]:

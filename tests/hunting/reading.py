@@ -113,7 +113,7 @@ def read(text: str) -> Profile:
 
 
 def _agent(document: Mapping[str, Any]) -> Agent:
-    features = tuple(_feature(one["name"], one["meaning"]) for one in document["features"])
+    features = tuple(feature_of(one["name"], one["meaning"]) for one in document["features"])
     names, actions = [one.name for one in features], [one["name"] for one in document["actions"]]
     nodes, double = document["tree"], document.get("numbers", "float32") == "float64"
 
@@ -134,7 +134,7 @@ def _agent(document: Mapping[str, Any]) -> Agent:
     )
 
 
-def _feature(name: str, meaning: str) -> Feature:
+def feature_of(name: str, meaning: str) -> Feature:
     found = re.fullmatch(r"(?:(\w+)\()?(.*?)\)?", meaning)
     assert found, meaning
     terms = tuple((-1 if sign == "-" else 1, term) for sign, term in TERM.findall(found[2]))

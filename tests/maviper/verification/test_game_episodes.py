@@ -13,8 +13,7 @@ from maviper.cli import main
 from maviper.files.profiles import load
 from maviper.verification.ask import VerifyOptions
 from maviper.verification.run import results
-from tests.hunting import giving
-from tests.hunting.playing import _environment
+from tests.hunting.summing import Team
 from tests.support.game_sums import team
 from tests.support.generated import FOLDER
 from verify.claims.region import Region
@@ -29,30 +28,6 @@ def region_of(profile, seed, half):
     whole, rng = start_region(profile.world), np.random.default_rng(seed)
     middles = {name: Fraction(float(rng.uniform(-0.75, 0.75))) for name in whole.box}
     return Region({name: (at - half, at + half) for name, at in middles.items()}, whole.goals[:1], name="drawn.toml")
-
-
-def play(profile, start, steps):
-    """An episode of mpe2, by the judge's reading of the profile's file: the places of all after each step."""
-    world = _environment("mpe2.simple_adversary_v3", 3, 2, 0).world
-    agents = [giving.Agent(each) for each in json.loads(dumps(profile))["agents"]]
-    names = [each.name for each in (*profile.world.agents, *profile.world.landmarks)]
-    entities = dict(zip(names, world.agents + world.landmarks, strict=True))
-    for name, entity in entities.items():
-        entity.state.p_pos = np.array([float(start[f"{name}.x"]), float(start[f"{name}.y"])])
-        entity.state.p_vel = np.zeros(2)
-    episode = []
-    for _ in range(steps + 1):
-        at = {f"{name}.{axis}": each.state.p_pos[n] for name, each in entities.items() for n, axis in enumerate("xy")}
-        episode.append({name: float(value) for name, value in at.items()})
-        seen = {**at, **{f"goal.{axis}": at[f"landmark_0.{axis}"] for axis in "xy"}}
-        for policy, agent, entity in zip(profile.agents, agents, world.agents, strict=True):
-            terms = [[name for _, name in each.meaning.terms] for each in policy.features]
-            row = np.array([[seen[one] - seen[other] for one, other in terms]], policy.numbers)
-            chosen = next(each for each in policy.actions if each.name == agent.acts(row)[0])
-            entity.action.u = np.array(chosen.effect) * 5.0
-            entity.action.c = np.zeros(2)
-        world.step()
-    return episode
 
 
 def fulfils(name, region_radius, profile, episode):
@@ -81,11 +56,14 @@ def ensure_true(profile, name, radius, steps, region, outcomes):
             start = result.counterexample.start
             assert all(low <= start[each] <= high for each, (low, high) in region.box.items())
             assert all(Fraction(float(start[each])) == start[each] for each in region.box)
-            episodes = [play(profile, start, steps)]
+            episodes = [Team(json.loads(dumps(profile))).episode(start, steps)]
         else:
             drawn = [[float(rng.choice([low, (low + high) / 2, high])) for low, high in region.box.values()]]
             drawn += [[float(rng.uniform(float(low), float(high))) for low, high in region.box.values()] for _ in "abc"]
-            episodes = [play(profile, dict(zip(region.box, each, strict=True)), steps) for each in drawn]
+            episodes = [
+                Team(json.loads(dumps(profile))).episode(dict(zip(region.box, each, strict=True)), steps)
+                for each in drawn
+            ]
         kept = [fulfils(name, radius, profile, each) for each in episodes]
         kept = [each[place] for each in kept] if name == "reaches" else kept
         assert result.verdict is not Verdict.VIOLATED or not any(kept)
