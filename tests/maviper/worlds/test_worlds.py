@@ -81,23 +81,29 @@ class Reference:
         return position, np.array([agent.state.p_vel for agent in self.raw.agents])
 
 
-def assert_equal(world, state, row, theirs, tolerance):
-    """Game `row` of our states against what mpe2 has: within `tolerance`, bit for bit where that is 0."""
-    position, velocity, seen, reward = theirs
+def assert_equal(world, state, theirs, tolerance):
+    """Our states, [batch], against what mpe2 has of each game: within `tolerance`, bit for bit where that is 0."""
+    position, velocity, seen, reward = zip(*theirs, strict=True)
     close = {"rtol": 0, "atol": tolerance}
-    np.testing.assert_allclose(state.position[row], position, **close)
-    np.testing.assert_allclose(state.velocity[row], velocity, **close)
-    np.testing.assert_allclose(world.rewards(state[row : row + 1])[0], reward, **close)
-    for ours, wanted in zip(world.observe(state[row : row + 1]), seen, strict=True):
-        assert ours.dtype == wanted.dtype == np.float32 and ours[0].shape == wanted.shape
+    np.testing.assert_allclose(state.position, np.array(position), **close)
+    np.testing.assert_allclose(state.velocity, np.array(velocity), **close)
+    np.testing.assert_allclose(world.rewards(state), np.array(reward), **close)
+    assert_seen(world, state, seen, tolerance)
+    if not tolerance:
+        assert state.position.tobytes() == np.array(position).tobytes()
+        assert state.velocity.tobytes() == np.array(velocity).tobytes()
+
+
+def assert_seen(world, state, seen, tolerance=0):
+    """What our agents observe against what mpe2's do, by game and agent: within one ulp, or bit for bit."""
+    for ours, theirs in zip(world.observe(state), zip(*seen, strict=True), strict=True):
+        wanted = np.stack(theirs)
+        assert ours.dtype == wanted.dtype == np.float32 and ours.shape == wanted.shape
         if tolerance:
             one_ulp = np.spacing(np.abs(wanted))
-            assert (np.abs(ours[0].astype(float) - wanted) <= np.maximum(one_ulp, 1e-7)).all()
+            assert (np.abs(ours.astype(float) - wanted) <= np.maximum(one_ulp, 1e-7)).all()
         else:
-            assert ours[0].tobytes() == wanted.tobytes()
-    if not tolerance:
-        assert state.position[row].tobytes() == position.tobytes()
-        assert state.velocity[row].tobytes() == velocity.tobytes()
+            assert ours.tobytes() == wanted.tobytes()
 
 
 # --- trajectories
@@ -155,9 +161,8 @@ def test_whole_episodes_stay_with_mpe2_through_all_contacts(name, exact):
     for acted in actions:
         course.append(world.step(course[-1], acted, exact=exact))
     assert len(world.agents) == 1 or (overlaps(world, WorldState.concatenate(course)) < 0).any()
-    for seed, theirs in enumerate(courses):
-        for step, found in enumerate(theirs):
-            assert_equal(world, course[step + 1], seed, found, PROMISED[exact])
+    for state, theirs in zip(course[1:], zip(*courses, strict=True), strict=True):
+        assert_equal(world, state, theirs, PROMISED[exact])
 
 
 @functools.cache
@@ -180,10 +185,9 @@ def test_a_step_is_mpe2s_in_crowds_at_speed_and_outside(name, exact):
         assert ((overlaps(world, state) < 0).sum(axis=1) >= min(2, overlaps(world, state).shape[1])).any(), "no crowd"
     limits = [entity.max_speed for entity in world.spec.agents]
     following = world.step(state, acted, exact=exact)
-    for row, (seen, theirs) in enumerate(rows):
-        for ours, wanted in zip(world.observe(state[row : row + 1]), seen, strict=True):
-            assert ours[0].tobytes() == wanted.tobytes()
-        assert_equal(world, following, row, theirs, PROMISED[exact])
+    seen, theirs = zip(*rows, strict=True)
+    assert_seen(world, state, seen)
+    assert_equal(world, following, theirs, PROMISED[exact])
     speed = np.linalg.norm(following.velocity, axis=2)
     for agent, limit in enumerate(limits):
         if limit is not None:
@@ -198,9 +202,11 @@ def test_without_contacts_a_step_is_mpe2s_bit_for_bit(name):
     state = scattered(world, 40, seed=4)
     acted = np.random.default_rng(5).integers(5, size=(len(state), len(world.agents)))
     following = world.step(state, acted)
+    theirs = []
     for row in range(len(state)):
         reference.place(state[row : row + 1])
-        assert_equal(world, following, row, reference.step(acted[row]), 0)
+        theirs.append(reference.step(acted[row]))
+    assert_equal(world, following, theirs, 0)
 
 
 @pytest.mark.parametrize("exact", PROMISED)
@@ -224,9 +230,11 @@ def test_the_last_pushes_of_a_contact_are_mpe2s(name, exact):
             position[row, b] = position[row, a] + (touching + away * margin) * np.array([np.cos(row), np.sin(row)])
         state = states(world, position)
         following = world.step(state, np.zeros((len(state), len(world.agents)), dtype=np.int64), exact=exact)
+        theirs = []
         for row in range(len(state)):
             reference.place(state[row : row + 1])
-            assert_equal(world, following, row, reference.step(np.zeros(len(world.agents), dtype=int)), PROMISED[exact])
+            theirs.append(reference.step(np.zeros(len(world.agents), dtype=int)))
+        assert_equal(world, following, theirs, PROMISED[exact])
         pushed = np.abs(following.velocity[:, a]).max(axis=1) if a < len(world.agents) else np.zeros(len(state))
         collide = a < len(world.agents) and entities[a].collides and entities[b].collides
         assert (pushed[:-1] > 0).all() == collide and pushed[-1] == 0
@@ -256,12 +264,10 @@ def test_placing_reaches_every_state(world):
     state = states(world, rng.normal(size=(50, 5, 2)), rng.normal(size=(50, 3, 2)), rng.integers(2, size=50))
     acted = rng.integers(5, size=(50, 3))
     following = world.step(state, acted)
-    for row in range(50):
-        for ours, wanted in zip(
-            world.observe(state[row : row + 1]), reference.place(state[row : row + 1]), strict=True
-        ):
-            assert ours[0].tobytes() == wanted.tobytes()
-        assert_equal(world, following, row, reference.step(acted[row]), 0)
+    rows = [(reference.place(state[row : row + 1]), reference.step(acted[row])) for row in range(50)]
+    seen, theirs = zip(*rows, strict=True)
+    assert_seen(world, state, seen)
+    assert_equal(world, following, theirs, 0)
 
 
 # --- starts
