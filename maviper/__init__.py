@@ -66,7 +66,7 @@ __all__ = [
 
 
 def version() -> str:
-    """The installed version of the package."""
+    """The version of the package."""
     from maviper.files.profiles import version as installed
 
     return installed()

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from maviper.files import profiles
 from tests.benchmarks import sizes
 from tests.conftest import SAMPLED
 from tests.support.heavy import ASIDE, HEAVY
@@ -32,6 +33,13 @@ ABOUT_CLAIMS = (
 def tool(*command):
     found = subprocess.run([sys.executable, "-m", *command], cwd=ROOT, capture_output=True, text=True, check=False)
     assert found.returncode == 0, found.stdout + found.stderr
+
+
+def test_the_version_is_everywhere_the_same():
+    stated = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"]
+    cited = re.findall(r"^version: (.+)$", (ROOT / "CITATION.cff").read_text(), re.MULTILINE)
+    sections = re.findall(r"^## (.+?)(?: \(.+\))?$", (ROOT / "CHANGELOG.md").read_text(), re.MULTILINE)
+    assert [stated] == cited == [profiles.VERSION] and sections[:2] == ["Unreleased", stated]
 
 
 def test_ruff():

@@ -16,10 +16,11 @@ from typing import Any
 from maviper.episodes.measures import Estimate
 from maviper.experts.judging import Judged
 from maviper.experts.recipes import DEFAULT, Request, schedule
+from maviper.files.profiles import version
 from maviper.worlds import Measure, World
 
 BEGINS_WITH = "begins_with"  # the hash of the expert whose actors a training starts from
-PACKAGES = ("maviper", "mpe2", "numpy", "torch")
+PACKAGES = ("mpe2", "numpy", "torch")
 
 
 def config(world: World, request: Request, chosen: Any, rule: str) -> dict[str, Any]:
@@ -50,7 +51,7 @@ def versions() -> dict[str, str]:
     """The versions of the packages that a training rests on."""
     from importlib import metadata  # here, since its import takes longer than that of most of our rooms
 
-    return {name: metadata.version(name) for name in PACKAGES}
+    return {"maviper": version()} | {name: metadata.version(name) for name in PACKAGES}
 
 
 IMITATION, VALUES, REWARD = "imitation", "values alone", "reward"  # what steps of a training teach the actors

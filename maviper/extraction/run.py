@@ -50,7 +50,7 @@ WEIGHED = {"measured": "measured critic", LOG_PROBABILITIES: "its log-probabilit
 FORMAT = "maviper-extraction-5"
 METRICS_FILE, STEPS = "metrics.jsonl", "steps"
 SAME = ("format", "tool", "world", "expert", "critic", "counterexamples", "features_file")  # in every call for one run
-PACKAGES = ("maviper", "mpe2", "numpy", "scikit-learn")
+PACKAGES = ("mpe2", "numpy", "scikit-learn")
 
 
 @dataclass(frozen=True)
@@ -168,7 +168,8 @@ def _run(task: _Task, console: Console | None = None, jobs: int = 1) -> ir.Polic
         "command": task.command,
         "counterexamples": asked.lessons.digests,
         "features_file": asked.world.features_from,
-        "versions": {"python": platform.python_version()} | {name: metadata.version(name) for name in PACKAGES},
+        "versions": {"python": platform.python_version(), "maviper": version()}
+        | {name: metadata.version(name) for name in PACKAGES},
         "settings": asdict(asked.settings),
     }
     runs.claim(task.folder, config, SAME, task.resume)

@@ -16,7 +16,7 @@ from codegen.form.layout import layout
 from codegen.lowering.render import render
 from codegen.policy_json import content_hash, dumps
 from maviper.compilation.compile import Compiled, compile_profile
-from maviper.files import runs
+from maviper.files import profiles, runs
 from maviper.page.page import FILE
 from maviper.page.results import page_of
 from maviper.verification import join, run
@@ -27,7 +27,7 @@ MANIFEST = "manifest.json"
 EXTRACTED = "extracted"  # the folder of the team before its repair, inside the tour's
 NAMES = (runs.PROFILE_FILE, MANIFEST, "README.md", "example.c")  # of files that others may have of their own
 MAX_DEPTH, EPISODES = 6, 1_000
-TOOLS = ("maviper", "mpe2", "numpy", "scikit-learn", "z3-solver")
+TOOLS = ("mpe2", "numpy", "scikit-learn", "z3-solver")
 
 
 @dataclass(frozen=True)
@@ -101,7 +101,7 @@ def manifest(profile: ir.PolicyProfile, files: Mapping[str, str | bytes]) -> str
     facts = {
         "profile": content_hash(profile),
         "expert": profile.provenance.expert,
-        "versions": {name: metadata.version(name) for name in TOOLS},
+        "versions": {"maviper": profiles.version()} | {name: metadata.version(name) for name in TOOLS},
         "sha256": join.digests(files),
     }
     return layout(facts) + "\n"
