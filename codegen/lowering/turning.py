@@ -178,12 +178,16 @@ def _multiply(matrix: Float64, vectors: Float64) -> Float64:
     return total
 
 
-def look_up_turned(steps: Sequence[Turned], where: str) -> Lookup:
-    """The search of lists of sets, one for each step. `where` is named in errors. InputError for too many sets."""
-    count = sum(len(sets.low) for sets in steps)
+def ensure_few_sets(count: int, where: str) -> None:
+    """InputError for more turned boxes of all steps than a monitor has room for. `where` is named in errors."""
     if count > MAX_SETS:
         what = f"the proof has {count:,} turned boxes, and a monitor has room for {MAX_SETS:,}"
         raise InputError(what, where, "verify the claim for fewer steps, or from a smaller start")
+
+
+def look_up_turned(steps: Sequence[Turned], where: str) -> Lookup:
+    """The search of lists of sets, one for each step. `where` is named in errors. InputError for too many sets."""
+    ensure_few_sets(sum(len(sets.low) for sets in steps), where)
     boxes = [[Boxes(sets.low, sets.high)] for sets in steps]
     found = search_of(boxes, [range(steps[0].low.shape[1])], framed=True)
     frames = tuple(_lower_frame(sets, at) for sets in steps for at in range(len(sets.low)))

@@ -22,7 +22,7 @@ from codegen.errors import InputError
 from codegen.floats import nearest_double
 from codegen.ir import Float64, PolicyProfile
 from codegen.lowering.covering import Boxes, Cover, Variable
-from codegen.lowering.turning import Turned, turn_sets
+from codegen.lowering.turning import Turned, ensure_few_sets, turn_sets
 from maviper.worlds.stated.certified import Certificate, ensure_accepted, read_certificate, sentence
 from verify.checker.covers.boxes import BoxList
 from verify.checker.covers.certificates import CoverCertificate
@@ -137,6 +137,7 @@ def _(proof: FlowCertificate, statement: Statement, ranges: Sequence[Variable], 
     samples = [lists[at] for at in range(proof.claim.steps + 1)]
     if proof.widths:
         return [[_together(sets)] for sets in samples]
+    ensure_few_sets(sum(len(_together(sets).low) for sets in samples), "the certificate")  # before frames are inverted
     return [[_join_turned(sets, f"sample {at}")] for at, sets in enumerate(samples)]
 
 

@@ -6,9 +6,11 @@ Of all committed proofs that have a monitor, and of proofs for ever of three com
 
 Cost: a step of the monitor beside the decision of all agents from the same state, in C, in turn, over states of
 episodes; the decision makes its observations from the state, too. Both are built into one loop over all states
-(ratio), both are functions that are called for each state (ratio_called), and a control step that decides is a function
-that is called with a monitor and without (ratio_added: what it adds, as a multiple of the decision). No state comes
-twice. Refused: states of unperturbed episodes for which the monitor does not vouch (of games: states within the
+(ratio), both are functions that are called for each (ratio_called), and a control step that decides is a function that
+is called with a monitor and without (ratio_added: what it adds, as a multiple of the decision). No state comes twice,
+and steps of all episodes are mixed, so that no branch is foreseen. In ratio_flown they come as in flight, episode by
+episode. ratio_by_hand: the least that a monitor can be, called: one box for all states.
+Refused: states of unperturbed episodes for which the monitor does not vouch (of games: states within the
 region). Words: episodes in which every state is pushed at random after each step. A word of a game is judged by numpy
 from the claim's formula; one of a stated system also by what the file makes of the state one step on: that must be
 vouched for again, and keep the claim. Of turned boxes monitors may refuse a state near an edge: `lost` counts those
@@ -99,7 +101,18 @@ PUSH = 0.3  # of games: standard deviation of what is added to a velocity after 
 SHIFT = 0.02  # of systems: the same of a variable, for the side of the hull of the proof's boxes
 COSTED = 140_000  # states whose decisions are timed, each once
 FIGURES = (
-    *("ratio", "ratio_called", "ratio_added", "decision_ns", "step_ns", "decision_called", "step_called", "control_ns"),
+    *(
+        "ratio",
+        "ratio_called",
+        "ratio_flown",
+        "ratio_added",
+        "ratio_by_hand",
+        "decision_ns",
+        "step_ns",
+        "decision_called",
+        "step_called",
+        "control_ns",
+    ),
     *("vouched", "fails_while_vouched", "lost", "fails_elsewhere", "control_fails"),
     *("refused", "false_alarms", "warning"),
 )
@@ -271,7 +284,10 @@ def system(certificate: Path, states: int) -> dict[str, Any]:
         calm, refused = unperturbed(watching, max(100, states // 200))
         at = np.concatenate([np.full(len(w), 0 if watching.cover.ever else step) for step, w in enumerate(calm)])
         order = np.random.default_rng(3).permutation(len(at))[:COSTED]
-        return made.costs(np.concatenate(calm)[order], at[order]) | {"refused": refused} | perturbed(watching, states)
+        costs = made.costs(np.concatenate(calm)[order], at[order])
+        flown = np.arange(len(at)).reshape(len(calm), -1).T.ravel()[:COSTED]  # episode by episode
+        costs |= {"ratio_flown": made.costs(np.concatenate(calm)[flown], at[flown])["ratio_called"], "refused": refused}
+        return costs | perturbed(watching, states)
 
 
 def unperturbed(watching: Watching, count: int) -> tuple[list[Any], int]:
@@ -360,14 +376,8 @@ def main() -> None:
     given = parser.parse_args()
     if given.json:
         found = dict(measured(given.states, given.only))
-        targets = {
-            "ratio": 2.0,
-            "ratio_called": 2.0,
-            "ratio_added": 2.0,
-            "fails_while_vouched": 0,
-            "refused": 0,
-            "false_alarms": 0.05,
-        }
+        targets = dict.fromkeys(("ratio", "ratio_called", "ratio_flown", "ratio_added"), 2.0)
+        targets |= {"fails_while_vouched": 0, "refused": 0, "false_alarms": 0.05}
         figures = [
             {"name": f"{proof}: {name}", "value": row[name], "reach": reach, "stretch": reach, "better": "lower"}
             for proof, row in found.items()

@@ -54,6 +54,7 @@ static __attribute__((noinline)) int control_watched({p}_monitor *m, const doubl
     {fallbacks}
     return word;
 }}
+{hand}
 void cost(const double *w, const int *at, long n, int *kept, double *seconds);
 void cost(const double *w, const int *at, long n, int *kept, double *seconds)
 {{
@@ -100,6 +101,14 @@ void cost(const double *w, const int *at, long n, int *kept, double *seconds)
         m.latched = 0;
     }}
     seconds[5] = now() - start;
+    start = now();
+    for (i = 0; i < n; i++) {{
+        m.fresh[0] = 1UL;
+        {step}
+        *kept += by_hand(&m, w + i * {N}, {dt});
+        m.latched = 0;
+    }}
+    seconds[6] = now() - start;
 }}
 void words(const double *w, const int *at, long n, int *found);
 void words(const double *w, const int *at, long n, int *found)
@@ -114,6 +123,18 @@ void words(const double *w, const int *at, long n, int *found)
     }}
 }}
 """
+
+BY_HAND = """/* the least that a monitor can be: one box for all steps, one flag for all inputs, and a latch */
+static __attribute__((noinline)) int by_hand({p}_monitor *m, const double *w, double dt)
+{{
+    if ((m->fresh[0] == 1UL) && (m->latched == 0) && (dt <= {upper}_M_MAX_AGE){counted}{bounds}) {{
+        m->fresh[0] = 0UL;
+        {count}
+        return 0;
+    }}
+    m->latched = 1;
+    return 2;
+}}"""
 
 
 @dataclass
@@ -130,21 +151,23 @@ class Made:
 
     def costs(self, w, at):
         """Processor time of a step beside that of the decisions of all agents, the least of rounds in turn: both built
-        into the loop over all states, both called once per state, and what a monitor adds to a control step, which
-        decides and gives the fallback where that must be. Each round has states of its own: of a row that comes again,
-        processors learn which way its branches go, and then a tree takes a fifth of what it takes in flight.
+        into the loop over all states, both called once per state, what a monitor adds to a control step, which decides
+        and gives the fallback where that must be, and the least that a monitor can be, called. Each round has states of
+        its own: of a row that comes again, processors learn which way its branches go, and then a tree takes a fifth of
+        what it takes in flight.
         """
         w, at = np.ascontiguousarray(w), np.ascontiguousarray(at, np.int32)
-        kept, seconds, times = np.zeros(1, np.int32), np.zeros(6), []
+        kept, seconds, times = np.zeros(1, np.int32), np.zeros(7), []
         for part in np.array_split(np.arange(len(w)), ROUNDS):
             block = _pointer(w[part[0] :]), _pointer(at[part[0] :]), ctypes.c_long(len(part))
             self.library.cost(*block, _pointer(kept), _pointer(seconds))
             times.append(1e9 * seconds / len(part))
-        decision, step, *called, bare, watched = np.min(times, axis=0).tolist()
+        decision, step, *called, bare, watched, hand = np.min(times, axis=0).tolist()
         return {
             "ratio": step / decision,
             "ratio_called": called[1] / called[0],
             "ratio_added": (watched - bare) / bare,
+            "ratio_by_hand": hand / called[0],
             "decision_ns": decision,
             "step_ns": step,
             "decision_called": called[0],
@@ -172,6 +195,7 @@ def compiled(profile, proved, system=None):
             f"actions[{k}] = {p}_monitor_{agent.lower}(m, actions[{k}]);" for k, agent in enumerate(model.agents)
         ),
         "step": "m.step = at[i];" if watched.lookup else "(void)at;",
+        "hand": _write_by_hand(watched, proved.region),
         "decide": _game(model) if system is None else _system(model, profile, system),
     }
     texts = {**emit(profile, ["c"]), **monitor.emit(watched, ["c"])}
@@ -183,6 +207,24 @@ def compiled(profile, proved, system=None):
         command = [*(find_compiler() or ["cc"]), *flags, "bench.c", "-o", "bench.so"]
         subprocess.run(command, cwd=scratch, check=True)
         yield Made(ctypes.CDLL(str(Path(scratch) / "bench.so")))
+
+
+def _write_by_hand(watched, region):
+    """One comparison of a state with a box that holds all that is proved; of games, with the ranges of what is read."""
+    if watched.lookup is None:
+        ends = [(one.place.index, float(one.low.decimal), float(one.high.decimal)) for one in watched.watched]
+    else:
+        ends = [(at, *region.bounds(at)) for at in range(len(watched.places))]
+    bounds = [f" && (w[{at}] >= {low.hex()}) && (w[{at}] <= {high.hex()})" for at, low, high in ends
+              if np.isfinite([low, high]).all()]  # fmt: skip
+    steps = watched.lookup and not watched.ever
+    return BY_HAND.format(
+        p=watched.model.prefix,
+        upper=watched.model.prefix.upper(),
+        bounds="".join(bounds),
+        counted=f" && (m->step <= {watched.last})" if steps else "",
+        count="m->step += 1;" if steps else "",
+    )
 
 
 DECIDE = """static int act(const double *w, int *actions)

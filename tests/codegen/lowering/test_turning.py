@@ -7,7 +7,7 @@ import pytest
 
 from codegen.errors import InputError
 from codegen.lowering.searching import Boxes
-from codegen.lowering.turning import turn_sets
+from codegen.lowering.turning import MAX_SETS, ensure_few_sets, turn_sets
 
 
 def drawn(rng, scale):
@@ -87,3 +87,10 @@ def test_a_start_is_its_box_and_what_is_flat_is_refused():
         wide = Boxes(boxes.low - 1.0, boxes.high + 1.0)
         with pytest.raises(InputError, match="so flat that rounding hides"):
             turn_sets(wide, centre, matrix, none, straight, "here")
+
+
+def test_more_sets_than_there_is_room_for_are_refused():
+    """Counted before any is made."""
+    ensure_few_sets(MAX_SETS, "here")
+    with pytest.raises(InputError, match="5,001 turned boxes, and a monitor has room for 5,000"):
+        ensure_few_sets(MAX_SETS + 1, "here")

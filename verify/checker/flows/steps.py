@@ -132,7 +132,7 @@ class FlowStep:
         image = self._run(self._programs.rates, box, held)
         slopes = _as_matrices(self._run(self._programs.rate_slopes, _around(box, frames), held))
         after, carried = image, list[Frame]()
-        for frame, landed in zip(frames, self._of_centres(self._programs.rates, frames, held), strict=True):
+        for frame, landed in zip(frames, self._of_centres(frames, held), strict=True):
             carried.append(_move_frame(frame, box, landed, slopes))
             after = common(after, carried[-1].box)
         shown = np.asarray(finite(after).all(axis=1)) & np.asarray(finite(image).all(axis=1))
@@ -175,13 +175,13 @@ class FlowStep:
 
     # --- the series
 
-    def _of_centres(self, program: Program, frames: Sequence[Frame], held: Mapping[str, Spans]) -> list[Spans]:
-        """What a program computes of the centres, [n, d] of each frame."""
+    def _of_centres(self, frames: Sequence[Frame], held: Mapping[str, Spans]) -> list[Spans]:
+        """The rates at the centres, [n, d] of each frame."""
         if not frames:
             return []
         tiled = {name: Spans(*(np.tile(end, len(frames)) for end in span)) for name, span in held.items()}
         centres, count = np.concatenate([frame.centre for frame in frames]), len(frames[0].centre)
-        landed = self._run(program, Spans(centres, centres), tiled)
+        landed = self._run(self._programs.rates, Spans(centres, centres), tiled)
         return [landed.at(slice(place, place + count)) for place in range(0, len(centres), count)]
 
     def _sum_series(
