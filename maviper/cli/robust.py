@@ -59,18 +59,20 @@ def robust(
     from maviper.files import outputs, runs
     from maviper.files.profiles import load
     from maviper.verification.outputs.errors import Changes
+    from maviper.verification.robust import find_agent
     from maviper.verification.robust import robust as radii
 
     console = console_of(context)
     loaded = load(profile, sums=True)
+    _ensure_asked(bool(find_agent(loaded, agent).outputs), least, most)
     if output is not None:
         runs.room(output)
     table = radii(loaded, observations, agent, certify, error)
     if isinstance(table, Changes):
-        code = _tell_changes(console, table, least, most)
+        code = _tell_changes(console, table, most)
         name, kept = "changes.csv", outputs.CHANGES
     else:
-        code = _tell_radii(console, table, least, most, certify)
+        code = _tell_radii(console, table, least, certify)
         name, kept = "radii.csv", outputs.ROBUST
     if output is not None:
         outputs.write_set(output, table.files, kept)
@@ -81,22 +83,24 @@ def robust(
     return code
 
 
-def _tell_radii(
-    console: "Console", table: "Radii", least: Fraction | None, most: Fraction | None, certify: bool
-) -> ExitCode:
-    """Says what sums up the radii. InputError for what is asked of outputs."""
-    if most is not None:
+def _ensure_asked(gives: bool, least: Fraction | None, most: Fraction | None) -> None:
+    """InputError for a bound of what the other kind of agent has: known before anything is proved."""
+    if most is not None and not gives:
         raise InputError("--most is for agents that give numbers", "--most", "write --least, of radii")
+    if least is not None and gives:
+        raise InputError("--least is for agents that take actions", "--least", "write --most, of changes of outputs")
+
+
+def _tell_radii(console: "Console", table: "Radii", least: Fraction | None, certify: bool) -> ExitCode:
+    """Says what sums up the radii."""
     console.line("radii", table.line)
     if certify:
         console.line("proved", f"{len(table.certificates)} radii; the independent checker accepted each certificate")
     return ExitCode.DONE if least is None or table.least >= least else ExitCode.VIOLATED
 
 
-def _tell_changes(console: "Console", table: "Changes", least: Fraction | None, most: Fraction | None) -> ExitCode:
-    """Says what sums up the changes of outputs. InputError for what is asked of radii."""
-    if least is not None:
-        raise InputError("--least is for agents that take actions", "--least", "write --most, of changes of outputs")
+def _tell_changes(console: "Console", table: "Changes", most: Fraction | None) -> ExitCode:
+    """Says what sums up the changes of outputs."""
     console.line("changes", table.line)
     if not table.exact:
         console.line("bounds", 'some are bounds, since the tree tests sums; `maviper verify` decides name = "robust"')

@@ -112,7 +112,7 @@ def robust(
     how far its features may be off, "0.01" or "x=0.01,v=0.2". InputError for a file that is no table of finite
     observations of that agent, and for options of the other kind of agent.
     """
-    policy = _policy(ensure(profile), agent)
+    policy = find_agent(ensure(profile), agent)
     if policy.outputs:
         return _changes(policy, path, certify, error)
     if policy.tree.arithmetic:
@@ -141,7 +141,8 @@ def _changes(policy: AgentPolicy, path: Path, certify: bool, error: str | None) 
     return find_changes(policy, read_observations(path, policy), read_errors(error, policy))
 
 
-def _policy(profile: PolicyProfile, agent: str | None) -> AgentPolicy:
+def find_agent(profile: PolicyProfile, agent: str | None) -> AgentPolicy:
+    """The agent that is meant: the only one, or the one named. InputError where that is not known."""
     known = [policy.agent for policy in profile.agents]
     if agent is None and len(known) > 1:
         raise InputError("the profile has several agents", "--agent", f"name one of {', '.join(known)}")

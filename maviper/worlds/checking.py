@@ -40,7 +40,7 @@ from maviper.worlds.outside.vmas import GAMES, VmasWorld
 from maviper.worlds.seeds import fold_seed
 from maviper.worlds.stated.statements import check_statement, measure_reference
 from maviper.worlds.stated.systems import read
-from maviper.worlds.world import Int, Outcome
+from maviper.worlds.world import Outcome
 
 WORLD_FILE = ".toml"  # how the name of a world file ends
 SEED = fold_seed(2_000_000_000_000_000)  # as large as those of an extraction
@@ -154,8 +154,8 @@ def _vmas(source: Source) -> Iterator[Finding]:
     yield from _meanings(world)
 
 
-def _in_place(world: VmasWorld, place: int, actions: Int) -> list[bytes]:
-    """What one game of a batch gives in an episode, step by step."""
+def _in_place(world: VmasWorld, place: int, actions: Any) -> list[bytes]:
+    """What one game of a batch gives in an episode, step by step. `actions`: as `draw_actions` gives them."""
     seeds = np.arange(place + 1)
     seeds[place] = SEED
     state = world.start_from_seeds(seeds)

@@ -19,7 +19,7 @@ from verify.claims.claim import ensure_team
 def verifiable(profile: PolicyProfile, team: str) -> tuple[AgentPolicy, ...]:
     """The team's policies; InputError when a claim about world states cannot be made for them, or there are none."""
     ensure_team(profile, team)
-    if profile.world.options.get(PHYSICS) == FORK:
+    if profile.world.options.get(PHYSICS) == FORK and profile.world.agents:  # observations alone do not move
         what = f"claims cover mpe2's motion, and this world moves as the authors' code ({PHYSICS}={FORK})"
         raise InputError(what, profile.world.name, f"extract in the world without {PHYSICS}={FORK}")
     for policy in profile.team(team):

@@ -120,11 +120,11 @@ def _team(task: _Task, on_progress: OnProgress) -> Refined:
     for number in range(steps):
         rng = np.random.default_rng([settings.seed, *task.agents, number])
         if giving and number == steps - 1:
-            given: Any = evolution.judge, arena, start, trees
+            given: Any = evolution.judge, start, trees
         elif giving:
-            given = evolution.improve_numbers, arena, trees, number / steps, rng, scale
+            given = evolution.improve_numbers, trees, number / steps, rng, scale
         else:
-            given = refine_once, arena, trees, others, limits, rng, asked.examples
+            given = refine_once, trees, others, limits, rng, asked.examples
         step = asked.journal.arrays(f"{name}-{number:04d}", _round, arena, *given)
         trees = unpack_trees({name: array for name, array in step.items() if "." in name})
         arena.used, arena.played = int(step["used"][0]), int(step["played"][0])
@@ -136,8 +136,8 @@ def _team(task: _Task, on_progress: OnProgress) -> Refined:
 
 
 def _round(arena: Arena, refine: Callable[..., tuple[Trees, Float64]], *given: Any) -> Arrays:
-    """One round as a step of a journal. `refine`: of a team, given what follows."""
-    trees, values = refine(*given)
+    """One round as a step of a journal. `refine`: of a team in the arena, given what follows."""
+    trees, values = refine(arena, *given)
     spent = {"used": np.array([arena.used]), "played": np.array([arena.played]), "values": values}
     return pack_trees(trees) | spent
 

@@ -27,6 +27,7 @@ from maviper.verification.games.observing import (
 from verify.claims.decisions import DecisionClaim, formula
 from verify.claims.formula import for_goal, names_goal
 from verify.claims.region import Interval, Region
+from verify.claims.verifiable import verifiable
 from verify.exact import text as number_text
 from verify.systems.words import spell_formula
 
@@ -36,9 +37,12 @@ HEAD = "# World states of a game: coordinates, and by how much what agents obser
 def world_of(profile: PolicyProfile, posed: Sequence[Posed]) -> tuple[str, tuple[str, ...]]:
     """The world file with all claims, and where each of them speaks, in words.
 
-    InputError for claims about episodes, for pairs that are kept apart, and for states that no region bounds.
+    InputError for teams of which nothing is claimed, claims about episodes, pairs that are kept apart, and states that
+    no region bounds.
     """
     claims = [_ensure_decided(one) for one in posed]
+    for team in dict.fromkeys(claim.team for claim in claims):
+        verifiable(profile, team)
     ranges = bound_coordinates(profile, [each.region for each in posed])
     errors: dict[str, Fraction] = {}
     for claim in claims:

@@ -25,6 +25,7 @@ from verify.claims.episodes import EpisodeClaim
 from verify.claims.region import Interval, Region
 from verify.exact import plain
 from verify.exact import text as number_text
+from verify.states.episodes import playable
 
 HEAD = "# A game in exact numbers: each next value and each observation is off by what rounding may do to it.\n"
 ZERO = Fraction(0)
@@ -41,9 +42,10 @@ class Moving(NamedTuple):
 def world_of(profile: PolicyProfile, posed: Sequence[Posed]) -> tuple[str, tuple[str, ...]]:
     """The world file with all claims, and from where each of them speaks, in words.
 
-    InputError for games whose step is no affine map, for claims for ever, and for starts of more than one region or
-    with more than one goal.
+    InputError for motion that nobody stated, games whose step is no affine map, claims for ever, and starts of more
+    than one region or with more than one goal.
     """
+    playable(profile)
     _ensure_affine(profile)
     claims = [_ensure_in_steps(each) for each in posed]
     region, goal = _ensure_one_start(posed)

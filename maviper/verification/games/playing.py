@@ -13,13 +13,12 @@ from itertools import pairwise
 
 import numpy as np
 
-from codegen.dynamics import Motion
-from codegen.ir import GOAL, Bool, Float64, Int32, PolicyProfile, act
-from codegen.observe import observe
+from codegen.ir import GOAL, Bool, Float64, PolicyProfile
 from maviper.verification.games.observing import ensure_observed, list_observed, place_in, with_noise
 from verify.claims.region import Interval
 from verify.claims.uncertified.values import Batch
 from verify.reach.replay import Course
+from verify.states.episodes import play
 from verify.states.state import meaning_of
 from verify.systems.claims import SystemClaim
 from verify.systems.given.played import list_roundings, with_roundings
@@ -103,41 +102,12 @@ def _iterate_broken(game: PlayedGame, claim: SystemClaim, drawn: Float64) -> Ite
 
 def _play(game: PlayedGame, claim: SystemClaim, places: Mapping[str, Float64], count: int) -> list[dict[str, Float64]]:
     """The game's variables after each step, by the names of the file, [batch] each."""
-    world, goal = game.origin.world, _find_goal(game)
-    entities = (*world.agents, *world.landmarks)
-    position = np.zeros((len(entities), 2, count))
-    velocity = np.zeros((len(world.agents), 2, count))
-    for number, entity in enumerate(entities):
-        for axis, letter in enumerate("xy"):
-            position[number, axis] = places.get(f"{entity.name}.{letter}", 0.0)
-    motion = Motion(world, [game.origin.policy(each.name).actions for each in world.agents])
+    names, goal = game.origin.world.coordinates(), _find_goal(game)
+    at = {**places, **({f"{GOAL}.{axis}": places[f"{goal}.{axis}"] for axis in "xy"} if goal else {})}
+    start = np.stack([at.get(name, np.zeros(count)) for name in names], axis=1)
     known = {one.name for one in game.statement.system.variables}
-    episodes: list[dict[str, Float64]] = []
-    for step in range(claim.steps + 1):
-        planes = {
-            f"{each.name}.{letter}": position[number, axis].copy()
-            for number, each in enumerate(entities)
-            for axis, letter in enumerate("xy")
-        }
-        planes |= {
-            f"{each.name}.v{letter}": velocity[number, axis].copy()
-            for number, each in enumerate(world.agents)
-            for axis, letter in enumerate("xy")
-        }
-        episodes.append({name: values for name, values in planes.items() if name in known})
-        planes |= {f"{GOAL}.{letter}": planes[f"{goal}.{letter}"] for letter in "xy"} if goal else {}
-        if step < claim.steps:
-            position, velocity = motion.step(position, velocity, _choose(game.origin, planes, count))
-    return episodes
-
-
-def _choose(origin: PolicyProfile, planes: Mapping[str, Float64], count: int) -> Int32:
-    """What the game's agents do, [batch, n_agents]."""
-    rows = np.zeros((count, len(origin.world.coordinates())))
-    for place, name in enumerate(origin.world.coordinates()):
-        rows[:, place] = planes.get(name, 0.0)
-    policies = [origin.policy(each.name) for each in origin.world.agents]
-    return np.stack([act(p, observe(p.features, rows, origin.world, p.numbers)) for p in policies], axis=1)
+    episodes, _ = play(game.origin, start, claim.steps)
+    return [{name: rows[:, n] for n, name in enumerate(names) if name in known} for rows in episodes]
 
 
 def _seem_broken(claim: SystemClaim, episodes: Sequence[Mapping[str, Float64]], count: int) -> Bool:

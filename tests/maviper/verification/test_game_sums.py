@@ -316,3 +316,12 @@ def test_the_world_file_of_a_game_and_the_engine_for_games_agree(seeds, tmp_path
         stated = StatedWorld.of_game(profile, asked_for.validate())
         other = stated.answer(stated.asked[0].question, beside=False)
         assert other.verdict is known.verdict, (seed, of, options)
+
+
+@pytest.mark.parametrize("name", ["own_target", "keeps_apart"])
+def test_other_physics_are_refused(name):
+    """Of episodes a world file would state another motion than the team's own."""
+    profile = team(4, levels=1)
+    other = replace(profile, world=replace(profile.world, options={"physics": "released"}))
+    with pytest.raises(InputError, match="claims cover mpe2's motion"):
+        StatedWorld.of_game(other, VerifyOptions(names=(name,)))

@@ -135,6 +135,15 @@ def test_claims_and_pages_are_refused_by_name(profile, tmp_path, capsys):
     assert "defenders" in capsys.readouterr().out
 
 
+def test_claims_over_observations_are_asked(profile, tmp_path):
+    """They say nothing of motion."""
+    place = tmp_path / "trees.json"
+    place.write_text(policy_json.dumps(profile))
+    (tmp_path / "claims.toml").write_text('[[property]]\nformula = "acts(agent_0) in [stay, left, right, down, up]"\n')
+    words = ["verify", str(place), "--observations", "--properties", str(tmp_path / "claims.toml")]
+    assert main.run([*words, "--region", "ranges", "--verdict-only"]) == 0
+
+
 def test_worlds_show_and_check_say_it(capsys):
     assert main.run(["worlds", "show", f"predator-prey,{FORK}"]) == 0
     assert "physics=released: velocities change first" in capsys.readouterr().out
