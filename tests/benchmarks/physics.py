@@ -2,10 +2,12 @@
 
     python -m tests.benchmarks.physics [--episodes 2000] [--json]
     python -m tests.benchmarks.physics --train FOLDER [--worlds NAME;...] [--seeds K,...]
+    python -m tests.benchmarks.physics --plan
 
 The first prints the rows of physics.toml: mpe2's physics, accelerations that count twice, velocities that change first,
 and both, which is what the option `physics=released` means. Each with the standard error over episodes. The second
-trains the experts that physics.toml fixes, one run folder each; finished ones are left alone. That takes hours.
+trains the experts that physics.toml fixes, one run folder each; finished ones are left alone, begun ones go on.
+The third says what that takes.
 """
 
 import argparse
@@ -64,6 +66,16 @@ def row_of(row, episodes):
     return found
 
 
+def plan_lines():
+    """The experts that are to be trained, with their CPU hours."""
+    asked, total, lines = REGISTER["training"], 0.0, [f"{'experts':>7}{'CPU h':>8}  world"]
+    for name in asked["worlds"]:
+        hours = asked["hours"][name] * len(asked["seeds"])
+        lines.append(f"{len(asked['seeds']):>7}{hours:>8.1f}  {name}")
+        total += hours
+    return [*lines, f"{total:.0f} CPU hours in all, judgements not counted"]
+
+
 def trained(folder, worlds, seeds):
     """Trains what is missing."""
     asked = REGISTER["training"]
@@ -87,9 +99,13 @@ def main() -> None:
     parser.add_argument("--episodes", type=int, default=REGISTER["episodes"])
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--train", type=Path, help="where run folders lie")
+    parser.add_argument("--plan", action="store_true", help="print what the training takes")
     parser.add_argument("--worlds", default="", help="some of those of physics.toml, separated by semicolons")
     parser.add_argument("--seeds", default="", help="some of those of physics.toml, separated by commas")
     given = parser.parse_args()
+    if given.plan:
+        print("\n".join(plan_lines()))
+        return
     if given.train:
         trained(given.train, [*filter(None, given.worlds.split(";"))], [int(k) for k in given.seeds.split(",") if k])
         return

@@ -5,6 +5,7 @@ import pytest
 
 from codegen import policy_json
 from codegen.errors import InputError, UnknownNameError
+from maviper import manual
 from maviper.cli import main
 from maviper.evaluation import held_out
 from maviper.evaluation.players import find_player, find_shipped
@@ -185,3 +186,11 @@ def test_training_is_what_is_registered(tmp_path, monkeypatch):
     assert len(asked) == 3 * 8 - 1 and {more["recipe"] for _, more in asked} == {"paper"}
     shaped = {given[0] for given, more in asked if more["settings"]}
     assert shaped == {f"predator-prey,{FORK}"}
+
+
+def test_the_plan_has_all_registered_experts_and_the_manual_its_hours():
+    *_, last = lines = physics.plan_lines()
+    asked = physics.REGISTER["training"]
+    assert len(lines) == len(asked["worlds"]) + 2 and set(asked["hours"]) == set(asked["worlds"])
+    hours = last.partition(" CPU hours")[0]
+    assert f"take {hours} hours" in " ".join(manual.page("games").split())
