@@ -21,9 +21,9 @@ from codegen.ir import GOAL, MAX_LENGTH, NO_FEATURE, AgentPolicy, Bool, Float64,
 from verify.claims.decisions import DecisionClaim, engages
 from verify.claims.formula import TRUE, And, Formula, Or, agents, disjunction, substitute_actions
 from verify.claims.formula import coordinates as spoken_of
-from verify.claims.matching import preventable
 from verify.claims.predicates import closes
 from verify.claims.region import Interval, Region
+from verify.claims.uncertified.matched import preventable
 from verify.claims.uncertified.starts import everywhere
 from verify.claims.uncertified.values import Batch
 from verify.question import DecisionQuestion

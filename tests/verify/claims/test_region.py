@@ -15,9 +15,9 @@ from codegen.intervals import Share
 from maviper.worlds import find
 from tests.support.strategies import WORLD
 from verify.claims.formula_json import read_number
-from verify.claims.matching import has_matching
 from verify.claims.region import Region
 from verify.claims.region_files import read_region
+from verify.claims.uncertified.matched import has_matching
 from verify.claims.uncertified.starts import positions, start_region
 from verify.exact import exact, plain, text
 from verify.states.state import contains, inside, sample

@@ -15,7 +15,8 @@ from verify.claims.catalogue import find_property
 from verify.claims.decisions import formula
 from verify.claims.files import read_properties
 from verify.claims.formula import holds, substitute_actions
-from verify.claims.matching import has_matching, matchings, preventable
+from verify.claims.matching import matchings
+from verify.claims.uncertified.matched import has_matching, preventable
 from verify.claims.uncertified.starts import everywhere
 from verify.question import Question, from_start
 from verify.states import shares
