@@ -128,6 +128,7 @@ class Ignores(Claim):
     name = "ignores"
     feature: str
     agent: str | None = None
+    actions: Names | None = None  # only whether it takes one of these matters
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -277,6 +277,7 @@ def test_every_claim_has_its_parameters_and_defaults():
         said |= {row[0].strip("`"): row[1] for row in rows_of(lines[: lines.index("")])}
     usual = {"landmarks": "in the world's order", "others": "one another", "radius": "the distance of touching"}
     usual |= dict.fromkeys(("agents", "agent", "feature"), "named") | {"order": "the profile's", "features": "all"}
+    usual["actions"] = "each by itself"
     for claim in list_properties():
         text = said.pop(claim["name"])
         shared = ("zones",) if claim["name"] == "stays_in" else ("steps", "zones")  # whose usual value is its own

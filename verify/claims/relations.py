@@ -132,13 +132,30 @@ class Ignores(_Moving):
     """That an agent takes the same action whatever value one feature has."""
 
     of = "ignores"
-    words = "whatever value the feature of the agent takes while all others stay, it takes the same action"
+    words = (
+        "whatever value the feature of the agent takes while all others stay, it takes the same action "
+        "(or, where actions are named, either one of these or none)"
+    )
+    reads = ("agent", "feature", "actions")
+
+    actions: tuple[str, ...] = ()  # only whether it takes one of these matters; empty: which one it takes
 
     def states(self, profile: PolicyProfile) -> Formula:
         """What is claimed where the assumption holds. LookupError for a profile without the copy."""
         one, other, *_ = self._twice(profile)
-        actions = range(len(one.actions))
-        return conjunction(*(disjunction(negate(Acts(one.agent, k)), Acts(other.agent, k)) for k in actions))
+        names = [action.name for action in one.actions]
+        alike = [[names.index(name) for name in self.actions]] if self.actions else [[k] for k in range(len(names))]
+        pairs = [(_takes(one.agent, group), _takes(other.agent, group)) for group in alike]
+        ways = (disjunction(negate(a), b) for first, second in pairs for a, b in ((first, second), (second, first)))
+        return conjunction(*ways)
+
+    def ensure(self, profile: PolicyProfile) -> None:
+        """InputError unless the actions too are the profile's."""
+        super().ensure(profile)
+        known = [action.name for action in _one_of(self, self.agent, profile).actions]
+        for name in self.actions:
+            if name not in known:
+                raise UnknownNameError("action", name, known, "actions")
 
 
 @dataclass(frozen=True)

@@ -224,6 +224,7 @@ def test_two_agents_agree_where_they_see_the_same(shared, code, tmp_path, capsys
         (["--property", "monotone", "--agent", "a", "--feature", "spin", "--order", "left,stay"], "every action once"),
         (["--property", "ignores", "--agent", "a"], "ignores is about one feature"),
         (["--property", "ignores", "--agent", "a", "--feature", "tilt"], "unknown feature 'tilt'"),
+        (["--property", "ignores", "--agent", "a", "--feature", "spin", "--actions", "up"], "unknown action 'up'"),
         (["--property", "reaches"], "landmark|episodes"),
         (["--property", "distinct_targets"], "landmark for each agent"),
         (["--feature", "spin", "--property", "alive_leaves"], "has the parameter feature"),

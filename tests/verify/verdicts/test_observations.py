@@ -125,9 +125,15 @@ def test_a_feature_is_ignored(seed, numbers):
         grown = replace(grown, action=np.where(grown.action < 0, grown.action, rng.integers(3)))
     profile = blind({"agent": grown}, {"agent": NAMES[:2]})
     angles, spins = (representatives(breaks([(grown, k)], k), -SIDE, SIDE) for k in (0, 1))
-    holds = all(len({acts(grown, [angle, spin]) for angle in angles}) == 1 for spin in spins)
+    taken = [[acts(grown, [angle, spin]) for angle in angles] for spin in spins]
+    holds = all(len(set(line)) == 1 for line in taken)
     assert holds or not seed % 2
-    assert verdicts(asked(profile, Ignores("team", agent="agent", feature="angle"))) == expected(holds)
+    claim = Ignores("team", agent="agent", feature="angle")
+    assert verdicts(asked(profile, claim)) == expected(holds)
+    group = {0, 1 + seed // 2 % 2}
+    together = all(len({action in group for action in line}) == 1 for line in taken)
+    named = replace(claim, actions=tuple(ACTIONS[k] for k in group))
+    assert verdicts(asked(profile, named)) == expected(together)
 
 
 def test_a_proof_that_a_feature_is_ignored_shows_no_other_claim():
@@ -137,6 +143,7 @@ def test_a_proof_that_a_feature_is_ignored_shows_no_other_claim():
     assert check_certificate(certificate, profile) > 0
     for claim in (
         Ignores("team", agent="agent", feature="spin"),
+        Ignores("team", agent="agent", feature="angle", actions=("left",)),
         Monotone("team", agent="agent", feature="angle"),
     ):
         with pytest.raises((RejectedError, InputError)):
