@@ -24,7 +24,7 @@ SPLITS_TOLD = ("deception-maddpg", "adversary-maddpg")
 FACTORIAL_TOLD = ("rollouts", "weights", "votes", "choice", "rollouts-choice", "all-four")
 LEARNER_TOLD = ("deception-maviper", "deception-iviper", "deception-imitation", "deception-member-selection")
 ROWS_TOLD = tuple(f"deception-{name}" for name in ("rgmdt-16", "fitted-q-exploring", "budgeted-1200", "budgeted-4800"))
-ROWS_TOLD += ("navigation-rgmdt-16", "predator-prey-rgmdt-16")
+ROWS_TOLD += ("navigation-rgmdt-16", "predator-prey-rgmdt-16", "deception-policy-gradient")
 RECORD = ROOT / "generated" / "reproduction" / "published"
 FIRST = Cell("physical-deception", "maddpg", "paper", "maviper-every-round", 4, 100)
 
@@ -306,7 +306,7 @@ def test_the_committed_record_is_what_its_cells_say(committed):
     assert (RECORD / published.README).read_text() == published.page(REGISTER, DIGEST, found)
 
 
-@pytest.mark.parametrize("name", ["steps", "splits", "learner", "factorial", "rows"])
+@pytest.mark.parametrize("name", ["steps", "splits", "learner", "factorial", "rows", "direct"])
 def test_other_committed_records_are_what_their_cells_say(name):
     register, digest = published.read_register(name)
     place = RECORD.parent / name
