@@ -1,13 +1,15 @@
 """Trees of our own Gaussian experts, for teams: mpe2's continuous actions, and a scenario of VMAS as it comes.
 
     python -m tests.benchmarks.gaussian --train FOLDER [GAME ...]
-    python -m tests.benchmarks.gaussian --experts FOLDER [GAME ...] [--leaves N] [--ways WAY+WAY] [--json]
+    python -m tests.benchmarks.gaussian --experts FOLDER [GAME ...] [--leaves N] [--ways WAY+WAY] [--record FILE]
+        [--json]
 
 --train makes the experts by MAPPO, from rewards alone and seed 0, on one core: a run folder each. Otherwise each game's
 expert is extracted in several ways, with so many leaves an agent at most. A row says what each team returns over the
 same 200 held-out episodes as the expert and as random actions, all others acting by the expert: in mpe2's own
 environments, or in VMAS's batch. Its score is (tree - random) / (expert - random), with the interval of a paired
-bootstrap.
+bootstrap. --record FILE keeps the rows in a file of JSON, measures none that it has of this expert, and prints them as
+the manual's table.
 """
 
 import argparse
@@ -33,7 +35,17 @@ from maviper.extraction.settings import Settings
 from maviper.worlds import ParticleWorld, World, find
 from maviper.worlds.seeds import fold_seed
 from tests.benchmarks.continuous import EPISODES, WAYS
-from tests.benchmarks.scores import scored
+from tests.benchmarks.scores import Row, align, find_rows, keep_rows, read_rows, scored, tell_score
+from tests.benchmarks.settled import Settled
+
+
+class Asked(NamedTuple):
+    """What rows are asked for."""
+
+    leaves: int | None
+    ways: Sequence[str]  # none: those of the game
+    seed: int
+    record: Path | None
 
 
 class Game(NamedTuple):
@@ -69,6 +81,14 @@ GAMES = {
 }
 SHARED = {"leaf": "linear", "share": "team", "iterations": 6, "rollouts": 100}  # it grows one tree, not one an agent
 TEAM_WAYS = {**WAYS, "linear leaves, one tree a team": SHARED}
+SETTLED = "linear, mates settled"
+SETTLED_REFINED = f"{SETTLED}, refined"
+MATES: dict[str, dict[str, Any]] = {
+    SETTLED: {"leaf": "linear", "iterations": 3, "max_leaves": 2},
+    SETTLED_REFINED: {"leaf": "linear", "iterations": 3, "max_leaves": 2, "refinement": 300_000},
+}
+USUAL = ("constant leaves", "linear leaves")
+OF_SPREAD = ("constant leaves", "linear leaves, one tree a team", *MATES)
 REACH, STRETCH = 0.95, 1.0
 
 
@@ -110,29 +130,61 @@ def _returns_in_mpe2(world: ParticleWorld, players: Sequence[Controller], seeds:
     return paid
 
 
-def measured(name: str, folder: Path, leaves: int, ways: Sequence[str], seed: int) -> list[dict[str, Any]]:
-    """A row for each way and team."""
-    game = GAMES[name]
-    world = find(game.world, giving=True)
+def measured(name: str, folder: Path, asked: Asked) -> list[Row]:
+    """A row for each way and team: as the record has it of this expert, or measured and kept there."""
+    world = find(GAMES[name].world, giving=True)
     expert, _ = store.load(str(folder), world)
+    leaves, rows = asked.leaves or GAMES[name].leaves, list[Row]()
+    missing: list[str] = []
+    for way in asked.ways or (OF_SPREAD if name == "spread" else USUAL):
+        about = {"game": name, "way": way, "asked": leaves, "seed": asked.seed, "expert_sha256": expert.hash}
+        known = find_rows(asked.record, **about)
+        missing += [] if known else [way]
+        rows += known
+    if not missing:
+        return rows
     base = {team: _returns_of(world, expert, expert, team) for team in world.teams}
     chance = {team: _returns_of(world, Uniform, expert, team) for team in world.teams}
     for team in world.teams:
         print(f"{name}, {team}: expert {base[team].mean():.3f}, random {chance[team].mean():.3f}", flush=True)
-    rows: list[dict[str, Any]] = []
-    for way in ways:
-        started = time.process_time()
-        given = {"max_leaves": leaves, "seed": seed, **game.extracted, **TEAM_WAYS[way]}
-        agents = extract(world, expert, Settings.of(given, world)).agents
-        spent = time.process_time() - started
-        numbers, most = [size(policy) for policy in agents], max(len(ir.leaves(policy.tree)) for policy in agents)
-        print(f"  {way}: at most {most} leaves, {numbers} numbers, {spent:.0f} CPU s")
-        for team in world.teams:
+    for way in missing:
+        agents = _extract_agents(GAMES[name], world, expert, way, {"max_leaves": leaves, "seed": asked.seed})
+        for team, members in ((team, world.members(team)) for team in world.teams):
             values = _returns_of(world, tree_policies(agents), expert, team)
             score, low, high = scored(values, base[team], chance[team])
-            rows.append({"way": way, "team": team, "score": score, "leaves": most})
-            print(f"    {team}: {values.mean():.3f}, score {score:.3f} [{low:.3f}, {high:.3f}]", flush=True)
+            figures = {"return": values.mean(), "score": score, "low": low, "high": high}
+            figures |= {"expert": base[team].mean(), "random": chance[team].mean()}
+            row: Row = {"game": name, "team": team, "way": way, "asked": leaves}
+            row["leaves"] = [len(ir.leaves(agents[agent].tree)) for agent in members]
+            row["numbers"] = [size(agents[agent]) for agent in members]
+            row |= {key: round(float(value), 3) for key, value in figures.items()}
+            row |= {"episodes": EPISODES, "seed": asked.seed, "expert_sha256": expert.hash}
+            print(f"    {team}: {row['return']:.3f}, score {tell_score(row)}", flush=True)
+            keep_rows(asked.record, [row])
+            rows.append(row)
     return rows
+
+
+def _extract_agents(game: Game, world: World, expert: Any, way: str, given: Mapping[str, Any]) -> Sequence[Any]:
+    """The trees of one way."""
+    started = time.process_time()
+    taught = Settled(expert, world) if way in MATES else expert
+    settings = Settings.of({**given, **game.extracted, **{**TEAM_WAYS, **MATES}[way]}, world)
+    agents = extract(world, taught, settings).agents
+    print(f"  {way}: {[size(policy) for policy in agents]} numbers, {time.process_time() - started:.0f} CPU s")
+    return agents
+
+
+def table(record: Path) -> list[str]:
+    """The lines of a table of a record's rows, as the manual has them."""
+    order = [*TEAM_WAYS, *MATES]
+    rows = sorted(read_rows(record), key=lambda row: (row["game"], row["team"], order.index(row["way"])))
+    cells = [("game, team", "expert, random", "way", "leaves", "numbers", "score")]
+    for row in rows:
+        sizes = str(max(row["leaves"])), str(max(row["numbers"]))
+        between = f"{row['expert']:.2f}, {row['random']:.2f}"
+        cells.append((f"{row['game']}, {row['team']}", between, row["way"], *sizes, tell_score(row)))
+    return align(cells)
 
 
 def _returns_of(world: World, subject: Any, expert: Controller, team: str) -> Float64:
@@ -147,8 +199,9 @@ def main() -> None:
     parser.add_argument("--train", type=Path)
     parser.add_argument("--experts", type=Path)
     parser.add_argument("--leaves", type=int)
-    parser.add_argument("--ways", help="several with +", default="constant leaves+linear leaves")
+    parser.add_argument("--ways", help="several with +", default="")
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--record", type=Path)
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
     held_out.EVALUATION_EPISODES = 10  # a profile's own figures are not asked for
@@ -161,11 +214,13 @@ def main() -> None:
         if not (options.experts / name / "card.json").exists():
             print(f"{name}: no expert; --train FOLDER {name} makes it")
             continue
-        leaves = options.leaves or GAMES[name].leaves
-        for row in measured(name, options.experts / name, leaves, options.ways.split("+"), options.seed):
-            called = f"{name}: score of {row['team']}, {row['way']}, {leaves} leaves"
-            figures.append({"name": called, "value": round(row["score"], 3), "reach": REACH, "stretch": STRETCH})
+        ways = options.ways.split("+") if options.ways else ()
+        for row in measured(name, options.experts / name, Asked(options.leaves, ways, options.seed, options.record)):
+            called = f"{name}: score of {row['team']}, {row['way']}, {row['asked']} leaves"
+            figures.append({"name": called, "value": row["score"], "reach": REACH, "stretch": STRETCH})
             figures[-1]["better"] = "higher"
+    if options.record:
+        print("\n".join(table(options.record)))
     if options.json:
         print(json.dumps({"figures": figures}))
 

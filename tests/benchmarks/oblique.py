@@ -1,26 +1,35 @@
 """What tests of sums do for trees of numbered actions: in cooperative navigation and physical deception.
 
-    python -m tests.benchmarks.oblique [--navigation] [--halves] [--record FILE] [--json]
+    python -m tests.benchmarks.oblique [--navigation [--ways WAY+WAY]] [--halves] [--record FILE] [--json]
 
---navigation: D of trees of 16 leaves, by what they test. --halves: whether trees of half or a quarter of 64 leaves
-succeed in deception as often, within .02. Both without an option. --record FILE keeps the rows in a file of JSON,
-measures none that it has, and prints them as the manual's tables.
+--navigation: D of trees of 16 leaves, by what they test, and of four leaves by hand. --halves: whether trees of half
+or a quarter of 64 leaves succeed in deception as often, within .02. Both without an option. --record FILE keeps the
+rows in a file of JSON, measures none that it has, and prints them as the manual's tables.
 """
 
 import argparse
 import json
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from codegen import ir
+from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, GrownTree
+from codegen.lowering.deploy import SummedTree
 from codegen.paths import size
+from maviper.episodes.measures import MEASUREMENT_SEEDS, evaluate
+from maviper.episodes.play import tree_policies
+from maviper.episodes.trees import agent_policies
 from maviper.evaluation import held_out
 from maviper.experts.finding import find_expert
 from maviper.extraction.algorithms import extract
 from maviper.extraction.settings import Settings
+from maviper.worlds import World, find
 from tests.benchmarks.scores import Row, align, find_rows, keep_rows, read_rows
+from tests.benchmarks.settled import Settled
 
 NAVIGATION, DECEPTION = "cooperative-navigation", "physical-deception"
 GROWN: dict[str, Any] = {
@@ -42,6 +51,7 @@ class Way(NamedTuple):
     settings: Mapping[str, Any]
     features: str = ""  # beyond those that agents observe
     script: str = ""  # in place of the shipped expert
+    settled: bool = False  # whether the expert is to think its mates on their landmarks
 
 
 TESTED = {
@@ -51,8 +61,14 @@ TESTED = {
     "sums, refined": Way(REFINED_SUMS),
     "sums of where agents come to rest": Way({"splits": "sums", "measure": "D"}, "coasting"),
     "sums of where agents come to rest, refined": Way(REFINED_SUMS, "coasting"),
-    "the same of a script with fixed roles": Way({"splits": "sums", "measure": "D"}, "coasting", "@fixed-roles"),
+    "sums, mates settled": Way({"splits": "sums", "measure": "D"}, settled=True),
+    "sums, mates settled, refined": Way(REFINED_SUMS, settled=True),
+    "sums of where a script with fixed roles comes to rest": Way(
+        {"splits": "sums", "measure": "D"}, "coasting", "@fixed-roles"
+    ),
 }
+BY_HAND = "two sums, by hand"
+BRAKE = 0.2  # seconds
 EPISODES, HALVED_EPISODES = 400, 1_000
 REACH, STRETCH = 0.8, 0.7  # of D
 HALVES = {**GROWN, "max_depth": 12, "iterations": 5, "rollouts": 40, "selection_episodes": 40}
@@ -63,11 +79,12 @@ SUCCESS = "success r=0.316"
 
 
 def measure(game: str, way: str, given: Way, episodes: int) -> Row:
-    """A row of one extraction: what each team reaches in held-out episodes, and its expert. Seed 0."""
+    """A row of one extraction: what each team reaches in held-out episodes, and what taught it there. Seed 0."""
     held_out.EVALUATION_EPISODES = episodes
     started = time.process_time()
     expert, world = find_expert(f"{game}{given.script}", "none" if given.script else "learned", features=given.features)
-    profile = extract(world, expert, Settings.of(given.settings, world))
+    taught = Settled(expert, world) if given.settled else expert
+    profile = extract(world, taught, Settings.of(given.settings, world))
     reached, name = profile.provenance.evaluation, "D" if game == NAVIGATION else SUCCESS
     row: Row = {
         "game": game,
@@ -77,13 +94,52 @@ def measure(game: str, way: str, given: Way, episodes: int) -> Row:
         "numbers": [size(policy) for policy in profile.agents],
         "measure": name,
         "values": {team: round(float(reached[f"{team} {name}"]), 3) for team in world.teams},
-        "expert": {team: round(float(reached[f"{team} expert {name}"]), 3) for team in world.teams},
+        "taught_by": {team: round(float(reached[f"{team} expert {name}"]), 3) for team in world.teams},
         "episodes": episodes,
         "seed": 0,
         "expert_sha256": expert.hash,
     }
-    told = f"{row['asked']} leaves: {row['values']}, expert {row['expert']}"
+    told = f"{row['asked']} leaves: {row['values']}, taught by {row['taught_by']}"
     print(f"{game}, {way}, {told}, {time.process_time() - started:.0f} CPU s", flush=True)
+    return row
+
+
+def write_trees(world: World) -> list[GrownTree]:
+    """Four leaves an agent by hand: agent k steers along the longer axis to landmark k, less BRAKE of its velocity."""
+    left, right, down, up = range(1, 5)
+    trees: list[GrownTree] = []
+    for agent, features in enumerate(world.features):
+        names = [feature.name for feature in features]
+        tests = np.zeros((2, len(names)), np.float32)
+        for axis, signs in (("x", (1.0, 1.0)), ("y", (1.0, -1.0))):
+            tests[:, names.index(f"landmark_{agent}_d{axis}")] = signs
+            tests[:, names.index(f"v{axis}")] = np.multiply(signs, -BRAKE)
+        feature = np.array([len(names), len(names) + 1, len(names) + 1, *[NO_FEATURE] * 4])
+        action = np.array([NO_ACTION] * 3 + [left, down, up, right])
+        one, other = np.array([1, 3, 5, *[NO_CHILD] * 4]), np.array([2, 4, 6, *[NO_CHILD] * 4])
+        trees.append(SummedTree(feature, np.zeros(7), one, other, action, tests, np.zeros((0, 0, len(names) + 1))))
+    return trees
+
+
+def measure_by_hand(record: Path | None) -> Row:
+    """The row of trees by hand, as `measure` gives it."""
+    for row in find_rows(record, game=NAVIGATION, way=BY_HAND):
+        return row
+    world = find(NAVIGATION)
+    policies = agent_policies(world, write_trees(world))
+    episodes = range(MEASUREMENT_SEEDS, MEASUREMENT_SEEDS + EPISODES)
+    players = [tree_policies(policies)] * len(policies)
+    (value,) = (each.value for key, each in evaluate(world, players, episodes).items() if key.name == "D")
+    row: Row = {
+        "game": NAVIGATION,
+        "way": BY_HAND,
+        "asked": 4,
+        "leaves": [len(ir.leaves(each.tree)) for each in policies],
+    }
+    row |= {"numbers": [size(each) for each in policies], "measure": "D", "values": {"agents": round(float(value), 3)}}
+    row |= {"taught_by": {}, "episodes": EPISODES, "seed": 0, "expert_sha256": ""}
+    print(f"{NAVIGATION}, {BY_HAND}: {row['values']}", flush=True)
+    keep_rows(record, [row])
     return row
 
 
@@ -96,10 +152,11 @@ def measure_once(record: Path | None, game: str, way: str, given: Way, episodes:
     return row
 
 
-def compare_tests(record: Path | None) -> list[Row]:
+def compare_tests(record: Path | None, ways: Sequence[str]) -> list[Row]:
     """Figures of D of trees of 16 leaves in cooperative navigation, by what they test."""
     figures: list[Row] = []
-    for name, way in TESTED.items():
+    measure_by_hand(record)
+    for name, way in ((name, TESTED[name]) for name in ways):
         row = measure_once(record, NAVIGATION, name, way._replace(settings={**GROWN, **way.settings}), EPISODES)
         (value,) = row["values"].values()
         told = f"navigation: D at 16 leaves, {name}"
@@ -126,12 +183,13 @@ def halve_leaves(record: Path | None) -> list[Row]:
 def table(record: Path, game: str) -> list[str]:
     """The lines of a table of a record's rows of one game, as the manual has them."""
     rows = [row for row in read_rows(record) if row["game"] == game]
-    ways = [*TESTED]
+    ways = [*TESTED, BY_HAND]
     rows.sort(key=lambda row: (-row["asked"], ways.index(row["way"])))
     teams = list(rows[0]["values"])
-    cells = [("tests", "leaves", "numbers", *(f"{team}, {rows[0]['measure']} (expert)" for team in teams))]
+    cells = [("tests", "leaves", "numbers", *(f"{team}, {rows[0]['measure']} (of what taught it)" for team in teams))]
     for row in rows:
-        reached = (f"{row['values'][team]:.3f} ({row['expert'][team]:.3f})" for team in teams)
+        taught = {team: f" ({value:.3f})" for team, value in row["taught_by"].items()}
+        reached = (f"{row['values'][team]:.3f}{taught.get(team, '')}" for team in teams)
         cells.append((row["way"], str(row["asked"]), ", ".join(map(str, row["numbers"])), *reached))
     return align(cells)
 
@@ -140,13 +198,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--navigation", action="store_true")
     parser.add_argument("--halves", action="store_true")
+    parser.add_argument("--ways", help="of navigation, several with +", default="+".join(TESTED))
     parser.add_argument("--record", type=Path)
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
     both = options.navigation == options.halves
-    figures = compare_tests(options.record) if options.navigation or both else []
+    figures = compare_tests(options.record, options.ways.split("+")) if options.navigation or both else []
     figures += halve_leaves(options.record) if options.halves or both else []
-    for game in (NAVIGATION, DECEPTION) if options.record else ():
+    for game in dict.fromkeys(row["game"] for row in read_rows(options.record)):
         print("\n".join(table(options.record, game)))
     if options.json:
         print(json.dumps({"figures": figures}))
