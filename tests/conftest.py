@@ -194,6 +194,12 @@ def keep_libraries(patch):
 
 
 @pytest.fixture
+def kept_libraries(monkeypatch):
+    """For tests that replay episodes of one profile: its header is compiled for the first."""
+    keep_libraries(monkeypatch)
+
+
+@pytest.fixture
 def few_observations(monkeypatch, unoptimised, few_completions):
     """For tests that compile but are about something else: agreement is looked for on a hundredth of the random
     observations and in a tenth of the episodes, beside all thresholds and special values. Tests of agreement itself

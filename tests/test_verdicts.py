@@ -50,6 +50,7 @@ def test_asking_again_gives_the_same_bytes(world, tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("world", WORLDS)
+@pytest.mark.usefixtures("kept_libraries")
 def test_certificates_are_accepted_and_counterexamples_replayed(world, capsys):
     folder = VERDICTS / world
     certificates, counterexamples = sorted(folder.glob("certificate-*")), sorted(folder.glob("counterexample-*"))
