@@ -127,15 +127,18 @@ def _episodes(path: Path) -> dict[tuple[str, str], Values]:
         raise InputError("the table lacks columns", f"{path}: {', '.join(EPISODE_COLUMNS)}", AGAIN)
     by_lineup: dict[tuple[str, str], tuple[list[float], list[float]]] = {}
     try:
-        for (
-            lineup,
-            measure,
-            episode,
-            *columns,
-        ) in lines:  # records of an earlier form pack episodes that follow one another in one row
-            seeds, values = by_lineup.setdefault((lineup, measure), ([], []))
-            seeds.extend(range(int(episode), int(episode) + len(columns)))
-            values.extend(map(float, columns))
+        of: tuple[str, str] | None = None
+        seeds, values = list[float](), list[float]()
+        for lineup, measure, episode, *columns in lines:
+            if of != (lineup, measure):  # most rows are of the same as the row before
+                of = lineup, measure
+                seeds, values = by_lineup.setdefault(of, ([], []))
+            if len(columns) == 1:
+                seeds.append(int(episode))
+                values.append(float(columns[0]))
+            else:  # records of an earlier form pack episodes that follow one another in one row
+                seeds.extend(range(int(episode), int(episode) + len(columns)))
+                values.extend(map(float, columns))
     except ValueError as error:
         raise InputError("a row of the episodes is damaged", f"{path}: line {lines.line_num}: {error}", AGAIN) from None
     if any(len(set(seeds)) < len(seeds) for seeds, _ in by_lineup.values()):
