@@ -19,8 +19,10 @@ from maviper.verification.ask import Posed, VerifyOptions
 from maviper.verification.files.certificates import check_file
 from maviper.verification.games.decisions import world_of
 from maviper.verification.games.observing import call_in_file, ensure_observed, list_observed, with_noise
+from maviper.verification.run import results
 from maviper.verification.stated import StatedWorld
 from tests.support.game_sums import team
+from tests.support.games import random_profile
 from tests.support.generated import FOLDER
 from tests.support.zone_cases import random_tree
 from verify.claims.catalogue import find_claim
@@ -325,3 +327,22 @@ def test_other_physics_are_refused(name):
     other = replace(profile, world=replace(profile.world, options={"physics": "released"}))
     with pytest.raises(InputError, match="claims cover mpe2's motion"):
         StatedWorld.of_game(other, VerifyOptions(names=(name,)))
+
+
+@pytest.mark.slow
+def test_the_world_file_never_contradicts_the_solver_about_long_sums(tmp_path):
+    """Of features that add four coordinates, which Z3 decides alone: the file's proofs have certificates."""
+    verdicts = []
+    for seed in range(6):
+        profile, rng = random_profile("physical-deception,features=ahead", seed, depth=3), np.random.default_rng(seed)
+        ends = {name: Fraction(int(rng.integers(-96, 96)), 128) for name in start_region(profile.world).box}
+        box = {name: (low, low + Fraction(1, 8)) for name, low in ends.items()}
+        (tmp_path / "drawn.toml").write_text(Region(box, ("landmark_0",), name="drawn.toml").toml())
+        asked_for = VerifyOptions.about(("no_double", "own_target")[seed % 2], str(tmp_path / "drawn.toml"), {})
+        (known,) = results(profile, asked_for)
+        stated = StatedWorld.of_game(profile, asked_for)
+        other = stated.answer(stated.asked[0].question, beside=False)
+        assert other.verdict in (known.verdict, Verdict.UNKNOWN), seed
+        assert (other.evidence.certificate is not None) == (other.verdict is Verdict.PROVED)
+        verdicts.append(other.verdict)
+    assert verdicts.count(Verdict.UNKNOWN) <= 2 and {Verdict.PROVED, Verdict.VIOLATED} <= set(verdicts)
