@@ -17,7 +17,6 @@ A test compares a sum with its threshold, both in the numbers of sums; NaN compa
 clipped, then rounded once: NaN stays NaN, -0.0 is within a bound of 0.
 """
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Final, cast
@@ -72,17 +71,3 @@ def clip_values(values: Any, low: float | None, high: float | None) -> Any:
     if high is not None:
         values = cast(Any, np.where(values > number(high), number(high), values))
     return values if low is None else cast(Any, np.where(values < number(low), number(low), values))
-
-
-def words(each: Sum, names: Sequence[str], digits: int = 6) -> str:
-    """A sum as people read it: `0.5 x - y + 1`."""
-    parts = [_term_words(weight, None if place == CONSTANT else names[place], digits) for weight, place in each.terms]
-    text = " ".join(f"{sign} {size}" for sign, size in parts)
-    return text.removeprefix("+ ").replace("- ", "-", 1) if text.startswith("- ") else text.removeprefix("+ ")
-
-
-def _term_words(weight: float, name: str | None, digits: int) -> tuple[str, str]:
-    size = f"{abs(weight):.{digits}g}"
-    return "-" if math.copysign(1, weight) < 0 else "+", size if name is None else name if abs(
-        weight
-    ) == 1 else f"{size} {name}"

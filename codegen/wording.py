@@ -11,6 +11,7 @@ below, which in a few digits would read as `<= 19.5`.
 
 import math
 import struct
+from collections.abc import Sequence
 
 PLURALS = {"box": "boxes", "branch": "branches", "leaf": "leaves"}  # of nouns that take no s
 TINY = 2.0**-126  # the least float32 that is not subnormal
@@ -89,3 +90,17 @@ def _next_single(threshold: float) -> float | None:
         return None
     (bits,) = struct.unpack("<i", packed)
     return float(struct.unpack("<f", struct.pack("<i", bits + (1 if threshold > 0 else -1)))[0])
+
+
+def describe_sum(terms: Sequence[tuple[float, int]], names: Sequence[str], digits: int = 6) -> str:
+    """A sum as people read it: `0.5 x - y + 1`. `terms`: weights with places of names; below 0: the weight alone."""
+    parts = [_describe_term(weight, names[place] if place >= 0 else None, digits) for weight, place in terms]
+    text = " ".join(f"{sign} {size}" for sign, size in parts)
+    return text.removeprefix("+ ").replace("- ", "-", 1) if text.startswith("- ") else text.removeprefix("+ ")
+
+
+def _describe_term(weight: float, name: str | None, digits: int) -> tuple[str, str]:
+    sign, size = "-" if math.copysign(1, weight) < 0 else "+", f"{abs(weight):.{digits}g}"
+    if name is None:
+        return sign, size
+    return sign, name if abs(weight) == 1 else f"{size} {name}"

@@ -14,8 +14,8 @@ from codegen.check import identifier
 from codegen.floats import FLOAT32, decimal_literal, short_hex
 from codegen.lowering.parts import Action, Double, Feature, Node
 from codegen.lowering.summed import Given, Output, SumLine, Summed, SumNode, Term
-from codegen.sums import FLOAT32_STEPS, words
-from codegen.wording import holds
+from codegen.sums import FLOAT32_STEPS
+from codegen.wording import describe_sum, holds
 
 SHOWN_DIGITS = 3  # of what leaves give, where people read it
 
@@ -69,7 +69,9 @@ def _node(
         )
     terms = _terms(tree.sums[place - len(features)], features, tree.arithmetic)
     threshold = float(tree.threshold[node])
-    shown = f"{words(tree.sums[place - len(features)], [each.name for each in features])} {holds(threshold)}"
+    shown = (
+        f"{describe_sum(tree.sums[place - len(features)].terms, [each.name for each in features])} {holds(threshold)}"
+    )
     return SumNode(node, None, terms, _number(threshold, tree.arithmetic == FLOAT32_STEPS), shown, None, (), *children)
 
 
@@ -86,7 +88,7 @@ def _term(weight: float, place: int, features: Sequence[Feature], single: bool) 
 def _lower_given(policy: ir.AgentPolicy, output: Output, each: ir.Sum, features: Sequence[Feature]) -> Given:
     tree, spec = policy.tree, policy.outputs[output.index]
     if any(place != ir.CONSTANT for _, place in each.terms):
-        shown = words(each, [feature.name for feature in features], SHOWN_DIGITS)
+        shown = describe_sum(each.terms, [feature.name for feature in features], SHOWN_DIGITS)
         return Given(output, _terms(each, features, tree.arithmetic), None, shown)
     value = ir.clip_values(
         each.value(np.zeros((1, len(features)), policy.numbers), tree.arithmetic), spec.low, spec.high

@@ -12,8 +12,8 @@ from codegen.errors import InputError, UnknownNameError
 from codegen.floats import observations
 from codegen.ir import GOAL
 from codegen.observe import observe
-from codegen.sums import among, words
-from codegen.wording import NO_UNIT
+from codegen.sums import among
+from codegen.wording import NO_UNIT, describe_sum
 from maviper.evaluation.show import cut
 from verify.claims.uncertified.starts import positions
 from verify.states.path import Step, path
@@ -35,7 +35,7 @@ def lines(policy: ir.AgentPolicy, observation: ir.Floats) -> Iterator[str]:
     if policy.outputs:
         names = [feature.name for feature in policy.features]
         for output, each in zip(policy.outputs, policy.tree.vectors[chosen], strict=True):
-            yield f"  {output.name} = {words(each, names, digits=3)}{cut(output)}"
+            yield f"  {output.name} = {describe_sum(each.terms, names, digits=3)}{cut(output)}"
 
 
 def compute_operands(policy: ir.AgentPolicy, observation: ir.Floats) -> list[float]:

@@ -12,8 +12,7 @@ import numpy as np
 from codegen import ir
 from codegen.intervals import percent
 from codegen.paths import split_corners
-from codegen.sums import words
-from codegen.wording import NO_UNIT, format_count, number, within
+from codegen.wording import NO_UNIT, describe_sum, format_count, number, within
 
 
 def rules(policy: ir.AgentPolicy) -> Iterator[str]:
@@ -51,7 +50,7 @@ def cut(output: ir.OutputSpec) -> str:
 def _name_operands(policy: ir.AgentPolicy) -> list[str]:
     """The features, and the sums that are tested, in words."""
     names = [feature.name for feature in policy.features]
-    return names + [words(each, names, digits=3) for each in policy.tree.sums]
+    return names + [describe_sum(each.terms, names, digits=3) for each in policy.tree.sums]
 
 
 def _does(policy: ir.AgentPolicy, leaf: int) -> str:
@@ -60,7 +59,7 @@ def _does(policy: ir.AgentPolicy, leaf: int) -> str:
     if not policy.outputs:
         return policy.actions[chosen].name
     pairs = zip(policy.outputs, policy.tree.vectors[chosen], strict=True)
-    return ", ".join(f"{output.name} = {words(each, names, digits=3)}" for output, each in pairs)
+    return ", ".join(f"{output.name} = {describe_sum(each.terms, names, digits=3)}" for output, each in pairs)
 
 
 def _visits(tree: ir.Tree, node: int) -> str:

@@ -10,7 +10,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from codegen import ir
-from codegen.sums import CONSTANT, Sum, words
+from codegen.sums import CONSTANT, Sum
+from codegen.wording import describe_sum
 
 DIGITS = 3  # of weights, where people read them
 
@@ -29,7 +30,7 @@ def tree_data(policy: ir.AgentPolicy) -> dict[str, Any]:
 
 
 def _sum(each: Sum, names: Sequence[str]) -> dict[str, Any]:
-    return {"terms": [list(term) for term in each.terms], "words": words(each, names, DIGITS)}
+    return {"terms": [list(term) for term in each.terms], "words": describe_sum(each.terms, names, DIGITS)}
 
 
 def outputs_data(policy: ir.AgentPolicy, ranges: Sequence[tuple[float, float]]) -> list[dict[str, Any]]:

@@ -12,7 +12,8 @@ from codegen.agreement import sum_probes
 from codegen.check import check
 from codegen.errors import InputError, ProfileError
 from codegen.policy_json import content_hash, dumps, loads
-from codegen.sums import DOUBLE_SUMS, FLOAT32_STEPS, FLOAT64_SUMS, Sum, words
+from codegen.sums import DOUBLE_SUMS, FLOAT32_STEPS, FLOAT64_SUMS, Sum
+from codegen.wording import describe_sum
 from tests.support import summed
 
 KINDS = summed.every(1)
@@ -80,8 +81,8 @@ def test_who_gives_numbers_takes_no_action():
 
 def test_words():
     names = ["a", "b"]
-    assert words(Sum(((1.0, 0), (-0.5, 1), (2.0, ir.CONSTANT))), names) == "a - 0.5 b + 2"
-    assert words(Sum(((-1.0, 0),)), names) == "-a" and words(Sum(((-0.0, ir.CONSTANT),)), names) == "-0"
+    assert describe_sum(((1.0, 0), (-0.5, 1), (2.0, ir.CONSTANT)), names) == "a - 0.5 b + 2"
+    assert describe_sum(((-1.0, 0),), names) == "-a" and describe_sum(((-0.0, ir.CONSTANT),), names) == "-0"
 
 
 # --- the JSON form

@@ -9,8 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from codegen import ir
-from codegen.sums import words
-from codegen.wording import fails, holds, is_zero, number
+from codegen.wording import describe_sum, fails, holds, is_zero, number
 from verify.states.real import Value
 
 
@@ -38,7 +37,7 @@ def path(policy: ir.AgentPolicy, seen: Sequence[Value]) -> tuple[Step, ...]:
     """
     tree, node, steps = policy.tree, ir.ROOT, list[Step]()
     names = [feature.name for feature in policy.features]
-    names += [words(each, names, digits=3) for each in tree.sums]
+    names += [describe_sum(each.terms, names, digits=3) for each in tree.sums]
     while tree.feature[node] != ir.NO_FEATURE:
         feature, threshold = int(tree.feature[node]), float(tree.threshold[node])
         left = seen[feature] <= threshold
