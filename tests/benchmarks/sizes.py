@@ -7,6 +7,7 @@ listed. Without --wheel a wheel is built from that archive, in a folder of its o
 """
 
 import argparse
+import gzip
 import io
 import json
 import subprocess
@@ -29,6 +30,12 @@ def committed() -> dict[str, int]:
     listed = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
     rows = (row.split("\t") for row in listed.split("\0") if row)
     return {path: int(about.split()[3]) for about, path in rows}
+
+
+def packed_archive() -> int:
+    """The bytes of that checkout as a .tar.gz, as a forge hands it out."""
+    archive = subprocess.run(["git", "archive", "HEAD"], cwd=ROOT, capture_output=True, check=True).stdout
+    return len(gzip.compress(archive, 6, mtime=0))
 
 
 def built(place: Path) -> Path:
@@ -65,6 +72,7 @@ def main() -> None:
         return
     for name, value in values.items():
         print(f"{name}: {value:.2f} (reach {BARS[name]:g}{', missed' if value > BARS[name] else ''})")
+    print(f"the checkout as a .tar.gz, MB: {packed_archive() / MB:.2f}")
     for title, sizes in (("folders", by_folder(files)), ("files", Counter(files))):
         print(f"\n{title}, MB")
         print("\n".join(f"{size / MB:>8.2f}  {path}" for path, size in sizes.most_common(SHOWN)))
