@@ -8,8 +8,8 @@ Does not: load whole modules, TorchScript or any other pickle.
 import io
 import re
 import zipfile
-from collections.abc import Mapping
-from typing import Any, Protocol, TypeGuard, runtime_checkable
+from collections.abc import Callable, Mapping
+from typing import Protocol, TypeGuard, cast, runtime_checkable
 
 import numpy as np
 
@@ -89,7 +89,7 @@ def _safetensors(data: bytes, where: str) -> dict[str, Float32]:
         raise InputError("not a safetensors file", f"{where}: {error}"[:200]) from None
 
 
-def _torch(data: bytes, where: str, reason: str) -> Any:
+def _torch(data: bytes, where: str, reason: str) -> object:
     """What torch reads; `reason`: why it is asked."""
     try:
         import torch  # pyright: ignore[reportMissingImports]
@@ -98,7 +98,8 @@ def _torch(data: bytes, where: str, reason: str) -> Any:
         raise MissingToolError("only torch can read these weights, if at all", f"{where}: {reason}", advice) from None
     try:
         _ensure_small(data)
-        return torch.load(io.BytesIO(data), map_location="cpu", weights_only=True)
+        load = cast("Callable[..., object]", torch.load)  # pyright: ignore[reportUnknownMemberType]
+        return load(io.BytesIO(data), map_location="cpu", weights_only=True)
     except Exception as error:  # whatever a damaged or hostile file makes of it
         said = _reason(error)
         advice = "save it as torch.save(module.state_dict(), file)"
@@ -126,7 +127,7 @@ def _ensure_small(data: bytes) -> None:
         raise ValueError(f"it unpacks to more than {MAX_BYTES} bytes")
 
 
-def of_torch(loaded: Any, where: str) -> dict[str, Float32]:
+def of_torch(loaded: object, where: str) -> dict[str, Float32]:
     """The tensors of a state dict; InputError for anything else, and for more numbers than MAX_BYTES hold.
 
     A small file may state a large shape, all of whose places are one number in memory.
