@@ -1,16 +1,18 @@
 """The paper's comparison as it was published: MAVIPER with all of its rounds, and the authors' released code.
 
     python -m tests.benchmarks.published [--register NAME] [--plan | --tables] [--cells FOLDER] [--groups NAME,...]
-        [--cell NAME] [--record PLACE]
+        [--experts FOLDER] [--train] [--cell NAME] [--record PLACE]
 
 The register stands in NAME.toml: claims, cells in the order in which they are made, and their words. `published` is the
 default; `steps` undoes what the released code does besides its text, one by one, and has a figure; `splits` compares
 splits by every threshold with histograms; `factorial` combines what MAVIPER and IVIPER differ in; `learner` has our own
-algorithm beside the paper's; `rows` and `direct` have what others propose. --plan prints a register with its cells, CPU
-time and power. Without an option the missing cells are made, one after the other, then the tables are printed; --tables
-only prints. Every cell is a file in the folder, so an interrupted run goes on where it was. --record writes what the
-finished cells come to, the tables and figures into a folder, in the form of compact.py; a folder of cells may hold such
-a record, and its cells count as made.
+algorithm beside the paper's; `rows` and `direct` have what others propose; `random-experts` has the expert as the unit.
+Its experts are trained first: --train makes those that are missing in the folder of --experts, and goes on with those
+that were interrupted.
+--plan prints a register with its cells, CPU time and power. Without an option the missing cells are made, one after the
+other, then the tables are printed; --tables only prints. Every cell is a file in the folder, so an interrupted run goes
+on where it was. --record writes what the finished cells come to, the tables and figures into a folder, in the form of
+compact.py; a folder of cells may hold such a record, and its cells count as made.
 --cell makes one cell alone, and prints the hash of its episodes beside that of the committed record.
 """
 
@@ -27,12 +29,24 @@ from maviper.reproduction import figures
 from maviper.reproduction.statistics import holm, of_differences, size
 from tests.benchmarks import compact
 from tests.benchmarks.paired import BETTER, NOT_DECIDED, WORSE, detectable
-from tests.benchmarks.registered import Cell, Found, cells_of, comparisons_of, kept_in, made, make, read_register
+from tests.benchmarks.registered import (
+    Cell,
+    Found,
+    by_expert,
+    cells_of,
+    comparisons_of,
+    kept_in,
+    made,
+    make,
+    read_register,
+    units_of,
+)
+from tests.benchmarks.trained import train_missing, tree_seeds_of
 
 FOLDER = "/tmp/maviper-{}"
 RECORDS = Path(__file__).parents[2] / "generated" / "reproduction"
 TEXT, README, FIGURE = "tables.txt", "README.md", "figure.svg"
-PRIMARY, EXPERT = "primary", "expert"
+PRIMARY, EXPERT, UNTESTABLE = "primary", "expert", "UNTESTABLE"
 LEVELS = {
     "maviper-every-round": "MAVIPER, all rounds",
     "maviper": "MAVIPER, stops early",
@@ -59,13 +73,22 @@ def plan_lines(register):
         rate = sum(group["seconds"][cell.algorithm] for cell in cells)
         lines.append(f"{len(cells):>6}{rate:>8.0f}  {group['name']}")
         total += rate
+    for name, recipe in register.get("trained", {}).items():
+        for game, seconds in recipe["seconds"].items():
+            lines.append(f"{len(recipe['seeds']):>6}{seconds * len(recipe['seeds']):>8.0f}  experts {name}, {game}")
+            total += seconds * len(recipe["seeds"])
     lines += [f"{total / 3600:.1f} CPU hours in all, by the register's seconds", "", "effect seen with power .8"]
     counts = {family: sum(each[0] == family for each in comparisons_of(register)) for family in families(register)}
     for family, claim, expert, depth in comparisons_of(register):
         alpha = register["alpha"] / counts[family]
-        seen = detectable(claim["deviation"], len(register["seeds"]), alpha, register["power"])
-        lines.append(f"  {seen:.3f} of {claim['effect']:.3f}  {claim['id']}, {expert}, depth {depth}")
+        seen = detectable(claim["deviation"], units_of(register, expert), alpha, register["power"])
+        lines.append(f"  {seen:.3f} of {claim['effect']:.3f}  {claim['id']}, {called(expert)}, depth {depth}")
     return lines
+
+
+def called(expert):
+    """An expert's label, or how many there are."""
+    return f"{len(expert)} experts" if isinstance(expert, tuple) else expert
 
 
 def families(register):
@@ -75,9 +98,15 @@ def families(register):
 def table_lines(register, found):
     """Ratios and rounds of every row, then the comparisons of each family."""
     total = sum(len(cells_of(register, group)) for group in register["groups"])
-    lines = [f"{len(found.documents)} of {total} cells", "", "joint ratio to the expert, mean and deviation over seeds"]
+    over = "experts, or an expert's seeds" if by_expert(register) else "seeds"
+    lines = [
+        f"{len(found.documents)} of {total} cells",
+        "",
+        f"joint ratio to the expert, mean and deviation over {over}",
+    ]
     for group in register["groups"]:
-        for expert, depth, algorithm in product(group["experts"], group["depths"], group["algorithms"]):
+        experts = [tuple(group["experts"]), *group["experts"]] if by_expert(register) else group["experts"]
+        for expert, depth, algorithm in product(experts, group["depths"], group["algorithms"]):
             lines += row_lines(register, found, group, expert, depth, algorithm)
     for family in families(register):
         lines += family_lines(register, found, family)
@@ -92,12 +121,16 @@ def row_lines(register, found, group, expert, depth, algorithm):
         if values:
             numbers = list(values.values())
             spread = f"{np.std(numbers, ddof=1):.3f}" if len(numbers) > 1 else "-"
-            name = f"{group['game']} {expert} {group['preset']} {algorithm} depth {depth}: {label}"
-            cells = [Cell(group["game"], expert, group["preset"], algorithm, depth, seed) for seed in values]
+            name = f"{group['game']} {called(expert)} {group['preset']} {algorithm} depth {depth}: {label}"
+            several = isinstance(expert, tuple)
+            played = [(each, seed) for each in values for seed in tree_seeds_of(register, each)] if several else []
+            played = played or [(expert, seed) for seed in values]
+            cells = [Cell(group["game"], each, group["preset"], algorithm, depth, seed) for each, seed in played]
             rounds = np.median([found.document(cell)["training"]["stopped_after"] for cell in cells])
             absolute = np.mean([absolute_of(found.document(cell), label) for cell in cells], axis=0)
             told = f"{absolute[0]:.3f} of {absolute[1]:.3f}, median of {rounds:g} rounds"
-            lines.append(f"  {np.mean(numbers):.3f} {spread:>6}  {len(values):>2} seeds  {name}, {told}")
+            units = "experts" if several else "seeds"
+            lines.append(f"  {np.mean(numbers):.3f} {spread:>6}  {len(values):>2} {units}  {name}, {told}")
     return lines
 
 
@@ -108,21 +141,23 @@ def absolute_of(document, label):
 
 
 def family_lines(register, found, family):
-    """Comparisons with interval and size; words only once the whole family has all of its seeds."""
+    """Comparisons with interval and size; words only once the whole family has all of its seeds, or experts."""
     named = [each for each in comparisons_of(register) if each[0] == family]
     pairs = [found.paired(*each[1:]) for each in named]
-    whole = all(len(each.differences) == len(register["seeds"]) for each in pairs)
+    whole = all(len(pair.differences) == units_of(register, each[2]) for pair, each in zip(pairs, named, strict=True))
     words = words_of(pairs, register["alpha"], register["margin"]) if whole else [""] * len(pairs)
     lines = ["", f"family {family}" + ("" if whole else ": not whole, so no word is given yet")]
     for (_, claim, expert, depth), pair, word in zip(named, pairs, words, strict=True):
-        name = f"{claim['id']}, {expert}, depth {depth}"
-        count = len(pair.differences)
-        if count < len(register["seeds"]):
-            lines.append(f"  {name}: {count} of {len(register['seeds'])} seeds")
+        name = f"{claim['id']}, {called(expert)}, depth {depth}"
+        count, units = len(pair.differences), units_of(register, expert)
+        if count < units:
+            lines.append(f"  {name}: {count} of {units} {'experts' if by_expert(register) else 'seeds'}")
             continue
         low, high = pair.interval()
         told = f"{size(claim['effect'], low, high)} against {claim['effect']:g}"
         beside = "; UNTESTABLE by the rule of the ceiling" if found.ceiling(claim, expert, depth) else ""
+        if beside and by_expert(register):  # fresh experts: the rule applies
+            word, beside = f"{UNTESTABLE} ({word or 'no word yet'} without the rule of the ceiling)", ""
         lines.append(f"  {name}: {pair.mean:+.3f} [{low:+.3f}, {high:+.3f}]  {word or 'no word yet'}; {told}{beside}")
     return lines
 
@@ -237,9 +272,13 @@ def page(register, digest, found):
         f"\n- `{file}`: what experts and their trees reach, absolute." for file in levels(register, found)
     )
     option = "" if name == "published" else f" --register {name}"
+    experts = ""
+    if "trained" in register:
+        experts = f"    python -m tests.benchmarks.published{option} --experts RUNS --train\n"
+        option += " --experts RUNS"
     return f"""# {register.get("title", TITLE)}
 
-    python -m tests.benchmarks.published{option} --cells FOLDER --record generated/reproduction/{name}
+{experts}    python -m tests.benchmarks.published{option} --cells FOLDER --record generated/reproduction/{name}
 
 {state} {len(found.documents)} of {total} cells, {hours:.1f} core-hours.
 Register: tests/benchmarks/{name}.toml, sha256 {digest}.
@@ -259,7 +298,7 @@ it makes only what is missing.
 """
 
 
-def again_lines(register, digest, name, folder, record):
+def again_lines(register, digest, name, folder, record, experts=None):
     """Makes one cell, if it is not in the folder; the hash of its episodes, and what the committed record has."""
     (cell,) = {cell for group in register["groups"] for cell in cells_of(register, group) if cell.name == name} or (
         None,
@@ -268,7 +307,7 @@ def again_lines(register, digest, name, folder, record):
         raise SystemExit(f"no cell of the register is named {name}: copy the name from a record's {compact.FILE}")
     if not (folder / cell.name).exists():
         with threadpool_limits(1):
-            make(register, digest, cell, folder)
+            make(register, digest, cell, folder, experts)
     recorded = kept_in(RECORDS / record).get(name, {}).get("sha256", "none")
     return [f"{made(digest, cell, folder)['sha256']}  {name}", f"{recorded}  in the committed record"]
 
@@ -277,11 +316,15 @@ def main():
     """Makes what is missing, and prints the tables."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument(
-        "--register", default="published", help="published, steps, splits, factorial, learner, rows or direct"
+        "--register",
+        default="published",
+        help="published, steps, splits, factorial, learner, rows, direct or random-experts",
     )
     parser.add_argument("--plan", action="store_true", help="print cells, CPU time and power")
     parser.add_argument("--tables", action="store_true", help="make nothing")
     parser.add_argument("--cells", type=Path, help="where cells lie")
+    parser.add_argument("--experts", type=Path, default=Path(FOLDER.format("experts")), help="where their runs lie")
+    parser.add_argument("--train", action="store_true", help="train the experts that are missing, and make no cell")
     parser.add_argument("--groups", help="names, separated by commas; all others are left for another time")
     parser.add_argument("--cell", help="the only one that is made, by its name in a record")
     parser.add_argument("--record", type=Path, help="where the record is written")
@@ -292,14 +335,19 @@ def main():
         print("\n".join(plan_lines(register)))
         return
     if given.cell:
-        print("\n".join(again_lines(register, digest, given.cell, folder, given.register)))
+        print("\n".join(again_lines(register, digest, given.cell, folder, given.register, given.experts)))
         return
     wanted = given.groups.split(",") if given.groups else [group["name"] for group in register["groups"]]
+    if given.train:
+        games = dict.fromkeys(group["game"] for group in register["groups"] if group["name"] in wanted)
+        for game, label, card in train_missing(register, given.experts, games):
+            print(f"{time.strftime('%H:%M:%S')}  {game} {label}, {card['seconds']:.0f} s", flush=True)
+        return
     with threadpool_limits(1):
         for group in register["groups"] if not given.tables else []:
             for cell in cells_of(register, group) if group["name"] in wanted else []:
                 if made(digest, cell, folder) is None:
-                    make(register, digest, cell, folder)
+                    make(register, digest, cell, folder, given.experts)
                     print(f"{time.strftime('%H:%M:%S')}  {cell.name}", flush=True)
     found = Found(register, digest, folder)
     print("\n".join(table_lines(register, found)))

@@ -1,7 +1,8 @@
 """Registered cells: extractions that a register names before any is made, and the numbers that claims take from them.
 
 Does: reads a register (such as published.toml) with its hash and says its factors as algorithms, makes a cell as a
-  file, finds those that there are, each a file or in a record, also in another record, and pairs them by seed.
+  file, finds those that there are, each a file or in a record, also in another record, and pairs them by seed, or the
+  means of an expert's seeds by expert.
 Assumes: a register that stands in this folder.
 Does not: print or draw (published.py).
 """
@@ -26,10 +27,11 @@ from maviper.files.profiles import version
 from maviper.reproduction.cells.cell import EPISODES
 from maviper.reproduction.cells.making import replacing
 from maviper.reproduction.statistics import of_differences, untestable
-from maviper.worlds import Measure
+from maviper.worlds import Measure, find_built_in
 from maviper.worlds.world import RETURN
 from tests.benchmarks import compact
 from tests.benchmarks.paired import Paired
+from tests.benchmarks.trained import find_trained, recipe_of, tree_seeds_of
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
@@ -96,10 +98,12 @@ class Cell:
 
 
 def cells_of(register, group):
-    """The cells of a group, all of one seed before the next."""
-    grid = product(register["seeds"], group["experts"], group["depths"], group["algorithms"])
+    """The cells of a group, all of one seed before the next; of trained experts all of their first ones."""
+    seeds = {expert: tree_seeds_of(register, expert) for expert in group["experts"]}
     return [
-        Cell(group["game"], expert, group["preset"], algorithm, depth, seed) for seed, expert, depth, algorithm in grid
+        Cell(group["game"], expert, group["preset"], algorithm, depth, seeds[expert][place])
+        for place in range(len(register["seeds"]))
+        for expert, depth, algorithm in product(group["experts"], group["depths"], group["algorithms"])
     ]
 
 
@@ -107,6 +111,11 @@ def cells_of(register, group):
 def expert_of(game, label):
     """The shipped expert, and its world."""
     return find_expert(game if label == "mappo" else f"{game}@{label}")
+
+
+def world_of(register, game, label):
+    """What an expert plays; a trained one's run is not asked."""
+    return find_built_in(game) if recipe_of(register, label) else expert_of(game, label)[1]
 
 
 def settings_of(register, world, cell):
@@ -126,10 +135,11 @@ def trees_of(register, expert, world, cell):
     return extract(world, expert, settings_of(register, world, cell))
 
 
-def make(register, digest, cell, folder):
-    """Makes one cell."""
+def make(register, digest, cell, folder, experts):
+    """Makes one cell. `experts`: the folder of trained ones."""
     started = time.process_time()
-    expert, world = expert_of(cell.game, cell.expert)
+    trained = recipe_of(register, cell.expert)
+    expert, world = find_trained(experts, cell.game, cell.expert) if trained else expert_of(cell.game, cell.expert)
     profile = trees_of(register, expert, world, cell)
     lineups = {name: each for name, each in replacing(world, expert, profile).items() if name != "all"}
     lineups["expert"] = [expert] * len(world.agents), tuple(world.teams)
@@ -205,6 +215,7 @@ class Found:
                 document = made(digest, cell, folder)
                 if document:
                     self.documents[cell] = document
+        ensure_same_experts(register, self.documents)
         self.beside = beside_of(register) if "beside" in register else {}
 
     def document(self, cell):
@@ -213,10 +224,14 @@ class Found:
 
     def ratios(self, claim, side, expert, depth):
         """Seed -> the joint ratio of the claim's team to the expert, higher being better; of several algorithms their
-        mean, once all are there.
+        mean, once all are there. Of several experts: expert -> the mean of its seeds, once all are there.
         """
-        world, found = expert_of(claim["game"], expert)[1], {}
-        for seed in self.register["seeds"]:
+        if isinstance(expert, tuple):
+            by_expert = {each: list(self.ratios(claim, side, each, depth).values()) for each in expert}
+            whole = len(self.register["seeds"])
+            return {each: float(np.mean(ratios)) for each, ratios in by_expert.items() if len(ratios) == whole}
+        world, found = world_of(self.register, claim["game"], expert), {}
+        for seed in tree_seeds_of(self.register, expert):
             documents = [self.document(cell) for cell in cells_of_side(claim, side, expert, depth, seed)]
             if all(documents):
                 ratios = [ratio(document["values"], world, claim["measure"]) for document in documents]
@@ -224,7 +239,7 @@ class Found:
         return found
 
     def paired(self, claim, expert, depth):
-        """The first less the second, by seed."""
+        """The first less the second, by seed or, of several experts, by expert."""
         first, second = (self.ratios(claim, side, expert, depth) for side in ("first", "second"))
         return Paired(tuple(first[seed] - second[seed] for seed in first if seed in second))
 
@@ -232,6 +247,17 @@ class Found:
         """Whether the second one keeps so much of the expert that a lead over it cannot be seen."""
         values = list(self.ratios(claim, "second", expert, depth).values())
         return len(values) > 1 and untestable(of_differences(values).interval()[0])
+
+
+def ensure_same_experts(register, documents):
+    """SystemExit where cells of one trained expert were made from different networks."""
+    hashes = {}
+    for cell, document in documents.items():
+        if (
+            recipe_of(register, cell.expert)
+            and hashes.setdefault((cell.game, cell.expert), document["expert"]) != (document["expert"])
+        ):
+            raise SystemExit(f"{cell.name} is of another network than other cells of {cell.expert}: remove its cells")
 
 
 def ratio(values, world, label):
@@ -244,9 +270,23 @@ def ratio(values, world, label):
 
 
 def comparisons_of(register):
-    """(family, claim, expert, depth) for everything that is compared."""
+    """(family, claim, expert, depth) for everything that is compared; where experts are the units, all of a claim's
+    together in place of one.
+    """
     return [
         (claim["family"], claim, expert, depth)
         for claim in register["claims"]
-        for expert, depth in product(claim["experts"], claim["depths"])
+        for expert, depth in product(
+            [tuple(claim["experts"])] if by_expert(register) else claim["experts"], claim["depths"]
+        )
     ]
+
+
+def by_expert(register):
+    """Whether the unit is the expert, in place of the seed."""
+    return register.get("unit") == "expert"
+
+
+def units_of(register, expert):
+    """How many units a comparison has: seeds of one expert, or experts."""
+    return len(expert) if isinstance(expert, tuple) else len(register["seeds"])

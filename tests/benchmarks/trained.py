@@ -1,0 +1,58 @@
+"""Experts that a register has trained, so that the expert can be the unit: which these are, and where their runs lie.
+
+Does: finds the recipe behind a label such as mappo-200, trains what is missing, and goes on with what was interrupted.
+Assumes: the extra `maviper[train]` where something is trained; a run's folder is that of one register.
+Does not: extract, judge, or choose among experts: all seeds of a recipe count.
+"""
+
+from codegen.errors import InputError
+from maviper.console import Console
+from maviper.experts.finding import find_expert
+from maviper.experts.training.run import train_expert
+from maviper.experts.training.train import CARD_FILE
+from maviper.files import runs
+
+
+def recipe_of(register, label):
+    """The recipe and seed of a label, None for a shipped expert's."""
+    name, _, seed = label.rpartition("-")
+    recipe = register.get("trained", {}).get(name)
+    return (recipe, int(seed)) if recipe and seed.isdecimal() and int(seed) in recipe["seeds"] else None
+
+
+def labels_of(register, name):
+    """All experts of a recipe."""
+    return [f"{name}-{seed}" for seed in register["trained"][name]["seeds"]]
+
+
+def tree_seeds_of(register, expert):
+    """The seeds of an expert's trees: each trained expert has its own, and so its own held-out episodes."""
+    seeds = register["seeds"]
+    known = recipe_of(register, expert)
+    place = known[0]["seeds"].index(known[1]) if known else 0
+    return [seed + place * len(seeds) for seed in seeds]
+
+
+def run_of(folder, game, label):
+    """The run folder of an expert."""
+    return folder / f"{game}.{label}"
+
+
+def find_trained(folder, game, label):
+    """The expert of a finished run, and its world."""
+    run = run_of(folder, game, label)
+    if not (run / CARD_FILE).exists():
+        raise InputError(
+            f"the expert {label} of {game} is not trained", str(run), "train it first, with --train FOLDER"
+        )
+    return find_expert(str(run))
+
+
+def train_missing(register, folder, games):
+    """Trains what is missing, one after the other; yields the game, the label and the card of each expert."""
+    for game in games:
+        for name, recipe in register["trained"].items():
+            for label, seed in zip(labels_of(register, name), recipe["seeds"], strict=True):
+                run, options = run_of(folder, game, label), recipe["options"][game]
+                told = Console(quiet=True)
+                yield game, label, train_expert(game, run, told, **options, seed=seed, resume=runs.holds_run(run))

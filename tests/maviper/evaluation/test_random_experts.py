@@ -1,0 +1,135 @@
+"""The register of experts as a random level: it can be carried out, and the expert is its unit."""
+
+import json
+import tomllib
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from codegen.errors import InputError
+from maviper.options import TrainOptions
+from maviper.reproduction.statistics import of_differences
+from tests.benchmarks import published, trained
+from tests.benchmarks.registered import HERE, Cell, Found, cells_of, comparisons_of, make, settings_of, world_of
+
+REGISTER, DIGEST = published.read_register("random-experts")
+LABELS = tuple(f"mappo-{seed}" for seed in range(200, 208))
+FIRST = Cell("physical-deception", LABELS[0], "paper", "maviper-every-round", 4, 500)
+DEFENDERS, ADVERSARIES = "defenders success r=0.316", "adversaries success r=0.316"
+
+
+def document(reached, network):
+    """A cell in which the defenders reach so much, and their expert .8."""
+    values = {"joint:defenders": {DEFENDERS: [reached] * 2}, "joint:adversaries": {ADVERSARIES: [0.5, 0.5]}}
+    values["expert"] = {DEFENDERS: [0.6, 1.0], ADVERSARIES: [0.5, 0.5]}
+    told = {"register": DIGEST, "expert": network, "training": {"stopped_after": 100}, "seconds": 1.0}
+    return {**told, "values": values}
+
+
+def fill(folder, lifts):
+    """Cells of deception: by algorithm and place of the tree's seed, what it reaches more than .6 for each expert."""
+    for cell in cells_of(REGISTER, REGISTER["groups"][0]):
+        place = LABELS.index(cell.expert)
+        lift = lifts[cell.algorithm](place, cell.seed % 2)
+        (folder / cell.name).write_text(json.dumps(document(0.6 + lift, f"network {place}")))
+
+
+def lines_of(folder):
+    return published.family_lines(REGISTER, Found(REGISTER, DIGEST, folder), "deception")
+
+
+def test_every_comparison_has_its_cells_and_every_expert_seeds_of_its_own():
+    cells = {cell for group in REGISTER["groups"] for cell in cells_of(REGISTER, group)}
+    assert len(cells) == 2 * 8 * 2 * 3
+    for _, claim, experts, depth in comparisons_of(REGISTER):
+        assert experts == LABELS and claim["measure"] in {DEFENDERS, "agents D"}
+        for label, side in ((label, claim[side]) for label in experts for side in ("first", "second")):
+            seeds = trained.tree_seeds_of(REGISTER, label)
+            assert {Cell(claim["game"], label, **side, depth=depth, seed=seed) for seed in seeds} <= cells
+    used = [seed for label in LABELS for seed in trained.tree_seeds_of(REGISTER, label)]
+    assert used == list(range(500, 516))
+    others = [tomllib.loads(place.read_text()) for place in HERE.glob("*.toml") if place.stem != "random-experts"]
+    assert not {seed for other in others for seed in other.get("seeds", ())} & set(used)
+    for cell in {replace(cell, expert=LABELS[0], seed=500) for cell in cells}:
+        settings = settings_of(REGISTER, world_of(REGISTER, cell.game, cell.expert), cell)
+        assert settings.preset == "paper" and settings.splits == "histogram" and not settings.refinement
+
+
+def test_the_unit_is_the_expert(tmp_path):
+    """Its seeds give one number; half of an expert gives none."""
+    ours = {"maviper-every-round": lambda place, seed: 0.1 + 0.01 * place + 0.06 * seed}
+    fill(tmp_path, {**ours, "iviper": lambda place, seed: 0.02 * seed, "imitation": lambda place, seed: 0.0})
+    (claim, *_) = REGISTER["claims"]
+    pair = Found(REGISTER, DIGEST, tmp_path).paired(claim, LABELS, 4)
+    differences = [(0.12 + 0.01 * place) / 0.8 for place in range(8)]
+    assert pair.differences == pytest.approx(differences)
+    assert pair.interval() == pytest.approx(of_differences(differences).interval())
+    low, high = (np.mean(differences) + side * 2.364624 * np.std(differences, ddof=1) / 8**0.5 for side in (-1, 1))
+    assert pair.interval() == pytest.approx((low, high), rel=1e-5)  # t of 7 degrees of freedom
+    assert any(
+        "experts-deception-iviper, 8 experts" in line and "BETTER; SMALLER" in line for line in lines_of(tmp_path)
+    )
+    (tmp_path / FIRST.name).unlink()
+    assert len(Found(REGISTER, DIGEST, tmp_path).paired(claim, LABELS, 4).differences) == 7
+    assert lines_of(tmp_path)[1:] == [
+        "family deception: not whole, so no word is given yet",
+        "  experts-deception-iviper, 8 experts, depth 4: 7 of 8 experts",
+        "  experts-deception-imitation, 8 experts, depth 4: 7 of 8 experts",
+    ]
+
+
+def test_a_baseline_at_the_ceiling_is_untestable_with_the_word_beside(tmp_path):
+    lifts = {"maviper-every-round": lambda place, seed: 0.2, "imitation": lambda place, seed: 0.01 * place}
+    fill(tmp_path, {**lifts, "iviper": lambda place, seed: 0.19 + 0.001 * place})
+    ceiling, open_ = lines_of(tmp_path)[2:]
+    assert "UNTESTABLE (EQUAL without the rule of the ceiling); SMALLER THAN HALF against 0.488" in ceiling
+    assert "  BETTER; " in open_ and "UNTESTABLE" not in open_
+
+
+def test_cells_of_one_expert_are_of_one_network(tmp_path):
+    for seed, network in ((500, "one"), (501, "another")):
+        cell = replace(FIRST, seed=seed)
+        (tmp_path / cell.name).write_text(json.dumps(document(0.6, network)))
+    with pytest.raises(SystemExit, match="of another network than other cells of mappo-200"):
+        Found(REGISTER, DIGEST, tmp_path)
+
+
+def test_an_expert_that_is_not_trained_is_asked_for(tmp_path):
+    with pytest.raises(InputError, match="mappo-200 of physical-deception is not trained"):
+        make(REGISTER, DIGEST, FIRST, tmp_path, tmp_path)
+
+
+def test_missing_experts_are_trained_and_begun_ones_resumed(tmp_path, monkeypatch):
+    asked = []
+
+    def train_expert(game, run, console, **options):
+        asked.append((game, run.name, options))
+        return {"seconds": 1.0}
+
+    monkeypatch.setattr(trained, "train_expert", train_expert)
+    begun = trained.run_of(tmp_path, "physical-deception", LABELS[3])
+    begun.mkdir()
+    (begun / "config.json").write_text("{}")
+    labels = [label for _, label, _ in trained.train_missing(REGISTER, tmp_path, ["physical-deception"])]
+    assert labels == list(LABELS)
+    assert [options["seed"] for _, _, options in asked] == list(range(200, 208))
+    assert [options["resume"] for _, _, options in asked] == [place == 3 for place in range(8)]
+    assert all(
+        options["steps"] == 1_024_000 and set(options) <= set(TrainOptions.__annotations__) for *_, options in asked
+    )
+
+
+def test_a_finished_run_is_the_expert(tmp_path, monkeypatch):
+    run = trained.run_of(tmp_path, "physical-deception", LABELS[0])
+    run.mkdir()
+    (run / trained.CARD_FILE).write_text("{}")
+    expert = SimpleNamespace(hash="abc")
+    monkeypatch.setattr(trained, "find_expert", lambda text: (expert, text))
+    assert trained.find_trained(tmp_path, "physical-deception", LABELS[0]) == (expert, str(run))
+
+
+def test_the_plan_counts_experts_and_their_training():
+    text = "\n".join(published.plan_lines(REGISTER))
+    assert "experts mappo, cooperative-navigation" in text and "experts-navigation-iviper, 8 experts" in text
