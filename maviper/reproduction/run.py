@@ -149,6 +149,9 @@ def _make(store: Store, options: Request, done: Reproduced, console: Console) ->
     """All cells, those that need others after these. What another process makes is waited for."""
     tasks = done.plan.tasks
     missing = {task.id: estimate(task) for task in tasks if not store.is_done(task.id)}
+    for task in tasks:
+        if task.id not in missing:
+            store.drop_claims(task.id)
     finished = len(tasks) - len(missing)
     if finished:
         console.line("found", f"{finished} of {format_count(len(tasks), 'cell')} finished")

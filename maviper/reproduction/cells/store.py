@@ -129,6 +129,11 @@ class Store:
                 if _number(place) <= _number(mine):
                     place.unlink(missing_ok=True)
 
+    def drop_claims(self, id_: str) -> None:
+        """Takes away the claims on a finished cell, which whoever was killed before giving them back has left."""
+        for place in (self.cells / id_).glob(CLAIM + "*"):
+            place.unlink(missing_ok=True)
+
     @property
     def held(self) -> Mapping[str, Path]:
         """The claims of this process."""

@@ -31,3 +31,7 @@ def test_a_reproduction_killed_at_many_of_its_calls(tmp_path, monkeypatch):
         assert contents(folder) == whole
         assert not [place for place in folder.rglob("*") if place.name.startswith((".", "claim-"))]
     assert len(found) > OTHERS // 2
+    given_back = next((tmp_path / "whole").rglob(CELL_FILE)).parent / "claim-0"
+    given_back.write_text("", encoding="utf-8")  # as one killed between its cell and the end of its claim leaves it
+    reproduced(tmp_path / "whole", **TINY)
+    assert not given_back.exists()
