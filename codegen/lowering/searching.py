@@ -123,7 +123,7 @@ class Lookup:
     order: tuple[int, ...]  # boxes, those of a cell followed by -1
     boxes: tuple[Ends, ...]  # the last one holds no state: it is the first of cells without a box
     most: int  # boxes of a cell, at most
-    frames: tuple[Frame, ...] = ()  # of turned boxes: of each a state has to be in its frame too
+    frames: tuple[Frame, ...] = ()  # of turned boxes: of each, also of the last, a state has to be in its frame too
     inscribed: bool = False  # whether what is well in a frame is in its box
 
     @property

@@ -1,13 +1,21 @@
 """Turned sets in the plane: whoever is vouched for lies in a set, by exact arithmetic."""
 
+import subprocess
 from fractions import Fraction
 
 import numpy as np
 import pytest
 
+from codegen.agreement.compiled import STRICT, find_compiler
 from codegen.errors import InputError
+from codegen.lowering.covering import Cover, Variable
+from codegen.lowering.lower import lower
 from codegen.lowering.searching import Boxes
 from codegen.lowering.turning import MAX_SETS, ensure_few_sets, turn_sets
+from codegen.lowering.watching import watch_cover
+from codegen.targets import emit, monitor
+from tests.support.monitors import OK, OUTSIDE
+from tests.support.small import small_profile
 
 
 def drawn(rng, scale):
@@ -94,3 +102,74 @@ def test_more_sets_than_there_is_room_for_are_refused():
     ensure_few_sets(MAX_SETS, "here")
     with pytest.raises(InputError, match="5,001 turned boxes, and a monitor has room for 5,000"):
         ensure_few_sets(MAX_SETS + 1, "here")
+
+
+SANITIZED = ["-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
+READ_STATES = """#include "{p}_monitor.h"
+#include <stdio.h>
+int main(void)
+{{
+    double w[2];
+    {p}_monitor m;
+    while (fread(w, sizeof w, 1, stdin) == 1) {{
+        {p}_monitor_start(&m);
+        {p}_monitor_renew(&m, 0);
+        {p}_monitor_renew(&m, 1);
+        putchar('0' + {p}_monitor_step(&m, w, 1.0));
+    }}
+    return 0;
+}}
+"""
+
+
+def scatter_sets(rng):
+    """Twelve turned sets that are far from each other, in boxes that reach beyond them."""
+    places = rng.permutation(256)[:12]
+    centre = np.stack([places % 16, places // 16], axis=1) - 7.5
+    matrix = np.eye(2) * 0.2 + rng.uniform(-0.05, 0.05, (12, 2, 2))
+    turned, rest = np.broadcast_to(np.eye(2), (12, 2, 2)).copy(), np.full((12, 2), 1e-9)
+    reach = 1.01 * np.abs(matrix).sum(axis=2) + rest
+    return turn_sets(Boxes(centre - reach, centre + reach), centre, matrix, rest, turned, "here")
+
+
+def say_in_c(watched, texts, states, folder):
+    """The words of the monitor in C for each state alone, under sanitizers."""
+    p = watched.model.prefix
+    for name, text in {**texts, "run.c": READ_STATES.format(p=p)}.items():
+        (folder / name).write_text(text)
+    command = [*find_compiler(), *STRICT, *SANITIZED, "-ffp-contract=off", "run.c", "-o", "run"]
+    built = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    if "cannot find" in built.stderr or "libclang_rt" in built.stderr:
+        pytest.skip("the compiler has no sanitizer runtime here")
+    assert built.returncode == 0, built.stderr
+    ran = subprocess.run([str(folder / "run")], input=states.tobytes(), capture_output=True, check=False)
+    assert ran.returncode == 0, ran.stderr.decode()
+    return [int(word) for word in ran.stdout.decode()]
+
+
+@pytest.mark.compile
+@pytest.mark.skipif(find_compiler() is None, reason="no C compiler")
+def test_cells_without_a_set_vouch_for_nothing(tmp_path):
+    """Where no box is compared first, the code of an empty cell asks a frame too: one that holds no state."""
+    rng = np.random.default_rng(2)
+    made, profile = scatter_sets(rng), small_profile()
+    cover = Cover((Variable("x", -9.0, 9.0), Variable("y", -9.0, 9.0)), ((made,),), True, False, 1.0)
+    watched = watch_cover(profile, lower(profile), cover, "0" * 64, "nothing")
+    assert watched.lookup.inscribed
+    assert watched.lookup.firsts.count(12) > 50  # cells without a set
+    near = made.centre[rng.integers(12, size=3_000)] + rng.uniform(-0.3, 0.3, (3_000, 2))
+    states = np.concatenate([rng.uniform(-9.0, 9.0, (6_000, 2)), near])
+    wanted = np.where(made.holds(states), OK, OUTSIDE).tolist()
+    assert wanted.count(OK) > 1_000 < wanted.count(OUTSIDE)
+    texts = {**emit(profile, ["c"]), **monitor.emit(watched, ["c", "python"])}
+    space = {}
+    exec(compile(texts[f"{watched.model.prefix}_monitor.py"], "monitor", "exec"), space)
+    python = space["Monitor"]()
+
+    def say_in_python(state):
+        python.start()
+        python.renew_all()
+        return int(python.step(state, 1.0))
+
+    assert [say_in_python(state) for state in states.tolist()] == wanted
+    assert say_in_c(watched, texts, states, tmp_path) == wanted
