@@ -96,3 +96,28 @@ def test_rows_take_the_place_of_those_of_the_same_question(tmp_path):
     keep_rows(record, [row])
     kept = json.loads(record.read_text())
     assert len(kept) == len(ROWS) and row in kept and ROWS[0] not in kept
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [(["--halves"], "--experts FOLDER measures"), (["--experts", "."], "has no expert of Swimmer-v5: nothing was")],
+)
+def test_without_an_expert_it_says_that_nothing_was_measured(given, said, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sys.argv", ["continuous", *given, *(["Swimmer-v5"] if len(given) > 1 else [])])
+    with pytest.raises(SystemExit) as left:
+        continuous.main()
+    assert left.value.code not in (0, None)
+    assert said in f"{left.value.code}{capsys.readouterr().err}"
+
+
+def test_a_row_of_another_expert_is_measured_anew(tmp_path, monkeypatch):
+    """A record answers for the expert that its hash names alone."""
+    record, (row, *_) = tmp_path / "rows.json", (row for row in json.loads(OBLIQUE.read_text()) if row["taught_by"])
+    fresh = {**row, "values": {"agents": 9.0}}
+    monkeypatch.setattr(oblique, "measure", lambda *_: fresh)
+    way = oblique.TESTED[row["way"]]._replace(settings={"max_leaves": row["asked"]})
+    for kept, wanted in ((row, row), ({**row, "expert_sha256": "0" * 64}, fresh)):
+        keep_rows(record, [kept])
+        assert oblique.measure_once(record, row["game"], row["way"], way, row["episodes"]) == wanted
+    assert json.loads(record.read_text()) == [fresh]

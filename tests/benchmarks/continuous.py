@@ -17,6 +17,7 @@ manual's table.
 
 import argparse
 import json
+import sys
 import time
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -239,6 +240,12 @@ def table(record: Path) -> list[str]:
     return align(cells)
 
 
+def find_file(experts: Path, game: str) -> Path | None:
+    """The file of a game's expert in a folder."""
+    files = [experts / f"{game}{suffix}" for suffix in (".zip", WEIGHTS)]
+    return next((each for each in files if each.exists()), None)
+
+
 def halve_leaves(setting: Setting, record: Path | None, seed: int) -> list[dict[str, Any]]:
     """What trees of fewer leaves with sums score above a tree of 64 leaves that tests single features."""
     figures: list[dict[str, Any]] = []
@@ -271,12 +278,13 @@ def main() -> None:
         options.train.mkdir(exist_ok=True)
         for game in options.games:
             train_expert(game, options.train / f"{game}.zip", options.seed)
+    elif not options.experts:
+        parser.error("nothing to do: --experts FOLDER measures trees of its experts, --train FOLDER makes experts")
     figures = list[dict[str, Any]]()
-    for game in options.games if options.experts else ():
-        files = [options.experts / f"{game}{suffix}" for suffix in (".zip", WEIGHTS)]
-        file = next((each for each in files if each.exists()), None)
+    files = {game: find_file(options.experts, game) for game in options.games} if options.experts else {}
+    missing = [game for game, file in files.items() if file is None]
+    for game, file in files.items():
         if file is None:
-            print(f"{game}: no expert; --train FOLDER {game} makes it")
             continue
         leaves, setting = options.leaves or LEAVES[game], Setting.of(game, file)
         if options.halves:
@@ -293,6 +301,9 @@ def main() -> None:
     print("\n".join(f"not here: {each}" for each in MISSING))
     if options.json:
         print(json.dumps({"figures": figures}))
+    if missing:
+        told = f"{options.experts} has no expert of {', '.join(missing)}"
+        sys.exit(f"{told}: nothing was measured there; --train FOLDER {' '.join(missing)} makes it")
 
 
 if __name__ == "__main__":

@@ -24,6 +24,7 @@ from maviper.episodes.measures import MEASUREMENT_SEEDS, evaluate
 from maviper.episodes.play import tree_policies
 from maviper.episodes.trees import agent_policies
 from maviper.evaluation import held_out
+from maviper.experts.expert import Expert
 from maviper.experts.finding import find_expert
 from maviper.extraction.algorithms import extract
 from maviper.extraction.settings import Settings
@@ -78,11 +79,10 @@ HALVED = ((SINGLE, WHOLE), (SINGLE, WHOLE // 2), (SINGLE, WHOLE // 4), (SUMS, WH
 SUCCESS = "success r=0.316"
 
 
-def measure(game: str, way: str, given: Way, episodes: int) -> Row:
+def measure(game: str, way: str, given: Way, episodes: int, expert: Expert, world: World) -> Row:
     """A row of one extraction: what each team reaches in held-out episodes, and what taught it there. Seed 0."""
     held_out.EVALUATION_EPISODES = episodes
     started = time.process_time()
-    expert, world = find_expert(f"{game}{given.script}", "none" if given.script else "learned", features=given.features)
     taught = Settled(expert, world) if given.settled else expert
     profile = extract(world, taught, Settings.of(given.settings, world))
     reached, name = profile.provenance.evaluation, "D" if game == NAVIGATION else SUCCESS
@@ -144,10 +144,12 @@ def measure_by_hand(record: Path | None) -> Row:
 
 
 def measure_once(record: Path | None, game: str, way: str, given: Way, episodes: int) -> Row:
-    """A row as the record has it, or measured and kept there."""
-    for row in find_rows(record, game=game, way=way, asked=given.settings["max_leaves"]):
+    """A row as the record has it, for the expert of this way, or measured and kept there."""
+    expert, world = find_expert(f"{game}{given.script}", "none" if given.script else "learned", features=given.features)
+    about = {"game": game, "way": way, "asked": given.settings["max_leaves"], "expert_sha256": expert.hash}
+    for row in find_rows(record, **about):
         return row
-    row = measure(game, way, given, episodes)
+    row = measure(game, way, given, episodes, expert, world)
     keep_rows(record, [row])
     return row
 

@@ -65,8 +65,8 @@ class Selection:
         self.growth = figures
 
     def offer(self, trees: Sequence[GrownTree]) -> bool:
-        """Takes a candidate, trees in the order of `agents`; returns whether it is time to stop: the best one is good
-        enough, or nothing gained more than the interval for `patience` of them.
+        """Takes a candidate, trees in the order of `agents`; returns whether it is time to stop: the best of all
+        choices are good enough on average, or nothing gained more than the interval for `patience` candidates.
         """
         settings = self.asked.settings
         self.offered += 1
