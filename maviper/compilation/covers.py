@@ -9,7 +9,7 @@ this step on, as long as the system moves as its file states. So a state in a se
 """
 
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import singledispatch
@@ -23,7 +23,10 @@ from codegen.floats import nearest_double
 from codegen.ir import Float64, PolicyProfile
 from codegen.lowering.covering import Boxes, Cover, Variable
 from codegen.lowering.turning import Turned, ensure_few_sets, turn_sets
+from codegen.region import RegionSpec
+from maviper.compilation.games import GameFile, ensure_anew, find_game, region_of
 from maviper.worlds.stated.certified import Certificate, ensure_accepted, read_certificate, sentence
+from maviper.worlds.stated.observing import PLACE
 from verify.checker.covers.boxes import BoxList
 from verify.checker.covers.certificates import CoverCertificate
 from verify.checker.covers.cuts import end_of
@@ -38,7 +41,7 @@ from verify.systems.claims import SystemClaim
 from verify.systems.given.played import as_played, list_roundings
 from verify.systems.language.expressions import Number
 from verify.systems.statement import Statement
-from verify.systems.system import HalfSpace, Polytope
+from verify.systems.system import HalfSpace, Interval, Polytope
 
 Sets = BoxList | SetList
 Lists = dict[int, list[Sets]]  # by step, or by part of an invariant
@@ -50,18 +53,24 @@ BOXES = "a monitor compares one variable at a time with numbers"
 class Covered:
     """What an accepted certificate about a stated system says: in which states its claim is proved."""
 
-    cover: Cover
+    region: Cover | RegionSpec  # of a claim about single decisions in a game its region
     claim: str  # in words
 
 
 def load_cover(certificate: Path, profile: PolicyProfile) -> Covered:
-    """What a certificate proves of a profile in the world file beside it.
+    """What a certificate proves of a profile in the world file beside it. Where that states what agents observe in
+    their game, it is about states of the game: no state is without the roundings that the file names.
 
     InputError for a certificate of another profile or system, and for one whose sets cannot be watched, with the
     reason; RefusedError where its proof does not hold.
     """
     proof, statement = read_certificate(certificate)
-    _ensure_boxes(proof, str(certificate))
+    game, where = find_game(profile, statement), str(certificate)
+    if game is not None and game.place == PLACE and proof.claim.about_decisions:
+        region = region_of(game, proof.claim, where)
+        ensure_accepted(certificate, proof, statement, profile)
+        return Covered(region, _say(proof.claim, *as_played(statement, profile)))
+    _ensure_boxes(proof, where)
     lists: Lists = defaultdict(list)
 
     def watch(at: int, sets: Sets) -> None:
@@ -69,16 +78,26 @@ def load_cover(certificate: Path, profile: PolicyProfile) -> Covered:
 
     ensure_accepted(certificate, proof, statement, profile, watch)
     claim, rests = proof.claim, _rests(statement)
+    dt = nearest_double(Fraction(period(statement) or (1 if game is None else profile.world.dt)))
     statement, profile = as_played(statement, profile)
     ranges = _ranges(statement)
     steps = _list_steps(proof, statement, ranges, lists)
     ever = claim.about_decisions or claim.says.ever
-    dt = nearest_double(Fraction(period(statement) or 1))
     if not claim.about_decisions:
         ranges = _reaching(ranges, steps)
-    measured, bounds = _drop_roundings(statement, ranges, steps)
+    unmeasured = {name: _range_of(statement, name) for name in list_roundings(statement)}
+    if game is not None and not game.errors:
+        unmeasured |= _list_roundings_of(proof, game, statement, steps, where)
+    measured, bounds = _drop_roundings(statement, ranges, steps, unmeasured)
     cover = Cover(measured, bounds, ever, not claim.about_decisions, dt, rests)
-    return Covered(cover, sentence(replace(claim, label=""), statement, profile))
+    place = PLACE if game is None else game.place
+    where = "" if place == PLACE else f", where the goal is at {place}"
+    return Covered(cover, _say(claim, statement, profile) + where)
+
+
+def _say(claim: SystemClaim, statement: Statement, profile: PolicyProfile) -> str:
+    """A claim in words that are made from its data alone."""
+    return sentence(replace(claim, label=""), statement, profile)
 
 
 ADVICE = "a monitor needs a proof by boxes, by cells, or of a claim about decisions"
@@ -212,26 +231,56 @@ def _reaching(ranges: Sequence[Variable], steps: Steps) -> tuple[Variable, ...]:
     return tuple(variables)
 
 
+@singledispatch
+def _list_roundings_of(
+    proof: Certificate, game: GameFile, statement: Statement, steps: Steps, where: str
+) -> dict[str, Interval]:
+    """What a game may round by where agents observe it, anywhere in the sets of a proof, by variable; nothing where the
+    sets do not bound all variables. InputError where its file lets a later rounding be another number.
+    """
+    return {}
+
+
+@_list_roundings_of.register
+def _(proof: CoverCertificate, game: GameFile, statement: Statement, steps: Steps, where: str) -> dict[str, Interval]:
+    parts = [part for each in steps for part in each]
+    low = np.min([part.low.min(axis=0) for part in parts], axis=0)
+    high = np.max([part.high.max(axis=0) for part in parts], axis=0)
+    ends = zip(statement.system.variables, low.tolist(), high.tolist(), strict=True)
+    most = game.bound_roundings({one.name: (Fraction(least), Fraction(largest)) for one, least, largest in ends})
+    ensure_anew(statement.system, most, where)
+    return {name: (-most.get(name, Fraction(0)), most.get(name, Fraction(0))) for name in game.roundings}
+
+
+def _range_of(statement: Statement, name: str) -> Interval:
+    """The range of a variable."""
+    return next(one.range for one in statement.system.variables if one.name == name)
+
+
 def _drop_roundings(
-    statement: Statement, ranges: Sequence[Variable], steps: Steps
+    statement: Statement, ranges: Sequence[Variable], steps: Steps, roundings: Mapping[str, Interval]
 ) -> tuple[tuple[Variable, ...], tuple[tuple[Boxes | Turned, ...], ...]]:
     """The variables that can be measured, and of each part the boxes that hold all roundings: what is proved of those
-    is proved of any that the agents make.
+    is proved of any that the agents make. InputError where that is nothing.
     """
-    roundings = set(list_roundings(statement))
     if not roundings:
         return tuple(ranges), tuple(map(tuple, steps))
     variables = statement.system.variables
     kept = [at for at, one in enumerate(variables) if one.name not in roundings]
     added = [at for at, one in enumerate(variables) if one.name in roundings]
-    least = np.array([floor(variables[at].range[0]) for at in added])
-    most = np.array([ceiling(variables[at].range[1]) for at in added])
+    least = np.array([floor(roundings[variables[at].name][0]) for at in added])
+    most = np.array([ceiling(roundings[variables[at].name][1]) for at in added])
 
     def project(part: Boxes | Turned) -> Boxes:
         if isinstance(part, Turned):
             what = "the sets of the proof are turned boxes, of which roundings of sums are variables"
             raise InputError(what, "--certificate", ADVICE)
-        whole = (part.low[:, added] <= least).all(axis=1) & (part.high[:, added] >= most).all(axis=1)
+        held = (part.low[:, added] <= least) & (part.high[:, added] >= most)
+        whole = held.all(axis=1)
+        if len(held) and not whole.any():
+            named = next(variables[at].name for at, holds in zip(added, held.T, strict=True) if not holds.all())
+            what = f"the sets of the proof hold some values of {named} only, and agents may round by others"
+            raise InputError(what, "--certificate", "verify the claim again")
         return Boxes(part.low[whole][:, kept], part.high[whole][:, kept])
 
     return tuple(ranges[at] for at in kept), tuple(tuple(map(project, parts)) for parts in steps)

@@ -38,6 +38,7 @@ class Proved:
     region: RegionSpec | Cover | Start
     certificate: str  # content hash
     claim: str  # in words
+    stated: bool = False  # whether the certificate is about a world file
 
 
 def load_proof(certificate: Path, profile: PolicyProfile) -> Proved:
@@ -54,7 +55,7 @@ def load_proof(certificate: Path, profile: PolicyProfile) -> Proved:
         from maviper.compilation.covers import load_cover  # here, since most profiles are of games
 
         covered = load_cover(certificate, profile)
-        return Proved(covered.cover, _hash(text), covered.claim)
+        return Proved(covered.region, _hash(text), covered.claim, stated=True)
     if any(policy.tree.arithmetic for policy in profile.agents):
         what = "the certificate is about tests of single features, and this profile tests sums or gives numbers"
         advice = "give one with a world file beside it, or leave it out: then inputs and outputs are watched"

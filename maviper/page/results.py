@@ -41,7 +41,7 @@ def with_proof(contents: Contents, profile: ir.PolicyProfile, certificate: Path)
     stated system in an episode of it, which is recorded. InputError and RefusedError as for a monitor.
     """
     proved = load_proof(certificate, profile)
-    if isinstance(proved.region, Cover):
+    if proved.stated:
         from maviper.page.stated import play_claim  # here, since most profiles are of games
 
         claim, episode = play_claim(profile, certificate, proved)
@@ -54,7 +54,7 @@ def load_claim(profile: ir.PolicyProfile, certificate: Path, proved: Proved) -> 
     if isinstance(proved.region, Start):
         stated = forever.of_either(runs.read_unpacked(certificate, MAX_BYTES), str(certificate))
         return Shown(stated.claim, f"{Verdict.PROVED.value} in {_name_region(profile, stated.region)}", proved.region)
-    if isinstance(proved.region, Cover):
+    if proved.stated or isinstance(proved.region, Cover):
         what = "the certificate is about a stated system, and the page is of a game"
         raise InputError(what, str(certificate), "leave --certificate out; `maviper check` says what it proves")
     proof = from_json(runs.read_unpacked(certificate, MAX_BYTES), str(certificate))

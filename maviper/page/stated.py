@@ -5,6 +5,7 @@ Assumes: a certificate with the world file beside it; a profile that plays it.
 Does not: write HTML, or judge claims.
 """
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -35,7 +36,7 @@ def play_claim(profile: ir.PolicyProfile, certificate: Path, proved: Proved) -> 
         what = "the certificate is about no system that moves by actions, and a page plays no other"
         raise InputError(what, str(certificate), "leave --certificate out; `maviper check` says what it proves")
     env = StatedEnv(statement, certificate.name)
-    seen, states = _play_trees(profile, env)
+    seen, states = _play_trees(profile, env, [one.name for one in proved.region.variables])
     label = f"The recorded episode, of seed {measures.ON_POLICY_SEEDS}, took {format_count(len(states), 'step')}."
     sentence = f"{Verdict.PROVED.value}: {proved.claim}"
     return Told(proof.claim.name, sentence, words(proved.region, states)), Recorded(seen, label)
@@ -57,9 +58,12 @@ def words(cover: Cover, states: ir.Float64) -> tuple[str, ...]:
     return tuple(verdicts)
 
 
-def _play_trees(profile: ir.PolicyProfile, env: StatedEnv) -> tuple[tuple[ir.Floats, ...], ir.Float64]:
-    """What each agent observed before each step, [steps, n_features], and the states, [steps, variables]."""
-    names = [one.name for one in env.statement.system.variables]
+def _play_trees(
+    profile: ir.PolicyProfile, env: StatedEnv, names: Sequence[str]
+) -> tuple[tuple[ir.Floats, ...], ir.Float64]:
+    """What each agent observed before each step, [steps, n_features], and of the states the variables with these names,
+    [steps, variables].
+    """
     observed, _ = env.reset(measures.ON_POLICY_SEEDS)
     seen, states = {policy.agent: list[ir.Floats]() for policy in profile.agents}, list[list[float]]()
     while env.agents:

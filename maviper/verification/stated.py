@@ -26,12 +26,12 @@ from maviper.verification.files.systems import PROPERTY_FILE
 from maviper.verification.games import episodes as game_episodes
 from maviper.verification.games import playing
 from maviper.verification.games.decisions import world_of as world_of_game
-from maviper.verification.games.observing import ensure_observed
 from maviper.verification.games.searching import iterate_anywhere, iterate_near
 from maviper.verification.observation_world import errors_in, world_of
 from maviper.verification.observing import resolve_region
 from maviper.verification.reference import measure_reference, replay_words
 from maviper.worlds.stated.certified import WORLD_FILE, ensure_plays
+from maviper.worlds.stated.observing import ensure_observed
 from maviper.worlds.stated.systems import file_of, read
 from maviper.worlds.stated.written import episodes
 from verify.checker.reading import RejectedError

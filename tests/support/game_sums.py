@@ -2,6 +2,7 @@
 
 import itertools
 from dataclasses import replace
+from fractions import Fraction
 
 import numpy as np
 
@@ -11,6 +12,8 @@ from maviper.files.profiles import load
 from tests.support.generated import FOLDER
 from tests.support.giving import tamed
 from tests.support.summed import policy
+from verify.claims.region import Region
+from verify.claims.uncertified.starts import start_region
 
 
 def team(seed, arithmetic=DOUBLE_SUMS, levels=3):
@@ -34,3 +37,15 @@ def draw_tree(seed, arithmetic, levels, real):
 
 def has_sums(each):
     return bool(each.tree.sums)
+
+
+def draw_region(profile, seed):
+    """A random box of the start region, wide or narrow."""
+    whole, rng = start_region(profile.world), np.random.default_rng(seed)
+    box = {}
+    for name, (low, high) in whole.box.items():
+        half = Fraction(float(2.0 ** rng.uniform(-6, 0)))
+        middle = Fraction(float(rng.uniform(-1, 1)))
+        box[name] = max(low, middle - half), min(high, middle + half)
+    goals = whole.goals[: int(rng.integers(1, len(whole.goals) + 1))]
+    return Region(box, goals, name="drawn.toml")

@@ -14,7 +14,7 @@ from typing import cast
 from codegen.errors import InputError
 from codegen.ir import PolicyProfile
 from maviper.verification.ask import Posed
-from maviper.verification.games.observing import (
+from maviper.worlds.stated.observing import (
     PLACE,
     Observed,
     call_in_file,

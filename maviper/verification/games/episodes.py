@@ -19,7 +19,7 @@ from codegen.errors import InputError
 from codegen.ir import PolicyProfile
 from maviper.verification.ask import Posed
 from maviper.verification.games.decisions import bound_coordinates, list_conditions
-from maviper.verification.games.observing import GROWN, PLACE, UNIT, list_noise, spell_agent, spell_ends
+from maviper.worlds.stated.observing import GROWN, PLACE, UNIT, list_noise, spell_agent, spell_ends
 from verify.checker.episodes.reading import matchings
 from verify.claims.episodes import EpisodeClaim
 from verify.claims.region import Interval, Region

@@ -14,7 +14,7 @@ from itertools import pairwise
 import numpy as np
 
 from codegen.ir import GOAL, Bool, Float64, PolicyProfile
-from maviper.verification.games.observing import ensure_observed, list_observed, place_in, with_noise
+from maviper.worlds.stated.observing import ensure_observed, list_observed, place_in, with_noise
 from verify.claims.region import Interval
 from verify.claims.uncertified.values import Batch
 from verify.reach.replay import Course

@@ -15,7 +15,7 @@ import numpy as np
 from codegen.floats import FLOAT64
 from codegen.ir import AgentPolicy, Bool, Float64, Floats, PolicyProfile, act
 from codegen.observe import observe
-from maviper.verification.games.observing import (
+from maviper.worlds.stated.observing import (
     PLACE,
     find_coordinate,
     list_observed,

@@ -18,10 +18,10 @@ from maviper.files.profiles import load
 from maviper.verification.ask import Posed, VerifyOptions
 from maviper.verification.files.certificates import check_file
 from maviper.verification.games.decisions import world_of
-from maviper.verification.games.observing import call_in_file, ensure_observed, list_observed, with_noise
 from maviper.verification.run import results
 from maviper.verification.stated import StatedWorld
-from tests.support.game_sums import team
+from maviper.worlds.stated.observing import call_in_file, ensure_observed, list_observed, with_noise
+from tests.support.game_sums import draw_region, team
 from tests.support.games import random_profile
 from tests.support.generated import FOLDER
 from tests.support.zone_cases import random_tree
@@ -35,18 +35,6 @@ from verify.exact import plain
 from verify.result import Verdict
 from verify.states.state import sample
 from verify.systems.claims import SystemClaim
-
-
-def region_of(profile, seed):
-    """A random box of the start region, wide or narrow."""
-    whole, rng = start_region(profile.world), np.random.default_rng(seed)
-    box = {}
-    for name, (low, high) in whole.box.items():
-        half = Fraction(float(2.0 ** rng.uniform(-6, 0)))
-        middle = Fraction(float(rng.uniform(-1, 1)))
-        box[name] = max(low, middle - half), min(high, middle + half)
-    goals = whole.goals[: int(rng.integers(1, len(whole.goals) + 1))]
-    return Region(box, goals, name="drawn.toml")
 
 
 def asked(profile, name, region, tmp_path):
@@ -100,7 +88,7 @@ def test_verdicts_are_true_of_the_game(seeds, tmp_path):
     for seed in seeds:
         profile = team(seed, (DOUBLE_SUMS, FLOAT32_STEPS)[seed % 2])
         name = ("distinct_targets", "no_double", "own_target", "aligned")[seed % 4]
-        region = region_of(profile, seed)
+        region = draw_region(profile, seed)
         result = asked(profile, name, region, tmp_path)
         ensure_true(profile, name, region, result)
         verdicts.append(result.verdict)
@@ -112,7 +100,7 @@ def test_verdicts_are_true_of_the_game(seeds, tmp_path):
 def proof(tmp_path_factory):
     """A folder with a proof about a team, and the verdict's files."""
     folder = tmp_path_factory.mktemp("game")
-    profile, region = team(5), region_of(team(5), 5)
+    profile, region = team(5), draw_region(team(5), 5)
     (folder / "team.json").write_text(dumps(profile))
     (folder / "region.toml").write_text(region.toml())
     words = ["verify", str(folder / "team.json"), "--property", "no_double", "--property", "own_target"]
@@ -281,7 +269,7 @@ def test_steady_claims_are_true_of_the_game(seeds, tmp_path):
     for seed in seeds:
         profile = team(seed, (DOUBLE_SUMS, FLOAT32_STEPS)[seed % 2])
         of, eps = ("distinct_targets", "no_double", "own_target", "aligned")[seed % 4], ERRORS[seed % 3]
-        region = region_of(profile, seed)
+        region = draw_region(profile, seed)
         (tmp_path / "drawn.toml").write_text(region.toml())
         result = verify(profile, "steady", of=of, eps=eps, region=str(tmp_path / "drawn.toml"))
         assert f"off by up to {plain(eps)}" in result.question.claim.region
@@ -309,7 +297,7 @@ def plain_team(seed):
 def test_the_world_file_of_a_game_and_the_engine_for_games_agree(seeds, tmp_path):
     """Of trees without sums, which both decide: with errors and without."""
     for seed in seeds:
-        profile, region = plain_team(seed), region_of(plain_team(seed), seed)
+        profile, region = plain_team(seed), draw_region(plain_team(seed), seed)
         (tmp_path / "drawn.toml").write_text(region.toml())
         of = ("distinct_targets", "no_double", "own_target")[seed % 3]
         options = {"of": of, "eps": ERRORS[seed % 3]} if seed % 2 else {}
