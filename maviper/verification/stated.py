@@ -1,6 +1,6 @@
 """A system that a file states, as what questions about a profile are asked in.
 
-Does: joins world file, property file and the reference environment; confirms counterexamples by the rules themselves.
+Does: joins world file, property file and the reference environment; has counterexamples confirmed.
 Assumes: a checked profile.
 Does not: decide verdicts, print or write files.
 """
@@ -11,9 +11,7 @@ import shlex
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum, auto
-from fractions import Fraction
 from functools import cached_property, partial
-from itertools import pairwise
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -21,7 +19,7 @@ from typing import Any
 from codegen.errors import InputError
 from codegen.ir import PolicyProfile
 from maviper.files import runs
-from maviper.verification.ask import Asked, VerifyOptions, pose_claims
+from maviper.verification.ask import Asked, Posed, VerifyOptions, pose_claims
 from maviper.verification.files.systems import PROPERTY_FILE
 from maviper.verification.games import episodes as game_episodes
 from maviper.verification.games import playing
@@ -30,24 +28,24 @@ from maviper.verification.games.searching import iterate_anywhere, iterate_near
 from maviper.verification.observation_world import errors_in, world_of
 from maviper.verification.observing import resolve_region
 from maviper.verification.reference import measure_reference, replay_words
+from maviper.verification.ruled import find_by_rules
 from maviper.worlds.stated.certified import WORLD_FILE, ensure_plays
 from maviper.worlds.stated.observing import ensure_observed
 from maviper.worlds.stated.systems import file_of, read
-from maviper.worlds.stated.written import episodes
 from verify.checker.reading import RejectedError
 from verify.checker.systems.enclosures import ensure_curves, ensure_enclosed
-from verify.claims.formula import holds
 from verify.claims.observed import View
 from verify.claims.region import UNBOUNDED
 from verify.claims.uncertified.views import Viewed, select_features
+from verify.extent.starts import NOBODY
 from verify.progress import tell
 from verify.question import Question
 from verify.reach.play.observable import fails, observable
-from verify.reach.replay import Course, piece_of, replay_course
+from verify.reach.replay import Course, replay_course
 from verify.reach.results import SystemCounterexample
 from verify.reach.rounded import truly
 from verify.reports import systems as report
-from verify.result import Result, Verdict
+from verify.result import Cost, Result, Verdict
 from verify.semantics import MACHINE
 from verify.subjects import ClosedLoop
 from verify.systems.claims import SystemClaim
@@ -55,12 +53,19 @@ from verify.systems.curves.claims import CurvedClaim
 from verify.systems.files import MAX_BYTES as MAX_WORLD_BYTES
 from verify.systems.files import statement_of
 from verify.systems.given.played import as_played
-from verify.systems.observing import choose_actions
 from verify.systems.pieces import list_curved
 from verify.systems.properties import claims_in, claims_of, parse_written
 from verify.systems.statement import Statement
 from verify.systems.system import State
-from verify.verdicts.systems import ENCLOSED, JointQuestions, SystemResult, verify_system
+from verify.verdicts.systems import (
+    BOXES,
+    ENCLOSED,
+    Attempt,
+    JointQuestions,
+    SystemEvidence,
+    SystemResult,
+    verify_system,
+)
 
 
 class Variables(Enum):
@@ -89,6 +94,8 @@ ABOUT = {
     Variables.OBSERVED: "over observations: any combination of numbers in the ranges of world.toml",
     Variables.COORDINATES: "over states of the game, roundings included: world.toml states what agents observe",
 }
+PLAYED = "over episodes of the game, roundings included: world.toml states how it moves and what agents observe"
+NOT_PLAYED = "the claim fails within roundings, but no episode of the game that breaks it was found"
 FINER = ("more `cuts` of the claim: cuts = { x = 40 }", "a smaller region")
 
 
@@ -104,6 +111,7 @@ class StatedWorld:
     beside: Mapping[str, str]  # their texts, for a report's folder
     options: VerifyOptions
     variables: Variables = Variables.STATED
+    started: game_episodes.Started | None = None  # of claims about episodes of a game: from where
 
     @staticmethod
     def of(profile: PolicyProfile, options: VerifyOptions) -> StatedWorld:
@@ -138,21 +146,40 @@ class StatedWorld:
 
     @staticmethod
     def of_game(profile: PolicyProfile, options: VerifyOptions) -> StatedWorld:
-        """The states of the game of a profile that tests sums, as a world file with the claims. InputError for options
-        and claims that are about other things than single decisions.
+        """The states or the episodes of the game of a profile that tests sums, as a world file with the claims.
+        InputError for options that these do not read, and for claims that neither is asked about.
         """
         for name, option in options.unusual.items():
             if name not in OF_GAMES:
                 raise InputError(f"{option} has no effect on claims of agents that test sums", option, "leave it out")
         region = resolve_region(profile, None, options.region)
         posed = pose_claims(profile, None, region, options)
-        moving = any(map(game_episodes.counts_steps, posed))
-        source, places = (game_episodes.world_of if moving else world_of_game)(profile, posed)
-        statement = statement_of(source, WORLD_FILE)
-        asked = replace(options, file=None)
-        made = StatedWorld._join_parts(profile, statement, {}, {WORLD_FILE: source}, asked, Variables.COORDINATES)
+        if any(map(game_episodes.counts_steps, posed)):
+            return StatedWorld._of_episodes(profile, posed, options)
+        source, places = world_of_game(profile, posed)
+        made = StatedWorld._join_game(profile, statement_of(source, WORLD_FILE), source, options)
         claims = (replace(each, region=f"of {where}") for each, where in zip(made.claims, places, strict=True))
         return replace(made, claims=tuple(claims))
+
+    @staticmethod
+    def _of_episodes(profile: PolicyProfile, posed: Sequence[Posed], options: VerifyOptions) -> StatedWorld:
+        """As `of_game`, of claims about episodes. A file states no empty start, so that of a region without starts
+        at rest is put in afterwards.
+        """
+        started = game_episodes.start_of(profile, posed)
+        source = stated = game_episodes.world_of(profile, posed, started)
+        if started.nowhere:
+            stated = game_episodes.world_of(profile, posed, started.widened)
+        made = StatedWorld._join_game(profile, statement_of(stated, WORLD_FILE), source, options)
+        if started.nowhere:
+            system = replace(made.statement.system, start=started.states)
+            made = replace(made, statement=replace(made.statement, system=system))
+        return replace(made, started=started)
+
+    @staticmethod
+    def _join_game(profile: PolicyProfile, statement: Statement, source: str, options: VerifyOptions) -> StatedWorld:
+        beside, options = {WORLD_FILE: source}, replace(options, file=None)
+        return StatedWorld._join_parts(profile, statement, {}, beside, options, Variables.COORDINATES)
 
     @staticmethod
     def _join_parts(
@@ -196,6 +223,8 @@ class StatedWorld:
     @property
     def about(self) -> str:
         """What verdicts are about."""
+        if self.started is not None:
+            return PLAYED
         return ABOUT.get(self.variables) or report.sentence(self.statement.system)
 
     @property
@@ -211,16 +240,23 @@ class StatedWorld:
         """The result of a question. InputError where an enclosure that a proof needs is not shown again."""
         if question.claim.curved is not None:
             return self._by_curves(question, question.claim.curved, beside)
+        if self.started is not None and self.started.nowhere:
+            return Result(question, Verdict.VACUOUS, NOBODY, SystemEvidence(), Cost(0, 0, BOXES))
         measured_steps = self.reference.get("steps")  # first, since a wrong statement is not worth a proof
         bent = not question.claim.about_decisions and any(map(list_curved, self.statement.rules))
-        confirm = partial(_by_rules, self.statement, self.profile, question.claim) if bent else None
+        confirm = partial(find_by_rules, self.statement, self.profile, question.claim) if bent else None
         if self.statement.acting or self.variables is Variables.COORDINATES:
             confirm = _unknown if bent else partial(self._truly, question.claim)
-        attempt = partial(self._look_anywhere, question.claim) if self.variables is Variables.COORDINATES else None
-        known = None if attempt is None or question.claim.about_decisions else attempt()  # games are quick to play
+        attempt: Attempt | None = None
+        known: SystemCounterexample | None = None
+        if self.started is not None:
+            known = self._look_anywhere(question.claim)  # first, as games are quick to play
+        elif self.variables is Variables.COORDINATES:
+            attempt = partial(self._look_anywhere, question.claim)
         result = self._together.verify_question(self.claims.index(question.claim), confirm, beside, attempt, known)
         if result.reason == ENCLOSED and (self.statement.acting or self.variables in NOT_FOUND):
-            result = replace(result, reason=NOT_FOUND.get(self.variables, ROUNDED))
+            unfound = NOT_PLAYED if self.started is not None else NOT_FOUND.get(self.variables, ROUNDED)
+            result = replace(result, reason=unfound)
             if self.variables in NOT_FOUND:
                 result = replace(result, evidence=replace(result.evidence, helps=LOOSER))
         if result.verdict is Verdict.PROVED:
@@ -266,7 +302,8 @@ class StatedWorld:
 
     @property
     def _game(self) -> playing.PlayedGame:
-        return playing.PlayedGame(self.origin, self.profile, self.statement)
+        assert self.started is not None
+        return playing.PlayedGame(self.origin, self.profile, self.statement, self.started.goal)
 
     def _first_played(self, claim: SystemClaim, courses: Iterable[Course]) -> SystemCounterexample | None:
         """The first of some episodes of the game that breaks a claim."""
@@ -335,38 +372,3 @@ def _example(profile: PolicyProfile) -> str:
 def _unknown(counterexample: SystemCounterexample) -> SystemCounterexample | None:
     """Nothing is known of the real agents' sums where rules are enclosed."""
     return None
-
-
-def _by_rules(
-    statement: Statement, profile: PolicyProfile, claim: SystemClaim, counterexample: SystemCounterexample
-) -> SystemCounterexample | None:
-    """An episode by the rules as they are written, with errors that the file states, that breaks the claim too."""
-    for states in episodes(statement, profile, claim.steps, counterexample.states):
-        if _breaks(claim, states):
-            again = replay_course(profile, statement.system, claim, _course(statement, profile, states))
-            if again is not None:
-                return again
-    return None
-
-
-def _breaks(claim: SystemClaim, states: Sequence[Mapping[str, Fraction]]) -> bool:
-    for step, state in enumerate(states):
-        if holds(claim.violation_at(step), state, {}):
-            return True
-        if holds(claim.fulfilment_at(step), state, {}):
-            return False
-    return False
-
-
-def _course(statement: Statement, profile: PolicyProfile, states: Sequence[Mapping[str, Fraction]]) -> Course:
-    """How an episode of the pieces goes through given states, as far as their errors allow."""
-    errors: list[Mapping[str, Fraction]] = []
-    for state, after in pairwise(states):
-        number = piece_of(statement.system, state)
-        if number is None:
-            break
-        piece, actions = statement.system.pieces[number], choose_actions(statement.system, profile, state)
-        joint = {policy.agent: policy.actions[actions[policy.agent]].name for policy in profile.agents}
-        exact = piece.step(state, joint, {})
-        errors.append({name: after[name] - exact[name] for name in piece.error})
-    return Course(states[0], errors)

@@ -6,7 +6,6 @@ Assumes: a checked profile whose features have meanings, and whose agents take a
 Does not: decide. Whoever checks a certificate has the file beside it, and reads what it is about.
 """
 
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from typing import cast
@@ -23,6 +22,7 @@ from maviper.worlds.stated.observing import (
     list_observed,
     spell_agent,
     spell_ends,
+    spell_text,
 )
 from verify.claims.decisions import DecisionClaim, formula
 from verify.claims.formula import for_goal, names_goal
@@ -60,7 +60,7 @@ def world_of(profile: PolicyProfile, posed: Sequence[Posed]) -> tuple[str, tuple
         for one, claim in zip(posed, claims, strict=True)
         for each in _properties(profile, claim, one.region, ranges, _bound_errors(profile, claim, off))
     ]
-    head = f'{HEAD}name = "{profile.world.name.partition(",")[0]}"\n\n[variables]\n{variables}{agents}'
+    head = f"{HEAD}name = {spell_text(profile.world.name.partition(',')[0])}\n\n[variables]\n{variables}{agents}"
     return f"{head}\n[start]\nbox = {{ {starts} }}\n{''.join(each for each, _ in properties)}", tuple(
         where for _, where in properties
     )
@@ -129,9 +129,10 @@ def _properties(
         spelled = spell_formula(for_goal(stated, goals[0]) if apart else stated, actions)
         where = f"region {region.name or 'given'}" + (f", goal {goals[0]}" if apart and goals[0] else "")
         where += f", each feature of the {claim.team} off by up to {number_text(claim.eps)}" if claim.eps else ""
-        label = f"{claim.label or f'{claim.name} of the {claim.team}'}, {where}"
+        called = f"{claim.name} of the {claim.team}" + (f": {claim.of}" if "of" in claim.stated else "")
+        label = f"{claim.label or called}, {where}"
         regions = ", ".join(spell_region(region, goal, box) for goal in goals)
-        yield f'\n[[property]]\nlabel = {json.dumps(label)}\nformula = "{spelled}"\nregion = [{regions}]\n', where
+        yield f'\n[[property]]\nlabel = {spell_text(label)}\nformula = "{spelled}"\nregion = [{regions}]\n', where
 
 
 def spell_region(region: Region, goal: str | None, box: Mapping[str, Interval]) -> str:

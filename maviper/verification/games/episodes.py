@@ -1,7 +1,8 @@
 """Claims about whole episodes of a team that tests sums, as a world file that moves as the game does.
 
 Does: writes that file: coordinates and velocities, how a step moves them and by how much float64 may be off, what
-  agents observe, and each claim as regions that episodes reach or avoid. The goal's place is that of its landmark.
+  agents observe, and each claim as regions that episodes reach or avoid. The goal's place is that of its landmark. Says
+  where a region holds no start at rest, which no world file states.
 Assumes: a checked profile whose features have meanings, and whose agents take actions.
 Does not: decide, or play (playing.py).
 
@@ -9,8 +10,10 @@ A step adds in float64, and a world file knows exact numbers. So each next value
 numbers that episodes can come to. A rounding of what is observed is anywhere within its bound, anew in each step.
 """
 
-import json
+from __future__ import annotations
+
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from fractions import Fraction
 from typing import NamedTuple, cast
 
@@ -19,13 +22,23 @@ from codegen.errors import InputError
 from codegen.ir import PolicyProfile
 from maviper.verification.ask import Posed
 from maviper.verification.games.decisions import bound_coordinates, list_conditions
-from maviper.worlds.stated.observing import GROWN, PLACE, UNIT, list_noise, spell_agent, spell_ends
+from maviper.worlds.stated.observing import (
+    GROWN,
+    PLACE,
+    UNIT,
+    list_noise,
+    spell_agent,
+    spell_ends,
+    spell_text,
+)
 from verify.checker.episodes.reading import matchings
 from verify.claims.episodes import EpisodeClaim
 from verify.claims.region import Interval, Region
 from verify.exact import plain
 from verify.exact import text as number_text
-from verify.states.episodes import playable
+from verify.states.episodes import at_rest, playable
+from verify.systems.regions import box_of, is_empty
+from verify.systems.system import Affine, HalfSpace, Polytope
 
 HEAD = "# A game in exact numbers: each next value and each observation is off by what rounding may do to it.\n"
 ZERO = Fraction(0)
@@ -39,16 +52,53 @@ class Moving(NamedTuple):
     errors: dict[str, Fraction]
 
 
-def world_of(profile: PolicyProfile, posed: Sequence[Posed]) -> tuple[str, tuple[str, ...]]:
-    """The world file with all claims, and from where each of them speaks, in words.
+class Started(NamedTuple):
+    """From where all episodes start."""
 
-    InputError for motion that nobody stated, games whose step is no affine map, claims for ever, and starts of more
-    than one region or with more than one goal.
+    region: Region
+    goal: str | None
+
+    @property
+    def where(self) -> str:
+        """In words."""
+        return f"from region {self.region.name or 'given'}, at rest"
+
+    @property
+    def states(self) -> Polytope:
+        """The states of the region at rest, as half spaces."""
+        region, halves = self.region, list[HalfSpace]()
+        for a, b, (low, high) in region.differences:
+            apart = Affine.of({a: Fraction(1)}).plus(Affine.of({b: Fraction(1)}), Fraction(-1))
+            halves += [HalfSpace(Affine((), low).plus(apart, Fraction(-1))), HalfSpace(apart.plus(Affine((), -high)))]
+        return (*box_of(region.box), *box_of(at_rest(region).box), *halves)
+
+    @property
+    def nowhere(self) -> bool:
+        """Whether the region holds no start at rest."""
+        return is_empty(self.states) is True
+
+    @property
+    def widened(self) -> Started:
+        """The same without all that could exclude every start at rest."""
+        return Started(replace(at_rest(self.region), differences=()), self.goal)
+
+
+def start_of(profile: PolicyProfile, posed: Sequence[Posed]) -> Started:
+    """From where episodes start of which claims speak. InputError for motion that nobody stated, games whose step is no
+    affine map, claims for ever, and starts of more than one region or with more than one goal.
     """
     playable(profile)
     _ensure_affine(profile)
-    claims = [_ensure_in_steps(each) for each in posed]
-    region, goal = _ensure_one_start(posed)
+    for each in posed:
+        _ensure_in_steps(each)
+    return _ensure_one_start(posed)
+
+
+def world_of(profile: PolicyProfile, posed: Sequence[Posed], started: Started) -> str:
+    """The world file with all claims. `started`: as `start_of` gives it. The file of one that holds no start at rest
+    says so, and nobody reads it.
+    """
+    claims, (region, goal) = [_ensure_in_steps(each) for each in posed], started
     steps = max(claim.steps for claim in claims)
     starts = bound_coordinates(profile, [region])
     moving = _bound_motion(profile, starts, steps)
@@ -60,18 +110,19 @@ def world_of(profile: PolicyProfile, posed: Sequence[Posed]) -> tuple[str, tuple
         spell_agent(policy, roundings, _spell_actions(profile, policy.agent), goal or PLACE)
         for policy in profile.agents
     )
-    at_rest = dict.fromkeys(_list_velocities(profile), (ZERO, ZERO))
+    still = dict.fromkeys(_list_velocities(profile), (ZERO, ZERO))
     box = ", ".join(
-        f'"{name}" = {spell_ends(ends)}' for name, ends in {**ranges, **starts, **at_rest}.items() if name in ranges
+        f'"{name}" = {spell_ends(ends)}' for name, ends in {**ranges, **starts, **still}.items() if name in ranges
     )
-    where = ", ".join(f'"{each}"' for each in list_conditions(region, None))
+    where = ", ".join(f'"{each}"' for each in (*list_conditions(region, None), *_list_speeds(region)))
     rules = "".join(f'"{name}" = "{_spell_next(profile, name)}"\n' for name in ranges)
     errors = "".join(f'"{name}" = {number_text(most)}\n' for name, most in {**moving.errors, **roundings}.items())
-    properties = [each for claim in claims for each in _properties(profile, claim, region)]
-    head = f'{HEAD}name = "{profile.world.name.partition(",")[0]}"\nsteps = {steps}\n\n[variables]\n{variables}{agents}'
+    properties = "".join(table for claim in claims for table in _properties(profile, claim, started.where))
+    name = spell_text(profile.world.name.partition(",")[0])
+    head = f"{HEAD}name = {name}\nsteps = {steps}\n\n[variables]\n{variables}{agents}"
     start = f"\n[start]\nbox = {{ {box} }}\n" + (f"where = [{where}]\n" if where else "")
     motion = f"\n[dynamics.next]\n{rules}\n[dynamics.error]\n{errors}"
-    return f"{head}{start}{motion}{''.join(each for each, _ in properties)}", tuple(each for _, each in properties)
+    return f"{head}{start}{motion}{properties}"
 
 
 def counts_steps(posed: Posed) -> bool:
@@ -91,11 +142,10 @@ def _ensure_in_steps(posed: Posed) -> EpisodeClaim:
     return claim
 
 
-def _ensure_one_start(posed: Sequence[Posed]) -> tuple[Region, str | None]:
+def _ensure_one_start(posed: Sequence[Posed]) -> Started:
     """The region in which all episodes start, and the goal there."""
-    regions = {each.region.name: each.region for each in posed}
     region = posed[0].region
-    if any(each != region for each in regions.values()):
+    if any(each.region != region for each in posed):
         what = "claims about episodes of teams that test sums start in one region"
         raise InputError(what, "--region", "ask about one region after the other")
     goal, *others = region.goal_cases
@@ -103,7 +153,7 @@ def _ensure_one_start(posed: Sequence[Posed]) -> tuple[Region, str | None]:
         what = f"episodes of teams that test sums have one goal, and region {region.name or 'given'} has several"
         advice = f'write goals = ["{goal}"] into a region file, and ask about one goal after the other'
         raise InputError(what, "--region", advice)
-    return region, goal
+    return Started(region, goal)
 
 
 def _ensure_affine(profile: PolicyProfile) -> None:
@@ -161,6 +211,13 @@ def _list_pushes(profile: PolicyProfile, agent: str) -> list[tuple[Fraction, Fra
     return [(Fraction(float(x)), Fraction(float(y))) for x, y in pushes]
 
 
+def _list_speeds(region: Region) -> list[str]:
+    """The bounds of velocities that exclude rest."""
+    bounds = {name: ends for name, ends in region.box.items() if name.endswith((".vx", ".vy"))}
+    lows = [f"{name} >= {number_text(low)}" for name, (low, _) in bounds.items() if low > 0]
+    return lows + [f"{name} <= {number_text(high)}" for name, (_, high) in bounds.items() if high < 0]
+
+
 def _list_velocities(profile: PolicyProfile) -> list[str]:
     return [f"{entity.name}.v{axis}" for entity in profile.world.agents for axis in "xy"]
 
@@ -189,35 +246,34 @@ def _spell_next(profile: PolicyProfile, name: str) -> str:
 # --- claims
 
 
-def _properties(profile: PolicyProfile, claim: EpisodeClaim, region: Region) -> Iterator[tuple[str, str]]:
-    """The tables of a claim, with where each starts: one for each agent that is to reach a landmark of its own."""
-    where = f"from region {region.name or 'given'}, at rest"
+def _properties(profile: PolicyProfile, claim: EpisodeClaim, where: str) -> Iterator[str]:
+    """The tables of a claim: one for each agent that is to reach its own landmark. `where`: from where, in words."""
     shown = claim.label or f"{claim.name} of the {claim.team}"
     team = [policy.agent for policy in profile.team(claim.team)]
     if claim.apart:
         (pairs,) = matchings(profile, claim)
         inside = [_near(*pair, claim.radius, strict=True) for pair in pairs]
-        yield _property(f"{shown}, {where}", "avoids", claim.steps, inside), where
+        yield _property(f"{shown}, {where}", "avoids", claim.steps, inside)
     elif claim.farthest is not None:
         bounds = [f"{agent}.{axis} {side}" for agent in team for axis in "xy" for side in _sides(claim.radius)]
-        yield _property(f"{shown}, {where}", "stays_in", claim.steps, [bounds]), where
+        yield _property(f"{shown}, {where}", "stays_in", claim.steps, [bounds])
     elif claim.always:
         for agent, mark in zip(team, claim.named, strict=True):
             near = _near(agent, mark, claim.radius)
-            yield _property(f"{shown}: {agent} to {mark}, {where}", "reaches", claim.steps, [near]), where
+            yield _property(f"{shown}: {agent} to {mark}, {where}", "reaches", claim.steps, [near])
     else:
         ways = [
             [bound for agent, mark in matching for bound in _near(agent, mark, claim.radius)]
             for matching in matchings(profile, claim)
         ]
-        yield _property(f"{shown}, {where}", "reaches_and_stays", claim.steps, ways, claim.steps), where
+        yield _property(f"{shown}, {where}", "reaches_and_stays", claim.steps, ways, claim.steps)
 
 
 def _property(label: str, name: str, steps: int, regions: Sequence[Sequence[str]], by: int | None = None) -> str:
-    spelled = ", ".join(f"{{ where = {json.dumps(list(each))} }}" for each in regions)
+    spelled = ", ".join(f"{{ where = [{', '.join(map(spell_text, each))}] }}" for each in regions)
     late = "" if by is None else f"by = {by}\n"
     return (
-        f'\n[[property]]\nlabel = {json.dumps(label)}\nname = "{name}"\nsteps = {steps}\n{late}region = [{spelled}]\n'
+        f'\n[[property]]\nlabel = {spell_text(label)}\nname = "{name}"\nsteps = {steps}\n{late}region = [{spelled}]\n'
     )
 
 

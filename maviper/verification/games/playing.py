@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
+from typing import TypeVar
 
 import numpy as np
 
@@ -19,13 +20,13 @@ from verify.claims.region import Interval
 from verify.claims.uncertified.values import Batch
 from verify.reach.replay import Course
 from verify.states.episodes import play
-from verify.states.state import meaning_of
 from verify.systems.claims import SystemClaim
 from verify.systems.given.played import list_roundings, with_roundings
 from verify.systems.observing import choose_actions
 from verify.systems.statement import Statement
 from verify.systems.system import State
 
+Number = TypeVar("Number")
 SCALES = (None, -4, -8, -12, -16, -20, -24)  # powers of two: how far starts are drawn; None: only the nearest one
 DRAWN, ANYWHERE, TRIED, SEED = 256, 4_096, 4, 0  # starts of a scale; of the whole region; of these, those replayed
 
@@ -37,6 +38,11 @@ class PlayedGame:
     origin: PolicyProfile  # as it was given
     profile: PolicyProfile  # as proofs read it
     statement: Statement
+    goal: str | None  # the landmark at which it is in all starts; None in a game without goals
+
+    def with_goal(self, at: Mapping[str, Number]) -> dict[str, Number]:
+        """Coordinates with the goal's place, where its landmark is."""
+        return {**at, **({f"{GOAL}.{axis}": at[f"{self.goal}.{axis}"] for axis in "xy"} if self.goal else {})}
 
 
 def iterate_near(game: PlayedGame, claim: SystemClaim, start: State) -> Iterator[Course]:
@@ -77,20 +83,6 @@ def _bound_starts(statement: Statement) -> dict[str, Interval]:
     return bounds
 
 
-def _find_goal(game: PlayedGame) -> str | None:
-    """The landmark at which the goal is in all starts: whose place its features are of. None where nobody reads it."""
-    marks = [each.name for each in game.origin.world.landmarks]
-    for policy in game.origin.agents:
-        for feature in policy.features:
-            known = {name for _, name in meaning_of(feature).terms}
-            if any(name.startswith(f"{GOAL}.") for name in known):
-                stated = {name for name, _ in game.statement.system.features[policy.agent][feature.name].form.terms}
-                named = {name.rpartition(".")[0] for name in stated - known}
-                if at := [mark for mark in marks if mark in named]:
-                    return at[0]
-    return None
-
-
 def _iterate_broken(game: PlayedGame, claim: SystemClaim, drawn: Float64) -> Iterator[Course]:
     """The episodes from starts, [n, n_places], that seem to break a claim: the first few of them."""
     names, _ = _list_places(game)
@@ -102,8 +94,7 @@ def _iterate_broken(game: PlayedGame, claim: SystemClaim, drawn: Float64) -> Ite
 
 def _play(game: PlayedGame, claim: SystemClaim, places: Mapping[str, Float64], count: int) -> list[dict[str, Float64]]:
     """The game's variables after each step, by the names of the file, [batch] each."""
-    names, goal = game.origin.world.coordinates(), _find_goal(game)
-    at = {**places, **({f"{GOAL}.{axis}": places[f"{goal}.{axis}"] for axis in "xy"} if goal else {})}
+    names, at = game.origin.world.coordinates(), game.with_goal(places)
     start = np.stack([at.get(name, np.zeros(count)) for name in names], axis=1)
     known = {one.name for one in game.statement.system.variables}
     episodes, _ = play(game.origin, start, claim.steps)
@@ -121,13 +112,14 @@ def _seem_broken(claim: SystemClaim, episodes: Sequence[Mapping[str, Float64]], 
 
 
 def _course(game: PlayedGame, states: Sequence[State]) -> Course:
-    """An episode of the game as one of the file: by how much each step, and each observation, was off."""
+    """An episode of the game as one of the file: by how much each step, and each observation, was off. AssertionError
+    where that is more than the file allows: a replay would cut it to its bounds, and play another episode.
+    """
     origin, profile, statement = game.origin, game.profile, game.statement
     system = statement.system
-    goal, extended = _find_goal(game), list[State]()
+    extended: list[State] = []
     for state in states:
-        at = {**state, **({f"{GOAL}.{axis}": state[f"{goal}.{axis}"] for axis in "xy"} if goal else {})}
-        ensure_observed(origin, statement, noisy := with_noise(origin, statement, at))
+        ensure_observed(origin, statement, noisy := with_noise(origin, statement, game.with_goal(state)))
         kept = {one.name: noisy[one.name] for one in system.variables}
         extended.append(with_roundings(statement, kept))
     anew = {each.rounding for policy in origin.agents for each in list_observed(policy)}
@@ -138,5 +130,8 @@ def _course(game: PlayedGame, states: Sequence[State]) -> Course:
         chosen = choose_actions(system, profile, before)
         joint = {each.agent: each.actions[chosen[each.agent]].name for each in profile.agents}
         exact = piece.step(before, joint, {})
-        errors.append({name: after[name] - (0 if name in anew else exact[name]) for name in piece.error})
+        off = {name: after[name] - (0 if name in anew else exact[name]) for name in piece.error}
+        beyond = [name for name, (low, high) in piece.error.items() if not low <= off[name] <= high]
+        assert not beyond, f"the game moves {beyond[0]} otherwise than its world file allows"
+        errors.append(off)
     return Course(extended[0], errors)

@@ -10,6 +10,7 @@ that is tested says by how much it is off: `agent_0.rounding_goal_dx`. What is p
 features may err, another variable says by how much: `agent_0.error_goal_dx`. It is added before anything is rounded.
 """
 
+import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -103,7 +104,7 @@ def spell_agent(policy: AgentPolicy, noise: Iterable[str], actions: str, mark: s
     known = frozenset(noise)
     spelled = {each.name: _spell_feature(Observed(policy, each), known, mark) for each in policy.features}
     features = "".join(f'{name} = "{each}"\n' for name, each in spelled.items())
-    head = f'\n[agents.{policy.agent}]\nteam = "{policy.team}"\n'
+    head = f"\n[agents.{policy.agent}]\nteam = {spell_text(policy.team)}\n"
     return f"{head}[agents.{policy.agent}.features]\n{features}[agents.{policy.agent}.actions]\n{actions}"
 
 
@@ -181,6 +182,12 @@ def call_in_file(coordinate: str, mark: str = PLACE) -> str:
 def find_coordinate(called: str) -> str:
     """The coordinate that the file calls so."""
     return called.replace(PLACE, GOAL, 1) if called.startswith(f"{PLACE}.") else called
+
+
+def spell_text(text: str) -> str:
+    """Any text, as TOML writes it: JSON but for two halves of a character, and one character that only TOML escapes."""
+    whole = text.encode(errors="replace").decode()
+    return json.dumps(whole, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
 def spell_ends(ends: Interval) -> str:
