@@ -98,13 +98,14 @@ class Cell:
 
 
 def cells_of(register, group):
-    """The cells of a group, all of one seed before the next; of trained experts all of their first ones."""
+    """The cells of a group: all of one seed before the next or, where the expert is the unit, all of one expert."""
     seeds = {expert: tree_seeds_of(register, expert) for expert in group["experts"]}
-    return [
+    cells = [
         Cell(group["game"], expert, group["preset"], algorithm, depth, seeds[expert][place])
         for place in range(len(register["seeds"]))
         for expert, depth, algorithm in product(group["experts"], group["depths"], group["algorithms"])
     ]
+    return sorted(cells, key=lambda cell: group["experts"].index(cell.expert)) if by_expert(register) else cells
 
 
 @cache

@@ -48,6 +48,8 @@ def test_every_comparison_has_its_cells_and_every_expert_seeds_of_its_own():
         for label, side in ((label, claim[side]) for label in experts for side in ("first", "second")):
             seeds = trained.tree_seeds_of(REGISTER, label)
             assert {Cell(claim["game"], label, **side, depth=depth, seed=seed) for seed in seeds} <= cells
+    for group in REGISTER["groups"]:  # a partial record is whole experts from the top
+        assert [cell.expert for cell in cells_of(REGISTER, group)] == [label for label in LABELS for _ in range(6)]
     used = [seed for label in LABELS for seed in trained.tree_seeds_of(REGISTER, label)]
     assert used == list(range(500, 516))
     others = [tomllib.loads(place.read_text()) for place in HERE.glob("*.toml") if place.stem != "random-experts"]
@@ -133,3 +135,39 @@ def test_a_finished_run_is_the_expert(tmp_path, monkeypatch):
 def test_the_plan_counts_experts_and_their_training():
     text = "\n".join(published.plan_lines(REGISTER))
     assert "experts mappo, cooperative-navigation" in text and "experts-navigation-iviper, 8 experts" in text
+
+
+GAMES = {"physical-deception": "deception", "cooperative-navigation": "navigation"}
+
+
+def test_the_manual_says_what_the_record_found():
+    """How many experts there are, what each algorithm keeps of them; words where a family is whole, and only there."""
+    record = published.RECORDS / "random-experts"
+    found = Found(REGISTER, DIGEST, record)
+    manual = (HERE.parents[1] / "maviper" / "manual" / "reproduce.md").read_text()
+    said = manual.partition("### Experts as a random level")[2].partition("\n#")[0]
+    rows = [" | ".join(map(str.strip, line.strip("| ").split("|"))) for line in said.splitlines() if line[:1] == "|"]
+    for group in REGISTER["groups"]:
+        means, counts = [], set()
+        for algorithm in group["algorithms"]:
+            claim = {"game": group["game"], "measure": group["measures"][0]}
+            side = {"preset": group["preset"], "algorithm": algorithm}
+            ratios = list(found.ratios({**claim, "row": side}, "row", LABELS, 4).values())
+            counts.add(len(ratios))
+            means += [f"{np.mean(ratios):.3f}".removeprefix("0")] if ratios else []
+        (count,) = counts
+        row = f"{GAMES[group['game']]} | {count} of 8 | {' | '.join(means)}"
+        assert not count or row in rows, row
+    for family in published.families(REGISTER):
+        for line in published.family_lines(REGISTER, found, family)[2:]:
+            name, _, told = line.partition(": ")
+            if "]" not in told:
+                continue
+            interval, _, words = told.partition("]  ")
+            mean, low, high = (number.strip("+,") for number in interval.replace("[", "").split())
+            lead = f"{mean} [{low}, {high}]".replace("0.", ".")
+            over = {"iviper": "IVIPER", "imitation": "imitation"}[name.partition(",")[0].rpartition("-")[2]]
+            word, size = words.partition(" against")[0].split("; ")
+            row = f"{family}, over {over} | {lead} | {word.replace(' the rule of the ceiling', '')} | {size}"
+            assert row in rows, row
+    assert ("is partial" in said) == (len(found.documents) < 96)
