@@ -24,7 +24,8 @@ SPLITS_TOLD = ("deception-maddpg", "adversary-maddpg")
 FACTORIAL_TOLD = ("rollouts", "weights", "votes", "choice", "rollouts-choice", "all-four")
 LEARNER_TOLD = ("deception-maviper", "deception-iviper", "deception-imitation", "deception-member-selection")
 ROWS_TOLD = tuple(f"deception-{name}" for name in ("rgmdt-16", "fitted-q-exploring", "budgeted-1200", "budgeted-4800"))
-ROWS_TOLD += ("navigation-rgmdt-16", "predator-prey-rgmdt-16", "deception-policy-gradient")
+ROWS_TOLD += ("navigation-rgmdt-16", "predator-prey-rgmdt-16")
+ROWS_TOLD += tuple(f"{game}-policy-gradient" for game in ("deception", "navigation", "predator-prey"))
 RECORD = ROOT / "generated" / "reproduction" / "published"
 FIRST = Cell("physical-deception", "maddpg", "paper", "maviper-every-round", 4, 100)
 
