@@ -170,4 +170,7 @@ def test_the_manual_says_what_the_record_found():
             word, size = words.partition(" against")[0].split("; ")
             row = f"{family}, over {over} | {lead} | {word.replace(' the rule of the ceiling', '')} | {size}"
             assert row in rows, row
+            if name.startswith("experts-deception-iviper"):
+                readme = " ".join((HERE.parents[1] / "README.md").read_text().split())
+                assert f"{lead} over eight such experts" in readme
     assert ("is partial" in said) == (len(found.documents) < 96)
