@@ -278,6 +278,7 @@ def sample_less(patch, *names, factor=10):
     """Divides the named numbers. All modules are loaded before: one that is loaded later would keep what it finds."""
     places = [(importlib.import_module(module), name) for name in names for module in SAMPLED[name]]
     for module, name in places:
+        assert getattr(module, name) >= factor, f"{name} was left small by another test"
         patch.setattr(module, name, getattr(module, name) // factor)
 
 

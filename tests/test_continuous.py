@@ -10,6 +10,7 @@ import pytest
 
 from codegen import ir
 from maviper.episodes.trees import agent_policies
+from maviper.evaluation import held_out
 from maviper.worlds import find
 from tests.benchmarks import continuous, gaussian, oblique
 from tests.benchmarks.scores import find_rows, keep_rows
@@ -104,6 +105,7 @@ def test_rows_take_the_place_of_those_of_the_same_question(tmp_path):
 )
 def test_without_an_expert_it_says_that_nothing_was_measured(given, said, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(held_out, "EVALUATION_EPISODES", held_out.EVALUATION_EPISODES)  # which the command lowers
     monkeypatch.setattr("sys.argv", ["continuous", *given, *(["Swimmer-v5"] if len(given) > 1 else [])])
     with pytest.raises(SystemExit) as left:
         continuous.main()

@@ -6,7 +6,8 @@ Does not: look for them. Roundings are too small for a hunt; test_game_sums.py l
 """
 
 from maviper.verification import stated
-from maviper.verification.games import decisions, episodes, observing
+from maviper.verification.games import decisions, episodes
+from maviper.worlds.stated import observing
 
 
 def _pushes(patch):
