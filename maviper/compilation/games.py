@@ -18,6 +18,7 @@ from maviper.worlds.stated.observing import PLACE, Observed, call_in_file, find_
 from verify.claims.region import Interval
 from verify.exact import plain
 from verify.systems.claims import SystemClaim
+from verify.systems.regions import narrow
 from verify.systems.statement import Statement
 from verify.systems.system import Affine, Feature, HalfSpace, Measure, Polytope, System
 
@@ -136,11 +137,11 @@ def _read_part(game: GameFile, polytope: Polytope, where: str) -> _Part:
         (name, factor), *others = half.form.terms
         end = -half.form.constant / factor
         if not others:
-            bounds[name] = _narrow(bounds[name], factor, end)
+            bounds[name] = narrow(bounds[name], factor, end)
         for other, _ in others:
             first, second = game.ranges[name], game.ranges[other]
             widest = first[0] - second[1], first[1] - second[0]
-            differences[name, other] = _narrow(differences.get((name, other), widest), factor, end)
+            differences[name, other] = narrow(differences.get((name, other), widest), factor, end)
     goal = _find_goal(differences)
     same = [{f"{PLACE}.{axis}", f"{goal}.{axis}"} for axis in "xy"]
     return _Part(bounds, {pair: ends for pair, ends in differences.items() if set(pair) not in same}, goal)
@@ -155,12 +156,6 @@ def _ensure_stated(game: GameFile, half: HalfSpace, where: str) -> None:
     if half.strict or not (alone or compared):
         what = f"a condition of the claim's regions is about {' and '.join(names) or 'nothing'}, and is no bound"
         raise InputError(f"{what} of a coordinate or of a difference of two", where, "state the region as a box")
-
-
-def _narrow(ends: Interval, factor: Fraction, end: Fraction) -> Interval:
-    """What is left of an interval below an end, or above it where the factor is negative."""
-    low, high = ends
-    return (low, min(high, end)) if factor > 0 else (max(low, end), high)
 
 
 def _find_goal(differences: Mapping[tuple[str, str], Interval]) -> str | None:

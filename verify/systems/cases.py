@@ -18,7 +18,7 @@ from typing import NamedTuple
 from codegen.errors import InputError
 from verify.exact import plain
 from verify.systems.language.conditions import outside
-from verify.systems.regions import box_of, is_empty
+from verify.systems.regions import box_of, is_empty, narrow
 from verify.systems.system import Affine, Box, HalfSpace, Interval, Polytope, Variable
 from verify.toml_places import Place
 
@@ -134,9 +134,8 @@ def _region(region: Polytope, ranges: Mapping[str, Interval]) -> CaseRegion:
     for half in region:
         if len(half.form.terms) == 1:
             ((name, factor),) = half.form.terms
-            end, (low, high) = -half.form.constant / factor, box[name]
-            inner = (low, min(high, end)) if factor > 0 else (max(low, end), high)
-            box[name] = inner if inner[0] <= inner[1] else (low, high)
+            inner = narrow(box[name], factor, -half.form.constant / factor)
+            box[name] = inner if inner[0] <= inner[1] else box[name]
             if half.strict or inner[0] > inner[1]:
                 rest.append(half)
         else:

@@ -23,6 +23,12 @@ def box_of(bounds: Mapping[str, Interval]) -> Polytope:
     return tuple(halves)
 
 
+def narrow(ends: Interval, factor: Fraction, end: Fraction) -> Interval:
+    """What is left of an interval below an end, or above it where the factor is negative; empty where they cross."""
+    low, high = ends
+    return (low, min(high, end)) if factor > 0 else (max(low, end), high)
+
+
 def is_empty(region: Polytope) -> bool | None:
     """Whether no state lies in all half spaces; None where that takes too many steps to say."""
     open_ = set(region)

@@ -15,8 +15,7 @@ from typing import TypeVar
 import numpy as np
 
 from codegen.ir import GOAL, Bool, Float64, PolicyProfile
-from maviper.worlds.stated.observing import ensure_observed, list_observed, place_in, with_noise
-from verify.claims.region import Interval
+from maviper.worlds.stated.observing import bound_region, ensure_observed, list_observed, place_in, with_noise
 from verify.claims.uncertified.values import Batch
 from verify.reach.replay import Course
 from verify.states.episodes import play
@@ -67,20 +66,9 @@ def _list_places(game: PlayedGame) -> tuple[list[str], Float64]:
     entities = (*world.agents, *world.landmarks)
     known = {one.name for one in game.statement.system.variables}
     names = [f"{each.name}.{axis}" for each in entities for axis in "xy" if f"{each.name}.{axis}" in known]
-    bounds = _bound_starts(game.statement)
+    bounds = bound_region(game.statement.system.start, {one.name: one.range for one in game.statement.system.variables})
     ends = [[float(place_in(end, bounds[name], 0)) for end in bounds[name]] for name in names]
     return names, np.array(ends, np.float64)
-
-
-def _bound_starts(statement: Statement) -> dict[str, Interval]:
-    """The box of all starts."""
-    bounds = {one.name: one.range for one in statement.system.variables}
-    for half in statement.system.start:
-        if len(half.form.terms) == 1:
-            ((name, factor),) = half.form.terms
-            end, (low, high) = -half.form.constant / factor, bounds[name]
-            bounds[name] = (low, min(high, end)) if factor > 0 else (max(low, end), high)
-    return bounds
 
 
 def _iterate_broken(game: PlayedGame, claim: SystemClaim, drawn: Float64) -> Iterator[Course]:

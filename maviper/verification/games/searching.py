@@ -17,6 +17,7 @@ from codegen.ir import AgentPolicy, Bool, Float64, Floats, PolicyProfile, act
 from codegen.observe import observe
 from maviper.worlds.stated.observing import (
     PLACE,
+    bound_region,
     find_coordinate,
     list_observed,
     place_in,
@@ -56,7 +57,7 @@ def iterate_anywhere(profile: PolicyProfile, statement: Statement, claim: System
     drawable, rng = _list_drawable(profile, statement), np.random.default_rng(SEED)
     erring = np.array([find_coordinate(one.name) not in profile.world.coordinates() for one in drawable])
     for region in claim.regions:
-        ends = _find_ends(drawable, _bound(region, drawable))
+        ends = _find_ends(drawable, bound_region(region, _list_ranges(drawable)))
         drawn: Float64 = rng.uniform(ends[:, 0], ends[:, 1], (ANYWHERE, len(drawable)))
         if erring.any():
             extreme: Bool = erring & (rng.random(drawn.shape) < EXTREME)
@@ -89,25 +90,18 @@ def _iterate_broken(
         yield with_noise(profile, statement, moved)
 
 
+def _list_ranges(drawable: Sequence[Variable]) -> dict[str, Interval]:
+    return {one.name: one.range for one in drawable}
+
+
 def _bound_all(claim: SystemClaim, drawable: Sequence[Variable]) -> dict[str, Interval]:
     """The box around all regions of a claim, but for differences."""
-    boxes = [_bound(region, drawable) for region in claim.regions] or [_bound((), drawable)]
+    ranges = _list_ranges(drawable)
+    boxes = [bound_region(region, ranges) for region in claim.regions] or [ranges]
     return {
         one.name: (min(each[one.name][0] for each in boxes), max(each[one.name][1] for each in boxes))
         for one in drawable
     }
-
-
-def _bound(region: Polytope, drawable: Sequence[Variable]) -> dict[str, Interval]:
-    """The box of a region."""
-    bounds = {one.name: one.range for one in drawable}
-    for half in region:
-        if len(half.form.terms) == 1:
-            ((name, factor),) = half.form.terms
-            if name in bounds:
-                end, (low, high) = -half.form.constant / factor, bounds[name]
-                bounds[name] = (low, min(high, end)) if factor > 0 else (max(low, end), high)
-    return bounds
 
 
 def _find_goal(profile: PolicyProfile, state: State) -> str | None:

@@ -26,8 +26,9 @@ from verify.states.state import State as GameState
 from verify.states.state import error_name, meaning_of, measurable
 from verify.states.state import observe_state as observe_game
 from verify.systems.observing import observe_state
+from verify.systems.regions import narrow
 from verify.systems.statement import Statement
-from verify.systems.system import State
+from verify.systems.system import Polytope, State
 
 PLACE = f"{GOAL}_place"  # the goal's place: a world file has no goal
 UNIT = Fraction(1, 2**53)  # of a rounding, of what is rounded
@@ -159,6 +160,17 @@ def planes_of(profile: PolicyProfile, state: State) -> Float64:
     """The coordinates of a state, [1, n_coordinates]; what no region bounds and nobody reads is 0."""
     at = {find_coordinate(name): value for name, value in state.items()}
     return np.array([[float(at.get(name, 0)) for name in profile.world.coordinates()]])
+
+
+def bound_region(region: Polytope, ranges: Mapping[str, Interval]) -> dict[str, Interval]:
+    """The ranges within what half spaces of one variable say; those of variables without a range are left out."""
+    bounds = dict(ranges)
+    for half in region:
+        if len(half.form.terms) == 1:
+            ((name, factor),) = half.form.terms
+            if name in bounds:
+                bounds[name] = narrow(bounds[name], factor, -half.form.constant / factor)
+    return bounds
 
 
 def place_in(exact: Fraction, ends: Interval, step: int) -> Fraction:
