@@ -14,7 +14,18 @@ from maviper.extraction.bundles import PARTS, bundle, group_agents
 from maviper.extraction.settings import MAX_NUMBER
 from tests.benchmarks import compact, published
 from tests.benchmarks.paired import Paired
-from tests.benchmarks.registered import Cell, Found, beside_of, cells_of, comparisons_of, expert_of, made, settings_of
+from tests.benchmarks.registered import (
+    Cell,
+    Found,
+    beside_of,
+    cells_of,
+    comparisons_of,
+    expert_of,
+    made,
+    settings_of,
+    world_of,
+)
+from tests.benchmarks.trained import tree_seeds_of
 
 REGISTER, DIGEST = published.read_register()
 ROOT = Path(__file__).parents[3]
@@ -134,17 +145,21 @@ def test_the_factorial_has_both_algorithms_at_its_ends_and_equal_episodes():
     assert len({tuple(getattr(each, part) for part in PARTS) for each in found.values()}) == 16
 
 
-def test_the_learner_has_the_episodes_of_what_it_is_compared_with():
-    register, _ = published.read_register("learner")
+@pytest.mark.parametrize("name", ["learner", "learner-experts"])
+def test_the_learner_has_the_episodes_of_what_it_is_compared_with(name):
+    register, _ = published.read_register(name)
     known = {cell for group in register["groups"] for cell in cells_of(register, group)}
     for _, claim, expert, depth in comparisons_of(register):
-        assert {
-            Cell(claim["game"], expert, **claim[side], depth=depth, seed=300) for side in ("first", "second")
-        } < known
+        for label in expert if isinstance(expert, tuple) else (expert,):
+            seed = tree_seeds_of(register, label)[0]
+            assert {
+                Cell(claim["game"], label, **claim[side], depth=depth, seed=seed) for side in ("first", "second")
+            } < known
     for group in register["groups"]:
-        world, measures = expert_of(group["game"], "maddpg")[1], set()
+        world, measures = world_of(register, group["game"], group["experts"][0]), set()
         assert set(group["seconds"]) == set(group["algorithms"]) == set(register["algorithms"])
-        for cell in cells_of(register, {**group, "algorithms": list(register["algorithms"])})[:6]:
+        cells = {replace(cell, seed=0) for cell in cells_of(register, {**group, "depths": [4]})}
+        for cell in cells:
             settings, agents = settings_of(register, world, cell), range(len(world.agents))
             rollouts = len(group_agents(world, settings.rollouts_by, agents)) * settings.rollouts
             judged = len(agents) if settings.selection_by == "agent" else len(world.teams)

@@ -17,6 +17,7 @@ from tests.benchmarks.registered import HERE, Cell, Found, cells_of, comparisons
 REGISTER, DIGEST = published.read_register("random-experts")
 LABELS = tuple(f"mappo-{seed}" for seed in range(200, 208))
 FIRST = Cell("physical-deception", LABELS[0], "paper", "maviper-every-round", 4, 500)
+GAMES = {"physical-deception": "deception", "cooperative-navigation": "navigation"}
 DEFENDERS, ADVERSARIES = "defenders success r=0.316", "adversaries success r=0.316"
 
 
@@ -57,6 +58,23 @@ def test_every_comparison_has_its_cells_and_every_expert_seeds_of_its_own():
     for cell in {replace(cell, expert=LABELS[0], seed=500) for cell in cells}:
         settings = settings_of(REGISTER, world_of(REGISTER, cell.game, cell.expert), cell)
         assert settings.preset == "paper" and settings.splits == "histogram" and not settings.refinement
+
+
+def test_the_learner_is_asked_of_the_same_experts_at_three_depths():
+    """Cells of deception and navigation are all compared; seeds of trees are fresh, and each expert's own."""
+    register, _ = published.read_register("learner-experts")
+    assert register["trained"] == REGISTER["trained"]
+    claimed = [(claim["game"], experts, depth) for _, claim, experts, depth in comparisons_of(register)]
+    assert sorted(set(claimed)) == sorted((game, LABELS, depth) for game in GAMES for depth in (2, 4, 6))
+    assert len(claimed) == 3 * 6
+    used = {seed for label in LABELS for seed in trained.tree_seeds_of(register, label)}
+    assert used == set(range(600, 616))
+    others = [tomllib.loads(place.read_text()) for place in HERE.glob("*.toml") if place.stem != "learner-experts"]
+    assert not {seed for other in others for seed in other.get("seeds", ())} & used
+    for group in register["groups"]:
+        labels = LABELS if group["game"] in GAMES else ("maddpg", "mappo")
+        whole = [label for label in labels for _ in range(2 * len(group["depths"]) * 4)]
+        assert [cell.expert for cell in cells_of(register, group)] == whole
 
 
 def test_the_unit_is_the_expert(tmp_path):
@@ -135,9 +153,6 @@ def test_a_finished_run_is_the_expert(tmp_path, monkeypatch):
 def test_the_plan_counts_experts_and_their_training():
     text = "\n".join(published.plan_lines(REGISTER))
     assert "experts mappo, cooperative-navigation" in text and "experts-navigation-iviper, 8 experts" in text
-
-
-GAMES = {"physical-deception": "deception", "cooperative-navigation": "navigation"}
 
 
 def test_the_manual_says_what_the_record_found():
