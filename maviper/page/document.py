@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import islice
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -30,6 +30,8 @@ from verify.claims.decisions import DecisionClaim, formula
 from verify.claims.episodes import EpisodeClaim, KeepsApart
 from verify.claims.formula import TRUE, atoms
 from verify.claims.uncertified.documents import formula_document
+from verify.claims.uncertified.episodes import account_of
+from verify.claims.uncertified.words import spell_decisions
 from verify.kinds import Kind
 from verify.states.state import measurable
 
@@ -298,7 +300,7 @@ def _claim(profile: ir.PolicyProfile, shown: Shown) -> dict[str, Any]:
         "name": claim.name,
         "title": f"{claim.shown} of the {claim.team}",
         "team": claim.team,
-        "sentence": claim.sentence,
+        "sentence": claim.name,
         "verdict": shown.verdict,
         "formula": None,
         "eps": None,
@@ -309,8 +311,8 @@ def _claim(profile: ir.PolicyProfile, shown: Shown) -> dict[str, Any]:
     if isinstance(shown.proved, Start):
         followed = [at for at, policy in enumerate(profile.agents) if policy.agent in shown.proved.followed]
         entry["follows"] = {"bounds": _region(shown.proved.region), "steps": shown.proved.steps, "followed": followed}
-    judged = JUDGED.get(claim.kind)
-    return entry if judged is None else entry | judged(profile, claim)
+    known = JUDGED.get(claim.kind)
+    return entry if known is None else entry | {"sentence": known.spell(claim)} | known.judge(profile, claim)
 
 
 def _region(spec: RegionSpec) -> dict[str, Any]:
@@ -363,10 +365,11 @@ def _episode(profile: ir.PolicyProfile, claim: EpisodeClaim) -> dict[str, Any]:
         return {"unjudged": EVERY_STEP}
     agents = [policy.agent for policy in profile.agents]
     entities = [one.name for one in profile.world.agents + profile.world.landmarks]
+    account = account_of(claim)
     judged = {
         "team": [agents.index(policy.agent) for policy in profile.team(claim.team)],
-        "marks": [entities.index(name) for name in claim.marks(profile)],
-        "pairs": claim.way(profile),
+        "marks": [entities.index(name) for name in account.marks(profile)],
+        "pairs": account.way(profile),
         "steps": claim.steps,
         "radius": rational_literal(Fraction(claim.radius)),
         "always": claim.always,
@@ -375,10 +378,19 @@ def _episode(profile: ir.PolicyProfile, claim: EpisodeClaim) -> dict[str, Any]:
     return {"episode": judged}
 
 
-JUDGED: Mapping[
-    Kind, Callable[[ir.PolicyProfile, Any], dict[str, Any]]
-] = {  # what the page judges states by, if it does
-    Kind.DECISIONS: _decisions,
-    Kind.LEAVES: _decisions,
-    Kind.EPISODES: _episode,
+def _spell_episodes(claim: EpisodeClaim) -> str:
+    return account_of(claim).sentence
+
+
+class Judging(NamedTuple):
+    """What the page says of claims of a kind, and what it judges states by, if it does."""
+
+    spell: Callable[[Any], str]
+    judge: Callable[[ir.PolicyProfile, Any], dict[str, Any]]
+
+
+JUDGED: Mapping[Kind, Judging] = {
+    Kind.DECISIONS: Judging(spell_decisions, _decisions),
+    Kind.LEAVES: Judging(spell_decisions, _decisions),
+    Kind.EPISODES: Judging(_spell_episodes, _episode),
 }

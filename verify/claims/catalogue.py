@@ -15,11 +15,13 @@ from codegen.dynamics import COINCIDENT, partners
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import PolicyProfile, WorldSpec
 from verify.claims.claim import Parameter, check_range, ensure_team, teams
-from verify.claims.decisions import PLAIN, STEADY, WITH_ERRORS, DecisionClaim, ensure_askable, ensure_steady
+from verify.claims.decisions import PLAIN, STEADY, DecisionClaim, ensure_askable, ensure_steady
 from verify.claims.episodes import EPISODE_CLAIMS, EpisodeClaim
 from verify.claims.language.parameters import Form, of_form
 from verify.claims.relations import RELATIONS
+from verify.claims.uncertified.episodes import ACCOUNTS, account_of
 from verify.claims.uncertified.own import BUILT_IN, PROPERTIES
+from verify.claims.uncertified.words import WITH_ERRORS, WORDS
 from verify.claims.verifiable import check_landmarks, ensure_landmark_each, ensure_landmarks
 
 Claim = DecisionClaim | EpisodeClaim
@@ -103,15 +105,16 @@ def find_episode_claim(name: str, profile: PolicyProfile, team: str | None = Non
     if name not in EPISODE_CLAIMS:
         raise UnknownNameError("property", name, EPISODE_CLAIMS)
     kind = EPISODE_CLAIMS[name]
+    account = ACCOUNTS[kind]
     listed = {
         key: tuple(cast("Sequence[str]", value)) for key, value in given.items() if key in LISTS and value is not None
     }
     given |= listed
     given = {key: value for key, value in given.items() if value not in (None, ())}
     check_read(name, tuple(given), readable(name))
-    team = team_for(name, profile, team, any_size=not kind.landmark_each)
+    team = team_for(name, profile, team, any_size=not account.landmark_each)
     check_landmarks(profile, team, given.get("landmarks", ()))
-    claim = kind(team, **kind.resolve_steps(kind.usual(profile, team, given) | given))
+    claim = kind(team, **kind.resolve_steps(account.usual(profile, team, given) | given))
     claim.check_ranges()
     return claim
 
@@ -123,17 +126,23 @@ def check_zones(zones: int) -> int:
 
 
 def _read_by_episodes(name: str, of: str = "") -> tuple[str, ...]:
-    return (*EPISODE_CLAIMS[name].reads(), ZONES)
+    return (*_reads(EPISODE_CLAIMS[name]), ZONES)
+
+
+def _reads(kind: type[EpisodeClaim]) -> tuple[str, ...]:
+    """The names of the parameters of claims about episodes."""
+    return ("steps", "radius", kind.whom) if kind.whom else ("steps", "radius")
 
 
 def _decisions_in_general(name: str) -> str:
     if name == STEADY:
         return "what the property named by `of` says" + WITH_ERRORS.format(who=" of each of the team")
-    return kind_named(name).words.format(team="team")
+    return WORDS[kind_named(name).of].format(team="team")
 
 
 def _episodes_in_general(name: str) -> str:
-    return f"{EPISODE_CLAIMS[name].in_general()}; where entities push each other {COINCIDING}"
+    kind = EPISODE_CLAIMS[name]
+    return f"{ACCOUNTS[kind].in_general(kind.lasting)}; where entities push each other {COINCIDING}"
 
 
 def _usual_of_decisions(name: str) -> dict[str, Parameter | None]:
@@ -144,7 +153,8 @@ def _usual_of_decisions(name: str) -> dict[str, Parameter | None]:
 
 def _usual_of_episodes(name: str) -> dict[str, Parameter | None]:
     kind = EPISODE_CLAIMS[name]
-    return _defaults(kind, kind.reads()) | dict.fromkeys(kind.of_the_world) | dict(kind.usually)
+    account = ACCOUNTS[kind]
+    return _defaults(kind, _reads(kind)) | dict.fromkeys(account.of_the_world) | dict(account.usually)
 
 
 def _defaults(kind: type[Claim], read: Sequence[str]) -> dict[str, Any]:
@@ -209,7 +219,7 @@ def usual(name: str) -> dict[str, Parameter | None]:
 
 def sentence(claim: EpisodeClaim, world: WorldSpec) -> str:
     """A claim about episodes in words, and which starts of a world it is not about, if any."""
-    return "; ".join(filter(None, [claim.sentence, describe_left_out(world)]))
+    return "; ".join(filter(None, [account_of(claim).sentence, describe_left_out(world)]))
 
 
 def opponents_words(opponents: bool) -> str:

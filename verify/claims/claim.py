@@ -37,11 +37,6 @@ class TeamClaim:
         raise NotImplementedError
 
     @property
-    def sentence(self) -> str:
-        """The claim in words, without its assumption."""
-        raise NotImplementedError
-
-    @property
     def parameters(self) -> Mapping[str, Parameter]:
         """What the claim reads beside its team."""
         raise NotImplementedError

@@ -25,7 +25,6 @@ from verify.semantics import SEMANTICS
 
 ZERO, RADIUS, KAPPA = Fraction(0), Fraction(1, 10), Fraction(1, 2)
 OWN, STEADY = "formula", "steady"  # the names of properties that users state, and of built-in ones that allow errors
-WITH_ERRORS = ", even when every feature{who} is off by up to eps, each by an error of its own"
 Matching = tuple[tuple[AgentPolicy, str], ...]  # agents, each with a landmark of its own
 
 
@@ -41,7 +40,6 @@ class DecisionClaim(TeamClaim):
     limits: ClassVar[tuple[str, ...]] = ("solver_units", "max_cells")
     arithmetics: ClassVar[tuple[str, ...]] = SEMANTICS
     of: ClassVar[str]  # the name of the property, whatever errors it allows
-    words: ClassVar[str]
     reads: ClassVar[tuple[str, ...]] = ("margin", "radius")
     hardens: ClassVar[bool] = True  # whether a larger margin asks for more
     any_matching: ClassVar[bool] = False  # whether all that is claimed is that agents are engaged in some matching
@@ -59,13 +57,6 @@ class DecisionClaim(TeamClaim):
     def name(self) -> str:
         """The name of the property: `steady` where features may be off."""
         return STEADY if self.eps else self.of
-
-    @property
-    def sentence(self) -> str:
-        """The claim in words, without its assumption."""
-        return self.words.format(team=self.team) + (
-            WITH_ERRORS.format(who=f" of each of the {self.team}") if self.eps else ""
-        )
 
     @property
     def parameters(self) -> Mapping[str, Parameter]:
@@ -134,10 +125,6 @@ class DistinctTargets(_Engaging):
     """That the team is engaged in some matching."""
 
     of = "distinct_targets"
-    words = (
-        "in every world state of the region, the {team} can be matched one-to-one to the landmarks so that each closes "
-        "on its own landmark or is at it"
-    )
     any_matching = True
 
     def engagements(self, profile: PolicyProfile) -> list[Matching]:
@@ -150,7 +137,6 @@ class OwnTarget(_Engaging):
     """That each agent is engaged with its own landmark."""
 
     of = "own_target"
-    words = "in every world state of the region, each of the {team} closes on its fixed landmark or is at it"
     reads = ("margin", "radius", "landmarks")
 
     landmarks: tuple[str, ...] = ()  # one for each agent of the team; empty: in the world's order
@@ -171,7 +157,6 @@ class NoDouble(DecisionClaim):
     """That no two agents close on exactly the same single landmark."""
 
     of = "no_double"
-    words = "in no world state of the region do two of the {team} close on exactly the same single landmark"
     reads = ("margin",)
     hardens = False
 
@@ -200,10 +185,6 @@ class Aligned(DecisionClaim):
     """That in some matching each agent is at its landmark, or closes on it, ahead by kappa times what is sideways."""
 
     of = "aligned"
-    words = (
-        "in every world state of the region, the {team} can be matched one-to-one to the landmarks so that each is at "
-        "its own landmark, or closes on it and is ahead by at least kappa times the sideways offset"
-    )
     reads = ("margin", "radius", "kappa")
 
     kappa: Fraction = KAPPA  # least share of ahead in sideways
@@ -239,10 +220,6 @@ class Assignment(DecisionClaim):
     """That agents are engaged in a matching of least summed L1 distance; more than two have too many cases of signs."""
 
     of = "assignment"
-    words = (
-        "in every world state of the region, each of the {team} closes on or is at its landmark in a matching of least "
-        "summed L1 distance"
-    )
 
     def states(self, profile: PolicyProfile) -> Formula:
         """What is claimed where the assumption holds. InputError for a team that is not of two."""

@@ -24,7 +24,6 @@ class Agree(DecisionClaim):
     """That two agents take actions of the same name."""
 
     of = "agree"
-    words = "in every state of the region, the two agents take the action of the same name"
     reads = ("agents",)
     hardens = landmark_each = False
 
@@ -53,7 +52,6 @@ class Differ(Agree):
     """That two agents never take actions of the same name: of two lights never both are green."""
 
     of = "differ"
-    words = "in no state of the region do the two agents take the action of the same name"
 
     def states(self, profile: PolicyProfile) -> Formula:
         """What is claimed where the assumption holds."""
@@ -103,7 +101,6 @@ class Monotone(_Moving):
     """That raising one feature alone never makes an agent's action fall (or rise), actions being in some order."""
 
     of = "monotone"
-    words = "if the feature of the agent is raised and all others stay, its action does not move against the direction"
     reads = ("agent", "feature", "direction", "order")
 
     direction: str = INCREASING
@@ -132,10 +129,6 @@ class Ignores(_Moving):
     """That an agent takes the same action whatever value one feature has."""
 
     of = "ignores"
-    words = (
-        "whatever value the feature of the agent takes while all others stay, it takes the same action "
-        "(or, where actions are named, either one of these or none)"
-    )
     reads = ("agent", "feature", "actions")
 
     actions: tuple[str, ...] = ()  # only whether it takes one of these matters; empty: which one it takes
@@ -167,7 +160,6 @@ class Symmetric(DecisionClaim):
     """
 
     of = "symmetric"
-    words = "where the mirrored features have the opposite sign, the agent takes the action opposite in the order"
     reads = ("agent", "features", "order")
     hardens = landmark_each = False
 

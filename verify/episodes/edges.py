@@ -18,6 +18,7 @@ from codegen.policy_json import content_hash
 from verify.checker.episodes.forever import SLACK, EdgeReading, LastingCertificate, Side, ensure_shown
 from verify.checker.reading import RejectedError
 from verify.claims.region import Interval
+from verify.claims.uncertified.episodes import account_of
 from verify.claims.uncertified.own import OwnFormula
 from verify.claims.verifiable import read_by
 from verify.episodes.certificates import inhabitant
@@ -182,8 +183,9 @@ class _EdgeSearch:
     def _farthest(self, name: str) -> Fraction:
         """How far away an edge may be."""
         claim, agent = self._question.claim, name.rpartition(".")[0]
-        if claim.farthest is not None and self._question.profile.policy(agent).team == claim.team:
-            return claim.farthest - SLACK
+        most = account_of(claim).farthest
+        if most is not None and self._question.profile.policy(agent).team == claim.team:
+            return most - SLACK
         return FARTHEST_EDGE
 
     def _describe_crossing(self, name: str, out: int, outcome: Outcome, most: Fraction, rest: Fraction) -> str:

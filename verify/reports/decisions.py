@@ -19,6 +19,7 @@ from verify.claims.decisions import formula
 from verify.claims.region import goal_text
 from verify.claims.uncertified.documents import formula_document
 from verify.claims.uncertified.starts import name_region
+from verify.claims.uncertified.words import spell_decisions
 from verify.counterexamples.search import AgentView, Counterexample
 from verify.exact import plain
 from verify.exact import text as decimal
@@ -92,7 +93,7 @@ def facts(given: PolicyProfile, result: DecisionResult, command: str) -> dict[st
         "label": claim.label,
         "team": claim.team,
         **({} if result.viewed is None else {"observations": str(result.viewed.view)}),
-        "claim": _adapt_text(result, claim.sentence),
+        "claim": _adapt_text(result, spell_decisions(claim)),
         "landmarks": shares.about_landmarks(profile, formula(profile, claim)),
         "formula": claim.written.strip(),
         "data": formula_document(formula(profile, claim)) if claim.per_state else None,

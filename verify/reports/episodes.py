@@ -15,6 +15,7 @@ from codegen.ir import PolicyProfile
 from verify.claims.catalogue import COINCIDING, sentence
 from verify.claims.episodes import PLAYED
 from verify.claims.region import goal_text
+from verify.claims.uncertified.episodes import account_of
 from verify.claims.uncertified.starts import name_region
 from verify.exact import plain
 from verify.extent.starts import StartShare
@@ -73,7 +74,7 @@ def facts(profile: PolicyProfile, result: EpisodeResult, command: str) -> dict[s
         "parameters": {
             "steps": str(claim.parameters["steps"]),
             "radius": plain(claim.radius),
-            **({claim.whom: ", ".join(claim.named) or claim.nobody_named} if claim.whom else {}),
+            **({claim.whom: ", ".join(claim.named) or account_of(claim).nobody_named} if claim.whom else {}),
         },
         "semantics": MACHINE,
         "region_name": name_region(profile, result.region),
@@ -194,7 +195,7 @@ def _picture(profile: PolicyProfile, result: EpisodeResult) -> dict[str, Any]:
     def draw(place: tuple[float, float]) -> tuple[float, float]:
         return round((place[0] - middle_x + reach) * scale, 2), round((reach - place[1] + middle_y) * scale, 2)
 
-    half = round(float(result.claim.radius) * scale, 2) if result.claim.landmark_each else 0.0
+    half = round(float(result.claim.radius) * scale, 2) if account_of(result.claim).landmark_each else 0.0
     landmarks = [
         {"name": name, "x": draw(place)[0], "y": draw(place)[1], "half": half, "goal": name == evidence.state.goal}
         for name, place in marks.items()

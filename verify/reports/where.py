@@ -19,6 +19,7 @@ from codegen.form.layout import layout
 from codegen.ir import AgentPolicy, PolicyProfile
 from codegen.policy_json import content_hash
 from verify.claims.region import Region, goal_text
+from verify.claims.uncertified.words import spell_decisions
 from verify.exact import plain
 from verify.exact import text as decimal
 from verify.extent.found import Where
@@ -226,7 +227,7 @@ def zones_json(profile: PolicyProfile, result: DecisionResult) -> str:
         "profile": content_hash(profile),
         "property": result.claim.name,
         "team": result.claim.team,
-        "claim": result.claim.sentence,
+        "claim": spell_decisions(result.claim),
         "semantics": result.semantics,
         "region": result.region.document(),
         "complete": extent.complete,

@@ -17,9 +17,10 @@ from codegen import ir
 from codegen.dynamics import COINCIDENT, Motion, partners
 from codegen.errors import DisagreementError, InputError
 from codegen.ir import Bool, Float64, PolicyProfile
-from verify.claims.episodes import ORIGIN, EpisodeClaim, Gaps, Pairs
+from verify.claims.episodes import EpisodeClaim
 from verify.claims.matching import matchings
 from verify.claims.region import Region
+from verify.claims.uncertified.episodes import ORIGIN, Gaps, Pairs, account_of
 from verify.claims.verifiable import verifiable
 from verify.question import EpisodeQuestion
 from verify.states.state import State, choose_actions, inside
@@ -104,17 +105,18 @@ def gaps(profile: PolicyProfile, claim: EpisodeClaim, episode: Float64) -> Float
         columns = [[names.index(f"{entity}.{axis}") for axis in "xy"] for entity in entities]
         return episode[..., np.array(columns)]
 
-    team, others = [policy.agent for policy in profile.team(claim.team)], claim.marks(profile)
+    team, others = [policy.agent for policy in profile.team(claim.team)], account_of(claim).marks(profile)
     distances = np.abs(places(team)[..., :, None, :] - places(others)[..., None, :, :]).max(axis=-1)
     return np.where(np.equal.outer(team, others), np.inf, distances)
 
 
 def ways(profile: PolicyProfile, claim: EpisodeClaim) -> list[Pairs]:
     """What fulfils the claim: that all pairs of one of the ways have their distances."""
-    only = claim.way(profile)
+    account = account_of(claim)
+    only = account.way(profile)
     if only is not None:
         return [only]
-    return [tuple(enumerate(own)) for own in matchings(len(profile.team(claim.team)), len(claim.marks(profile)))]
+    return [tuple(enumerate(own)) for own in matchings(len(profile.team(claim.team)), len(account.marks(profile)))]
 
 
 def find_matchings(profile: PolicyProfile, claim: EpisodeClaim) -> list[tuple[int, ...]]:
@@ -124,7 +126,7 @@ def find_matchings(profile: PolicyProfile, claim: EpisodeClaim) -> list[tuple[in
 
 def name_pairs(profile: PolicyProfile, claim: EpisodeClaim) -> list[tuple[tuple[str, str], ...]]:
     """What fulfils a claim: for each way its pairs of an agent and a mark, by name."""
-    team, marks = [policy.agent for policy in profile.team(claim.team)], claim.marks(profile)
+    team, marks = [policy.agent for policy in profile.team(claim.team)], account_of(claim).marks(profile)
     return [tuple((team[agent], marks[mark]) for agent, mark in way) for way in ways(profile, claim)]
 
 
@@ -144,7 +146,8 @@ def find_met_ways(profile: PolicyProfile, claim: EpisodeClaim, episode: Float64)
     """Which ways to fulfil the claim episodes of [steps + 1, batch, n_coordinates] are, [ways, batch], up to float64
     rounding of distances.
     """
-    met = claim.is_met(gaps(profile, claim, claim.select_counted(episode)), float(claim.radius))
+    account = account_of(claim)
+    met = account.is_met(gaps(profile, claim, account.select_counted(episode)), float(claim.radius))
     pairs = (np.array(way).T for way in ways(profile, claim))
     return np.array([met[:, agents, marks].all(axis=1) for agents, marks in pairs])
 
@@ -169,7 +172,8 @@ def fails(profile: PolicyProfile, claim: EpisodeClaim, episode: Float64) -> bool
     if not np.isfinite(episode).all() or coinciding(profile, episode):
         return False
     names = {name: place for place, name in enumerate(profile.world.coordinates())}
-    counted = claim.select_counted(episode)
+    account = account_of(claim)
+    counted = account.select_counted(episode)
 
     def places(entity: str) -> Float64:
         return counted[:, [names[f"{entity}.{axis}"] for axis in "xy"]]
@@ -178,7 +182,7 @@ def fails(profile: PolicyProfile, claim: EpisodeClaim, episode: Float64) -> bool
     def is_met(a: str, b: str) -> bool:
         first = places(a)
         second = np.zeros_like(first) if b == ORIGIN else places(b)
-        return bool(claim.is_met(_distances(first, second), claim.radius))
+        return bool(account.is_met(_distances(first, second), claim.radius))
 
     return not any(all(is_met(*pair) for pair in way) for way in name_pairs(profile, claim))
 
@@ -243,14 +247,15 @@ class Way:
 
 def ways_of(profile: PolicyProfile, claim: EpisodeClaim, episode: Episode) -> tuple[Way, ...]:
     """How the team's agents fare in an episode."""
-    landmarks = claim.marks(profile)
+    account = account_of(claim)
+    landmarks = account.marks(profile)
     apart = gaps(profile, claim, episode.coordinates)
     names, order = profile.world.coordinates(), [entity.name for entity in profile.world.agents]
     ways: list[Way] = []
     for number, policy in enumerate(profile.team(claim.team)):
-        own = claim.mark_of(profile, number, apart[:, number])
+        own = account.mark_of(profile, number, apart[:, number])
         distances = apart[:, number, own]
-        step = claim.worst(distances)
+        step = account.worst(distances)
         columns = [names.index(f"{policy.agent}.{axis}") for axis in "xy"]
         actions = episode.actions[:, order.index(policy.agent)]
         ways.append(

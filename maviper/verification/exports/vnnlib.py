@@ -24,6 +24,7 @@ from codegen.targets import onnx as models
 from verify.claims.formula import Acts, And, Formula, Linear, Not, Or, below, disjunction, for_goal, negate
 from verify.claims.region import Region
 from verify.claims.uncertified.starts import name_region
+from verify.claims.uncertified.words import spell_decisions
 from verify.exact import plain
 from verify.kinds import AnyClaim
 from verify.question import DecisionQuestion, Question
@@ -68,7 +69,7 @@ def text(question: DecisionQuestion, goal: str | None) -> str:
     model = lower(profile)
     called_in_files = {agent.name: f"{model.prefix}_{agent.lower}.onnx" for agent in model.agents}
     lines = [
-        f"; {comment(claim.shown)}: {comment(claim.written or claim.sentence)}",
+        f"; {comment(claim.shown)}: {comment(claim.written or spell_decisions(claim))}",
         *([f"; assumed: {comment(claim.assumption)}"] if claim.assumption else []),
         f"; region {comment(name_region(profile, question.region) or 'given')}; goal {goal or 'none'}; real arithmetic",
         "; sat: a world state violates the claim; unsat for every goal: it holds in the whole region",

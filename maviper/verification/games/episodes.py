@@ -34,6 +34,7 @@ from maviper.worlds.stated.observing import (
 from verify.checker.episodes.reading import matchings
 from verify.claims.episodes import EpisodeClaim
 from verify.claims.region import Interval, Region
+from verify.claims.uncertified.episodes import account_of
 from verify.exact import plain
 from verify.exact import text as number_text
 from verify.states.episodes import at_rest, playable
@@ -254,7 +255,7 @@ def _properties(profile: PolicyProfile, claim: EpisodeClaim, where: str) -> Iter
         (pairs,) = matchings(profile, claim)
         inside = [_near(*pair, claim.radius, strict=True) for pair in pairs]
         yield _property(f"{shown}, {where}", "avoids", claim.steps, inside)
-    elif claim.farthest is not None:
+    elif account_of(claim).farthest is not None:
         bounds = [f"{agent}.{axis} {side}" for agent in team for axis in "xy" for side in _sides(claim.radius)]
         yield _property(f"{shown}, {where}", "stays_in", claim.steps, [bounds])
     elif claim.always:

@@ -21,6 +21,7 @@ from maviper.verification.files.places import zones_and_region
 from maviper.verification.procedures.procedure import Procedure
 from verify.certificates.decisions import to_json
 from verify.claims.uncertified.starts import name_region
+from verify.claims.uncertified.words import spell_decisions
 from verify.question import DecisionQuestion
 from verify.result import Verdict
 from verify.solver.encode import Query, query, reaching
@@ -70,7 +71,7 @@ def _solver_files(number: int, question: DecisionQuestion) -> dict[str, str]:
         f"{number:02d}-{name}-{goal or 'no-goal'}.smt2": render(
             "smt/question.smt2.j2",
             profile=content_hash(question.origin),
-            claim=f"{claim.shown}: {claim.written or claim.sentence}",
+            claim=f"{claim.shown}: {claim.written or spell_decisions(claim)}",
             assume=claim.assumption,
             leaf=not claim.per_state,
             region=name_region(question.profile, question.region) or "given",

@@ -21,6 +21,7 @@ from tests.hunting.reading import MACHINE, acting, fractions, measured
 from tests.maviper.page.browsers import RUNNERS
 from tests.support.pages import GENERATED, STATE, committed, starts
 from verify.claims.catalogue import find_claim
+from verify.claims.uncertified.episodes import account_of
 from verify.kinds import Kind
 
 POLICIES = ("physical_deception", "proved_defenders", "proved_navigation", "verdicts/predator_prey")
@@ -254,7 +255,7 @@ def expected_of(profile, claim, episodes):
     places_of = np.array([state.position for state in episodes.states])  # [steps + 1, batch, entities, 2]
     names = [one.name for one in profile.world.agents + profile.world.landmarks]
     team = [names.index(policy.agent) for policy in profile.team(claim.team)]
-    marks = [names.index(name) for name in claim.marks(profile)]
+    marks = [names.index(name) for name in account_of(claim).marks(profile)]
     gaps = np.abs(places_of[:, :, team, None] - places_of[:, :, None, marks]).max(axis=-1)
     radius = float(claim.radius)
     if claim.name == "keeps_apart":

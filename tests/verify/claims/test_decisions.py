@@ -18,6 +18,7 @@ from verify.claims.formula import substitute_actions as once
 from verify.claims.uncertified.own import BUILT_IN
 from verify.claims.uncertified.starts import everywhere, find_observed_velocities
 from verify.claims.uncertified.values import Batch
+from verify.claims.uncertified.words import spell_decisions
 from verify.states.state import batch, sample
 
 TEAM = "defenders"
@@ -110,7 +111,7 @@ def test_landmarks_of_own_target_are_checked(profile):
         find_property("own_target", profile, landmarks=("landmark_0", "landmark_2"))
     with pytest.raises(InputError, match="different landmark"):
         find_property("own_target", profile, landmarks=("landmark_0", "landmark_0"))
-    assert "fixed landmark" in find_property("own_target", profile).sentence
+    assert "fixed landmark" in spell_decisions(find_property("own_target", profile))
 
 
 def test_observed_velocities_are_bounded_by_what_actions_can_cause(profile):

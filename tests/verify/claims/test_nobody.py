@@ -27,6 +27,7 @@ from verify.claims.decisions import PLAIN, DistinctTargets, NoDouble, ensure_ask
 from verify.claims.episodes import EPISODE_CLAIMS, Covers, KeepsApart
 from verify.claims.formula import TRUE
 from verify.claims.region import Region
+from verify.claims.uncertified.episodes import account_of
 from verify.claims.uncertified.own import BUILT_IN, AliveLeaves, OwnFormula
 from verify.claims.uncertified.starts import everywhere
 from verify.claims.verifiable import verifiable
@@ -141,7 +142,7 @@ def test_reaches_is_about_named_landmarks():
     """Of any matching, an agent near another landmark at another step would count as one that arrived."""
     with pytest.raises(InputError, match="each agent's own landmark"):
         EPISODE_CLAIMS["reaches"]("defenders", 3)
-    assert EPISODE_CLAIMS["covers"]("defenders", 3).way(PAIR) is None
+    assert account_of(EPISODE_CLAIMS["covers"]("defenders", 3)).way(PAIR) is None
 
 
 def about_episodes(profile, claim):

@@ -19,6 +19,7 @@ from tests.support.contacts import around, escaped, played, random_team
 from tests.support.teams import LEFT, RIGHT, STAY, team, tree
 from verify.checker.episodes.certificates import check_certificate
 from verify.claims.catalogue import find_claim, sentence
+from verify.claims.uncertified.episodes import account_of
 from verify.claims.uncertified.starts import everywhere
 from verify.episodes import contacts
 from verify.episodes.composition import decide
@@ -219,7 +220,7 @@ def test_prey_that_flees_is_not_caught():
     profile = going(RIGHT, RIGHT, name=f"{TAG},predators=1,prey=1,obstacles=1")
     region = around(profile, Fraction(1, 20), [(-0.5, 0), (0.5, 0), (-0.5, -0.9)])
     claim = find_claim("keeps_apart", profile, "prey", others=["adversary_0"])
-    assert claim.radius == Fraction(1, 8) and "adversary_0" in claim.sentence
+    assert claim.radius == Fraction(1, 8) and "adversary_0" in account_of(claim).sentence
     result = verify_episodes(Question(Game(profile), claim, region), {})
     assert result.verdict is Verdict.PROVED
     short = verify_episodes(Question(Game(profile), replace(claim, steps=6), region), {})

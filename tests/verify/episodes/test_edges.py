@@ -12,6 +12,7 @@ from verify.checker.episodes.forever import check_certificate
 from verify.claims.catalogue import find_claim, in_general, usual
 from verify.claims.episodes import KeepsApart, StaysIn
 from verify.claims.files import read_properties
+from verify.claims.uncertified.episodes import account_of
 from verify.claims.uncertified.starts import everywhere
 from verify.episodes.edges import decide
 from verify.question import Question
@@ -92,7 +93,7 @@ def read(profile, lines):
 def test_a_file_says_always(profile):
     claim = read(profile, ['name = "keeps_apart"', 'steps = "always"', 'team = "defenders"', "radius = 0.5"])
     assert isinstance(claim, KeepsApart) and claim.ever and claim.parameters["steps"] == "always"
-    assert claim.sentence.endswith("stays at least 1/2 (L-infinity) away from all others of them for ever")
+    assert account_of(claim).sentence.endswith("stays at least 1/2 (L-infinity) away from all others of them for ever")
     assert claim != replace(claim, ever=False) and claim.by_edges and not replace(claim, ever=False).by_edges
     stays = read(profile, ['name = "stays_in"', "radius = 2"])
     assert isinstance(stays, StaysIn) and stays.ever and read(profile, ['name = "stays_in"', "steps = 9"]).steps == 9

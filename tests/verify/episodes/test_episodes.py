@@ -22,6 +22,7 @@ from tests.support.teams import LEFT, RIGHT, STAY, UP, team, towards, tree
 from verify.claims.catalogue import find_claim
 from verify.claims.episodes import Covers
 from verify.claims.region import Region
+from verify.claims.uncertified.episodes import account_of
 from verify.claims.uncertified.starts import everywhere, start_region
 from verify.episodes.composition import _Arrive, _Decider, _Task, _Violated, decide
 from verify.episodes.zones import starts
@@ -97,7 +98,7 @@ def test_matchings_are_what_is_asked(arrivers):
     assert decide(Question(Game(arrivers), crossed, everywhere(arrivers))).verdict is Verdict.VIOLATED
     swapped = team(arrivers, arriving(1), arriving(0))
     assert decide(Question(Game(swapped), crossed, everywhere(swapped))).verdict is Verdict.PROVED
-    assert "landmark_1, landmark_0" in crossed.sentence
+    assert "landmark_1, landmark_0" in account_of(crossed).sentence
 
 
 def test_a_violation_that_sampling_misses_is_found_by_zones(arrivers):

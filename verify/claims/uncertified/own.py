@@ -11,7 +11,7 @@ from typing import ClassVar
 
 from codegen.ir import PolicyProfile
 from verify.claims.claim import Parameter
-from verify.claims.decisions import BY_NAME, OWN, PLAIN, STEADY, WITH_ERRORS, DecisionClaim
+from verify.claims.decisions import BY_NAME, OWN, PLAIN, STEADY, DecisionClaim
 from verify.claims.formula import TRUE, Formula
 from verify.kinds import Kind
 
@@ -23,7 +23,6 @@ class AliveLeaves(DecisionClaim):
     kind: ClassVar[Kind] = Kind.LEAVES
     per_state: ClassVar[bool] = False
     of = "alive_leaves"
-    words = "every leaf of every agent of the {team} is reached in some world state of the region"
     reads = ()
     hardens = landmark_each = False
 
@@ -37,7 +36,6 @@ class OwnFormula(DecisionClaim):
     """A formula of the user's own."""
 
     of = OWN
-    words = "in every world state of the region, the formula holds for what the {team} do"
     hardens = landmark_each = False
 
     statement: Formula = field(kw_only=True)
@@ -46,11 +44,6 @@ class OwnFormula(DecisionClaim):
     def name(self) -> str:
         """`formula`, whatever errors are allowed."""
         return OWN
-
-    @property
-    def sentence(self) -> str:
-        """The claim in words, without its assumption."""
-        return self.words.format(team=self.team) + (WITH_ERRORS.format(who="") if self.eps else "")
 
     @property
     def parameters(self) -> Mapping[str, Parameter]:

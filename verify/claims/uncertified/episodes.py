@@ -1,0 +1,237 @@
+"""Claims about episodes as they are asked, told and measured: usual parameters, words, distances in an episode.
+
+Does: an account of each class of claims: what it says in words, whose distances it means, where they are as claimed.
+Assumes: claims of episodes.py, of which certificates need no more than is there.
+Does not: belong to what proofs rest on, or play (states/episodes.py).
+"""
+
+from collections.abc import Mapping
+from fractions import Fraction
+from typing import Any, ClassVar, Generic, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from codegen.ir import Bool, PolicyProfile
+from verify.claims.claim import Parameter
+from verify.claims.episodes import Arrival, Covers, EpisodeClaim, KeepsApart, Reaches, StaysIn
+from verify.kinds import ALWAYS
+
+ORIGIN = ""  # a mark that is no entity: the point from which places are measured
+ARENA = Fraction(3)  # in which agents stay, where nobody says another
+Gaps = npt.NDArray[Any]  # [steps, ...] L-infinity distances: float64, or exact
+Pairs = tuple[tuple[int, int], ...]  # pairs: the number of an agent in the team, and of a mark
+Told = TypeVar("Told", bound=EpisodeClaim)
+
+
+class Account(Generic[Told]):
+    """What is said and measured of a claim."""
+
+    words: ClassVar[str]
+    nobody_named: ClassVar[str] = ""  # what it means where the parameter that names entities is empty
+    landmark_each: ClassVar[bool] = True  # whether it speaks of a landmark for each agent
+    of_the_world: ClassVar[tuple[str, ...]] = ("steps",)  # parameters whose usual value the world says
+    usually: ClassVar[Mapping[str, Parameter]] = {}  # others that are no defaults of the claim's fields
+
+    def __init__(self, claim: Told) -> None:
+        self.claim = claim
+
+    @property
+    def sentence(self) -> str:
+        """The claim in words."""
+        claim, own = self.claim, self.describe_named(self.claim.named)
+        until = "for ever" if claim.ever else f"up to step {claim.steps}"
+        return self.words.format(team=claim.team, radius=claim.radius, steps=claim.steps, own=own, until=until)
+
+    @classmethod
+    def in_general(cls, lasting: bool) -> str:
+        """The claim in words, without values; `lasting`: whether it may be claimed for ever."""
+        own, until = cls.describe_named(None), "up to step `steps`, or for ever" if lasting else ""
+        return cls.words.format(team="team", radius="`radius`", steps="`steps`", own=own, until=until)
+
+    @staticmethod
+    def describe_named(named: tuple[str, ...] | None) -> str:
+        """Words for the entities named; None: for any."""
+        return ""
+
+    @classmethod
+    def usual(cls, profile: PolicyProfile, team: str, given: Mapping[str, Any]) -> dict[str, Any]:
+        """The parameters that a profile and those given make usual."""
+        return {"steps": profile.world.episode_steps}
+
+    def marks(self, profile: PolicyProfile) -> list[str]:
+        """The entities from which distances are measured."""
+        raise NotImplementedError
+
+    def way(self, profile: PolicyProfile) -> Pairs | None:
+        """The pairs that must have their distances; None: those of any matching of the team and the marks."""
+        raise NotImplementedError
+
+    def is_met(self, gaps: Gaps, radius: Fraction | float) -> Bool:
+        """Where a pair has its distances, [...], of those after each step that counts; `radius`: of their type."""
+        return np.asarray((gaps <= radius).any(axis=0))
+
+    def select_counted(self, episode: Gaps) -> Gaps:
+        """Of [steps + 1, ...] the steps that count."""
+        return episode if self.claim.always else episode[-1:]
+
+    def mark_of(self, profile: PolicyProfile, number: int, gaps: Gaps) -> int:
+        """The mark that is named with an agent of the team, for its distances [steps + 1, marks] in an episode."""
+        raise NotImplementedError
+
+    def worst(self, gaps: Gaps) -> int:
+        """The step of [steps + 1] distances of a pair that is told first."""
+        return int(gaps.argmin())
+
+    @property
+    def farthest(self) -> Fraction | None:
+        """How far from the origin the team may go; None where the claim does not say."""
+        return None
+
+
+class _OfArrival(Account[Arrival]):
+    """Of a claim to arrive."""
+
+    nobody_named = "any matching"
+
+    def marks(self, profile: PolicyProfile) -> list[str]:
+        """The landmarks."""
+        return [entity.name for entity in profile.world.landmarks]
+
+    def way(self, profile: PolicyProfile) -> Pairs | None:
+        """Each agent with its landmark, where these are named."""
+        marks = self.marks(profile)
+        return tuple(enumerate(marks.index(name) for name in self.claim.landmarks)) or None
+
+    def mark_of(self, profile: PolicyProfile, number: int, gaps: Gaps) -> int:
+        """The agent's own landmark; where any matching would do the one that it ends nearest to."""
+        named = self.claim.landmarks
+        return self.marks(profile).index(named[number]) if named else int(gaps[-1].argmin())
+
+
+class _OfReaches(_OfArrival):
+    words = (
+        "from every start of the region, at rest, each of the {team} comes within {radius} of its own landmark "
+        "({own}) at some step up to step {steps}"
+    )
+
+    @classmethod
+    def usual(cls, profile: PolicyProfile, team: str, given: Mapping[str, Any]) -> dict[str, Any]:
+        """A whole episode, and the landmarks in the world's order."""
+        marks = [entity.name for entity in profile.world.landmarks][: len(profile.team(team))]
+        return super().usual(profile, team, given) | {"landmarks": tuple(marks)}
+
+    @staticmethod
+    def describe_named(named: tuple[str, ...] | None) -> str:
+        """The landmarks."""
+        return "in the order of `landmarks`" if named is None else ", ".join(named)
+
+
+class _OfCovers(_OfArrival):
+    words = (
+        "from every start of the region, at rest, after {steps} steps the {team} are matched one-to-one to the "
+        "landmarks{own}, each within {radius} of its own"
+    )
+
+    @staticmethod
+    def describe_named(named: tuple[str, ...] | None) -> str:
+        """The landmarks, where an order of them is claimed."""
+        if named is None:
+            return " (in the order of `landmarks`, if given)"
+        return f" (in this order: {', '.join(named)})" if named else ""
+
+
+class _OfKeepsApart(Account[KeepsApart]):
+    words = (
+        "from every start of the region, at rest, each of the {team} stays at least {radius} (L-infinity) "
+        "away from {own} {until}"
+    )
+    nobody_named = "one another"
+    landmark_each = False
+    of_the_world = ("steps", "radius")
+
+    @classmethod
+    def usual(cls, profile: PolicyProfile, team: str, given: Mapping[str, Any]) -> dict[str, Any]:
+        """A whole episode, and the largest distance at which two of them touch. InputError where there are no two."""
+        claim = KeepsApart(team, 0, others=given.get("others", ()))
+        claim.ensure(profile)
+        sizes = {one.name: Fraction(str(one.size)) for one in profile.world.agents + profile.world.landmarks}
+        touching = max(sizes[a] + sizes[b] for a, b in claim.pairs(profile))
+        return super().usual(profile, team, given) | {"radius": touching}
+
+    @staticmethod
+    def describe_named(named: tuple[str, ...] | None) -> str:
+        """Those from whom the team keeps apart."""
+        if named is None:
+            return "each of the `others` (without these, of the team)"
+        return ", ".join(named) or "all others of them"
+
+    def marks(self, profile: PolicyProfile) -> list[str]:
+        """Those from whom the team keeps apart."""
+        return list(self.claim.others) or [policy.agent for policy in profile.team(self.claim.team)]
+
+    def way(self, profile: PolicyProfile) -> Pairs:
+        """All pairs."""
+        team, marks = [policy.agent for policy in profile.team(self.claim.team)], self.marks(profile)
+        return tuple((team.index(agent), marks.index(other)) for agent, other in self.claim.pairs(profile))
+
+    def is_met(self, gaps: Gaps, radius: Fraction | float) -> Bool:
+        """Where a pair stays apart."""
+        return np.asarray((gaps >= radius).all(axis=0))
+
+    def mark_of(self, profile: PolicyProfile, number: int, gaps: Gaps) -> int:
+        """Whom the agent comes nearest to."""
+        return int(gaps.min(axis=0).argmin())
+
+
+class _OfStaysIn(Account[StaysIn]):
+    words = (
+        "from every start of the region, at rest, each of the {team} stays within {radius} (L-infinity) of the origin "
+        "{until}"
+    )
+    landmark_each = False
+    of_the_world = ()
+    usually: ClassVar[Mapping[str, Parameter]] = {"steps": ALWAYS, "radius": ARENA}
+
+    @classmethod
+    def usual(cls, profile: PolicyProfile, team: str, given: Mapping[str, Any]) -> dict[str, Any]:
+        """The arena, for ever."""
+        return dict(cls.usually)
+
+    def marks(self, profile: PolicyProfile) -> list[str]:
+        """The origin."""
+        return [ORIGIN]
+
+    def way(self, profile: PolicyProfile) -> Pairs:
+        """Each agent with the origin."""
+        return tuple((number, 0) for number in range(len(profile.team(self.claim.team))))
+
+    def is_met(self, gaps: Gaps, radius: Fraction | float) -> Bool:
+        """Where an agent stays."""
+        return np.asarray((gaps <= radius).all(axis=0))
+
+    def mark_of(self, profile: PolicyProfile, number: int, gaps: Gaps) -> int:
+        """The origin."""
+        return 0
+
+    def worst(self, gaps: Gaps) -> int:
+        """The step at which the agent is farthest away."""
+        return int(gaps.argmax())
+
+    @property
+    def farthest(self) -> Fraction:
+        """The radius."""
+        return self.claim.radius
+
+
+ACCOUNTS: dict[type[EpisodeClaim], type[Account[Any]]] = {
+    Reaches: _OfReaches,
+    Covers: _OfCovers,
+    KeepsApart: _OfKeepsApart,
+    StaysIn: _OfStaysIn,
+}
+
+
+def account_of(claim: EpisodeClaim) -> Account[EpisodeClaim]:
+    """The account of a claim."""
+    return ACCOUNTS[type(claim)](claim)
