@@ -21,11 +21,12 @@ from maviper.worlds import Measure, World
 
 BEGINS_WITH = "begins_with"  # the hash of the expert whose actors a training starts from
 PACKAGES = ("mpe2", "numpy", "torch")
+UNSAID = ("scaled",)  # settings that cards do not name where they are 0, as those before them did not
 
 
 def config(world: World, request: Request, chosen: Any, rule: str) -> dict[str, Any]:
     """What is known of an expert before it is trained. `chosen`: its settings, a dataclass."""
-    settings = asdict(chosen)
+    settings = {name: value for name, value in asdict(chosen).items() if value or name not in UNSAID}
     command = ["maviper train", world.name, f"--algorithm {request.algorithm}"]
     command += [f"--recipe {request.recipe}"] if request.recipe != DEFAULT else []
     for name, value in sorted(request.overrides.items()):

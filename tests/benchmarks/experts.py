@@ -1,7 +1,7 @@
 """How good the shipped experts are, beside the targets: 1,000 episodes that nothing else uses, worse ends of intervals.
 
     python tests/benchmarks/experts.py [--all] [--json]
-    python -m tests.benchmarks.experts --curve [WORLD ...] [--seed 0] [--json]
+    python -m tests.benchmarks.experts --curve [WORLD ...] [--seed 0] [--set NAME=VALUE ...] [--json]
 
 --all: every shipped seed, not only the default ones. Training times are those of the cards; they belong to the machine
 that the card names.
@@ -9,7 +9,7 @@ that the card names.
 --curve: trains with the default recipe, or what it is cut to here, for two minutes at most. Against the fixed panel
 (panel.py) it measures the actors as they are after so many seconds of the processor, measurements not counted: training
 runs on one core, so these are the seconds on a machine that does nothing else. It says when the expert is usable: when
-it first reaches, for all teams, what is called so here.
+it first reaches, for all teams, what is called so here. --set changes a setting of the training, such as scaled=1.
 """
 
 import argparse
@@ -92,14 +92,14 @@ def touches(name, world, expert):
         yield figure(text, high if lower else low, *RATIO_TARGETS[team], "lower" if lower else "higher")
 
 
-def curve(name, seed):
-    """[(seconds, steps, team -> value on the panel)] of a short training."""
+def curve(name, seed, changed):
+    """[(seconds, steps, team -> value on the panel)] of a short training. `changed`: settings, by name."""
     from maviper.experts.recipes import Request
     from maviper.experts.training import mappo, train
     from tests.benchmarks import panel
 
     world, members = panel.panel(name)
-    chosen = train.settings_of(world, Request("mappo", overrides={**QUICK[name][0], "seed": seed}))
+    chosen = train.settings_of(world, Request("mappo", overrides={**QUICK[name][0], "seed": seed, **changed}))
     trainer, spent, found = mappo.Mappo(world, chosen, "cpu"), 0.0, []
     for mark in MARKS:
         while spent < mark and trainer.steps < chosen.steps:
@@ -127,9 +127,9 @@ def usable_after(name, found):
     return float("inf")
 
 
-def curves(names, seed):
+def curves(names, seed, changed):
     for name in names or QUICK:
-        found = curve(name, seed)
+        found = curve(name, seed, changed)
         for seconds, steps, values in found:
             shown = ", ".join(f"{team} {value:.3f}" for team, value in values.items())
             print(f"{name}: after {seconds:.0f} s, {steps:,} steps: {shown}", file=sys.stderr)
@@ -144,11 +144,13 @@ def main() -> None:
     parser.add_argument("--all", action="store_true")
     parser.add_argument("--curve", action="store_true")
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE")
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
+    changed = dict(each.split("=", 1) for each in options.set)
     names = [name for name in store.SHIPPED if options.all or "@" not in name]
     own = (found for name in names for found in of_expert(name))
-    figures = list(curves(options.worlds, options.seed) if options.curve else own)
+    figures = list(curves(options.worlds, options.seed, changed) if options.curve else own)
     if options.json:
         print(json.dumps({"figures": figures}))
         return

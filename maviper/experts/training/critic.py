@@ -37,6 +37,7 @@ class Settings:
     tau: float = 0.02
     shaping: float = 1.0
     gradient_norm: float = 5.0
+    scaled: int = 0  # as the actors' training
     seed: int = 0
 
 
@@ -50,7 +51,7 @@ class Fit(Trainer):
         joint, hidden = self.joint, settings.hidden
         width = actors[f"{world.agents[0]}.actor.2.weight"].shape[0]
         self.actor = Nets((joint.widest, width, width, joint.n_actions), joint.widths, self.generator, device)
-        self.actor.load(actors, world.agents, "actor")
+        joint.load_actors(self.actor, actors)
         sizes = (joint.critic_inputs, hidden, hidden, 1)
         fans = [joint.critic_inputs] * joint.n_agents
         self.critic, self.slow = (Nets(sizes, fans, self.generator, device) for _ in range(2))

@@ -28,6 +28,7 @@ class Settings:
     batch: int = 1_024  # transitions per update (released: 25,600)
     steps_per_update: int = 100  # joint steps per update round (as released)
     hidden: int = 64
+    scaled: int = 0  # 1: the first layer scales observations, by mean and deviation in random play
     learning_rate: float = 0.01  # Adam
     final_rate: float = 0.1  # share of the learning rate left at the end (released: 1, constant)
     gamma: float = 0.95

@@ -39,6 +39,7 @@ class Settings:
     epochs: int = 4
     minibatch: int = 6_400  # transitions
     hidden: int = 64
+    scaled: int = 0  # 1: the first layer scales observations, by mean and deviation in random play
     shared: int = 0  # 1: team-mates have one network, so that what tells them apart is what they see
     learning_rate: float = 1e-3  # falls linearly to a tenth
     gamma: float = 0.95

@@ -16,7 +16,8 @@ from torch.nn.functional import one_hot
 
 from codegen.ir import Float32
 from codegen.legality import LEGAL
-from maviper.experts.network import LAYERS
+from maviper.experts.network import ACTOR, CRITIC, LAYERS
+from maviper.experts.training.scaling import Scale
 from maviper.worlds import World
 
 # Added to the logit of an action that an agent does not have, or that is illegal: its probability is 0 then. With -inf
@@ -112,10 +113,11 @@ class Joint:
     """How a world's observations and actions become tensors.
 
     A joint observation is all agents' observations side by side and one zero column, which pads the views of agents
-    that see less than others.
+    that see less than others. `scale`: what networks read is scaled by it, and their first layers are given and taken
+    for plain observations; None: they read plain ones.
     """
 
-    def __init__(self, world: World, device: str) -> None:
+    def __init__(self, world: World, device: str, scale: Scale | None = None) -> None:
         self.device = device
         self.agents = world.agents
         self.widths = [len(features) for features in world.features]
@@ -123,6 +125,9 @@ class Joint:
         self.n_agents, self.n_actions = len(self.widths), max(self.choices)
         self.n_obs, self.widest = sum(self.widths), max(self.widths)
         starts = np.concatenate([[0], np.cumsum(self.widths)[:-1]])
+        self.scale, self.columns = scale, [range(at, at + width) for at, width in zip(starts, self.widths, strict=True)]
+        padded = [] if scale is None else [(scale.mean, 0.0), (scale.deviation, 1.0)]
+        self._scaling = [torch.tensor([*numbers, pad], device=device).float() for numbers, pad in padded]
         view = [
             [*range(start, start + width), *[self.n_obs] * (self.widest - width)]
             for start, width in zip(starts, self.widths, strict=True)
@@ -176,17 +181,24 @@ class Joint:
         joint = np.concatenate([*observations, np.zeros((batch, 1), np.float32)], axis=1)
         return torch.from_numpy(joint).to(self.device)
 
+    def _scale_joint(self, joint: Tensor) -> Tensor:
+        """Joint observations as networks read them."""
+        if not self._scaling:
+            return joint
+        mean, deviation = self._scaling
+        return (joint - mean) / deviation
+
     def views(self, joint: Tensor) -> Tensor:
         """[batch, n_obs + 1] -> [n_agents, batch, widest]."""
-        return _columns(joint, self.view)
+        return _columns(self._scale_joint(joint), self.view)
 
     def share_observations(self, joint: Tensor) -> Tensor:
         """[batch, n_obs + 1] -> [n_agents, batch, n_obs]: everybody's critic sees everything."""
-        return joint[:, : self.n_obs].expand(self.n_agents, -1, -1)
+        return self._scale_joint(joint)[:, : self.n_obs].expand(self.n_agents, -1, -1)
 
     def own_first(self, joint: Tensor) -> Tensor:
         """As `share_observations`, but each agent's own comes first, then its team-mates', then the others'."""
-        return _columns(joint, self.order)
+        return _columns(self._scale_joint(joint), self.order)
 
     def one_hot(self, acted: Tensor) -> Tensor:
         """[batch, n_agents] -> [batch, n_agents, n_actions]."""
@@ -199,15 +211,31 @@ class Joint:
 
     def export_critics(self, critic: Nets) -> dict[str, Float32]:
         """Critics in the shapes of `network.NetworkExpert`: rows of actions that no agent has are left out."""
-        named = critic.export_weights(self.agents, "critic", [self.critic_inputs] * self.n_agents, [1] * self.n_agents)
+        named = critic.export_weights(self.agents, CRITIC, [self.critic_inputs] * self.n_agents, [1] * self.n_agents)
         rows = [*range(self.n_obs)]
         for agent, choices in enumerate(self.choices):
             rows += range(self.n_obs + agent * self.n_actions, self.n_obs + agent * self.n_actions + choices)
-        return {name: array[rows] if name.endswith("critic.1.weight") else array for name, array in named.items()}
+        named = {name: array[rows] if name.endswith("critic.1.weight") else array for name, array in named.items()}
+        return named if self.scale is None else self._fold(self.scale.fold, named, CRITIC)
 
-    def export_actors(self, actor: Nets, net: str = "actor") -> dict[str, Float32]:
+    def export_actors(self, actor: Nets, net: str = ACTOR) -> dict[str, Float32]:
         """Actors, or value networks, in the shapes of `network.NetworkExpert`."""
-        return actor.export_weights(self.agents, net, self.widths, self.choices)
+        named = actor.export_weights(self.agents, net, self.widths, self.choices)
+        return named if self.scale is None else self._fold(self.scale.fold, named, net)
+
+    def load_actors(self, actor: Nets, tensors: Mapping[str, Float32], net: str = ACTOR) -> None:
+        """Gives actors, or value networks, what `export_actors` gave."""
+        given = tensors if self.scale is None else self._fold(self.scale.unfold, tensors, net)
+        actor.load(given, self.agents, net)
+
+    def _fold(self, moved: Any, tensors: Mapping[str, Float32], net: str) -> dict[str, Float32]:
+        """The tensors, with the first layers of `net` as `moved` gives them."""
+        folded = dict(tensors)
+        for agent, columns in zip(self.agents, self.columns, strict=True):
+            names = [f"{agent}.{net}.1.{part}" for part in ("weight", "bias")]
+            read = range(self.n_obs) if net == CRITIC else columns
+            folded |= zip(names, moved(*(tensors[name] for name in names), read), strict=True)
+        return folded
 
 
 def _columns(joint: Tensor, chosen: Tensor) -> Tensor:

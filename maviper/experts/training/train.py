@@ -353,7 +353,7 @@ class _Run:
         from maviper.experts.training import critic
 
         chosen = self.trainer.settings
-        shared = {name: getattr(chosen, name) for name in ("hidden", "gamma", "seed")}
+        shared = {name: getattr(chosen, name) for name in ("hidden", "gamma", "scaled", "seed")}
         shared["shaping"] = chosen.shaping * chosen.critic_shaping
         wanted = critic.Settings(**shared)
         if self.world.games is not None:

@@ -21,6 +21,7 @@ from maviper.experts.cards import REWARD
 from maviper.experts.network import ACTOR, VALUE, NetworkExpert
 from maviper.experts.store import shapes
 from maviper.experts.training.nets import Adam, Joint, Nets, Running, Stacked
+from maviper.experts.training.scaling import measure_scale
 from maviper.worlds import World
 
 # from joint observations to actions, [batch, n_agents], and the share of uniform ones that shall replace them
@@ -48,7 +49,9 @@ class Trainer(ABC):
 
     def __init__(self, world: World, settings: Any, device: str) -> None:
         self.world, self.settings, self.device = world, settings, device
-        self.joint = Joint(world, device)
+        scaled, shared = settings.scaled, getattr(settings, "shared", False)
+        scale = measure_scale(world, self.most_games, settings.seed, bool(shared)) if scaled else None
+        self.joint = Joint(world, device, scale)
         self.generator = torch.Generator().manual_seed(settings.seed)
         self.rng = np.random.default_rng(settings.seed)
         self.running = Running(self.joint.n_agents)
@@ -58,7 +61,7 @@ class Trainer(ABC):
 
     def begin(self, expert: NetworkExpert) -> None:
         """Starts from the expert's actors, or value networks. InputError where they do not fit this training's."""
-        agents, kind = self.world.agents, VALUE if self.networks == VALUE else ACTOR
+        kind = VALUE if self.networks == VALUE else ACTOR
         wanted = shapes(self.world, self.settings.hidden, kind)
         actual = {name: expert.tensors[name].shape for name in wanted if name in expert.tensors}
         if actual != wanted or any(nets.owner is not None for nets in self.nets.values()):
@@ -66,7 +69,7 @@ class Trainer(ABC):
             raise InputError("the training cannot start from these networks", self.world.name, advice)
         for name, nets in self.nets.items():
             if isinstance(nets, Nets) and name.partition(".")[0] == kind:  # a slow copy too
-                nets.load(expert.tensors, agents, kind)
+                self.joint.load_actors(nets, expert.tensors, kind)
                 if kind == ACTOR:
                     nets.soften(SOFTENED)
 

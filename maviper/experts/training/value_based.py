@@ -28,6 +28,7 @@ class Settings:
     batch: int = 2_048  # transitions per update
     steps_per_update: int = 200
     hidden: int = 64
+    scaled: int = 0  # 1: the first layer scales observations, by mean and deviation in random play
     learning_rate: float = 1e-3  # Adam, falls linearly to a tenth
     gamma: float = 0.95
     tau: float = 0.01

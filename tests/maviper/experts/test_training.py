@@ -75,8 +75,8 @@ def test_every_algorithm_trains_every_game(name, algorithm, tmp_path):
         ("physical-deception", "mappo", {}),
         ("physical-deception", "mappo", {"imitate_steps": 9_600, "value_steps": 3_200}),
         ("predator-prey,prey=1", "mappo", {"past": 0.25}),
-        ("predator-prey", "mappo", {"past": 0.25, "against": 0.125}),
-        ("physical-deception", "maddpg", {}),
+        ("predator-prey", "mappo", {"past": 0.25, "against": 0.125, "scaled": 1}),
+        ("physical-deception", "maddpg", {"scaled": 1}),
         ("physical-deception", "vdn", {}),
     ],
 )
