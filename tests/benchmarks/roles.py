@@ -30,6 +30,8 @@ from maviper.extraction.algorithms import extract
 from maviper.extraction.settings import Settings
 from maviper.files import runs
 from maviper.reproduction.statistics import holm, of_differences
+from tests.benchmarks import compact
+from tests.benchmarks.registered import kept_in
 
 FILE = Path(__file__).with_name("roles.toml")
 FOLDER = "/tmp/maviper-roles"
@@ -42,9 +44,9 @@ Register: tests/benchmarks/roles.toml, sha256 {digest}.
 It was committed before the first cell was made.
 
 - `tables.txt`: losses, their terms and gains, then the hypotheses.
-- `cells.json`: every cell under the name of its file.
+- `{file}`: every cell under the name of its file.
 
-To go on, write each cell of `cells.json` into FOLDER under its name and run the command: it makes only what is missing.
+To go on, copy `{file}` into FOLDER and run the command: it makes only what is missing.
 """
 MAX_CELL_BYTES = 2**20
 HOLDS, REFUTED, OPEN = "HOLDS", "REFUTED", "OPEN"
@@ -115,13 +117,14 @@ def terms_of(world, ours, experts, measure, seeds):
 
 
 def found_in(register, digest, folder):
-    """The cells that are there."""
-    found = {}
+    """The cells that are there, each a file or in a record in the folder."""
+    found, kept = {}, kept_in(folder)
     for cell in cells_of(register):
         place = folder / cell.name
-        if place.exists():
-            found[cell] = json.loads(runs.read(place, MAX_CELL_BYTES))
-            if found[cell]["register"] != digest:
+        document = json.loads(runs.read(place, MAX_CELL_BYTES)) if place.exists() else kept.get(cell.name)
+        if document is not None:
+            found[cell] = document
+            if document["register"] != digest:
                 raise SystemExit(f"{place} is of another register: choose another folder with --cells")
     return found
 
@@ -202,9 +205,10 @@ def recorded(register, digest, found, place):
     """Writes the finished cells, the tables and a page."""
     total = len(cells_of(register))
     state = "The record is whole." if len(found) == total else "**This record is partial.** No hypothesis gets a word."
-    runs.write(place / "cells.json", runs.as_json({cell.name: document for cell, document in sorted(found.items())}))
+    page = PAGE.format(state=state, count=len(found), total=total, digest=digest, file=compact.FILE)
+    runs.write(place / compact.FILE, compact.packed({cell.name: document for cell, document in found.items()}))
     runs.write(place / "tables.txt", "\n".join(table_lines(register, found)) + "\n")
-    runs.write(place / "README.md", PAGE.format(state=state, count=len(found), total=total, digest=digest))
+    runs.write(place / "README.md", page)
 
 
 def main():
@@ -224,10 +228,11 @@ def main():
         print(f"{len(cells_of(register))} cells, {total / 3600:.1f} CPU hours")
         return
     sizes, seeds = ({int(each) for each in text.split(",")} if text else None for text in (given.agents, given.seeds))
+    there = found_in(register, digest, given.cells)
     with threadpool_limits(1):
         for cell in cells_of(register) if not given.tables else []:
             wanted = (sizes is None or cell.agents in sizes) and (seeds is None or cell.seed in seeds)
-            if wanted and not (given.cells / cell.name).exists():
+            if wanted and cell not in there:
                 make(register, digest, cell, given.cells)
                 print(f"{time.strftime('%H:%M:%S')}  {cell.name}", flush=True)
     found = found_in(register, digest, given.cells)
