@@ -1,68 +1,23 @@
-"""Exact numbers as people write them: decimals and fractions.
+"""Exact numbers: their texts in files, read without trusting them, and how large they may be in a question.
 
-Does: reads one from a text or a value of a TOML file whose floats were read as texts; writes one.
-Assumes: nothing about the text.
-Does not: round.
+Does: reads a number that a file states exactly.
+Assumes: a reader that turns ValueError into words about its file.
+Does not: round, write, or read what people write (decimals.py).
 """
 
 import re
 from fractions import Fraction
 
-from codegen.errors import InputError
-from codegen.floats import rational_literal
-
-MAX_PLACES = 60  # of a decimal; what needs more is written as a fraction
 MAX_NUMBER = 10**9  # largest length in a question; beyond it float64 positions are coarser than any world
+MAX_DIGITS = 4000
+_NUMBER = re.compile(r'-?\d+(\.\d+)?|"?-?\d+/\d+"?')
 
 
-def text(number: Fraction) -> str:
-    """A number as files have it: a fraction is in quotes."""
-    literal = plain(number)
-    return f'"{literal}"' if "/" in literal else literal
-
-
-def plain(number: Fraction) -> str:
-    """A number as a decimal where it has a finite one, else as a fraction; `exact` reads both."""
-    rest, twos = _without(number.denominator, 2)
-    rest, fives = _without(rest, 5)
-    places = max(twos, fives)
-    if rest != 1 or places > MAX_PLACES:
-        return rational_literal(number)
-    digits = f"{abs(number.numerator) * 10**places // number.denominator:0{places + 1}d}"
-    sign = "-" if number < 0 else ""
-    return sign + (f"{digits[:-places]}.{digits[-places:]}" if places else digits)
-
-
-def _without(number: int, factor: int) -> tuple[int, int]:
-    """A number divided by a factor as often as that goes, and how often."""
-    times = 0
-    while not number % factor:
-        number, times = number // factor, times + 1
-    return number, times
-
-
-def number(value: object, where: object) -> Fraction:
-    """The exact number of a TOML value whose floats were read as texts: an integer, or a text as `exact` reads it."""
-    if isinstance(value, bool) or not isinstance(value, (int, str)):
-        raise InputError("not a number", where, 'write 0.025 or "1/40"')
-    if isinstance(value, int) and abs(value) > MAX_NUMBER:
-        raise InputError(f"numbers may be at most {MAX_NUMBER}", where)
-    return exact(str(value), where)
-
-
-_DECIMAL = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,3})?|[+-]?\d+/\d+", re.ASCII)
-MAX_DIGITS = 2_000
-
-
-def exact(written: str, where: object) -> Fraction:
-    """The number that a text states exactly: a decimal or a fraction such as 1/40. InputError for anything else."""
-    plain = written.strip().replace("_", "")
-    if len(plain) > MAX_DIGITS or not _DECIMAL.fullmatch(plain) or not written.isprintable():
-        raise InputError(f"not a number: {written[:40]!r}", where, "write 0.025 or 1/40")
+def read_number(text: object) -> Fraction:
+    """A number from its exact text. ValueError for anything else."""
+    if not isinstance(text, str) or len(text) > MAX_DIGITS or not _NUMBER.fullmatch(text):
+        raise ValueError(f"not a number, or one with more than {MAX_DIGITS} digits: {str(text)[:40]!r}")
     try:
-        number = Fraction(plain)
+        return Fraction(text.strip('"'))
     except ZeroDivisionError:
-        raise InputError(f"not a number: {written[:40]!r}", where, "write 0.025 or 1/40") from None
-    if abs(number) > MAX_NUMBER:
-        raise InputError(f"numbers may be at most {MAX_NUMBER}", where)
-    return number
+        raise ValueError(f"not a number: {text[:40]!r}") from None

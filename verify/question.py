@@ -1,4 +1,4 @@
-"""The question: what is asked of a subject, as one value.
+"""The question: what is asked of a subject, as one value; and what every claim has that may be asked.
 
 Does: holds subject, claim, region, semantics and budgets; derives formula, goals, team, neighbouring questions and the
   shuffled control.
@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 from itertools import product
-from typing import Generic, TypeVar
+from typing import ClassVar, Generic, Protocol, TypeVar
 
 import numpy as np
 
@@ -24,7 +24,7 @@ from verify.claims.uncertified.own import OwnFormula
 from verify.claims.uncertified.starts import everywhere
 from verify.claims.uncertified.views import Viewed
 from verify.claims.verifiable import read_by, verifiable
-from verify.kinds import AnyClaim
+from verify.kinds import Kind
 from verify.semantics import MACHINE
 from verify.subjects import Game, Subject
 
@@ -32,6 +32,37 @@ CONTROL_SEED = 0
 MAX_TOGETHER = 3  # agents of a claim that is never divided
 UNITS_A_NODE = 50  # of a budget in solver resource units, so many stand for one search node
 SECOND_OPINION_UNITS, DETAIL_UNITS = 20_000_000, 4_000_000
+
+
+class AnyClaim(Protocol):
+    """A claim of any kind."""
+
+    kind: ClassVar[Kind]
+    per_state: ClassVar[bool]  # whether a single world state fulfils or breaks it
+    limits: ClassVar[tuple[str, ...]]  # the budgets, as `Budgets` names them, that deciding it may use up
+    arithmetics: ClassVar[tuple[str, ...]]  # by which it may be asked
+
+    @property
+    def team(self) -> str:
+        """Whose decisions it is about; "": those of all agents."""
+        ...
+
+    @property
+    def name(self) -> str:
+        """The name of the property."""
+        ...
+
+    @property
+    def label(self) -> str:
+        """What a user calls it; "" where nobody said."""
+        ...
+
+    @property
+    def shown(self) -> str:
+        """The label, or else the name."""
+        ...
+
+
 About = TypeVar("About", bound=AnyClaim, covariant=True)
 Asked = TypeVar("Asked", bound=AnyClaim)
 

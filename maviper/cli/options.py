@@ -57,7 +57,7 @@ def option(*names: str, **settings: Any) -> Callable[[Any], Any]:
 
 def fraction(_context: click.Context, parameter: click.Parameter, value: str | None) -> Fraction | None:
     """Reads an exact number: a decimal, or a fraction such as 1/40."""
-    from verify.exact import exact
+    from verify.decimals import exact
 
     return None if value is None else exact(value, f"--{parameter.name}")
 

@@ -16,7 +16,7 @@ from codegen.ir import PolicyProfile
 from codegen.region import RegionSpec
 from maviper.worlds.stated.observing import PLACE, Observed, call_in_file, find_coordinate, list_observed
 from verify.claims.region import Interval
-from verify.exact import plain
+from verify.decimals import plain
 from verify.systems.claims import SystemClaim
 from verify.systems.regions import narrow
 from verify.systems.statement import Statement

@@ -27,7 +27,7 @@ from verify.checker.episodes import forever
 from verify.checker.reading import RejectedError
 from verify.claims.language.parameters import Number
 from verify.claims.region import Region
-from verify.exact import exact, plain
+from verify.decimals import exact, plain
 from verify.semantics import MACHINE
 
 

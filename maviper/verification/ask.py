@@ -39,9 +39,8 @@ from verify.claims.observed import View
 from verify.claims.region import Region
 from verify.claims.uncertified.starts import START
 from verify.claims.uncertified.views import RANGES, SEEN, Viewed, carry_region, select_features, unread
-from verify.exact import exact, plain
-from verify.kinds import AnyClaim
-from verify.question import UNITS_A_NODE, Budgets, Question
+from verify.decimals import exact, plain
+from verify.question import UNITS_A_NODE, AnyClaim, Budgets, Question
 from verify.semantics import MACHINE, SEMANTICS
 from verify.subjects import Game
 

@@ -20,8 +20,7 @@ from codegen.lowering.render import render
 from maviper.verification.bench import Bench
 from maviper.verification.files.places import region_file
 from maviper.verification.procedures.table import procedure
-from verify.kinds import AnyClaim
-from verify.question import Question
+from verify.question import AnyClaim, Question
 from verify.reports import report
 from verify.result import AnyResult, Verdict
 

@@ -16,7 +16,7 @@ from codegen.ir import AgentPolicy, PolicyProfile
 from verify.claims.language.tables import properties
 from verify.claims.observed import View, over, variable
 from verify.claims.region import Interval, Region
-from verify.exact import text as number_text
+from verify.decimals import text as number_text
 from verify.language.units import unit_of
 from verify.systems.given import robust
 from verify.systems.given.robust import copy_called

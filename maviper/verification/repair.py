@@ -36,6 +36,7 @@ from maviper.worlds.matching import UNREPAIRED, ensure_places, matching_places
 from verify.claims.catalogue import find_property
 from verify.claims.decisions import DecisionClaim
 from verify.claims.region import Region
+from verify.claims.region_files import region_toml
 from verify.question import Budgets, Question
 from verify.repair.search import Repair, refuse_repair, repair
 from verify.reports import report
@@ -118,7 +119,7 @@ def _files(done: Repaired, name: str, region_name: str, asked: Any) -> dict[str,
         runs.PROFILE_FILE: policy_json.dumps(done.after),
         COST_FILE: layout(document(done, shlex.join(made))) + "\n",
     }
-    files |= {} if region_name == "start" else {Path(region_name).name: done.region.toml()}
+    files |= {} if region_name == "start" else {Path(region_name).name: region_toml(done.region)}
     facts = report.document(done.after, done.results, [verified], digests(files))
     return files | report_files(facts) | done.certificates
 

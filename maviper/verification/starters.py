@@ -18,7 +18,7 @@ from maviper.files.profiles import load
 from maviper.worlds import WORLDS, World, find
 from maviper.worlds.matching import ensure_places, matching_world
 from verify.claims.uncertified.views import unread
-from verify.exact import exact, plain
+from verify.decimals import exact, plain
 
 PLAIN = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")  # a name that formulas take without quotes
 DIGITS = 3

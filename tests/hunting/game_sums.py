@@ -26,8 +26,9 @@ from tests.support.game_sums import team
 from verify.certificates.systems import to_json
 from verify.checker.covers.certificates import from_json
 from verify.claims.region import Region
+from verify.claims.region_files import region_toml
 from verify.claims.uncertified.starts import start_region
-from verify.exact import plain
+from verify.decimals import plain
 
 SAMPLES, PLAYED = 2_000, 12
 LEAST = 2.0**-7  # of an extreme whose hundredth part says something
@@ -106,7 +107,7 @@ class Case:
         with tempfile.TemporaryDirectory() as place:
             file, region = Path(place) / "claims.toml", Path(place) / "region.toml"
             file.write_text(self._property())
-            region.write_text(self.region.toml())
+            region.write_text(region_toml(self.region))
             options = VerifyOptions(file=file, region=str(region), max_boxes=BOXES, verdict_only=True)
             return StatedWorld.of_game(self.profile, options)
 

@@ -28,7 +28,7 @@ from tests.support.giving import tamed
 from verify.certificates.systems import to_json
 from verify.checker.covers.certificates import from_json
 from verify.checker.reading import RejectedError
-from verify.exact import plain
+from verify.decimals import plain
 
 FORGING = 3  # of so many certificates one is forged
 TOGETHER = 4  # claims about one team, which one search decides

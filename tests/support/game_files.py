@@ -11,7 +11,7 @@ from fractions import Fraction
 from codegen.errors import InputError
 from codegen.ir import GOAL, AgentPolicy, EntitySpec, FeatureSpec, PolicyProfile, WorldSpec
 from verify.claims.region import Region
-from verify.exact import plain
+from verify.decimals import plain
 
 MEASURES = {"": "{}", "sign": "sign({})", "positive": "positive({})"}
 FAR = 100  # of places and speeds: more than any episode reaches

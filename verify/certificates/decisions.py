@@ -14,7 +14,7 @@ from verify.checker.decisions.certificates import NAMED, NOISY, UNREAD, Certific
 from verify.checker.envelope import body_hash
 from verify.claims.decisions import DecisionClaim
 from verify.claims.region import goal_text
-from verify.claims.uncertified.documents import formula_document
+from verify.claims.uncertified.documents import formula_document, region_document, view_document
 
 
 def to_json(certificate: Certificate) -> str:
@@ -26,8 +26,8 @@ def to_json(certificate: Certificate) -> str:
         "property": None if certificate.claim is None else _property_document(certificate.claim),
         "semantics": certificate.semantics,
         **({"eps": str(certificate.eps)} if certificate.eps else {}),
-        **({} if certificate.view is None else {"view": certificate.view.document()}),
-        "region": {"name": certificate.region.name or certificate.region_said, **certificate.region.document()},
+        **({} if certificate.view is None else {"view": view_document(certificate.view)}),
+        "region": {"name": certificate.region.name or certificate.region_said, **region_document(certificate.region)},
         "formula": formula_document(certificate.formula),
         "inhabitant": {name: rational_literal(value) for name, value in certificate.inhabitant.items()},
         "proofs": {goal_text(goal): proof_lines(proof) for goal, proof in certificate.proofs.items()},

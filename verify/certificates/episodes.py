@@ -14,6 +14,7 @@ from verify.checker.envelope import body_hash
 from verify.checker.episodes.certificates import EpisodeCertificate
 from verify.checker.episodes.forever import FORM, LastingCertificate
 from verify.claims.region import goal_text
+from verify.claims.uncertified.documents import region_document
 from verify.kinds import ALWAYS
 
 
@@ -30,7 +31,7 @@ def to_json(certificate: EpisodeCertificate | LastingCertificate) -> str:
         "radius": str(claim.radius),
         **({claim.whom: list(claim.named)} if claim.whom else {}),
         "semantics": certificate.semantics,
-        "region": {"name": certificate.region.name or certificate.region_said, **certificate.region.document()},
+        "region": {"name": certificate.region.name or certificate.region_said, **region_document(certificate.region)},
         "inhabitant": {name: rational_literal(value) for name, value in certificate.inhabitant.items()},
         **proofs,
     }

@@ -23,7 +23,7 @@ from verify.claims.region import Region
 from verify.claims.region_files import is_list, is_table, region_of
 from verify.claims.uncertified.own import OwnFormula
 from verify.claims.uncertified.starts import everywhere, find_observed_velocities, positions
-from verify.exact import number
+from verify.decimals import number
 from verify.kinds import ALWAYS
 from verify.toml_places import Place, parse
 

@@ -1,30 +1,17 @@
-"""Formulas and exact numbers, read from the plain data of files.
+"""Formulas, read from the plain data of files.
 
 Does: reads them without trusting them.
 Assumes: a reader that turns ValueError, TypeError and LookupError into words about its file.
 Does not: touch files.
 """
 
-import re
 from collections.abc import Mapping
-from fractions import Fraction
 from typing import Any
 
 from verify.claims.formula import Acts, And, Formula, Goal, Linear, Not, Or
+from verify.exact import read_number
 
-MAX_DIGITS = 4000
 DEEPEST = 100  # levels of a formula
-_NUMBER = re.compile(r'-?\d+(\.\d+)?|"?-?\d+/\d+"?')
-
-
-def read_number(text: object) -> Fraction:
-    """A number from its exact text. ValueError for anything else."""
-    if not isinstance(text, str) or len(text) > MAX_DIGITS or not _NUMBER.fullmatch(text):
-        raise ValueError(f"not a number, or one with more than {MAX_DIGITS} digits: {str(text)[:40]!r}")
-    try:
-        return Fraction(text.strip('"'))
-    except ZeroDivisionError:
-        raise ValueError(f"not a number: {text[:40]!r}") from None
 
 
 def read_formula(document: Mapping[str, Any], depth: int = 0) -> Formula:

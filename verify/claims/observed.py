@@ -62,20 +62,6 @@ class View:
         """The agent of the profile whose tree an agent of the view has."""
         return self.copied if self.copied and agent == self.copy else agent
 
-    def document(self) -> dict[str, list[str]]:
-        """The view as plain data, which `view_from` reads."""
-        mirrored = {} if self.mirrored is None else {"mirrored": [self.mirrored.agent, *self.mirrored.features]}
-        return {"shared": list(self.shared), "raised": list(self.raised or ()), **mirrored}
-
-    def __str__(self) -> str:
-        shared = f", {', '.join(self.shared)} shared" if self.shared else ""
-        if self.mirrored is not None:
-            features = ", ".join(self.mirrored.features) or "all features"
-            return f"over observations{shared} (two copies of {self.copied}, one with the opposite of {features})"
-        if self.raised is not None:
-            return f"over observations{shared} (two copies of {self.copied} that differ in {self.raised.feature} only)"
-        return f"over observations{shared}"
-
 
 def view_from(document: Mapping[str, Sequence[str]]) -> View:
     """The view in a document. ValueError for anything else."""

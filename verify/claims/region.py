@@ -1,16 +1,13 @@
 """Where something is claimed: regions of world states.
 
-Does: the data of a region and its readable TOML form with exact numbers.
+Does: the data of a region.
 Assumes: a world whose coordinates are named by the profile's world spec.
-Does not: read files (region_files.py), or know where a world starts (uncertified/starts.py).
+Does not: read or write files (region_files.py), or know where a world starts (uncertified/starts.py).
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import Any
-
-from verify.exact import text
 
 Interval = tuple[Fraction, Fraction]
 Difference = tuple[str, str, Interval]  # (a, b, bounds of a - b)
@@ -31,27 +28,6 @@ class Region:
     def goal_cases(self) -> tuple[str | None, ...]:
         """The goals one by one; None alone where the world has none."""
         return goal_cases(self.goals)
-
-    def document(self) -> dict[str, Any]:
-        """The region as plain data, numbers as exact text."""
-        return {
-            "goals": list(self.goals),
-            "box": {name: [text(bound) for bound in bounds] for name, bounds in self.box.items()},
-            "difference": {f"{a} - {b}": [text(bound) for bound in bounds] for a, b, bounds in self.differences},
-            "apart": {f"{a} - {b}": text(least) for a, b, least in self.apart},
-        }
-
-    def toml(self) -> str:
-        """The region as a file that `read_region` reads back."""
-        lines = ["# A region of world states: closed intervals, in the world's length unit, exact as written."]
-        lines += [f"goals = [{', '.join(f'{goal!r}' for goal in self.goals)}]".replace("'", '"'), "", "[box]"]
-        lines += [f'"{name}" = [{text(low)}, {text(high)}]' for name, (low, high) in self.box.items()]
-        if self.differences:
-            lines += ["", "[difference]"]
-            lines += [f'"{a} - {b}" = [{text(low)}, {text(high)}]' for a, b, (low, high) in self.differences]
-        if self.apart:
-            lines += ["", "[apart]", *(f'"{a} - {b}" = {text(least)}' for a, b, least in self.apart)]
-        return "\n".join(lines) + "\n"
 
 
 UNBOUNDED = Region({}, (), name="of the file")  # of claims that have regions themselves

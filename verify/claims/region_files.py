@@ -1,6 +1,6 @@
 """Regions as people write them: TOML with exact numbers.
 
-Does: reads the region of a file or of a table, with what it leaves out.
+Does: reads the region of a file or of a table, with what it leaves out; writes one.
 Assumes: a world whose coordinates are named by the profile's world spec.
 Does not: open files.
 """
@@ -14,7 +14,7 @@ from codegen.errors import InputError, UnknownNameError
 from codegen.ir import WorldSpec
 from verify.claims.region import Difference, Interval, Pair, Region
 from verify.claims.uncertified.starts import positions, start_bounds
-from verify.exact import number, text
+from verify.decimals import number, text
 from verify.toml_places import Place, parse
 
 ADVICE = "see `maviper verify --help` for the form of a region file"
@@ -115,3 +115,16 @@ def _make_interval(low: Fraction, high: Fraction, where: Place) -> Interval:
     if low > high:
         raise InputError(f"the lower bound {text(low)} is above the upper one {text(high)}", where, "swap them")
     return low, high
+
+
+def region_toml(region: Region) -> str:
+    """The region as a file that `read_region` reads back."""
+    lines = ["# A region of world states: closed intervals, in the world's length unit, exact as written."]
+    lines += [f"goals = [{', '.join(f'{goal!r}' for goal in region.goals)}]".replace("'", '"'), "", "[box]"]
+    lines += [f'"{name}" = [{text(low)}, {text(high)}]' for name, (low, high) in region.box.items()]
+    if region.differences:
+        lines += ["", "[difference]"]
+        lines += [f'"{a} - {b}" = [{text(low)}, {text(high)}]' for a, b, (low, high) in region.differences]
+    if region.apart:
+        lines += ["", "[apart]", *(f'"{a} - {b}" = {text(least)}' for a, b, least in region.apart)]
+    return "\n".join(lines) + "\n"

@@ -12,7 +12,7 @@ from fractions import Fraction
 from typing import TypeAlias
 
 from codegen.errors import InputError
-from verify.exact import plain
+from verify.decimals import plain
 
 Unit: TypeAlias = tuple[tuple[str, Fraction], ...]  # symbol and power, in order, no power 0
 

@@ -17,12 +17,13 @@ from codegen.paths import leaves_below
 from verify.claims.claim import Parameter
 from verify.claims.decisions import formula
 from verify.claims.region import goal_text
-from verify.claims.uncertified.documents import formula_document
+from verify.claims.uncertified.documents import formula_document, region_document
 from verify.claims.uncertified.starts import name_region
+from verify.claims.uncertified.views import describe_view
 from verify.claims.uncertified.words import spell_decisions
 from verify.counterexamples.search import AgentView, Counterexample
-from verify.exact import plain
-from verify.exact import text as decimal
+from verify.decimals import plain
+from verify.decimals import text as decimal
 from verify.reports import trusted
 from verify.reports.drawing import MARK, VIEW, around, label_place
 from verify.reports.telling import POSITIONS, SHARES, Telling
@@ -92,7 +93,7 @@ def facts(given: PolicyProfile, result: DecisionResult, command: str) -> dict[st
         "property": claim.name,
         "label": claim.label,
         "team": claim.team,
-        **({} if result.viewed is None else {"observations": str(result.viewed.view)}),
+        **({} if result.viewed is None else {"observations": describe_view(result.viewed.view)}),
         "claim": _adapt_text(result, spell_decisions(claim)),
         "landmarks": shares.about_landmarks(profile, formula(profile, claim)),
         "formula": claim.written.strip(),
@@ -101,7 +102,7 @@ def facts(given: PolicyProfile, result: DecisionResult, command: str) -> dict[st
         "parameters": {name: _format_parameter(value, name) for name, value in claim.parameters.items()},
         "semantics": result.semantics,
         "region_name": name_region(profile, result.region),
-        "region": result.region.document(),
+        "region": region_document(result.region),
         "verdict": result.verdict.value,
         "meaning": _adapt_text(result, _meaning(result)),
         "reason": result.reason,

@@ -14,6 +14,7 @@ from codegen.form.layout import layout
 from codegen.intervals import Share
 from codegen.policy_json import content_hash
 from verify.claims.region import goal_text
+from verify.claims.uncertified.documents import region_document
 from verify.claims.uncertified.starts import name_region
 from verify.reports.where import FIRST, describe_bounds, zone_facts
 from verify.states.real import write_values
@@ -45,7 +46,7 @@ def document(difference: Difference, counted: Estimates) -> dict[str, Any]:
         "world": {"name": difference.first.world.name, "reference": difference.first.world.reference},
         "semantics": question.semantics,
         "region_name": name_region(difference.first, question.region),
-        "region": question.region.document(),
+        "region": region_document(question.region),
         "verdict": difference.verdict.value,
         "share": _share(difference.together),
         **_uniform(explain_unstated(question), counted.uniform[SOME]),

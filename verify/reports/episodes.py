@@ -15,9 +15,10 @@ from codegen.ir import PolicyProfile
 from verify.claims.catalogue import COINCIDING, sentence
 from verify.claims.episodes import PLAYED
 from verify.claims.region import goal_text
+from verify.claims.uncertified.documents import region_document
 from verify.claims.uncertified.episodes import account_of
 from verify.claims.uncertified.starts import name_region
-from verify.exact import plain
+from verify.decimals import plain
 from verify.extent.starts import StartShare
 from verify.extent.sure import ANSWERS, FACES
 from verify.reports import trusted
@@ -78,7 +79,7 @@ def facts(profile: PolicyProfile, result: EpisodeResult, command: str) -> dict[s
         },
         "semantics": MACHINE,
         "region_name": name_region(profile, result.region),
-        "region": result.region.document(),
+        "region": region_document(result.region),
         "verdict": result.verdict.value,
         "meaning": MEANINGS[result.verdict] + (f", {others}" if result.verdict is Verdict.PROVED else ""),
         "reason": result.reason,

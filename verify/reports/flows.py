@@ -9,7 +9,7 @@ from decimal import ROUND_CEILING, Context, Decimal
 from fractions import Fraction
 
 from codegen.wording import format_count
-from verify.exact import plain
+from verify.decimals import plain
 from verify.systems.system import Flow
 
 DIGITS = 6  # of an error in words

@@ -17,7 +17,7 @@ from codegen.ir import PolicyProfile
 from codegen.lowering.render import brief, render
 from codegen.policy_json import content_hash
 from codegen.wording import format_count
-from verify.exact import plain
+from verify.decimals import plain
 from verify.language.units import unit_of
 from verify.reports import flows, trusted
 from verify.reports.courses import DECISIONS, draw_courses, in_modes, is_still, runs, within

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 from codegen.floats import nearest_double, rational_literal
 from codegen.lowering.render import brief
 from codegen.wording import format_count
-from verify.exact import plain
+from verify.decimals import plain
 
 if TYPE_CHECKING:
     from verify.reach.results import SystemCounterexample

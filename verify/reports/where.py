@@ -19,9 +19,10 @@ from codegen.form.layout import layout
 from codegen.ir import AgentPolicy, PolicyProfile
 from codegen.policy_json import content_hash
 from verify.claims.region import Region, goal_text
+from verify.claims.uncertified.documents import region_document
 from verify.claims.uncertified.words import spell_decisions
-from verify.exact import plain
-from verify.exact import text as decimal
+from verify.decimals import plain
+from verify.decimals import text as decimal
 from verify.extent.found import Where
 from verify.extent.violations import Failing
 from verify.verdicts.decisions import DecisionResult
@@ -200,7 +201,7 @@ def _part(result: DecisionResult) -> dict[str, Any]:
     part, known = where.part, inner.evidence
     return {
         "name": part.region.name,
-        "region": part.region.document(),
+        "region": region_document(part.region),
         "bounds": _cut(result.region, part.region),
         "exact": None if part.exact is None else _exact(part.exact),
         "share": part.share.document(),
@@ -229,7 +230,7 @@ def zones_json(profile: PolicyProfile, result: DecisionResult) -> str:
         "team": result.claim.team,
         "claim": spell_decisions(result.claim),
         "semantics": result.semantics,
-        "region": result.region.document(),
+        "region": region_document(result.region),
         "complete": extent.complete,
         "share": rational_literal(extent.share.value) if extent.share is not None and extent.share.exact else None,
         "found": extent.count,

@@ -16,7 +16,7 @@ from itertools import combinations, product
 from typing import NamedTuple
 
 from codegen.errors import InputError
-from verify.exact import plain
+from verify.decimals import plain
 from verify.systems.language.conditions import outside
 from verify.systems.regions import box_of, is_empty, narrow
 from verify.systems.system import Affine, Box, HalfSpace, Interval, Polytope, Variable

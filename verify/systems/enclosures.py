@@ -22,7 +22,7 @@ from math import isqrt
 from typing import NamedTuple
 
 from codegen.errors import InputError
-from verify.exact import plain
+from verify.decimals import plain
 from verify.systems.language.expressions import Call, Expression, Name, Number, Pi, Power, Product, Quotient, Sum
 from verify.systems.system import Affine, Box, Interval
 from verify.unanswered import BeyondError

@@ -16,7 +16,7 @@ from verify.claims.formula import Formula, coordinates
 from verify.claims.language.formulas import Vocabulary, formula_of
 from verify.claims.language.tables import Table, properties, read_each
 from verify.claims.region_files import is_list, is_table
-from verify.exact import plain
+from verify.decimals import plain
 from verify.language.arithmetic import Typed
 from verify.systems.claims import MAX_STEPS, SAYS, Pattern, SystemClaim
 from verify.systems.curves.claims import CurvedClaim

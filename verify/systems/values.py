@@ -13,7 +13,7 @@ from keyword import iskeyword
 from codegen.errors import InputError, UnknownNameError, escape_text
 from verify.claims.region import Interval
 from verify.claims.region_files import is_list, is_table
-from verify.exact import number
+from verify.decimals import number
 from verify.language.arithmetic import Typed
 from verify.language.units import Unit, unit_of
 from verify.systems.language.expressions import Expression, Number, affine

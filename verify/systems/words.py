@@ -10,7 +10,7 @@ from dataclasses import replace
 from fractions import Fraction
 
 from verify.claims.formula import Acts, And, Formula, Goal, Linear, Not, Or, coordinates
-from verify.exact import plain
+from verify.decimals import plain
 from verify.systems.claims import SystemClaim, atom
 from verify.systems.system import Affine, HalfSpace, Interval, Polytope
 

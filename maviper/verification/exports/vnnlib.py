@@ -25,9 +25,8 @@ from verify.claims.formula import Acts, And, Formula, Linear, Not, Or, below, di
 from verify.claims.region import Region
 from verify.claims.uncertified.starts import name_region
 from verify.claims.uncertified.words import spell_decisions
-from verify.exact import plain
-from verify.kinds import AnyClaim
-from verify.question import DecisionQuestion, Question
+from verify.decimals import plain
+from verify.question import AnyClaim, DecisionQuestion, Question
 from verify.states.state import measurable
 
 STATE, OBSERVED, DECIDED = "W", "X", "Y"  # the world state; what agent k observes, and its action, are X_k and Y_k

@@ -29,7 +29,8 @@ from verify.claims.formula import agents
 from verify.claims.observed import over
 from verify.claims.region import Region
 from verify.claims.uncertified.starts import is_start
-from verify.exact import plain
+from verify.claims.uncertified.views import describe_view
+from verify.decimals import plain
 
 AGAINST_FILE = "against.json"  # the second profile, beside a certificate about two
 
@@ -113,7 +114,7 @@ def _subject(proof: Certificate, profile: PolicyProfile) -> str:
         claim += f", though every feature is off by up to {_format_parameter(proof.eps)}"
     if proof.claim is not None:
         claim += "".join(f", {name} {_format_parameter(value)}" for name, value in proof.claim.stated.items())
-    claim += "" if proof.view is None else f", {proof.view},"
+    claim += "" if proof.view is None else f", {describe_view(proof.view)},"
     place = f"{claim} in {_place(proof.region, profile)}, {proof.semantics} arithmetic"
     return place if proof.claim is not None else f"{place}; the formula: {formula_words(proof.formula, profile)}"
 

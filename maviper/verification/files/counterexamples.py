@@ -26,14 +26,14 @@ from maviper.verification.bench import replay_state
 from maviper.verification.files import episodes as episode_files
 from verify.claims.decisions import OWN, PLAIN, formula
 from verify.claims.formula import Acts, Formula, Goal, agents, atoms, coordinates
-from verify.claims.formula_json import read_formula, read_number
+from verify.claims.formula_json import read_formula
 from verify.claims.observed import over, view_from
 from verify.claims.region import goal_cases, goal_of, goal_text
-from verify.claims.uncertified.documents import formula_document
+from verify.claims.uncertified.documents import formula_document, view_document
 from verify.claims.uncertified.own import BUILT_IN
 from verify.claims.uncertified.starts import positions
 from verify.counterexamples.search import Counterexample
-from verify.exact import MAX_NUMBER
+from verify.exact import MAX_NUMBER, read_number
 from verify.reports.decisions import deployed_facts
 from verify.reports.trajectories import counterexample
 from verify.semantics import MACHINE, REAL
@@ -95,7 +95,7 @@ def document(profile: PolicyProfile, result: DecisionResult, example: Counterexa
     """What the file of a violated claim about single decisions holds."""
     claim, explanation = result.claim, result.evidence.explanation
     real = {} if result.semantics == MACHINE else {"semantics": result.semantics, "deployed": deployed_facts(example)}
-    view = {} if result.viewed is None else {"view": result.viewed.view.document()}
+    view = {} if result.viewed is None else {"view": view_document(result.viewed.view)}
     return {
         "counterexample": REAL_FORM if real else FORM,
         "profile": content_hash(profile),

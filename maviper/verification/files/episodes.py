@@ -24,9 +24,9 @@ from maviper.verification.bench import replay_course
 from verify.claims.catalogue import ZONES, find_episode_claim, readable
 from verify.claims.claim import Parameter
 from verify.claims.episodes import EPISODE_CLAIMS, EpisodeClaim
-from verify.claims.formula_json import read_number
 from verify.claims.region import goal_cases, goal_of, goal_text
-from verify.exact import MAX_NUMBER
+from verify.claims.uncertified.documents import region_document
+from verify.exact import MAX_NUMBER, read_number
 from verify.states.episodes import Episode, fails, playable
 from verify.states.state import State
 
@@ -75,7 +75,7 @@ def document(profile: PolicyProfile, result: EpisodeResult) -> dict[str, Any]:
         "claim": claim.name,
         "team": claim.team,
         "parameters": {name: _encode_parameter(value) for name, value in _list_parameters(claim).items()},
-        "region": result.region.document(),
+        "region": region_document(result.region),
         "goal": goal_text(evidence.state.goal),
         "position": dict(evidence.state.position),
         "actions": _name_actions(profile, evidence.episode),

@@ -15,8 +15,8 @@ from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash
 from maviper.files.outputs import FOUND
 from maviper.verification.ask import Asked, VerifyOptions
-from verify.kinds import AnyClaim
-from verify.question import Budgets
+from verify.claims.region_files import region_toml
+from verify.question import AnyClaim, Budgets
 from verify.verdicts.decisions import DecisionResult
 
 
@@ -43,7 +43,7 @@ def zones_and_region(profile: PolicyProfile, place: int, result: DecisionResult)
     files = {f"zones-{place}-{claim.name}.json": zones_json(profile, result)} if where.count else {}
     if where.part is not None:
         told = f"{FOUND} {claim.shown} of the {claim.team} holds in it; profile {content_hash(profile)}"
-        files[where.part.region.name] = f"{told}\n{where.part.region.toml()}"
+        files[where.part.region.name] = f"{told}\n{region_toml(where.part.region)}"
     return files
 
 

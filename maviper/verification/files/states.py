@@ -36,12 +36,12 @@ from maviper.worlds.world import plain_name, world_name
 from verify.claims.claim import check_range
 from verify.claims.decisions import DecisionClaim, formula
 from verify.claims.formula import Formula, Linear, atoms
-from verify.claims.formula_json import read_number
 from verify.claims.region import Region, goal_of, goal_text
-from verify.claims.region_files import read_region
+from verify.claims.region_files import read_region, region_toml
 from verify.claims.uncertified.documents import formula_document
 from verify.claims.uncertified.own import OwnFormula
 from verify.claims.uncertified.starts import find_observed_velocities, name_region
+from verify.exact import read_number
 from verify.question import Question
 from verify.result import AnyResult
 from verify.semantics import MACHINE
@@ -137,7 +137,7 @@ def document_of(
         "formula": formula_document(formula(profile, claim)),
         "eps": str(claim.eps),
         "region": region.name,
-        "bounds": region.toml(),
+        "bounds": region_toml(region),
         "command": shlex.join(["maviper", "verify", runs.PROFILE_FILE, *shlex.split(command)[3:]]),
         "coordinates": list(states[0].position),
         "positions": [list(state.position.values()) for state in states],

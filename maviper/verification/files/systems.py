@@ -29,7 +29,7 @@ from verify.checker.decisions.certificates import MAX_BYTES
 from verify.checker.reading import RejectedError
 from verify.checker.systems import certificates as system_certificates
 from verify.checker.systems.enclosures import ensure_curves
-from verify.claims.formula_json import read_number
+from verify.exact import read_number
 from verify.flows.playing import FlowCourse
 from verify.flows.replay import replay_course as flow_replayed
 from verify.question import Question

@@ -13,7 +13,7 @@ from codegen.ir import PolicyProfile
 from verify.claims.formula import Acts, And, Formula, Goal, Linear, Not, Or
 from verify.claims.region import Interval, Region
 from verify.claims.uncertified.starts import everywhere
-from verify.exact import plain
+from verify.decimals import plain
 
 MOST = 300  # characters of a formula or a region that are shown
 LEFT_OUT = "... (whole in the certificate)"

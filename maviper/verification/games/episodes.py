@@ -35,8 +35,8 @@ from verify.checker.episodes.reading import matchings
 from verify.claims.episodes import EpisodeClaim
 from verify.claims.region import Interval, Region
 from verify.claims.uncertified.episodes import account_of
-from verify.exact import plain
-from verify.exact import text as number_text
+from verify.decimals import plain
+from verify.decimals import text as number_text
 from verify.states.episodes import at_rest, playable
 from verify.systems.regions import box_of, is_empty
 from verify.systems.system import Affine, HalfSpace, Polytope

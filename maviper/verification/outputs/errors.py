@@ -17,7 +17,7 @@ from typing import Any
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import AgentPolicy
 from codegen.wording import format_count
-from verify.exact import exact, plain
+from verify.decimals import exact, plain
 from verify.extent.changes import Ends, ends_of
 
 HEADER = ("row", "output", "value", "least", "most", "change", "exact")

@@ -10,7 +10,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 from maviper.verification.procedures.procedure import Procedure
-from verify.kinds import AnyClaim, Kind
+from verify.kinds import Kind
+from verify.question import AnyClaim
 
 
 def _decisions() -> Procedure:

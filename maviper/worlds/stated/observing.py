@@ -21,7 +21,7 @@ from codegen.floats import FLOAT64, nearest_double, neighbour
 from codegen.ir import GOAL, AgentPolicy, FeatureSpec, Float64, Meaning, PolicyProfile
 from codegen.observe import observe
 from verify.claims.region import Interval
-from verify.exact import text as number_text
+from verify.decimals import text as number_text
 from verify.states.state import State as GameState
 from verify.states.state import error_name, meaning_of, measurable
 from verify.states.state import observe_state as observe_game

@@ -14,7 +14,7 @@ from maviper.worlds.stated.integrating import check_integration
 from maviper.worlds.stated.reference import is_known
 from verify.checker.reading import RejectedError
 from verify.checker.systems.enclosures import ensure_enclosed
-from verify.exact import plain
+from verify.decimals import plain
 from verify.systems.properties import ensure_claims
 from verify.systems.statement import Statement
 

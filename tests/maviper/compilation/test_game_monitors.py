@@ -26,6 +26,7 @@ from verify.certificates.systems import to_json
 from verify.claims.catalogue import find_claim
 from verify.claims.decisions import formula
 from verify.claims.region import Region
+from verify.claims.region_files import region_toml
 from verify.claims.uncertified.starts import start_region
 from verify.claims.uncertified.values import Batch
 from verify.result import Verdict
@@ -39,7 +40,7 @@ STEPS, RADIUS, HALF = 3, Fraction(4, 5), Fraction(1, 256)
 
 def pose(folder, profile, name, region, **options):
     """The world of a claim about a region."""
-    (folder / "drawn.toml").write_text(region.toml())
+    (folder / "drawn.toml").write_text(region_toml(region))
     asked = VerifyOptions.about(name, str(folder / "drawn.toml"), options)
     return StatedWorld.of_game(profile, replace(asked, verdict_only=True))
 

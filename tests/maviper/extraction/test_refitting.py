@@ -34,6 +34,7 @@ from verify.claims.catalogue import find_property
 from verify.claims.decisions import DistinctTargets, formula
 from verify.claims.formula import FALSE, TRUE, Acts, conjunction, disjunction, holds
 from verify.claims.region import Region
+from verify.claims.region_files import region_toml
 from verify.claims.uncertified.documents import formula_document
 from verify.claims.uncertified.starts import everywhere
 from verify.question import Question, from_start
@@ -246,7 +247,7 @@ def test_what_an_agent_measures_wrongly_is_what_it_learns_from(world, expert, pr
         "formula": formula_document(formula(same, claim)),
         "eps": "1/10",
         "region": "start",
-        "bounds": everywhere(same).toml(),
+        "bounds": region_toml(everywhere(same)),
         "command": "maviper verify profile.json",
         "coordinates": list(state.position),
         "positions": [list(state.position.values())],

@@ -20,6 +20,7 @@ from tests.hunting.summing import Team
 from tests.support.game_sums import team
 from tests.support.generated import FOLDER
 from verify.claims.region import Region
+from verify.claims.region_files import region_toml
 from verify.claims.uncertified.starts import start_region
 from verify.result import SETTLED, Verdict
 
@@ -88,7 +89,7 @@ def test_verdicts_are_true_of_mpe2(seeds, tmp_path):
         profile = team(seed + 1, (DOUBLE_SUMS, FLOAT32_STEPS)[seed % 2], levels=2)
         name, steps = ("stays_in", "keeps_apart", "covers", "reaches")[seed % 4], 4
         region = region_of(profile, seed, Fraction(1, (64, 256)[seed % 3 > 0]))
-        (tmp_path / "drawn.toml").write_text(region.toml())
+        (tmp_path / "drawn.toml").write_text(region_toml(region))
         asked = VerifyOptions.about(name, str(tmp_path / "drawn.toml"), {"radius": RADII[name], "steps": steps})
         outcomes = results(profile, replace(asked, max_boxes=100_000, verdict_only=True))
         ensure_true(profile, name, RADII[name], steps, region, outcomes)
@@ -102,7 +103,7 @@ def answered(tmp_path_factory):
     folder = tmp_path_factory.mktemp("episodes")
     profile = team(1, levels=2)
     (folder / "team.json").write_text(dumps(profile))
-    (folder / "region.toml").write_text(region_of(profile, 0, Fraction(1, 256)).toml())
+    (folder / "region.toml").write_text(region_toml(region_of(profile, 0, Fraction(1, 256))))
     (folder / "claims.toml").write_text(
         '[[property]]\nname = "keeps_apart"\nradius = 2\nsteps = 3\n\n'
         '[[property]]\nname = "stays_in"\nradius = 2\nsteps = 3\n'
@@ -142,7 +143,7 @@ def test_boxes_are_counted_of_world_files_alone(capsys):
 
 def pose(folder, profile, region, *names, **given):
     """What is asked about a team that starts in a region, and the world file that it is about."""
-    (folder / "region.toml").write_text(region if isinstance(region, str) else region.toml())
+    (folder / "region.toml").write_text(region if isinstance(region, str) else region_toml(region))
     given = {"steps": 3, "radius": Fraction(2), **given} if names == ("stays_in",) else given
     asked = VerifyOptions(names=names, region=str(folder / "region.toml"), parameters=given)
     return pose_questions(profile, "team.json", asked)
@@ -153,7 +154,7 @@ def test_regions_of_one_name_are_told_apart(answered, tmp_path, capsys):
     far = replace(near, box={name: (low + 5, high + 5) for name, (low, high) in near.box.items()})
     for folder, region in (("a", near), ("b", far), ("a", near)):
         (tmp_path / folder).mkdir(exist_ok=True)
-        (tmp_path / folder / "r.toml").write_text(region.toml())
+        (tmp_path / folder / "r.toml").write_text(region_toml(region))
         claims.append(f'[[property]]\nname = "stays_in"\nradius = 2\nsteps = 3\nregion = "{folder}/r.toml"\n')
     (tmp_path / "claims.toml").write_text("\n".join(claims))
     words = ["verify", str(answered / "team.json"), "--properties", str(tmp_path / "claims.toml")]
@@ -187,7 +188,7 @@ def observing(profile, *terms):
 )
 def test_a_region_without_starts_at_rest_is_vacuous(stated, tmp_path):
     profile = observing(team(1, levels=2), ((1.0, "agent_0.vx"), (-1.0, "agent_1.vy")))
-    (asked,), world = pose(tmp_path, profile, region_of(profile, 0, Fraction(1, 256)).toml() + stated, "stays_in")
+    (asked,), world = pose(tmp_path, profile, region_toml(region_of(profile, 0, Fraction(1, 256))) + stated, "stays_in")
     result = world.answer(asked.question)
     assert (result.verdict, result.reason) == (Verdict.VACUOUS, "the region holds no start at rest")
     assert world.document([result])["results"][0]["verdict"] == "VACUOUS"

@@ -29,9 +29,10 @@ from verify.claims.catalogue import find_claim
 from verify.claims.decisions import formula
 from verify.claims.formula import holds
 from verify.claims.region import Region
+from verify.claims.region_files import region_toml
 from verify.claims.uncertified.starts import start_region
 from verify.claims.uncertified.values import Batch
-from verify.exact import plain
+from verify.decimals import plain
 from verify.result import Verdict
 from verify.states.state import sample
 from verify.systems.claims import SystemClaim
@@ -39,7 +40,7 @@ from verify.systems.claims import SystemClaim
 
 def asked(profile, name, region, tmp_path):
     """The result of one question about a region."""
-    (tmp_path / "drawn.toml").write_text(region.toml())
+    (tmp_path / "drawn.toml").write_text(region_toml(region))
     return verify(profile, name, region=str(tmp_path / "drawn.toml"))
 
 
@@ -102,7 +103,7 @@ def proof(tmp_path_factory):
     folder = tmp_path_factory.mktemp("game")
     profile, region = team(5), draw_region(team(5), 5)
     (folder / "team.json").write_text(dumps(profile))
-    (folder / "region.toml").write_text(region.toml())
+    (folder / "region.toml").write_text(region_toml(region))
     words = ["verify", str(folder / "team.json"), "--property", "no_double", "--property", "own_target"]
     code = main.run([*words, "--region", str(folder / "region.toml"), "-o", str(folder / "out")])
     assert code == 1
@@ -192,7 +193,7 @@ def test_what_is_not_decided_is_refused(proof, asked_for, message, capsys):
     apart = replace(
         start_region(load(proof / "team.json", sums=True).world), apart=(("agent_0", "agent_1", Fraction(1, 8)),)
     )
-    (proof / "apart.toml").write_text(apart.toml())
+    (proof / "apart.toml").write_text(region_toml(apart))
     words = [each.format(folder=proof) for each in asked_for]
     assert main.run(["verify", str(proof / "team.json"), *words]) == 2
     assert message in capsys.readouterr().err
@@ -270,7 +271,7 @@ def test_steady_claims_are_true_of_the_game(seeds, tmp_path):
         profile = team(seed, (DOUBLE_SUMS, FLOAT32_STEPS)[seed % 2])
         of, eps = ("distinct_targets", "no_double", "own_target", "aligned")[seed % 4], ERRORS[seed % 3]
         region = draw_region(profile, seed)
-        (tmp_path / "drawn.toml").write_text(region.toml())
+        (tmp_path / "drawn.toml").write_text(region_toml(region))
         result = verify(profile, "steady", of=of, eps=eps, region=str(tmp_path / "drawn.toml"))
         assert f"off by up to {plain(eps)}" in result.question.claim.region
         ensure_steady(profile, of, eps, region, result)
@@ -298,7 +299,7 @@ def test_the_world_file_of_a_game_and_the_engine_for_games_agree(seeds, tmp_path
     """Of trees without sums, which both decide: with errors and without."""
     for seed in seeds:
         profile, region = plain_team(seed), draw_region(plain_team(seed), seed)
-        (tmp_path / "drawn.toml").write_text(region.toml())
+        (tmp_path / "drawn.toml").write_text(region_toml(region))
         of = ("distinct_targets", "no_double", "own_target")[seed % 3]
         options = {"of": of, "eps": ERRORS[seed % 3]} if seed % 2 else {}
         known = verify(profile, "steady" if options else of, region=str(tmp_path / "drawn.toml"), **options)
@@ -325,7 +326,7 @@ def test_the_world_file_never_contradicts_the_solver_about_long_sums(tmp_path):
         profile, rng = random_profile("physical-deception,features=ahead", seed, depth=3), np.random.default_rng(seed)
         ends = {name: Fraction(int(rng.integers(-96, 96)), 128) for name in start_region(profile.world).box}
         box = {name: (low, low + Fraction(1, 8)) for name, low in ends.items()}
-        (tmp_path / "drawn.toml").write_text(Region(box, ("landmark_0",), name="drawn.toml").toml())
+        (tmp_path / "drawn.toml").write_text(region_toml(Region(box, ("landmark_0",), name="drawn.toml")))
         asked_for = VerifyOptions.about(("no_double", "own_target")[seed % 2], str(tmp_path / "drawn.toml"), {})
         (known,) = results(profile, asked_for)
         stated = StatedWorld.of_game(profile, asked_for)

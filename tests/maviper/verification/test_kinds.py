@@ -17,6 +17,7 @@ from maviper.verification.run import pose_questions, verify_questions
 from tests.support.small import small_profile
 from verify.claims import catalogue
 from verify.claims.claim import TeamClaim
+from verify.claims.uncertified.documents import region_document
 from verify.reports import kinds
 from verify.reports.lines import as_lines
 from verify.reports.telling import Telling
@@ -73,7 +74,7 @@ def facts(_profile, result, command):
         "parameters": result.claim.parameters,
         "semantics": result.semantics,
         "region_name": result.region.name,
-        "region": result.region.document(),
+        "region": region_document(result.region),
         "verdict": result.verdict.value,
         "meaning": "as counted",
         "reason": result.reason,

@@ -27,6 +27,7 @@ from verify.claims.decisions import PLAIN, DistinctTargets, NoDouble, ensure_ask
 from verify.claims.episodes import EPISODE_CLAIMS, Covers, KeepsApart
 from verify.claims.formula import TRUE
 from verify.claims.region import Region
+from verify.claims.region_files import region_toml
 from verify.claims.uncertified.episodes import account_of
 from verify.claims.uncertified.own import BUILT_IN, AliveLeaves, OwnFormula
 from verify.claims.uncertified.starts import everywhere
@@ -214,7 +215,7 @@ def test_a_claim_about_somebody_is_still_accepted(place):
     arrivers = team(PAIR, arriving(0), arriving(1))
     (place / "profile.json").write_text(dumps(arrivers))
     small = Region({name: (low / 50, high / 50) for name, (low, high) in everywhere(PAIR).box.items()}, ())
-    (place / "small.toml").write_text(replace(small, goals=PAIR.world.goals).toml())
+    (place / "small.toml").write_text(region_toml(replace(small, goals=PAIR.world.goals)))
     asked = ["verify", str(place / "profile.json"), "--property", "reaches", "--region", str(place / "small.toml")]
     assert main.run(["-q", *asked, "-o", str(place)]) == 0
     assert main.run(["check", str(place / "certificate-1-reaches.json")]) == 0

@@ -12,6 +12,7 @@ from tests.support.small import small_profile
 from tests.support.teams import tree
 from verify.claims.observed import Raised, View, over, view_from
 from verify.claims.region import Region
+from verify.claims.uncertified.documents import view_document
 from verify.claims.uncertified.starts import everywhere
 from verify.claims.uncertified.views import ALL, Viewed, carry_region, select_features
 
@@ -89,7 +90,7 @@ def test_wrong_names_are_told():
 
 @pytest.mark.parametrize("view", [View(), View(("angle",)), View((), Raised("a", "spin"))])
 def test_documents_come_back(view):
-    assert view_from(view.document()) == view
+    assert view_from(view_document(view)) == view
 
 
 @pytest.mark.parametrize(

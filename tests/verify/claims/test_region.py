@@ -14,12 +14,12 @@ from codegen.floats import rational_literal
 from codegen.intervals import Share
 from maviper.worlds import find
 from tests.support.strategies import WORLD
-from verify.claims.formula_json import read_number
 from verify.claims.region import Region
-from verify.claims.region_files import read_region
+from verify.claims.region_files import read_region, region_toml
 from verify.claims.uncertified.matched import has_matching
 from verify.claims.uncertified.starts import positions, start_region
-from verify.exact import exact, plain, text
+from verify.decimals import exact, plain, text
+from verify.exact import read_number
 from verify.states.state import contains, inside, sample
 
 FRACTIONS = st.fractions(-2, 2, max_denominator=1000)
@@ -36,7 +36,7 @@ def test_a_region_file_reads_back(bounds, least):
     start = start_region(WORLD.spec)
     differences = (("agent_0.x", "agent_1.x", (Fraction(-1, 3), least)),)
     region = Region(start.box | bounds, ("landmark_1",), differences, (("landmark_0", "landmark_1", Fraction(1, 5)),))
-    assert read_region(region.toml(), WORLD.spec, "region.toml") == region
+    assert read_region(region_toml(region), WORLD.spec, "region.toml") == region
 
 
 def test_what_is_said_of_a_pair_twice_holds_at_once():
@@ -102,7 +102,7 @@ def test_entities_start_in_boxes_of_their_own():
     for name, bounds in region.box.items():
         end = Fraction(0.9) if name.startswith("obstacle") else Fraction(1)
         assert bounds == (-end, end)
-    assert read_region(region.toml(), spec, "r") == region
+    assert read_region(region_toml(region), spec, "r") == region
     assert read_region("", spec, "r") == region  # what a file does not say is as at the start
     assert read_region("[box]\n", spec, "r").box["obstacle_1.y"] == (-Fraction(0.9), Fraction(0.9))
     assert set(read_region("default = [-2, 2]", spec, "r").box.values()) == {(-2, 2)}

@@ -29,7 +29,7 @@ from verify.claims.catalogue import find_property
 from verify.claims.decisions import DistinctTargets, engages, formula
 from verify.claims.formula import And, Goal, Linear, Not, Or, holds
 from verify.claims.region import Region
-from verify.claims.region_files import read_region
+from verify.claims.region_files import read_region, region_toml
 from verify.claims.uncertified.own import OwnFormula
 from verify.claims.uncertified.starts import everywhere, start_region
 from verify.extent import found as where
@@ -355,7 +355,7 @@ def test_the_region_found_is_proved_by_both_engines(profile, number):
     found = where.where(Question(Game(asked), claim, region), Verdict.VIOLATED, name="region-1.toml")
     part = found.part
     assert found.complete and part.region.name == "region-1.toml"
-    again = read_region(part.region.toml(), asked.world, "region-1.toml")
+    again = read_region(region_toml(part.region), asked.world, "region-1.toml")
     assert again == part.region
     result = decisions.verify(Question(Game(asked), claim, again), {})
     assert result.verdict is Verdict.PROVED and result.evidence.certificate is not None
@@ -373,7 +373,7 @@ def test_the_same_question_finds_the_same_region(profile):
     claim, region = find_property("distinct_targets", same), everywhere(same)
     failing = violations.violations(Question(Game(same), claim, region))
     once, twice = (largest(Question(Game(same), claim, region), failing, 7) for _ in range(2))
-    assert once.toml() == twice.toml()
+    assert region_toml(once) == region_toml(twice)
 
 
 def test_a_region_inside_a_region_keeps_its_bounds(profile):

@@ -32,7 +32,7 @@ from verify.claims.region import Region
 from verify.claims.uncertified.own import BUILT_IN
 from verify.claims.uncertified.starts import start_region
 from verify.counterexamples import search
-from verify.exact import text
+from verify.decimals import text
 from verify.question import Budgets, Question, from_start
 from verify.reports import report
 from verify.result import Verdict

@@ -30,7 +30,7 @@ from verify.checker.envelope import REMAKE, ensure_readable, ensure_whole, numbe
 from verify.checker.reading import RejectedError
 from verify.checker.systems.certificates import BITS, SystemClaimJson, ensure_asked, read_claim, read_region
 from verify.checker.systems.walk import FollowedPart, Proof, SystemQuestions
-from verify.claims.formula_json import read_number
+from verify.exact import read_number
 from verify.systems.claims import SystemClaim
 from verify.systems.system import Polytope, System, ensure_in_steps
 

@@ -29,17 +29,19 @@ from verify.checker.thresholds import NO_ERROR
 from verify.claims.claim import check_range
 from verify.claims.decisions import BY_NAME, KAPPA, PLAIN, STEADY, DecisionClaim, ensure_askable, ensure_steady, formula
 from verify.claims.formula import Formula, agents, conjuncts, coordinates, for_goal, holds, names_goal
-from verify.claims.formula_json import read_formula, read_number
+from verify.claims.formula_json import read_formula
 from verify.claims.observed import View, over, view_from
 from verify.claims.pairs import alike, ensure_comparable, pair_profiles
 from verify.claims.region import Region, goal_of, goal_text
 from verify.claims.relations import RELATIONS
 from verify.claims.verifiable import read_by, verifiable
+from verify.exact import read_number
 from verify.semantics import SEMANTICS, Semantics
 
 FORM = "maviper-certificate-1"
 PARTED = "maviper-certificate-2"  # its proofs are those of the conjuncts, one after the other
 MAX_BYTES = 1 << 30
+STATED = {"name", "goals", "box", "difference", "apart"}  # of a region
 NAMED = ("name", "team", "margin", "radius", "kappa", "landmarks")  # of a property, what a certificate states
 NOISY = ("eps", "of")  # and of steady
 COMPARED = tuple(dict.fromkeys(name for kind in RELATIONS.values() for name in kind.reads))  # of those that compare
@@ -264,7 +266,7 @@ def region_from(document: Mapping[str, Any]) -> Region:
         low, high = map(read_number, bounds)
         return low, high
 
-    if strange := document.keys() - {"name", *Region({}, ()).document()}:
+    if strange := document.keys() - STATED:
         raise ValueError(f"$.region.{min(strange)[:40]}: a region does not state it")
     box = {name: interval(bounds) for name, bounds in document["box"].items()}
     differences = tuple((*pair(text), interval(bounds)) for text, bounds in document["difference"].items())

@@ -29,8 +29,8 @@ from verify.checker.episodes.reading import FARTHEST, EpisodeReading, PartedRead
 from verify.checker.reading import RejectedError, region_formula
 from verify.claims.episodes import EpisodeClaim
 from verify.claims.formula import TRUE, holds
-from verify.claims.formula_json import read_number
 from verify.claims.region import Interval, Region, goal_of
+from verify.exact import read_number
 from verify.semantics import MACHINE
 
 FORM = "maviper-episode-certificate-1"

@@ -39,9 +39,9 @@ from verify.checker.episodes.reading import FARTHEST, ProofPart, certifiable, co
 from verify.checker.reading import RejectedError
 from verify.claims.episodes import EpisodeClaim
 from verify.claims.formula import Acts, Formula, Not, conjunction
-from verify.claims.formula_json import read_number
 from verify.claims.region import Interval, Region, goal_of
 from verify.claims.verifiable import verifiable
+from verify.exact import read_number
 from verify.kinds import ALWAYS
 from verify.semantics import MACHINE, Semantics
 

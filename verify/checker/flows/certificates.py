@@ -25,7 +25,7 @@ from verify.checker.envelope import REMAKE, ensure_readable, ensure_whole, numbe
 from verify.checker.flows.sweep import FlowSweep, Plan, SetWatch
 from verify.checker.reading import RejectedError
 from verify.checker.systems.certificates import SystemClaimJson, ensure_asked, read_claim
-from verify.claims.formula_json import read_number
+from verify.exact import read_number
 from verify.systems.claims import SystemClaim
 from verify.systems.system import System
 

@@ -29,7 +29,8 @@ from verify.checker.reading import RejectedError
 from verify.checker.systems.cases import ensure_cases
 from verify.checker.systems.walk import FollowedPart, Hull, Proof, SystemQuestions, ways
 from verify.claims.formula import Acts, Linear, agents, atoms, coordinates, holds
-from verify.claims.formula_json import read_formula, read_number
+from verify.claims.formula_json import read_formula
+from verify.exact import read_number
 from verify.systems import documents
 from verify.systems.claims import Pattern, SystemClaim
 from verify.systems.system import Affine, HalfSpace, Polytope, System, ensure_in_steps

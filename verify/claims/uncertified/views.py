@@ -1,6 +1,6 @@
 """Profiles with their views: what engines and reports carry about of a claim over observations.
 
-Does: a profile with its view; which features agents may share; carries a region to the copy of an agent.
+Does: a profile with its view; words for a view; which features agents may share; carries a region to an agent's copy.
 Assumes: observed.py, which says what a view is.
 Does not: belong to what proofs rest on.
 """
@@ -29,6 +29,17 @@ class Viewed(NamedTuple):
     def profile(self) -> PolicyProfile:
         """The view, as a profile."""
         return over(self.origin, self.view)
+
+
+def describe_view(view: View) -> str:
+    """A view in words."""
+    shared = f", {', '.join(view.shared)} shared" if view.shared else ""
+    if view.mirrored is not None:
+        features = ", ".join(view.mirrored.features) or "all features"
+        return f"over observations{shared} (two copies of {view.copied}, one with the opposite of {features})"
+    if view.raised is not None:
+        return f"over observations{shared} (two copies of {view.copied} that differ in {view.raised.feature} only)"
+    return f"over observations{shared}"
 
 
 def unread(profile: PolicyProfile) -> bool:

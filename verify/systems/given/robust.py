@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from codegen.errors import InputError, UnknownNameError
 from verify.claims.region_files import is_table
-from verify.exact import number, plain
+from verify.decimals import number, plain
 from verify.systems.regions import box_of
 from verify.systems.statement import Statement
 from verify.systems.system import Affine, Polytope
