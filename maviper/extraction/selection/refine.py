@@ -4,7 +4,7 @@ Does: proposes other actions at leaves, other tests at splits (of sums too, wher
   splits, smaller trees, and team-mates' trees of other
   iterates; races them in play; keeps the winner when its gain is beyond chance. So agents adapt to the final trees of
   their team-mates. Where actions have masks, every tree is made lawful before it plays. Trees that give numbers are
-  moved by an evolution strategy instead (evolution.py).
+  moved by an evolution strategy instead (evolution.py); others that may test sums, with the second half of episodes.
 Assumes: opponents, and team-mates outside the arena, at their experts.
 Does not: look at labels or critics, but for the claims that the team was given counterexamples of.
 """
@@ -30,7 +30,7 @@ from maviper.extraction.selection import evolution
 from maviper.extraction.selection.arena import Arena, Candidate
 from maviper.extraction.selection.progress import REFINING, OnProgress, Progress, count_leaves
 from maviper.extraction.selection.stack import merge_leaves, reaching, with_leaf, with_new_split, with_split
-from maviper.extraction.selection.tilting import as_summed, columns_of, tilt_tests
+from maviper.extraction.selection.tilting import as_summed, columns_of, tilt_tests, with_own_sums
 from maviper.extraction.settings import SUMS, Settings
 from maviper.files.jobs import side_by_side
 from maviper.worlds import World
@@ -113,18 +113,25 @@ def _team(task: _Task, on_progress: OnProgress) -> Refined:
     asked, settings = task.asked, task.asked.settings
     arena = Arena(asked.world, asked.expert, task.agents, settings.episodes(measures.REFINEMENT_SEEDS), SECONDARY)
     trees, others = [trees[0] for trees in task.chosen], [trees[1:] for trees in task.chosen]
-    giving, last = bool(asked.world.outputs), None
-    steps, scale = _count_steps(settings.refinement, giving), evolution.round_scale(settings.refinement)
+    (proposing, evolving), last = _count_rounds(task), None
+    scale = evolution.round_scale(settings.refinement)
     limits = Limits(settings.max_depth, settings.max_leaves, settings.splits == SUMS)
     start, name = trees, f"refine-{list(asked.world.teams).index(task.team)}"  # a user's team may have any name
+    steps = proposing + evolving
     for number in range(steps):
         rng = np.random.default_rng([settings.seed, *task.agents, number])
-        if giving and number == steps - 1:
-            given: Any = evolution.judge, start, trees
-        elif giving:
-            given = evolution.improve_numbers, trees, number / steps, rng, scale
+        if number == proposing and not asked.world.outputs:
+            sizes = [len(asked.world.features[agent]) for agent in task.agents]
+            trees = [with_own_sums(tree, n_features) for tree, n_features in zip(trees, sizes, strict=True)]
+        if number == proposing:
+            start = trees
+        if number < proposing:
+            given: Any = refine_once, trees, others, limits, rng, asked.examples
+        elif number < steps - 1:
+            move, *scaled = (evolution.improve_numbers, scale) if asked.world.outputs else (evolution.drift_tests,)
+            given = move, trees, (number - proposing) / evolving, rng, *scaled
         else:
-            given = refine_once, trees, others, limits, rng, asked.examples
+            given = evolution.judge, start, trees
         step = asked.journal.arrays(f"{name}-{number:04d}", _round, arena, *given)
         trees = unpack_trees({name: array for name, array in step.items() if "." in name})
         arena.used, arena.played = int(step["used"][0]), int(step["played"][0])
@@ -132,7 +139,7 @@ def _team(task: _Task, on_progress: OnProgress) -> Refined:
         mean = float(score(arena.primary, step["values"]).mean())
         last = Progress(REFINING, number + 1, steps, mean, mean, estimates, None, count_leaves(trees))
         on_progress(last)
-    return (trees if giving else [merge_leaves(tree) for tree in trees]), arena.played, last
+    return (trees if asked.world.outputs else [merge_leaves(tree) for tree in trees]), arena.played, last
 
 
 def _round(arena: Arena, refine: Callable[..., tuple[Trees, Float64]], *given: Any) -> Arrays:
@@ -142,12 +149,23 @@ def _round(arena: Arena, refine: Callable[..., tuple[Trees, Float64]], *given: A
     return pack_trees(trees) | spent
 
 
-def _count_steps(episodes: int, giving: bool) -> int:
-    """Rounds that so many episodes last for; where trees give numbers, the comparison at the end among them."""
-    if not giving:
-        return episodes // round_cost()
-    rounds = (episodes - evolution.judging_cost()) // evolution.round_cost(evolution.round_scale(episodes))
-    return rounds + 1 if rounds > 0 else 0
+def _count_evolving(task: _Task) -> int:
+    """Episodes for the evolution strategy: all where trees give numbers, half where they may test sums, unless
+    counterexamples say more than play. (No world with masks has trees that test sums.)
+    """
+    asked, settings = task.asked, task.asked.settings
+    if asked.world.outputs:
+        return settings.refinement
+    half = settings.refinement // 2
+    return half if settings.splits == SUMS and not len(asked.examples) and half >= round_cost() else 0
+
+
+def _count_rounds(task: _Task) -> tuple[int, int]:
+    """Rounds of proposals, and of the evolution strategy with its comparison at the end."""
+    evolving, episodes = _count_evolving(task), task.asked.settings.refinement
+    giving = bool(task.asked.world.outputs)
+    cost = evolution.round_cost(evolution.round_scale(episodes)) if giving else evolution.drift_cost()
+    return (episodes - evolving) // round_cost(), evolution.count_steps(evolving, cost)
 
 
 def check(settings: Settings, world: World) -> None:

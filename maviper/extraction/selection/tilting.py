@@ -30,6 +30,14 @@ def as_summed(tree: GrownTree, n_features: int) -> SummedTree:
     return replace(tree, feature=feature, tests=tree.tests[tested - n_features])
 
 
+def with_own_sums(tree: GrownTree, n_features: int) -> SummedTree:
+    """The tree with a sum of its own for each split that tests one, so that one may change without the others."""
+    tree = as_summed(tree, n_features)
+    summed, feature = np.flatnonzero(tree.feature >= n_features), tree.feature.copy()
+    feature[summed] = n_features + np.arange(len(summed))
+    return replace(tree, feature=feature, tests=tree.tests[tree.feature[summed] - n_features])
+
+
 def columns_of(tree: SummedTree, obs: Float32) -> Float64:
     """What it may test, [n, n_features + n_sums]."""
     wide = obs.astype(np.float64)

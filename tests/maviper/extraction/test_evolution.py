@@ -1,4 +1,4 @@
-"""Refinement of trees that give numbers: many of them at once, moves of their numbers, and runs that go on."""
+"""Refinement of the numbers in trees: many of them at once, moves of their numbers, and runs that go on."""
 
 from dataclasses import replace
 
@@ -19,8 +19,10 @@ from maviper.extraction.journal import Journal
 from maviper.extraction.selection import evolution, refine
 from maviper.extraction.selection.arena import Arena
 from maviper.extraction.selection.evolution import Moves
-from maviper.extraction.selection.stack import SummedStack
+from maviper.extraction.selection.stack import SummedStack, reaching
+from maviper.extraction.selection.tilting import with_own_sums
 from maviper.extraction.settings import Settings
+from tests.benchmarks import oblique
 
 EXPERT = "tests.support.steering:pulling"
 SPANS = (OutputSpec("one", "N", -4.0, 4.0), OutputSpec("two", "N", None, 1.0))
@@ -108,6 +110,49 @@ def test_numbers_move_by_parts_of_ranges_and_a_tree_keeps_its_size(seed):
     assert (moved.given[unmet] == tree.given[unmet]).all()
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_weights_of_sums_move_where_leaves_take_actions(seed):
+    rng = np.random.default_rng(seed)
+    tree, obs = replace(random_tree(rng), given=np.zeros((0, 0, 5))), rng.normal(size=(500, 4)).astype(np.float32)
+    own, unit = with_own_sums(tree, 4), np.array([1.0, 100.0, 1.0, 1.0])  # units change what weights are worth
+    assert len(own.tests) == (tree.feature >= 4).sum()
+    moves, direction = Moves.of(own, obs, np.zeros(0)), rng.standard_normal(99)
+    still = moves.apply(own, np.zeros(moves.size))
+    assert (still.tests == own.tests).all() and (still.threshold == own.threshold).all()
+    moved = moves.apply(own, direction[: moves.size])
+    assert moved.tests.dtype == np.float32 and ((moved.tests == 0) == (own.tests == 0)).all()
+    assert moved.tests.shape == own.tests.shape
+    met = reaching(own, wide(own, obs))
+    for node in np.flatnonzero(own.feature >= 4):
+        before, after = own.tests[own.feature[node] - 4], moved.tests[own.feature[node] - 4]
+        if node not in met:
+            assert (before == after).all() and own.threshold[node] == moved.threshold[node]
+            continue
+        here = obs[met[node]].astype(np.float64)
+        apart = here @ (after - before) - (moved.threshold[node] - own.threshold[node])
+        assert 0 < np.sqrt(np.square(apart).mean()) < 5 * evolution.TEST_SPREAD * (here @ before).std()
+    threshold = np.where(own.feature == 1, unit[1] * own.threshold, own.threshold)
+    scaled = replace(own, tests=(own.tests / unit).astype(np.float32), threshold=threshold)
+    other = Moves.of(scaled, (obs * unit).astype(np.float32), np.zeros(0))
+    assert np.allclose(other.tests * unit, moves.tests, rtol=0.05)  # rows at a threshold
+
+
+def test_refinement_finds_weights_that_pay(monkeypatch):
+    monkeypatch.setattr(oblique, "BRAKE", -0.1)
+    expert, world = find_expert("cooperative-navigation,agents=2@fixed-roles", critic="none")
+    world = world.judge_by("D")
+    wrong = [with_own_sums(tree, len(world.features[0])) for tree in oblique.write_trees(world)]
+    arena, trees = Arena(world, expert, [0, 1], range(10**15, 10**15 + 10_000)), wrong
+    monkeypatch.setattr(evolution, "DRIFT", 1.0)
+    for number in range(8):
+        trees = evolution.drift_tests(arena, trees, number / 8, np.random.default_rng(number))[0]
+    assert arena.played == 8 * evolution.drift_cost()
+    kept, _ = evolution.judge(arena, wrong, trees)
+    assert kept is trees
+    assert [size(one) for one in agent_policies(world, trees)] == [size(one) for one in agent_policies(world, wrong)]
+    assert evolution.judge(arena, trees, wrong)[0] is trees
+
+
 def wide(tree, obs):
     return np.concatenate([obs, obs @ tree.tests.T], axis=1)
 
@@ -145,8 +190,8 @@ def test_rounds_grow_with_the_episodes_and_never_cost_more():
     small, last = evolution.round_cost(), evolution.judging_cost()
     assert [evolution.round_scale(40 * small * times) for times in (0, 1, 3, 4, 8, 9, 100)] == [1, 1, 1, 2, 2, 3, 10]
     for episodes in (last, last + small, 4_000, 60_000, 200_000, 3_000_000):
-        steps = refine._count_steps(episodes, True)
         scale = evolution.round_scale(episodes)
+        steps = evolution.count_steps(episodes, evolution.round_cost(scale))
         assert max(0, steps - 1) * evolution.round_cost(scale) + (steps > 0) * last <= episodes
 
 
