@@ -15,6 +15,7 @@ from codegen.errors import InputError
 from codegen.ir import PolicyProfile
 from codegen.region import RegionSpec
 from maviper.worlds.stated.observing import PLACE, Observed, call_in_file, find_coordinate, list_observed
+from verify.claims.formula import And, Formula, Linear, Not, Or
 from verify.claims.region import Interval
 from verify.decimals import plain
 from verify.systems.claims import SystemClaim
@@ -92,6 +93,32 @@ def _is_observed(one: Observed, system: System, ranges: Mapping[str, Interval], 
 
 
 # --- claims about single decisions
+
+
+def restate_formula(formula: Formula, profile: PolicyProfile, where: str) -> Formula:
+    """A formula of the file as one over states of the game. InputError where it is about roundings or errors, which
+    these do not have. `where` is named in errors.
+    """
+    known = frozenset(profile.world.coordinates())
+
+    def restate(part: Formula) -> Formula:
+        match part:
+            case Linear(terms, bound, strict):
+                named = tuple((weight, find_coordinate(name)) for weight, name in terms)
+                if missing := sorted({name for _, name in named} - known):
+                    what = f"the formula is about {missing[0]}, which no state of the game has"
+                    raise InputError(what, where, "leave --certificate out; `maviper check` says what it proves")
+                return Linear(named, bound, strict)
+            case And(parts):
+                return And(tuple(map(restate, parts)))
+            case Or(parts):
+                return Or(tuple(map(restate, parts)))
+            case Not(negated):
+                return Not(restate(negated))
+            case _:
+                return part
+
+    return restate(formula)
 
 
 class _Part(NamedTuple):

@@ -7,6 +7,7 @@ Does not: decide.
 
 from collections.abc import Sequence
 from dataclasses import replace
+from fractions import Fraction
 from pathlib import Path
 
 from codegen import ir
@@ -14,10 +15,12 @@ from codegen.errors import InputError
 from codegen.lowering.covering import Cover
 from codegen.lowering.tracking import Start
 from codegen.region import RegionSpec
+from maviper.compilation.games import restate_formula
 from maviper.compilation.monitors import Proved, load_proof, spec_of
 from maviper.files import runs
 from maviper.page.document import Contents, Shown, Stored
 from maviper.page.page import contents_of, page
+from maviper.worlds.stated.certified import read_certificate
 from verify.checker.decisions.certificates import MAX_BYTES, Certificate, from_json
 from verify.checker.episodes import forever
 from verify.claims.formula import agents
@@ -41,7 +44,7 @@ def with_proof(contents: Contents, profile: ir.PolicyProfile, certificate: Path)
     stated system in an episode of it, which is recorded. InputError and RefusedError as for a monitor.
     """
     proved = load_proof(certificate, profile)
-    if proved.stated:
+    if proved.stated and not isinstance(proved.region, RegionSpec):
         from maviper.page.stated import play_claim  # here, since most profiles are of games
 
         claim, episode = play_claim(profile, certificate, proved)
@@ -54,12 +57,24 @@ def load_claim(profile: ir.PolicyProfile, certificate: Path, proved: Proved) -> 
     if isinstance(proved.region, Start):
         stated = forever.of_either(runs.read_unpacked(certificate, MAX_BYTES), str(certificate))
         return Shown(stated.claim, f"{Verdict.PROVED.value} in {_name_region(profile, stated.region)}", proved.region)
-    if proved.stated or isinstance(proved.region, Cover):
+    if proved.stated and isinstance(proved.region, RegionSpec):
+        return _show_stated(profile, certificate, proved.region)
+    if isinstance(proved.region, Cover):
         what = "the certificate is about a stated system, and the page is of a game"
         raise InputError(what, str(certificate), "leave --certificate out; `maviper check` says what it proves")
     proof = from_json(runs.read_unpacked(certificate, MAX_BYTES), str(certificate))
     claim = proof.claim or OwnFormula(profile.policy(min(agents(proof.formula))).team, statement=proof.formula)
     return Shown(claim, f"{Verdict.PROVED.value} in {_name_region(profile, proof.region)}", proved.region)
+
+
+def _show_stated(profile: ir.PolicyProfile, certificate: Path, spec: RegionSpec) -> Shown:
+    """A claim about decisions in a game that a world file states: as a formula over the game's own states."""
+    stated = restate_formula(read_certificate(certificate)[0].claim.formula, profile, str(certificate))
+    team = profile.policy(min(agents(stated), default=profile.agents[0].agent)).team
+    whole = not (spec.difference or spec.apart)
+    box = {name: (Fraction(low), Fraction(high)) for name, (low, high) in spec.box.items()}
+    where = _name_region(profile, Region(box, spec.goals)) if whole else "a region of its own"
+    return Shown(OwnFormula(team, statement=stated), f"{Verdict.PROVED.value} in {where}", spec)
 
 
 def _find_watchable(result: AnyResult) -> RegionSpec | None:

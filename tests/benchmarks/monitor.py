@@ -1,8 +1,9 @@
 """What a run-time monitor costs, how often it refuses noisy states, and whether its words hold.
 
-    python -m tests.benchmarks.monitor [--json] [--states N] [--only WORD]
+    python -m tests.benchmarks.monitor [--json] [--states N] [--only WORD] [--record [--new]]
 
 Of all committed proofs that have a monitor, and of proofs for ever of three committed worlds, which are made first.
+With --record what holds for all machines is written to generated/monitors, row by row; with --new what is missing.
 
 Cost: a step of the monitor beside the decision of all agents from the same state, in C, in turn, over states of
 episodes; the decision makes its observations from the state, too. Both are built into one loop over all states
@@ -19,30 +20,33 @@ normal error of 1/1000 of the side of the region, or of the hull of the proof's 
 not vouch for a state that is vouched for. Warning: of a game, the share of departures that LEAVING comes before; of
 episodes, how many steps before the claim breaks the monitor stops to vouch, on average; nan where no pushed episode
 breaks the claim.
-Control: the same states with other trees, which must be seen to fail. Of claims about episodes of games whole episodes
-are played: they fail while vouched for if no word was another; the control has the landmarks of other episodes.
+Control: the same states with other trees, which must be seen to fail; of games the worst of all shifts of actions. Of
+claims about episodes of games whole episodes are played: they fail while vouched for if no word was another; the
+control has the landmarks of other episodes. Where trees test differences, episodes start in the region of the claim.
 """
 
 import argparse
 import json
+import math
 import shutil
 import tempfile
-from collections.abc import Iterator
-from dataclasses import replace
+from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from codegen.ir import act
-from codegen.lowering.turning import Turned
 from maviper import load, verify_system
 from maviper.compilation.monitors import load_proof
+from maviper.files.runs import read_unpacked
 from maviper.worlds.stated.certified import read_certificate
+from maviper.worlds.stated.observing import call_in_file
 from tests.support.followed import arriving
 from tests.support.monitored import acting, compiled, formula_of, meets
+from tests.support.pushed import NOISE, STEPS, Watching, episodes, perturbed, unperturbed
 from tests.support.shadowed import flying
-from tests.support.stated_play import Played
+from verify.checker.decisions.certificates import MAX_BYTES
 
 GENERATED = Path(__file__).parents[2] / "generated"
 GAMES = (
@@ -88,18 +92,25 @@ SYSTEMS = (
     "arch/tora_remain/certificate-1-stays_in",
     "arch/unicycle/certificate-1-reaches_and_stays",
 )
+SUMS = (  # of a team whose trees test differences of features
+    "differences/certificate-1-decides",
+    "differences/certificate-2-decides",
+    "differences/certificate-3-decides",
+)
+SUMS_FOLLOWED = "differences/episodes/certificate-1-stays_in"
+PUSHED = 0.25  # of its states in each step: next to no state is in its sets once it was pushed
 FOR_EVER = {
     "quadrotor": "x = [-0.6, 0.6], y = [-0.6, 0.6], z = [-0.6, 0.6]",
     "pendulum": "angle = [-0.15, 0.15]",
     "crossing": "north = [0, 6], east = [0, 6]",
 }
 STATES = 1_000_000
-STEPS, LONG = 25, 60  # of episodes of games, and of claims for ever
-NOISE = 1e-3  # of a number: of the side of the region
 SIDE = 2.0  # of the start region of games
-PUSH = 0.3  # of games: standard deviation of what is added to a velocity after each step
-SHIFT = 0.02  # of systems: the same of a variable, for the side of the hull of the proof's boxes
 COSTED = 140_000  # states whose decisions are timed, each once
+RECORDED = (
+    *("states", "vouched", "fails_while_vouched", "lost", "fails_elsewhere", "control_fails"),
+    *("calm", "refused", "false_alarms", "warning"),
+)
 FIGURES = (
     *(
         "ratio",
@@ -113,58 +124,38 @@ FIGURES = (
         "step_called",
         "control_ns",
     ),
-    *("vouched", "fails_while_vouched", "lost", "fails_elsewhere", "control_fails"),
-    *("refused", "false_alarms", "warning"),
+    *RECORDED,
 )
+RECORD = GENERATED / "monitors"
+INTRO = """# Whether the words of monitors hold
 
+Each row is a monitor in C, of a committed proof or of one `always` that is made first. `states`: of episodes in which
+every state is pushed at random. `fails while vouched`: of those vouched for, in how many the claim is broken, or one
+step on, or a stated system is not vouched for again; `lost`: the last of turned boxes. `control fails`: the same with
+other trees. `calm`: states of episodes that nobody pushes, or of games states in the region; `refused` of these.
+`false alarms`: the share of states that are vouched for, but not with numbers off by a thousandth of the region.
+Monitors of whole episodes know no such numbers, but with `--noise` (`flight/`). `warning`: of games, the share of
+departures that `LEAVING` comes before; of episodes, by how many steps the monitor is ahead of a broken claim.
 
-# --- games
+`python -m tests.benchmarks.monitor --record` renews table.json and this page; it plays in numpy, and tells what it
+does: `--help`.
 
-
-def episodes(profile: Any, count: int, seed: int) -> Any:
-    """World states [count, STEPS, n_coordinates] of episodes from the start box, every step of which is perturbed."""
-    rng, world = np.random.default_rng(seed), profile.world
-    at = {name: place for place, name in enumerate(world.coordinates())}
-    w = np.zeros((count, len(at)))
-    for entity in world.agents + world.landmarks:
-        for axis in "xy":
-            w[:, at[f"{entity.name}.{axis}"]] = rng.uniform(world.start_low, world.start_high, count)
-    if world.goals:
-        goal = rng.integers(len(world.goals), size=count)
-        for axis in "xy":
-            w[:, at[f"goal.{axis}"]] = np.choose(goal, [w[:, at[f"{name}.{axis}"]] for name in world.goals])
-    found = np.empty((count, STEPS, len(at)))
-    effects = {
-        policy.agent: np.array([each.effect or (0.0, 0.0) for each in policy.actions]) for policy in profile.agents
-    }
-    for step in range(STEPS):
-        found[:, step] = w
-        acted = acting(profile, w)
-        for entity in world.agents:
-            speeds = [at[f"{entity.name}.v{axis}"] for axis in "xy"]
-            for k, axis in enumerate("xy"):
-                w[:, at[f"{entity.name}.{axis}"]] += world.dt * w[:, speeds[k]]
-                pushed = world.dt * entity.force * effects[entity.name][acted[entity.name]][:, k]
-                w[:, speeds[k]] = (1.0 - world.damping) * w[:, speeds[k]] + pushed + PUSH * rng.normal(size=count)
-            if entity.max_speed is not None:
-                speed = np.hypot(*(w[:, place] for place in speeds))
-                w[:, speeds] *= np.minimum(1.0, entity.max_speed / np.maximum(speed, 1e-9))[:, None]
-    return found
+"""
 
 
 def game(name: str, states: int) -> dict[str, Any]:
     """The figures of a claim about decisions of a game."""
     certificate = GENERATED / f"{name}.json"
     profile = load(certificate.parent / "profile.json")
-    proved, formula = load_proof(certificate, profile), formula_of(certificate)
-    names = profile.world.coordinates()
-    played = episodes(profile, -(-states // STEPS), 0)
+    proved = load_proof(certificate, profile)
+    formula, names = formula_of(certificate, proved.stated), profile.world.coordinates()
+    played = episodes(profile, -(-states // STEPS), 0, proved.region.box if proved.stated else None)
     w = np.ascontiguousarray(played.reshape(-1, len(names))[:states])
     at = dict(zip(names, w.T, strict=True))
     goal = {axis: at[f"goal.{axis}"] for axis in "xy"} if profile.world.goals else {}
+    at |= {call_in_file(name): at[name] for name in names}
     acted = acting(profile, w)
     failing = ~meets(formula, at, acted, goal)
-    wrong = {policy.agent: (acted[policy.agent] + 1) % len(policy.actions) for policy in profile.agents}
     within = proved.region.holds(w, names)
     with compiled(profile, proved) as made:
         step = np.zeros(len(w), np.int32)
@@ -176,6 +167,12 @@ def game(name: str, states: int) -> dict[str, Any]:
         seen[:, moving] += rng.normal(scale=NOISE * side, size=(len(w), len(moving)))
         noisy = made.words(seen, step)
         figures = made.costs(w[:COSTED], step[:COSTED])
+
+    def fail_otherwise(shift: int) -> int:
+        """How many states that are vouched for break the claim where every agent takes another action."""
+        wrong = {policy.agent: (acted[policy.agent] + shift) % len(policy.actions) for policy in profile.agents}
+        return int((~meets(formula, at, wrong, goal) & vouched).sum())
+
     whole = found[: len(found) // STEPS * STEPS].reshape(-1, STEPS)
     out = (whole[:, 1:] == 2) & (whole[:, :-1] <= 1)
     return figures | {
@@ -183,14 +180,12 @@ def game(name: str, states: int) -> dict[str, Any]:
         "vouched": float(vouched.mean()),
         "fails_while_vouched": int((failing & vouched).sum()),
         "fails_elsewhere": int((failing & ~vouched).sum()),
-        "control_fails": int((~meets(formula, at, wrong, goal) & vouched).sum()),
+        "control_fails": max(fail_otherwise(shift) for shift in range(1, len(profile.agents[0].actions))),
+        "calm": int(within.sum()),
         "refused": int((within & ~vouched).sum()),
         "false_alarms": float((noisy[found == 0] != 0).mean()),
         "warning": float((whole[:, :-1] == 1)[out].mean()) if out.any() else np.nan,
     }
-
-
-# --- stated systems
 
 
 def for_ever(name: str, folder: Path) -> Path:
@@ -204,176 +199,120 @@ def for_ever(name: str, folder: Path) -> Path:
     return folder / "certificate.json"
 
 
-class Watching:
-    """A certificate about a stated system, with its monitor and a judge."""
-
-    def __init__(self, certificate: Path, made: Any, proved: Any, profile: Any) -> None:
-        found, statement = read_certificate(certificate)
-        self.claim, self.cover, self.made, self.profile = found.claim, proved.region, made, profile
-        self.played = Played(statement, profile)
-        self.turned = isinstance(self.cover.steps[0][0], Turned)
-        self.last = LONG if self.cover.ever else len(self.cover.steps) - 1
-        self.ranges = np.array([[float(end) for end in one.range] for one in statement.system.variables]).T
-
-    def sides(self, step: int) -> Any:
-        """Of the hull of the proof's boxes at a step, by variable; of what no box bounds, of its range."""
-        parts = self.cover.steps[0 if self.cover.ever else step]
-        low = np.max([part.low.min(axis=0) for part in parts], axis=0)
-        high = np.min([part.high.max(axis=0) for part in parts], axis=0)
-        return np.minimum(high, self.ranges[1]) - np.maximum(low, self.ranges[0])
-
-    def vouched(self, w: Any, step: int) -> Any:
-        """For which states of a step the monitor vouches."""
-        return self.made.words(w, np.full(len(w), 0 if self.cover.ever else step)) <= 1
-
-    def broken(self, w: Any, step: int) -> Any:
-        """Which states of a step break the claim."""
-        if self.claim.about_decisions:
-            acted = {policy.agent: acting_of(self.played, w, policy) for policy in self.profile.agents}
-            return ~meets(self.claim.formula, self.played.at(w), acted, {})
-        inside = self.played.inside(w, self.claim.regions)
-        if self.claim.says.avoided:
-            return inside
-        return ~inside if not self.claim.says.first or step >= self.claim.by else np.zeros(len(w), dtype=bool)
-
-    def starts(self, rng: Any, count: int) -> Any:
-        """Where episodes start; of claims about decisions, anywhere."""
-        if not self.claim.about_decisions:
-            return self.played.starts(rng, count)
-        return self.ranges[0] + rng.random((count, self.ranges.shape[1])) * (self.ranges[1] - self.ranges[0])
-
-    def ahead(self, w: Any, step: int, rng: Any) -> Any:
-        """Of which states the next one breaks the claim, and of which it is not vouched for."""
-        if self.claim.about_decisions or step == self.last:
-            return np.zeros((2, len(w)), dtype=bool)
-        after = self.played.moved(w, rng)
-        return np.stack([self.broken(after, step + 1), ~self.vouched(after, step + 1)])
-
-
-def acting_of(played: Played, w: Any, policy: Any) -> Any:
-    """The action of an agent in each state."""
-    return act(policy, played.observed(w, policy))
-
-
-def shuffled(profile: Any) -> Any:
-    """A control that must fail: every leaf has the next action."""
-    return replace(
-        profile,
-        agents=tuple(
-            replace(
-                each,
-                tree=replace(
-                    each.tree,
-                    action=np.where(
-                        each.tree.action >= 0, (each.tree.action + 1) % len(each.actions), each.tree.action
-                    ),
-                ),
-            )
-            for each in profile.agents
-        ),
-    )
-
-
-def system(certificate: Path, states: int) -> dict[str, Any]:
-    """The figures of a claim about a stated system."""
-    profile = load(certificate.parent / "profile.json")
+def system(certificate: Path, states: int, beside: str = "profile.json", share: float = 1.0) -> dict[str, Any]:
+    """The figures of a claim about a stated system; `beside`: where its profile is, `share`: as in `perturbed`."""
+    profile = load(certificate.parent / beside)
     proved = load_proof(certificate, profile)
     _, statement = read_certificate(certificate)
     with compiled(profile, proved, statement.system) as made:
         watching = Watching(certificate, made, proved, profile)
         calm, refused = unperturbed(watching, max(100, states // 200))
+        calm = [watching.measured(w) for w in calm]
         at = np.concatenate([np.full(len(w), 0 if watching.cover.ever else step) for step, w in enumerate(calm)])
         order = np.random.default_rng(3).permutation(len(at))[:COSTED]
         costs = made.costs(np.concatenate(calm)[order], at[order])
         flown = np.arange(len(at)).reshape(len(calm), -1).T.ravel()[:COSTED]  # episode by episode
-        costs |= {"ratio_flown": made.costs(np.concatenate(calm)[flown], at[flown])["ratio_called"], "refused": refused}
-        return costs | perturbed(watching, states)
+        costs |= {"ratio_flown": made.costs(np.concatenate(calm)[flown], at[flown])["ratio_called"]}
+        costs |= {"calm": len(at), "refused": refused}
+        return costs | perturbed(watching, states, share)
 
 
-def unperturbed(watching: Watching, count: int) -> tuple[list[Any], int]:
-    """The states of episodes that nobody pushes, by step, and how many of them the monitor does not vouch for."""
-    rng, refused, found = np.random.default_rng(2), 0, []
-    w = watching.starts(rng, count)
-    for step in range(watching.last + 1):
-        found.append(w)
-        if watching.claim.about_decisions:
-            return found, 0
-        refused += int((~watching.vouched(w, step)).sum())
-        if step < watching.last:
-            w = watching.played.moved(w, rng)
-    return found, refused
+def made_for_ever(name: str, states: int) -> dict[str, Any]:
+    """The figures of a proof for ever, made anew."""
+    with tempfile.TemporaryDirectory(prefix="maviper-") as folder:
+        return system(for_ever(name, Path(folder)), states)
 
 
-def perturbed(watching: Watching, states: int) -> dict[str, Any]:
-    """What episodes show in which every state is pushed."""
-    rng, count = np.random.default_rng(0), -(-states // (watching.last + 1))
-    control = Watching.__new__(Watching)
-    control.__dict__.update(watching.__dict__)
-    control.played = Played(watching.played.statement, shuffled(watching.profile))
-    control.profile = control.played.profile
-    w, seen = (
-        watching.starts(rng, count),
-        dict.fromkeys(("states", "vouched", "fails", "elsewhere", "control", "lost"), 0),
-    )
-    alarms, left, broke = 0, np.full(count, -1), np.full(count, -1)
-    for step in range(watching.last + 1):
-        w = w[np.isfinite(w).all(axis=1)] if watching.claim.about_decisions else np.nan_to_num(w, nan=0.0)
-        vouched, broken = watching.vouched(w, step), watching.broken(w, step)
-        failing, (breaks, lost) = broken.copy(), watching.ahead(w[vouched], step, rng)
-        failing[vouched] |= breaks if watching.turned else breaks | lost
-        seen["lost"] += int((lost & ~breaks).sum())
-        wrong = control.broken(w, step) if watching.claim.about_decisions else broken
-        seen["control"] += int(wrong[vouched].sum() + control.ahead(w[vouched], step, rng).any(axis=0).sum())
-        noisy = w[vouched] + NOISE * watching.sides(step) * rng.normal(size=w[vouched].shape)
-        alarms += int((~watching.vouched(noisy, step)).sum())
-        for key, found in (("states", np.ones_like(vouched)), ("vouched", vouched), ("fails", failing & vouched),
-                           ("elsewhere", broken & ~vouched)):  # fmt: skip
-            seen[key] += int(found.sum())
-        left[(left < 0) & ~vouched] = step
-        broke[(broke < 0) & broken] = step
-        if step < watching.last:
-            w = watching.starts(rng, count) if watching.claim.about_decisions else watching.played.moved(w, rng)
-            w = w + SHIFT * watching.sides(step + 1) * rng.normal(size=w.shape)
-    both = broke >= 0
+def file_of(name: str) -> Path:
+    """A certificate, which may be packed."""
+    packed = GENERATED / f"{name}.json.xz"
+    return packed if packed.exists() else GENERATED / f"{name}.json"
+
+
+def rows() -> dict[str, Callable[[int], dict[str, Any]]]:
+    """By the name of a proof what measures it over so many states."""
+    beside = GENERATED / "verdicts" / "physical_deception" / "profile.json"
+    files = {name: file_of(name) for name in (*EPISODES, FLOWN, SUMS_FOLLOWED, *SYSTEMS)}
     return {
-        "states": seen["states"],
-        "vouched": seen["vouched"] / seen["states"],
-        "fails_while_vouched": seen["fails"],
-        "lost": seen["lost"],
-        "fails_elsewhere": seen["elsewhere"],
-        "control_fails": seen["control"],
-        "false_alarms": alarms / max(1, seen["vouched"]),
-        "warning": float((broke - left)[both].mean()) if both.any() and not watching.claim.about_decisions else np.nan,
+        **{name: partial(game, name) for name in (*GAMES, *SUMS)},
+        **{name: partial(arriving, files[name]) for name in EPISODES},
+        FLOWN: lambda states: flying(files[FLOWN], beside, states, OFF, NOISE * SIDE),
+        SUMS_FOLLOWED: lambda states: system(files[SUMS_FOLLOWED], states, "../profile.json", PUSHED),
+        **{name: partial(system, files[name]) for name in SYSTEMS},
+        **{f"worlds/{name}/always": partial(made_for_ever, name) for name in FOR_EVER},
     }
 
 
 def measured(states: int, only: str = "") -> Iterator[tuple[str, dict[str, Any]]]:
     """The figures of each proof, by its name."""
-    for name in GAMES:
+    for name, measure in rows().items():
         if only in name:
-            yield name, game(name, states)
-    for name in EPISODES:
-        if only in name:
-            yield name, arriving(GENERATED / f"{name}.json", states)
-    if only in FLOWN:
-        profile = GENERATED / "verdicts" / "physical_deception" / "profile.json"
-        yield FLOWN, flying(GENERATED / f"{FLOWN}.json", profile, states, OFF, NOISE * SIDE)
-    for name in SYSTEMS:
-        if only in name:
-            yield name, system(GENERATED / f"{name}.json", states)
-    for name in FOR_EVER:
-        if only in f"worlds/{name}/always":
-            with tempfile.TemporaryDirectory(prefix="maviper-") as folder:
-                yield f"worlds/{name}/always", system(for_ever(name, Path(folder)), states)
+            yield name, measure(states)
+
+
+# --- the record: what follows from seeds alone, so no times
+
+
+def certificate_of(name: str) -> str:
+    """The hash of a committed certificate; "" of proofs that are made anew."""
+    path = file_of(name)
+    return json.loads(read_unpacked(path, MAX_BYTES))["content_hash"] if path.exists() else ""
+
+
+def record_rows(states: int, only: str, *, new: bool) -> None:
+    """Renews the rows whose name holds a word, and writes each when it is there, so that a run may be cut off; of `new`
+    ones those that are not recorded for the certificate and so many states.
+    """
+    kept = {row["proof"]: row for row in read_record()}
+    for name, measure in rows().items():
+        known, row = kept.get(name, {}), {"proof": name, "certificate": certificate_of(name)}
+        if only not in name or (new and known.items() >= row.items() and known["states"] >= states):
+            continue
+        found = measure(states)
+        kept[name] = row | {key: encode(found[key]) for key in RECORDED if key in found}
+        write_record([kept[each] for each in rows() if each in kept])
+
+
+def read_record() -> list[dict[str, Any]]:
+    """The rows that are recorded."""
+    path = RECORD / "table.json"
+    return json.loads(path.read_text()) if path.exists() else []
+
+
+def write_record(kept: list[dict[str, Any]]) -> None:
+    """Writes rows and their page."""
+    RECORD.mkdir(exist_ok=True)
+    (RECORD / "table.json").write_text(json.dumps(kept, indent=1) + "\n")
+    (RECORD / "README.md").write_text(page_of(kept))
+
+
+def encode(value: float) -> float | None:
+    """A figure as the record has it: with five digits, None where it is no number."""
+    return value if isinstance(value, int) else None if math.isnan(value) else float(f"{value:.5g}")
+
+
+def page_of(kept: list[dict[str, Any]]) -> str:
+    """The page of a record."""
+    lines = [f"| {' | '.join(('proof', *(name.replace('_', ' ') for name in RECORDED)))} |"]
+    lines.append("|---" * (len(RECORDED) + 1) + "|")
+    for row in kept:
+        cells = ("" if row.get(name) is None else f"{row[name]:,}" for name in RECORDED)
+        lines.append(f"| {' | '.join((row['proof'], *cells))} |")
+    return INTRO + "\n".join(lines) + "\n"
 
 
 def main() -> None:
-    """Prints the figures."""
+    """Prints the figures, or records what of them follows from seeds alone."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--states", type=int, default=STATES)
     parser.add_argument("--only", default="", metavar="WORD", help="proofs whose name holds it")
+    parser.add_argument("--record", action="store_true", help="renew generated/monitors, a row after the other")
+    parser.add_argument("--new", action="store_true", help="of the record only rows that it lacks")
     given = parser.parse_args()
+    if given.record:
+        record_rows(given.states, given.only, new=given.new)
+        return
     if given.json:
         found = dict(measured(given.states, given.only))
         targets = dict.fromkeys(("ratio", "ratio_called", "ratio_flown", "ratio_added"), 2.0)

@@ -19,7 +19,9 @@ from codegen.lowering.lower import lower
 from codegen.targets import emit, monitor
 from maviper import load
 from maviper.compilation.monitors import load_proof, lower_monitor
+from maviper.files import runs
 from tests.support.monitored import WITH_CLOCK, acting
+from verify.checker.decisions.certificates import MAX_BYTES
 
 NOISE = 1e-3  # of the side of the region
 PUSH = 0.3  # standard deviation of what is added to a velocity
@@ -63,7 +65,7 @@ class Followed:
     def __init__(self, certificate, folder, profile=None):
         self.profile = load(profile or certificate.parent / "profile.json")
         proved: Any = self._proved(load_proof(certificate, self.profile))
-        stated = json.loads(certificate.read_text())
+        stated = json.loads(runs.read_unpacked(certificate, MAX_BYTES))
         self.team, self.radius = stated["team"], Fraction(stated["radius"])
         self.start, self.steps = proved.region, proved.region.steps + 1
         model = lower(self.profile)
@@ -201,6 +203,7 @@ def arriving(certificate: Path, states: int):
         w, acts = followed.played(count, 2, 1.0 / followed.steps)
         words, _ = followed.words(w, acts)
         return found | followed.judged(words, w, float(followed.radius)) | {
+            "calm": calm.size,
             "refused": int((calm > 1).sum()),
             "false_alarms": float((noisy[:, 1:] > 1).mean()),
         }  # fmt: skip

@@ -19,6 +19,7 @@ from codegen.lowering.lower import lower
 from codegen.observe import observe
 from codegen.targets import emit, monitor
 from maviper.compilation.monitors import lower_monitor
+from maviper.worlds.stated.certified import read_certificate
 from verify.claims.formula import Acts, And, Goal, Linear, Not, Or
 from verify.claims.formula_json import read_formula
 from verify.systems.system import Measure
@@ -196,7 +197,7 @@ def compiled(profile, proved, system=None):
         ),
         "step": "m.step = at[i];" if watched.lookup else "(void)at;",
         "hand": _write_by_hand(watched, proved.region),
-        "decide": _game(model) if system is None else _system(model, profile, system),
+        "decide": _game(model) if system is None else _system(model, profile, system, proved.region.variables),
     }
     texts = {**emit(profile, ["c"]), **monitor.emit(watched, ["c"])}
     texts["bench.c"] = (WITH_CLOCK + PROGRAM).format(**names)
@@ -249,9 +250,11 @@ def _game(model):
     return _filled([f"    {model.prefix}_act_team(w, actions);"], len(model.agents))
 
 
-def _system(model, profile, system):
-    """All agents' decisions from a state: features in double as the file has them, rounded to what is compared."""
-    names = [one.name for one in system.variables]
+def _system(model, profile, system, measured):
+    """All agents' decisions from a state: features in double as the file has them, rounded to what is compared; what is
+    not measured, as roundings are not, is left out.
+    """
+    names = [one.name for one in measured]
     lines = []
     for k, (agent, policy) in enumerate(zip(model.agents, profile.agents, strict=True)):
         rows = [_feature(system.features[policy.agent][spec.name], names) for spec in policy.features]
@@ -266,6 +269,7 @@ def _feature(feature, names):
     terms = [
         f"w[{names.index(name)}]" if factor == 1 else f"{float(factor)!r} * w[{names.index(name)}]"
         for name, factor in feature.form.terms
+        if name in names
     ]
     form = " + ".join([*terms, *([repr(float(feature.form.constant))] if feature.form.constant or not terms else [])])
     if feature.measure is Measure.VALUE:
@@ -304,6 +308,8 @@ def acting(profile, w):
     }
 
 
-def formula_of(certificate: Path):
-    """The formula of a certificate about decisions."""
+def formula_of(certificate: Path, stated: bool = False):
+    """The formula of a certificate about decisions; `stated`: whether it is about a world file."""
+    if stated:
+        return read_certificate(certificate)[0].claim.formula
     return read_formula(json.loads(certificate.read_text())["formula"])

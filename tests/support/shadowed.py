@@ -112,6 +112,7 @@ def flying(certificate: Path, profile: Path, states: int, noise: float, sigma: f
         words, w = flown.flown(count, 2, sigma, 1.0 / flown.steps)
         radius = flown.radius + Fraction(6) * Fraction(str(noise))
         return costs | flown.judged(words, w, float(radius)) | {
+            "calm": calm.size,
             "refused": int((calm > 1).sum()),
             "false_alarms": float((noisy_words > 1).mean()),
         }  # fmt: skip

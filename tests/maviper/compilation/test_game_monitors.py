@@ -12,7 +12,7 @@ from codegen.lowering.lower import lower
 from codegen.observe import observe
 from codegen.region import RegionSpec
 from codegen.targets import emit, monitor
-from maviper.compilation.games import find_game, region_of
+from maviper.compilation.games import find_game, region_of, restate_formula
 from maviper.compilation.monitors import load_proof, lower_monitor
 from maviper.page.stated import play_claim
 from maviper.verification.ask import VerifyOptions
@@ -25,6 +25,7 @@ from tests.support.monitors import INVALID, LEAVING, OK, OUTSIDE, Twin
 from verify.certificates.systems import to_json
 from verify.claims.catalogue import find_claim
 from verify.claims.decisions import formula
+from verify.claims.formula import Linear, Not, Or
 from verify.claims.region import Region
 from verify.claims.region_files import region_toml
 from verify.claims.uncertified.starts import start_region
@@ -155,6 +156,18 @@ def test_a_file_of_a_game_is_told_by_what_agents_observe(decided, stated):
         assert old in statement.source
         assert find_game(profile, statement_of(statement.source.replace(old, new), "world.toml")) is None
     assert find_game(replace(profile, agents=profile.agents[1:]), statement) is None
+
+
+def test_a_formula_of_a_file_is_one_over_states_of_the_game(decided, stated):
+    """As long as it is about no rounding, which no state of the game has."""
+    (profile, _, _), (claim, _, game) = decided, stated
+    restated = restate_formula(claim.formula, profile, "here")
+    assert restated == claim.formula  # where the goal is was said by the region
+    inside = Linear(((Fraction(1), f"{observing.PLACE}.x"),), Fraction(0))
+    assert restate_formula(Not(inside), profile, "here") == Not(Linear(((Fraction(1), "goal.x"),), Fraction(0)))
+    rounding = Linear(((Fraction(1), game.roundings[0]),), Fraction(0))
+    with pytest.raises(InputError, match="which no state of the game has"):
+        restate_formula(Or((restated, rounding)), profile, "here")
 
 
 def narrow_to(terms, most):

@@ -60,6 +60,31 @@ def test_the_word_is_the_monitors(tmp_path):
     assert in_node((folder / "play.html").read_text(encoding="utf-8"), ASKED, given, tmp_path) == wanted
 
 
+def test_the_word_of_a_team_that_tests_sums_is_the_monitors(tmp_path):
+    """The certificate is about a world file; the page is of the game, and judges the formula by the game's states."""
+    folder, profile = GENERATED / "differences", committed("differences")
+    certificate = folder / "certificate-1-decides.json"
+    assert any(policy.tree.sums for policy in profile.agents)
+    contents = with_proof(Contents(usual_claims(profile)), profile, certificate)
+    shown, proved = contents.claims[0], load_proof(certificate, profile)
+    assert shown.verdict == "PROVED in a region of its own" and shown.proved == proved.region
+    assert not contents.told and contents.recorded is None
+    w, given = asked(profile, proved.region, 300, 3)
+    names = profile.world.coordinates()
+    for name, (low, high) in proved.region.box.items():
+        if (low, high) != ("-1", "1"):  # few states are in it by chance
+            w[::2, names.index(name)] = np.random.default_rng(4).uniform(float(low), float(high), 150)
+    goals = [goal for _, goal in given]
+    w[:, names.index("goal.y")] = w[np.arange(300), [names.index(f"{goal}.y") for goal in goals]]
+    given = [(dict(zip(names, row, strict=True)), goal) for row, goal in zip(w.tolist(), goals, strict=True)]
+    twin, wanted = Twin(profile, proved.region, lower_monitor(profile, lower(profile), proved)), []
+    for row in w:
+        twin.start()
+        wanted.append(WORDS[twin.step(row, np.ones(len(row)), profile.world.dt)])
+    assert set(wanted) == set(WORDS.values())
+    assert in_node(page(profile, contents), ASKED, given, tmp_path) == wanted
+
+
 @pytest.mark.parametrize("proved", [True, False])
 def test_the_word_stands_beside_a_claim_that_is_proved(proved, tmp_path):
     folder, profile = GENERATED / "proved_defenders", committed("proved_defenders")
