@@ -39,7 +39,7 @@ from codegen.ir import (
     depth,
 )
 from codegen.legality import illegal_leaves, mask_of
-from codegen.region import RegionSpec
+from codegen.region import RegionSpec, round_up
 
 MAX_VIOLATIONS: Final = 20
 
@@ -120,9 +120,9 @@ def _region(region: RegionSpec, world: WorldSpec) -> Iterator[Violation]:
             if fault is not None:
                 readable = False
                 yield fault
-    for bound in region.bounds() if readable else ():
-        if not bound.second and bound.low > bound.high:
-            yield Violation(f"$.region.box.{bound.first}", "no double lies within the bounds")
+    for name, (low, high) in region.box.items() if readable else ():
+        if round_up(Fraction(low)) > -round_up(-Fraction(high)):
+            yield Violation(f"$.region.box.{name}", "no double lies within the bounds")
 
 
 def _bounds_fault(

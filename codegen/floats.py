@@ -1,9 +1,9 @@
-"""Floats of observations and thresholds: rounding, and literals that every reader decodes to the same decision.
+"""Floats of observations and thresholds: the numbers that agents compare, and the texts that profiles have of them.
 
-Does: numbers of any type to those that an agent compares, float32 or float64; float64 to float32 downwards; the double
-  that stands for a float32 threshold; exact literals.
+Does: numbers of any type to those that an agent compares, float32 or float64; the double that stands for a float32
+  threshold; the exact texts of profiles and certificates.
 Assumes: IEEE 754 binary32 and binary64, finite thresholds.
-Does not: know about trees.
+Does not: know about trees, round to neighbours, or write literals of languages (numbers).
 """
 
 import math
@@ -60,33 +60,9 @@ def _double(number: Any, agent: str) -> float:
         raise InputError(f"{agent} observes numbers, given {type(number).__name__}", "", "give floats") from None
 
 
-def neighbour(values: Any, towards: float, numbers: str = FLOAT32) -> Any:
-    """The next of the `numbers` towards minus or plus infinity, element by element; the step onto infinity is no
-    error.
-    """
-    with np.errstate(over="ignore", under="ignore"):
-        return np.nextafter(np.asarray(values, dtype=numbers), np.dtype(numbers).type(towards))
-
-
-def at_most(threshold: Any, numbers: str) -> Any:
-    """The largest of the `numbers` that is not above a finite float64, element by element."""
-    return round_down(threshold) if numbers == FLOAT32 else np.asarray(threshold, dtype=np.float64)[()]
-
-
 def below_zero(numbers: str) -> float:
     """The last of the numbers below 0: `x <= below_zero` says `x < 0`. It is subnormal, and so code writes `x < 0`."""
     return -float(np.finfo(numbers).smallest_subnormal)
-
-
-def round_down(threshold: Any) -> Any:
-    """The largest float32 that is not above a finite float64, element by element.
-
-    For a float32 x and a float64 t, `x <= t` and `x <= round_down(t)` say the same; round-to-nearest does not, when
-    it rounds up. Below every float32 the result is -infinity, which no finite observation is below.
-    """
-    with np.errstate(over="ignore", under="ignore"):
-        near = np.asarray(threshold, dtype=np.float64).astype(np.float32)
-    return np.where(near.astype(np.float64) <= threshold, near, neighbour(near, -math.inf))[()]
 
 
 def deciding_double(threshold: np.float32 | float) -> float:
@@ -104,11 +80,6 @@ def deciding_double(threshold: np.float32 | float) -> float:
     return middle if t / spacing % 2 == 0 else math.nextafter(middle, -math.inf)
 
 
-def hex_literal(threshold: np.float32 | np.float64) -> str:
-    """The exact value as a C99 hexadecimal literal of its type: `0x1.99999ap-4f` of float, `0x1.8p-4` of double."""
-    return short_hex(float(threshold)) + ("f" if threshold.dtype == np.float32 else "")
-
-
 def short_hex(value: float) -> str:
     """`float.hex` without trailing zeros of the fraction."""
     mantissa, exponent = value.hex().split("p")
@@ -117,22 +88,9 @@ def short_hex(value: float) -> str:
     return f"{mantissa}p{exponent}"
 
 
-def decimal_literal(value: float) -> str:
-    """The shortest decimal that reads back as the same double."""
-    return repr(float(value))
-
-
 def factor(weight: float) -> str:
     """What stands before a coordinate of this weight, its sign aside: "" or such as "0.5*"."""
     return "" if abs(weight) == 1 else f"{abs(weight):g}*"
-
-
-def nearest_double(exact: Fraction | int) -> float:
-    """The float64 nearest to a number, of two that are as near the even one; infinite beyond the largest."""
-    try:
-        return float(exact)  # Python's division of whole numbers rounds so
-    except OverflowError:
-        return math.inf if exact > 0 else -math.inf
 
 
 def rational_literal(number: Fraction | int) -> str:
@@ -148,10 +106,3 @@ def _digits(number: int) -> str:
         left, piece = divmod(left, PIECE)
         pieces.append(f"{piece:0{PIECE_DIGITS}d}")
     return "".join(["-" if number < 0 else "", str(left), *reversed(pieces)])
-
-
-def smt_literal(bits: int) -> str:
-    """A Float32 of SMT-LIB by its bits; every NaN is the same one to a solver."""
-    if bits & 0x7FFFFFFF > 0x7F800000:
-        return "(_ NaN 8 24)"
-    return f"(fp #b{bits >> 31:b} #b{bits >> 23 & 0xFF:08b} #b{bits & 0x7FFFFF:023b})"

@@ -14,9 +14,10 @@ import numpy as np
 
 from codegen import ir
 from codegen.agreement import probes, sum_probes
+from codegen.boxes.bounding import is_inside
 from codegen.check import identifier
-from codegen.floats import at_most
 from codegen.ir import Bool, Float64, Floats, Int32
+from codegen.numbers.rounding import at_most
 from codegen.observe import observe
 
 SEED = 20_220_526  # of the random probes
@@ -165,7 +166,7 @@ def compare_entries(target: str, asked: Asked, told: Told) -> list[Agreement]:
                 wrong = team[:, profile.agents.index(policy)] != acted
                 agreements.append(_agreement(f"{target} {TEAM}", policy.agent, wrong, asked.states))
     if profile.region is not None and told.within is not None:
-        within = profile.region.holds(asked.bordering, profile.world.coordinates())
+        within = is_inside(profile.region, asked.bordering, profile.world.coordinates())
         agreements.append(_agreement(f"{target} region {INPUT_CHECK}", "all", told.within != within, asked.bordering))
     if told.misused:
         let = told.accepted

@@ -12,9 +12,11 @@ from typing import Any
 import numpy as np
 
 from codegen import ir
-from codegen.floats import FLOAT32, FLOAT64, NUMBERS, at_most, deciding_double, neighbour
+from codegen.boxes.bounding import is_inside, read_bounds, read_distances
+from codegen.boxes.branches import split_corners
+from codegen.floats import FLOAT32, FLOAT64, NUMBERS, deciding_double
 from codegen.ir import Float64, Floats, GrownTree, Tree
-from codegen.paths import split_corners
+from codegen.numbers.rounding import at_most, neighbour
 from codegen.region import RegionSpec
 
 HUGE = 1e30  # drawing beyond it overflows; paths that demand more get their own bounds
@@ -245,22 +247,22 @@ def bordering(region: RegionSpec, world: ir.WorldSpec, rng: np.random.Generator)
     names = world.coordinates()
     index = {name: place for place, name in enumerate(names)}
     drawn = rng.uniform(-2, 2, (100 * AROUND, len(names)))
-    for first, second, low, high in region.bounds():
+    for first, second, low, high in read_bounds(region):
         if not second:
             drawn[:, index[first]] = _uniform(rng, low, high, (len(drawn),))
     for _ in range(ROUNDS):  # towards the region, where differences narrow it
-        for first, second, low, high in region.bounds():
+        for first, second, low, high in read_bounds(region):
             other = drawn[:, index[second]] if second else 0.0
             drawn[:, index[first]] = other + np.clip(drawn[:, index[first]] - other, low, high)
     if region.goals:
         for axis in "xy":
             drawn[:, index[f"goal.{axis}"]] = drawn[:, index[f"{region.goals[0]}.{axis}"]]
-    within = region.holds(drawn, names)
+    within = is_inside(region, drawn, names)
     # first what is inside, so that each border is the only one that a state near it may cross
     inside = np.concatenate([drawn[within], drawn[~within]])[:AROUND]
     rows = [inside, rng.uniform(-2, 2, (AROUND, len(names)))]
-    moved = [(first, second, end) for first, second, *ends in region.bounds() for end in ends]
-    moved += [(f"{a}.x", f"{b}.x", side * least) for a, b, least in region.distances() for side in (1, -1)]
+    moved = [(first, second, end) for first, second, *ends in read_bounds(region) for end in ends]
+    moved += [(f"{a}.x", f"{b}.x", side * least) for a, b, least in read_distances(region) for side in (1, -1)]
     for first, second, end in moved:
         at = inside.copy()
         beside = np.array([np.nextafter(end, -np.inf), end, np.nextafter(end, np.inf)])

@@ -19,6 +19,7 @@ from codegen.agreement.build import Build
 from codegen.agreement.compiled import CompiledC, ensure_strict
 from codegen.agreement.entries import CONSTANTS, OBSERVE, SEED, Agreement, Asked, Told, differing, reference
 from codegen.agreement.rows import Kept, iterate_rows
+from codegen.boxes.bounding import is_inside
 from codegen.equivalence import structure
 from codegen.errors import DisagreementError, MissingToolError
 from codegen.ir import Floats
@@ -224,7 +225,7 @@ def _check_c_entries(build: Build, asked: Asked, skipped: list[str]) -> list[Agr
         team=compiled.team(asked.states) if model.located and model.acting else None,
         within=compiled.region(asked.bordering) if model.region else None,
     )
-    if profile.region and not profile.region.holds(asked.bordering, profile.world.coordinates()).any():
+    if profile.region and not is_inside(profile.region, asked.bordering, profile.world.coordinates()).any():
         skipped.append("the check of the region: no state was drawn that lies in it")
     return [entries.constants("c", constants, compiled.constants()), *entries.compare_entries("c", asked, told)]
 

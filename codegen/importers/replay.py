@@ -14,8 +14,8 @@ import numpy as np
 from codegen.agreement import probes, sum_probes
 from codegen.agreement.entries import differing, reference
 from codegen.errors import DisagreementError, InputError
-from codegen.floats import neighbour
 from codegen.ir import NO_FEATURE, AgentPolicy, FeatureSpec, Floats, Tree
+from codegen.numbers.rounding import neighbour
 from codegen.sums import among
 
 RANDOM = 4_000

@@ -20,13 +20,15 @@ from typing import Any
 import numpy as np
 
 from codegen import ir
+from codegen.boxes.branches import find_point
 from codegen.errors import InputError, escape_text
-from codegen.floats import FLOAT32, round_down
+from codegen.floats import FLOAT32
 from codegen.importers import steps
 from codegen.importers.folding import LARGEST, Asked, fold_steps
 from codegen.importers.origin import AGENT, SINGLES, Names, Origin, profile_of
 from codegen.importers.summed import giving
 from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, ROOT, Bool, Float32, Floats, GrownTree, Int32
+from codegen.numbers.rounding import round_down
 from codegen.paths import EVERYTHING, Box
 from codegen.process.unwarned import silence_warnings
 
@@ -149,7 +151,7 @@ def _reach_leaves(grown: GrownTree, width: int) -> Iterator[tuple[int, Floats]]:
         if grown.feature[node] != NO_FEATURE:
             left, right = box.split_at(int(grown.feature[node]), float(round_down(float(grown.threshold[node]))))
             open_ += [(int(grown.left[node]), left), (int(grown.right[node]), right)]
-        elif np.isfinite(point := box.point(width, FLOAT32)).all():
+        elif np.isfinite(point := find_point(box, width, FLOAT32)).all():
             yield node, point
 
 

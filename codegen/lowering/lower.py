@@ -14,9 +14,10 @@ from dataclasses import replace
 import numpy as np
 
 from codegen import ir
+from codegen.boxes.bounding import read_bounds, read_distances
 from codegen.check import identifier
 from codegen.errors import InputError, UnknownNameError
-from codegen.floats import FLOAT32, at_most, deciding_double, decimal_literal, hex_literal, short_hex
+from codegen.floats import FLOAT32, deciding_double, short_hex
 from codegen.lowering.labels import labels_of
 from codegen.lowering.model import (
     Action,
@@ -33,6 +34,8 @@ from codegen.lowering.model import (
 )
 from codegen.lowering.names import Names, ensure_distinct, is_reserved, of_agent, of_profile
 from codegen.lowering.summing import lower_sums
+from codegen.numbers.literals import decimal_literal, hex_literal
+from codegen.numbers.rounding import at_most
 from codegen.policy_json import content_hash
 from codegen.region import RegionSpec
 from codegen.wording import holds
@@ -180,8 +183,8 @@ def _sharing(profile: ir.PolicyProfile, agents: Sequence[Agent]) -> tuple[Agent,
 def region_of(region: RegionSpec) -> Region:
     """A region as the code that checks it has it."""
     return Region(
-        tuple((_upper(a), _upper(b), _double(low), _double(high)) for a, b, low, high in region.bounds()),
-        tuple((_upper(a), _upper(b), _double(least)) for a, b, least in region.distances()),
+        tuple((_upper(a), _upper(b), _double(low), _double(high)) for a, b, low, high in read_bounds(region)),
+        tuple((_upper(a), _upper(b), _double(least)) for a, b, least in read_distances(region)),
         tuple(_upper(goal) for goal in region.goals),
     )
 

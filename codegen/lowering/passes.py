@@ -13,6 +13,7 @@ from typing import TypeAlias
 
 import numpy as np
 
+from codegen.boxes.branches import find_point
 from codegen.errors import DisagreementError
 from codegen.ir import NO_FEATURE, ROOT, Floats, Tree
 from codegen.paths import EVERYTHING, Box, in_preorder
@@ -94,7 +95,7 @@ def difference(a: Tree, b: Tree, n_features: int, aside: Collection[int] = ()) -
         tree, node = (a, here) if first else (b, there)
         if tree.feature[node] == NO_FEATURE:
             if a.action[here] != b.action[there]:
-                return box.point(n_features, a.numbers)
+                return find_point(box, n_features, a.numbers)
             continue
         sides = box.split_at(int(tree.feature[node]), float(tree.threshold[node]))
         for child, part in zip((int(tree.left[node]), int(tree.right[node])), sides, strict=True):

@@ -30,9 +30,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from codegen.floats import decimal_literal, short_hex
+from codegen.floats import short_hex
 from codegen.ir import Bool, Float64, Int64
 from codegen.lowering.parts import Double
+from codegen.numbers.literals import decimal_literal
 
 AXES = 2  # variables along which grids are laid
 CELLS = 1_024  # of a grid, at most

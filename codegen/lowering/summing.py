@@ -11,9 +11,10 @@ import numpy as np
 
 from codegen import ir
 from codegen.check import identifier
-from codegen.floats import FLOAT32, decimal_literal, short_hex
+from codegen.floats import FLOAT32, short_hex
 from codegen.lowering.parts import Action, Double, Feature, Node
 from codegen.lowering.summed import Given, Output, SumLine, Summed, SumNode, Term
+from codegen.numbers.literals import decimal_literal
 from codegen.sums import FLOAT32_STEPS
 from codegen.wording import describe_sum, holds
 

@@ -11,9 +11,10 @@ from dataclasses import dataclass
 from codegen import ir
 from codegen.dynamics import accelerations, partners
 from codegen.errors import InputError
-from codegen.floats import decimal_literal, short_hex
+from codegen.floats import short_hex
 from codegen.lowering.lower import region_of
 from codegen.lowering.model import Agent, Double, Model, Place
+from codegen.numbers.literals import decimal_literal
 from codegen.region import RegionSpec
 
 OFF = 2.0**-40  # by which a number may be off: proofs leave 2^-30 for all that adds up in an episode

@@ -14,11 +14,12 @@ import numpy as np
 from codegen import ir
 from codegen.check import identifier
 from codegen.errors import InputError
-from codegen.floats import decimal_literal, short_hex
+from codegen.floats import short_hex
 from codegen.lowering.covering import Cover, Lookup, look_up
 from codegen.lowering.lower import region_of
 from codegen.lowering.model import Agent, Double, Model, Place, Region
 from codegen.lowering.tracking import Start, Track, track
+from codegen.numbers.literals import decimal_literal
 from codegen.region import RegionSpec
 
 ROUNDED = 1.0 + 2.0**-20  # by which a speed at its limit may be above it: simulators round where they cut it

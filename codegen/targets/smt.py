@@ -8,10 +8,10 @@ Does not: ask anything.
 import numpy as np
 
 from codegen import ir
-from codegen.floats import smt_literal
 from codegen.ir import Floats, Int32
 from codegen.lowering.model import Agent, Model
 from codegen.lowering.render import render
+from codegen.numbers.literals import smt_literal
 
 
 def emit(model: Model, profile: ir.PolicyProfile) -> dict[str, str]:

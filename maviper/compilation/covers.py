@@ -19,10 +19,10 @@ from pathlib import Path
 import numpy as np
 
 from codegen.errors import InputError
-from codegen.floats import nearest_double
 from codegen.ir import Float64, PolicyProfile
 from codegen.lowering.covering import Boxes, Cover, Variable
 from codegen.lowering.turning import Turned, ensure_few_sets, turn_sets
+from codegen.numbers.rounding import nearest_double
 from codegen.region import RegionSpec
 from maviper.compilation.games import GameFile, ensure_anew, find_game, region_of
 from maviper.worlds.stated.certified import Certificate, ensure_accepted, read_certificate, sentence

@@ -13,12 +13,13 @@ import msgspec
 
 from codegen.agreement.build import Build
 from codegen.errors import InputError, RefusedError, escape_text
-from codegen.floats import decimal_literal, nearest_double
 from codegen.ir import PolicyProfile
 from codegen.lowering.covering import Cover
 from codegen.lowering.model import Model
 from codegen.lowering.tracking import MAX_NOISE, Start, ensure_followed
 from codegen.lowering.watching import Watch, watch, watch_cover, watch_inputs, watch_start
+from codegen.numbers.literals import decimal_literal
+from codegen.numbers.rounding import nearest_double
 from codegen.region import RegionSpec
 from codegen.targets import monitor
 from maviper.files import kinds, runs

@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from codegen import ir
+from codegen.boxes.bounding import read_bounds
 from codegen.check import ensure
 from codegen.errors import InputError, UnknownNameError
 from codegen.lowering import passes
@@ -93,7 +94,7 @@ def _drop_leaves(profile: ir.PolicyProfile, region: str) -> ir.PolicyProfile:
         raise InputError("the region contains no state, so nothing would be left of the trees", "--region")
     trees = {policy.agent: passes.drop_leaves(policy.tree, dead[policy.agent]) for policy in profile.agents}
     spec = spec_of(domain)
-    for bound in spec.bounds():
+    for bound in read_bounds(spec):
         if not bound.second and bound.low > bound.high:
             where = f"--region: box.{bound.first}"
             raise InputError(

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 
 from codegen import ir
+from codegen.boxes.branches import size
 from codegen.intervals import Share
 from codegen.ir import Float32, Float64
-from codegen.paths import size
 from maviper.episodes import measures
 from maviper.episodes.likeness import likeness
 from maviper.episodes.measures import Estimate

@@ -10,8 +10,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from codegen import ir
+from codegen.boxes.branches import split_corners
 from codegen.intervals import percent
-from codegen.paths import split_corners
 from codegen.wording import NO_UNIT, describe_sum, format_count, number, within
 
 

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from codegen import ir
+from codegen.boxes.bounding import read_bounds, read_distances
 from codegen.errors import InputError
 from codegen.floats import FLOAT32, deciding_double, rational_literal
 from codegen.lowering.tracking import Start
@@ -318,8 +319,8 @@ def _claim(profile: ir.PolicyProfile, shown: Shown) -> dict[str, Any]:
 def _region(spec: RegionSpec) -> dict[str, Any]:
     """A region as a monitor compares it."""
     return {
-        "bounds": [list(bound) for bound in spec.bounds()],
-        "apart": [list(pair) for pair in spec.distances()],
+        "bounds": [list(bound) for bound in read_bounds(spec)],
+        "apart": [list(pair) for pair in read_distances(spec)],
         "goals": list(spec.goals),
     }
 

@@ -14,8 +14,8 @@ from fractions import Fraction
 from math import inf
 
 from codegen.errors import InputError
-from codegen.floats import nearest_double, neighbour
 from codegen.ir import FeatureSpec, PolicyProfile
+from codegen.numbers.rounding import nearest_double, neighbour
 from maviper.files.regions import find_region
 from verify.checker.thresholds import sides
 from verify.claims.formula import And, Formula, Linear, Not, Or, conjunction, disjunction

@@ -37,6 +37,7 @@ from typing import Any
 
 import numpy as np
 
+from codegen.boxes.bounding import is_inside
 from maviper import load, verify_system
 from maviper.compilation.monitors import load_proof
 from maviper.files.runs import read_unpacked
@@ -156,7 +157,7 @@ def game(name: str, states: int) -> dict[str, Any]:
     at |= {call_in_file(name): at[name] for name in names}
     acted = acting(profile, w)
     failing = ~meets(formula, at, acted, goal)
-    within = proved.region.holds(w, names)
+    within = is_inside(proved.region, w, names)
     with compiled(profile, proved) as made:
         step = np.zeros(len(w), np.int32)
         found = made.words(w, step)

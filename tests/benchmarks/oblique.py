@@ -17,9 +17,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from codegen import ir
+from codegen.boxes.branches import size
 from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, GrownTree
 from codegen.lowering.deploy import SummedTree
-from codegen.paths import size
 from maviper.episodes.measures import MEASUREMENT_SEEDS, evaluate
 from maviper.episodes.play import tree_policies
 from maviper.episodes.trees import agent_policies

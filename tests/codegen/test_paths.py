@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from codegen import ir
-from codegen.paths import EVERYTHING, Box, box_of, in_preorder, split_corners
+from codegen.boxes.branches import box_of, find_point, split_corners
+from codegen.paths import EVERYTHING, Box, in_preorder
 from tests.support.games import NAMES, random_profile
 from tests.support.teams import tree
 
@@ -27,7 +28,7 @@ def test_boxes_hold_what_the_reference_sends_to_their_leaves(name):
             above = [rows[:, feature] > low for feature, low in box.low.items()]
             below = [rows[:, feature] <= high for feature, high in box.high.items()]
             assert (np.all([reached >= 0, *above, *below], axis=0) == (reached == leaf)).all()
-            assert ir.apply(policy.tree, box.point(len(policy.features), policy.numbers)[None])[0] == leaf
+            assert ir.apply(policy.tree, find_point(box, len(policy.features), policy.numbers)[None])[0] == leaf
 
 
 @pytest.mark.parametrize("name", NAMES[:2])

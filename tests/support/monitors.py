@@ -10,6 +10,7 @@ from itertools import product
 import numpy as np
 
 from codegen.agreement.compiled import STRICT, find_compiler
+from codegen.boxes.bounding import is_inside
 from codegen.lowering.lower import lower
 from codegen.lowering.turning import Turned
 from codegen.lowering.watching import watch
@@ -176,7 +177,7 @@ class TrackTwin:
 
     def starts(self, w):
         resting = all(w[at] == 0.0 for at, name in enumerate(self.names) if ".v" in name)
-        return resting and self.proved.region.holds(np.array([w]), tuple(self.names))[0]
+        return resting and is_inside(self.proved.region, np.array([w]), tuple(self.names))[0]
 
     def follows(self, w):
         ways = [

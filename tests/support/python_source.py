@@ -3,9 +3,9 @@
 import numpy as np
 
 from codegen import ir, policy_json
-from codegen.floats import neighbour
 from codegen.importers.origin import Names, Said, profile_of
 from codegen.importers.python.source import from_python
+from codegen.numbers.rounding import neighbour
 from tests.codegen.importers.origins import label_of
 
 SAID = Said()

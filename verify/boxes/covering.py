@@ -21,8 +21,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from codegen.floats import nearest_double
 from codegen.ir import Bool, Float64, PolicyProfile
+from codegen.numbers.rounding import nearest_double
 from verify.boxes.model import Model
 from verify.boxes.rows import Rows
 from verify.boxes.sweep import Sweep, Swept

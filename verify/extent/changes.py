@@ -18,8 +18,8 @@ from fractions import Fraction
 import numpy as np
 
 from codegen import ir
-from codegen.floats import at_most, neighbour
 from codegen.ir import NO_FEATURE, ROOT, AgentPolicy, Float64, Floats, Sum
+from codegen.numbers.rounding import at_most, neighbour
 from codegen.sums import CONSTANT, clip_values
 
 

@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from codegen.floats import nearest_double
 from codegen.ir import AgentPolicy, Bool, Float64, Int64, PolicyProfile, act
+from codegen.numbers.rounding import nearest_double
 from verify.claims.uncertified.values import Batch
 from verify.systems.claims import SystemClaim
 from verify.systems.language.expressions import Call, Expression, Name, Number, Pi, Power, Product, Quotient, Sum

@@ -16,10 +16,11 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
+from codegen.boxes.branches import box_of, leaves_below
 from codegen.errors import InputError
-from codegen.floats import round_down
 from codegen.ir import NO_FEATURE, ActionSpec, AgentPolicy, Float64, Floats, Int32, Tree
-from codegen.paths import box_of, in_preorder, leaves_below
+from codegen.numbers.rounding import round_down
+from codegen.paths import in_preorder
 from verify.checker.thresholds import sides
 from verify.claims.decisions import DecisionClaim
 from verify.claims.formula import Linear

@@ -15,11 +15,11 @@ from fractions import Fraction
 import numpy as np
 
 from codegen import ir
+from codegen.boxes.branches import upwards
 from codegen.errors import InputError
 from codegen.ir import AgentPolicy, Float64, PolicyProfile
 from codegen.lowering.passes import difference, graft_parts
 from codegen.observe import observe
-from codegen.paths import upwards
 from verify.checker.thresholds import sides
 from verify.claims.decisions import DistinctTargets, OwnTarget, engages
 from verify.claims.formula import TRUE, for_goal, holds

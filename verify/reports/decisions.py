@@ -12,8 +12,8 @@ from dataclasses import asdict
 from fractions import Fraction
 from typing import Any
 
+from codegen.boxes.branches import leaves_below
 from codegen.ir import PolicyProfile, Tree
-from codegen.paths import leaves_below
 from verify.claims.claim import Parameter
 from verify.claims.decisions import formula
 from verify.claims.region import goal_text

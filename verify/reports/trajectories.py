@@ -15,8 +15,9 @@ from fractions import Fraction
 from math import isfinite
 from typing import TYPE_CHECKING, Any
 
-from codegen.floats import nearest_double, rational_literal
+from codegen.floats import rational_literal
 from codegen.lowering.render import brief
+from codegen.numbers.rounding import nearest_double
 from codegen.wording import format_count
 from verify.decimals import plain
 

@@ -11,8 +11,9 @@ from fractions import Fraction
 
 import numpy as np
 
-from codegen.floats import FLOAT32, nearest_double, neighbour
+from codegen.floats import FLOAT32
 from codegen.ir import AgentPolicy, Floats, PolicyProfile, act
+from codegen.numbers.rounding import nearest_double, neighbour
 from verify.systems.system import Feature, Measure, State, System
 
 MAX_FLOAT32 = Fraction(float(np.finfo(np.float32).max))

@@ -13,9 +13,10 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 
 from codegen.errors import InputError
-from codegen.floats import FLOAT64, neighbour
+from codegen.floats import FLOAT64
 from codegen.importers.reading import MAX_FEATURES
 from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, Bool, Float32, Float64, GrownTree
+from codegen.numbers.rounding import neighbour
 
 CLASSIFIER, REGRESSOR = "TreeEnsembleClassifier", "TreeEnsembleRegressor"
 TREES = {CLASSIFIER: "class", REGRESSOR: "target"}  # and how the attributes of its leaves begin

@@ -9,7 +9,8 @@ import math
 import struct
 from typing import TypeAlias
 
-from codegen.floats import FLOAT32, FLOAT64, round_down
+from codegen.floats import FLOAT32, FLOAT64
+from codegen.numbers.rounding import round_down
 
 Number: TypeAlias = int | float
 LAST: dict[str, int] = {FLOAT32: 0x7F800000, FLOAT64: 0x7FF0000000000000}  # the places of infinity

@@ -17,8 +17,9 @@ from fractions import Fraction
 
 import numpy as np
 
-from codegen.floats import FLOAT64, nearest_double, neighbour
+from codegen.floats import FLOAT64
 from codegen.ir import GOAL, AgentPolicy, FeatureSpec, Float64, Meaning, PolicyProfile
+from codegen.numbers.rounding import nearest_double, neighbour
 from codegen.observe import observe
 from verify.claims.region import Interval
 from verify.decimals import text as number_text

@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from codegen import ir
 from codegen.equivalence.contracts import OPTIONS, contracts_of, frama_c, table_of
 from codegen.errors import InputError
-from codegen.floats import neighbour
 from codegen.lowering.lower import lower
+from codegen.numbers.rounding import neighbour
 from codegen.sums import DOUBLE_SUMS
 from tests.support import summed
 from tests.support.games import random_profile

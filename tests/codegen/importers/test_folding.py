@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from codegen import ir
-from codegen.floats import neighbour
 from codegen.importers.folding import LARGEST, Asked, fold_steps
 from codegen.ir import GrownTree, Tree
 from codegen.lowering.deploy import deploy_tree
+from codegen.numbers.rounding import neighbour
 
 ONE = np.float32
 STEPS = {

@@ -18,7 +18,9 @@ from codegen import ir
 from codegen.agreement import selfcheck
 from codegen.agreement.build import build
 from codegen.agreement.compiled import STRICT, CompiledC, find_compiler
-from codegen.floats import below_zero, neighbour
+from codegen.boxes.bounding import is_inside
+from codegen.floats import below_zero
+from codegen.numbers.rounding import neighbour
 from codegen.observe import observe
 from codegen.region import RegionSpec
 from codegen.targets import c
@@ -108,7 +110,7 @@ def test_wider_arithmetic_decides_from_world_states_as_the_reference(command, te
             wanted = ir.act(policy, observe(policy.features, worlds, team.world, policy.numbers))
             wrong = np.flatnonzero(actions != wanted)
             assert not wrong.size, (policy.agent, len(wrong), worlds[wrong[0]].tolist())
-        held = team.region.holds(worlds, team.world.coordinates())
+        held = is_inside(team.region, worlds, team.world.coordinates())
     assert set(np.unique(held)) == {False, True} and not (within != held).any()
 
 

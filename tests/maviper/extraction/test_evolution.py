@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from codegen import ir, policy_json
+from codegen.boxes.branches import size
 from codegen.errors import InputError
 from codegen.ir import AgentPolicy, FeatureSpec, OutputSpec
 from codegen.lowering.deploy import SummedTree, deploy_tree
-from codegen.paths import size
 from maviper.episodes.trees import agent_policies
 from maviper.evaluation import held_out
 from maviper.experts.finding import find_expert

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from codegen import ir
+from codegen.boxes.branches import upwards
 from codegen.errors import InputError
 from codegen.lowering.passes import difference, graft_parts
 from codegen.observe import observe
-from codegen.paths import upwards
 from codegen.policy_json import dumps
 from maviper import load
 from tests.support.teams import DOWN, LEFT, RIGHT, STAY, UP, team, towards, tree

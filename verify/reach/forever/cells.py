@@ -18,8 +18,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from codegen.floats import nearest_double
 from codegen.ir import Float64, Int64, PolicyProfile
+from codegen.numbers.rounding import nearest_double
 from verify.boxes.covering import set_anew
 from verify.boxes.model import Model
 from verify.boxes.sweep import Sweep

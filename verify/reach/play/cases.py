@@ -11,8 +11,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from codegen.floats import nearest_double
 from codegen.ir import Bool, Float64, Int64
+from codegen.numbers.rounding import nearest_double
 from verify.systems.system import HalfSpace, Piece, System
 
 Planes = Mapping[str, Float64]  # variable -> [batch]

@@ -13,8 +13,9 @@ from dataclasses import replace
 from fractions import Fraction
 from itertools import product
 
-from codegen.floats import FLOAT32, FLOAT64, nearest_double, neighbour
+from codegen.floats import FLOAT32, FLOAT64
 from codegen.ir import PolicyProfile, act, outputs
+from codegen.numbers.rounding import nearest_double, neighbour
 from verify.claims.formula import Formula, holds
 from verify.reach.results import SystemCounterexample
 from verify.reach.rounded import truly
