@@ -20,7 +20,19 @@ from maviper.episodes.likeness import likeness
 from maviper.episodes.play import Controller
 from maviper.episodes.trees import agent_policies, among
 from maviper.experts.wrapped import critic_of
-from maviper.extraction.bundles import AGENT, ALL, EQUAL, EXPERT, EXPERTS, NO_VOTES, OWN, RESPONSE, TEAM, group_agents
+from maviper.extraction.bundles import (
+    AGENT,
+    ALL,
+    EQUAL,
+    EXPERT,
+    EXPERTS,
+    NO_VOTES,
+    OWN,
+    REGRET,
+    RESPONSE,
+    TEAM,
+    group_agents,
+)
 from maviper.extraction.dataset import Dataset, Met, collect, resample
 from maviper.extraction.examples import counts_of
 from maviper.extraction.extraction import Extraction
@@ -191,21 +203,26 @@ class _Responding(_Group):
         return _with_figures(world, self.known, self.agents, [present[agent] for agent in self.agents], everything)
 
     def _label_replies(self, unit: Sequence[int], present: Mapping[int, GrownTree]) -> Dataset:
-        """The points with the replies of some agents to the present trees, and with weights for these agents."""
-        data, world = self.data, self.asked.world
+        """The points with the replies of some agents to the present trees, and with weights for these agents, or with
+        what each of their actions costs.
+        """
+        data, world, asked = self.data, self.asked.world, self.asked.settings.weights
         assert data is not None
         labels, weights = data.labels.copy(), np.zeros((len(data), len(unit)))
+        regrets = dict[int, Float64]()
         for place, agent in enumerate(unit):
             acting = data.labels.copy()
             for mate in world.members(world.team_of(world.agents[agent])):
                 if mate != agent and mate in present:
                     tree = present[mate]
                     acting[:, mate] = tree.action[ir.apply(tree, data.observations[mate])]
-            labels[:, agent], worth = self.replies[agent].to(acting, data, self.state)
-            weights[:, place] = np.where(
-                data.alive[:, agent], 1.0 if self.asked.settings.weights == EQUAL else worth, 0
-            )
-        return self.examples.before(world, replace(data, labels=labels, weights=weights), unit)
+            reply = self.replies[agent].to(acting, data, self.state)
+            labels[:, agent] = reply.labels
+            weights[:, place] = np.where(data.alive[:, agent], reply.worth if asked == OWN else 1.0, 0)
+            if asked == REGRET:
+                regrets[agent] = reply.regrets
+        replied = replace(data, labels=labels, weights=weights, regrets=regrets)
+        return self.examples.before(world, replied, unit)
 
 
 class _Voters:
@@ -363,5 +380,6 @@ def _legally(world: World, data: Dataset, members: Sequence[int], trees: Sequenc
 
 
 def _draw_counts(column: Float64, alive: ir.Bool, settings: Settings, rng: np.random.Generator) -> Int:
-    """How often an agent's data hold each point: where all states weigh the same, nothing needs to be drawn."""
-    return counts_of(column) if settings.weights == EQUAL else resample(column, alive, settings.max_samples, rng)
+    """How often an agent's data hold each point: where all weigh the same, or by what they cost, nothing is drawn."""
+    alike = settings.weights in (EQUAL, REGRET)
+    return counts_of(column) if alike else resample(column, alive, settings.max_samples, rng)

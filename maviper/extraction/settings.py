@@ -122,7 +122,7 @@ class Settings:
     # What an algorithm's name stands for; "": as it says.
     labels: str = ""  # what trees are taught: the expert's actions, or the best replies to their mates' trees
     rollouts_by: str = ""  # whose trees play together among experts while data are collected; or `experts` alone
-    weights: str = ""  # others at expert actions, averaged over the others' actions, or every state alike
+    weights: str = ""  # others at expert actions, averaged over the others' actions, every state alike, or regrets
     least_right: str = ""  # right predictions that a point needs in joint growth: a number, or a share of the N
     selection_by: str = ""  # for whom one iterate is chosen
     share: str = NOTHING  # who shares a tree: nobody, or the agents of a team

@@ -69,7 +69,12 @@ class ExtractOptions(TypedDict, total=False):
     ]
     weights: Annotated[
         str | None,
-        Option(None, PARTS, "What states weigh: own, averaged (over what others could do) or equal.", "NAME"),
+        Option(
+            None,
+            PARTS,
+            "What states weigh: own, averaged (over what others could do) or equal; regret: what each action costs.",
+            "NAME",
+        ),
     ]
     least_right: Annotated[
         str | None,

@@ -118,6 +118,20 @@ REFUSALS = (
         "choose --weights own or equal",
         ("averaged",),
     ),
+    Refusal(
+        ("weights",),
+        {"labels": ("expert",)},
+        "a regret is what an action costs beside the best reply",
+        "choose --labels response, which is --algorithm best-response",
+        ("regret",),
+    ),
+    Refusal(
+        ("splits",),
+        {"weights": ("regret",)},
+        "sums are fitted to labels, and regrets are none",
+        "choose --splits exact, histogram or differences",
+        ("sums",),
+    ),
     Refusal(("explore",), {"algorithm": AllBut([FITTED_Q])}, "only fitted-q explores", "leave it out"),
     Refusal(
         ("preset",),

@@ -81,7 +81,7 @@ def test_every_comparison_has_its_cells_and_a_measure_of_its_game():
         assert claim["measure"] in group["measures"], claim["id"]
 
 
-@pytest.mark.parametrize("name", ["steps", "splits", "rows", "direct"])
+@pytest.mark.parametrize("name", ["steps", "splits", "rows", "direct", "regret"])
 def test_other_registers_can_be_carried_out_beside_the_record(name):
     """Every comparison and every row of a figure has its cells here or in the record, and settings that are allowed."""
     register, _ = published.read_register(name)
@@ -105,8 +105,8 @@ def test_other_registers_can_be_carried_out_beside_the_record(name):
     assert set(wanted) <= own | beside
     for cell in {replace(each, seed=0) for each in own if name != "direct"}:
         settings = settings_of(register, expert_of(cell.game, cell.expert)[1], cell)
-        assert settings.preset == {"steps": "released", "splits": "paper", "rows": "default"}[name]
-        assert (settings.splits == "exact") == (name != "rows" and cell.preset != "paper")
+        assert settings.preset == {"steps": "released", "splits": "paper", "rows": "default", "regret": "default"}[name]
+        assert (settings.splits == "exact") == (name not in ("rows", "regret") and cell.preset != "paper")
         assert bool(settings.undo) == (name == "steps") and not settings.refinement
 
 

@@ -25,8 +25,11 @@ from maviper.extraction.bundles import (
     FITTED_Q,
     KNOWN,
     MEMBER,
+    NO_VOTES,
     PARTS,
     RACE,
+    REGRET,
+    RESPONSE,
     ROLLOUTS_BY,
     RUNGS,
     SELECTION_BY,
@@ -275,5 +278,6 @@ def test_unknown_values(name, value, known):
     with pytest.raises(UnknownNameError, match="did you mean"):
         Settings.of({name: value})
     for each in known:
-        selection = RACE if each == MEMBER else UNIFORM
-        assert getattr(Settings.of({name: each, "selection": selection}), name) == each
+        more = {"labels": RESPONSE, "least_right": NO_VOTES} if each == REGRET else {}
+        more |= {"selection": RACE if each == MEMBER else UNIFORM}
+        assert getattr(Settings.of({name: each, **more}), name) == each
