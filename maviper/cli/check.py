@@ -41,9 +41,9 @@ def check(
 ) -> int:
     """Check that a certificate proves its claim.
 
-    `maviper verify -o` writes a CERTIFICATE for each claim that it proves by zones. The checker closes every branch of
-    the proof again with exact numbers, from the profile, the region and the claim. It shares only the arithmetic of
-    thresholds with the engine that found the proof.
+    `maviper verify -o` writes a CERTIFICATE for each claim that it proves, unless Z3 alone proves it. The checker
+    closes every branch of the proof again with exact numbers, from the profile, the region and the claim. It shares
+    only the arithmetic of thresholds with the engine that found the proof.
 
     `maviper diff -o` writes a CERTIFICATE if agents act alike in two profiles. Both are needed to check it.
 

@@ -74,7 +74,7 @@ class Verified:
 
     @cached_property
     def certificates(self) -> dict[str, str]:
-        """A certificate for each claim proved by zones, and for each region found."""
+        """A certificate for each claim proved by zones or linear programs, and for each region found."""
         return certificate_files(self.results)
 
     @cached_property
