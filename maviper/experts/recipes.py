@@ -111,13 +111,18 @@ def settings(world: World, request: Request, kind: type) -> Any:
 
 
 def schedule(request: Request, chosen: Any) -> str:
-    """What a training of these settings plays and when it is judged, and where `paper` is not as released."""
+    """What a training of these settings plays and when it is judged, and where `paper` is not as released or as the
+    recipe has it.
+    """
     imitated = min(chosen.steps, getattr(chosen, "imitate_steps", 0))
     copied = f", the first {imitated:,} to imitate a script" if imitated else ""
     said = f"{chosen.steps:,} steps in {chosen.games:,} parallel games, a checkpoint every {chosen.checkpoint_steps:,}"
     said += copied
-    released = "one game, a checkpoint every 25,000, the best by summed return"
-    return f"{said} (released: {released})" if request.recipe == PAPER else said
+    if request.recipe != PAPER:
+        return said
+    changed = {name: usual for name, usual in PAPER_MADDPG.items() if getattr(chosen, name) != usual}
+    told = [f"; {name} {getattr(chosen, name):,} (recipe: {usual:,})" for name, usual in changed.items()]
+    return f"{said} (released: one game, a checkpoint every 25,000, the best by summed return)" + "".join(told)
 
 
 def _find_clone_recipe(world: World) -> dict[str, Any]:

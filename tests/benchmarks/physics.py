@@ -6,7 +6,8 @@
 
 The first prints the rows of physics.toml: mpe2's physics, accelerations that count twice, velocities that change first,
 and both, which is what the option `physics=released` means. Each with the standard error over episodes. The second
-trains the experts that physics.toml fixes, one run folder each; finished ones are left alone, begun ones go on.
+trains the experts that physics.toml fixes, seed by seed, one run folder each; finished ones are left alone, begun ones
+go on.
 The third says what that takes.
 """
 
@@ -79,8 +80,8 @@ def plan_lines():
 def trained(folder, worlds, seeds):
     """Trains what is missing."""
     asked = REGISTER["training"]
-    for name in worlds or asked["worlds"]:
-        for seed in seeds or asked["seeds"]:
+    for seed in seeds or asked["seeds"]:
+        for name in worlds or asked["worlds"]:
             place = folder / f"{name.partition(',')[0]}-{seed}"
             if (place / "expert.safetensors").exists():
                 continue

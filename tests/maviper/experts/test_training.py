@@ -371,7 +371,8 @@ def test_a_training_says_what_it_plays_and_does_that(recipe, tmp_path, capsys):
     steps = [json.loads(line)["steps"] for line in (tmp_path / "metrics.jsonl").read_text().splitlines()]
     settings = json.loads((tmp_path / "config.json").read_text())["settings"]
     assert found and [int(number) for number in found.groups()] == [steps[-1], settings["games"], steps[1] - steps[0]]
-    assert ("released: one game" in said) == (recipe == "paper")
+    assert ("released: one game" in said) == (recipe == "paper") == ("; batch 256 (recipe: 25600)" in said)
+    assert "shaping 0" not in said
     assert found[0] in json.loads((tmp_path / "card.json").read_text())["schedule"].replace(",", "")
 
 

@@ -184,8 +184,9 @@ def test_training_is_what_is_registered(tmp_path, monkeypatch):
     (done / "expert.safetensors").touch()
     physics.trained(tmp_path, [], [])
     assert len(asked) == 3 * 8 - 1 and {more["recipe"] for _, more in asked} == {"paper"}
-    shaped = {given[0] for given, more in asked if more["settings"]}
-    assert shaped == {f"predator-prey,{FORK}"}
+    assert [more["seed"] for _, more in asked] == [0] * 2 + [seed for seed in range(1, 8) for _ in range(3)]
+    shaped = {given[0] for given, more in asked if "shaping" in more["settings"]}
+    assert shaped == {f"predator-prey,{FORK}"} and {more["settings"]["batch"] for _, more in asked} == {5_120}
 
 
 def test_the_plan_has_all_registered_experts_and_the_manual_its_hours():
@@ -193,4 +194,4 @@ def test_the_plan_has_all_registered_experts_and_the_manual_its_hours():
     asked = physics.REGISTER["training"]
     assert len(lines) == len(asked["worlds"]) + 2 and set(asked["hours"]) == set(asked["worlds"])
     hours = last.partition(" CPU hours")[0]
-    assert f"take {hours} hours" in " ".join(manual.page("games").split())
+    assert int(hours) <= 12 and f"take {hours} hours" in " ".join(manual.page("games").split())
