@@ -143,10 +143,14 @@ def substitute_actions(formula: Formula, actions: Mapping[str, int]) -> Formula:
     """The formula once the named agents have chosen: their `Acts` become true or false."""
     if isinstance(formula, Acts) and formula.agent in actions:
         return TRUE if actions[formula.agent] == formula.action else FALSE
-    if isinstance(formula, And):
-        return conjunction(*(substitute_actions(part, actions) for part in formula.parts))
-    if isinstance(formula, Or):
-        return disjunction(*(substitute_actions(part, actions) for part in formula.parts))
+    if isinstance(formula, (And, Or)):
+        joined, settled = (conjunction, FALSE) if isinstance(formula, And) else (disjunction, TRUE)
+        parts: list[Formula] = []
+        for part in formula.parts:
+            parts.append(substitute_actions(part, actions))
+            if parts[-1] == settled:  # else each leaf of one agent would be asked about all leaves of others
+                return settled
+        return joined(*parts)
     if isinstance(formula, Not):
         part = substitute_actions(formula.part, actions)
         return FALSE if part == TRUE else TRUE if part == FALSE else Not(part)
