@@ -19,7 +19,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from tests.hunting import asking, episodes, following, game_sums, outputs, questions, systems
+from tests.hunting import asking, driven, episodes, following, game_sums, outputs, questions, systems
 from tests.hunting.record import Record
 
 KINDS: dict[str, Callable[[int, bool], Any]] = {
@@ -30,6 +30,7 @@ KINDS: dict[str, Callable[[int, bool], Any]] = {
     "systems": systems.ask,
     "following": following.ask,
     "outputs": outputs.ask,
+    "driven": driven.ask,
     "game-sums": game_sums.ask,
     "double-episodes": lambda seed, thorough: episodes.ask(episodes.drawn(seed, doubled=True), thorough),
 }
@@ -38,13 +39,13 @@ KINDS: dict[str, Callable[[int, bool], Any]] = {
 def hunt(kind: str, folder: Path | None, count: int | None, seconds: float | None, first: int = 0) -> Record:
     """Asks the next `count` questions, or for so many seconds, or until interrupted."""
     record, begun = Record(kind, folder, first), time.monotonic()
-    last = begun
     try:
-        while (count is None or record.next < record.first + count) and (seconds is None or last - begun < seconds):
+        while count is None or record.next < record.first + count:
+            if seconds is not None and time.monotonic() - begun >= seconds:
+                break
+            last = time.process_time()
             told = KINDS[kind](record.next, False)
-            now = time.monotonic()
-            record.add(told, now - last)
-            last = now
+            record.add(told, time.process_time() - last)
     except KeyboardInterrupt:
         pass
     record.save()

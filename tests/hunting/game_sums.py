@@ -1,12 +1,13 @@
 """Questions about teams that test sums, in their game, for the hunt, and what is wrong with their answers.
 
 Does: random teams of physical deception in random boxes; claims about decisions with errors of features and without,
-  each bound within 2 % of the extreme that the judge has sampled; claims about short episodes, likewise. Asks them by
-  the door that a user takes.
+  and about short episodes, each bound within 2 % of the extreme that the judge has sampled. Asks them by the door that
+  a user takes, and hands proofs in under claims that are false.
 Assumes: summing.py judges by the profile's file alone.
 Does not: know world files.
 """
 
+import copy
 import json
 import tempfile
 from fractions import Fraction
@@ -19,9 +20,10 @@ from codegen.sums import DOUBLE_SUMS, FLOAT32_STEPS
 from maviper.verification.ask import VerifyOptions
 from maviper.verification.stated import StatedWorld
 from tests.hunting.asking import Told
-from tests.hunting.outputs import BEYOND, NEAR
+from tests.hunting.bounding import place_bound, says_much
+from tests.hunting.falsifying import judge_forgery
 from tests.hunting.reading import fractions
-from tests.hunting.summing import GOAL, Team
+from tests.hunting.summing import GOAL, OWN, TEAM, Team
 from tests.support.game_sums import team
 from verify.certificates.systems import to_json
 from verify.checker.covers.certificates import from_json
@@ -31,11 +33,13 @@ from verify.claims.uncertified.starts import start_region
 from verify.decimals import plain
 
 SAMPLES, PLAYED = 2_000, 12
-LEAST = 2.0**-7  # of an extreme whose hundredth part says something
+DRAWN = 20  # claims at most, until the extreme says something
 BOXES = 50_000
-CHECKED = 4  # of so many certificates one is given to the checker again
+CHECKED, FORGING = 4, 3  # of so many certificates one is given to the checker again; one is forged
 ERRORS = (1, 2, 3, 6)  # powers of two below 1
 SIDES = (8, 10, 12)  # of starts of episodes, likewise
+EPISODES = ("stays_in", "keeps_apart", "reaches", "covers")
+LEAST_RADIUS = Fraction(1, 1 << 40)
 
 
 class Case:
@@ -46,21 +50,77 @@ class Case:
         self.levels = int(rng.integers(1, 4))
         self.profile = team(seed + 1, (DOUBLE_SUMS, FLOAT32_STEPS)[int(rng.integers(2))], levels=self.levels)
         self.team = Team(json.loads(dumps(self.profile)))
-        self.kind = str(rng.choice(["decides", "decides", "steady", "stays_in", "keeps_apart"]))
-        self.moving = self.kind in ("stays_in", "keeps_apart")
-        whole = start_region(self.profile.world)
+        self.kind = str(rng.choice(["decides", "decides", "steady", *EPISODES]))
+        self.moving = self.kind in EPISODES
         power = int(rng.choice(SIDES)) if self.moving else rng.uniform(3 if self.kind == "steady" else -1, 6)
-        half = Fraction(2.0**-power)
+        self.region = self._box(rng, Fraction(2.0**-power))
+        self.steps = int(rng.integers(2, 5))
+        self.eps = Fraction(1, 1 << int(rng.choice(ERRORS))) if self.kind == "steady" else Fraction(0)
+        self.claim = self._claim(rng)
+
+    def _box(self, rng, half):
+        whole = start_region(self.profile.world)
         middles = {name: Fraction(int(rng.integers(-96, 97)), 128) for name in whole.box}
         ends = {
             name: (max(low, middles[name] - half), min(high, middles[name] + half))
             for name, (low, high) in whole.box.items()
         }
-        self.region = Region(ends, (GOAL,), name="drawn.toml")
-        self.steps = int(rng.integers(2, 5))
-        self.eps = Fraction(1, 1 << int(rng.choice(ERRORS))) if self.kind == "steady" else Fraction(0)
-        self.close = self.violated = False
-        self.claim = self._moving(rng) if self.moving else self._deciding(rng)
+        return Region(ends, (GOAL,), name="drawn.toml")
+
+    def _claim(self, rng):
+        """A claim with a bound close to the most that the judge has sampled."""
+        for _ in range(DRAWN):
+            claim = self.searched(self._unbounded(rng), rng)
+            if says_much(claim["reached"]):
+                break
+        claim |= place_bound(rng, claim["reached"])
+        if self.moving:  # a radius is above 0, and that of `keeps_apart` is one below which nobody may come
+            ends = (-1 << 20, -LEAST_RADIUS) if self.kind == "keeps_apart" else (LEAST_RADIUS, 1 << 20)
+            claim |= {key: min(max(claim[key], ends[0]), ends[1]) for key in ("bound", "false")}
+        return claim
+
+    def _unbounded(self, rng):
+        """A claim without its bound."""
+        if self.moving:
+            return {"agent": str(rng.choice(TEAM))}
+        agent = str(rng.choice(TEAM))
+        action = str(rng.choice([each.name for each in self.profile.policy(agent).actions]))
+        names = [str(each) for each in rng.permutation(list(self.region.box))[:2]]
+        return {"agent": agent, "action": action, "terms": [(int(rng.choice([-2, -1, 1])), name) for name in names]}
+
+    def searched(self, claim, rng):
+        """The claim with the most that its form reaches in states of the region, and the state: more than the bound
+        breaks it. None where it says nothing of those that were sampled.
+        """
+        states, count = self._drawn(rng, PLAYED if self.moving else SAMPLES), SAMPLES
+        if self.moving:
+            starts = [{name: values[row] for name, values in states.items()} for row in range(PLAYED)]
+            reached = [self._reach(claim, start, {}) for start in starts]
+            row = int(np.argmax([float(each) for each in reached]))
+            return claim | {"reached": reached[row], "best": (starts[row], {})}
+        off = {}
+        if self.eps:
+            sides = {each.name: rng.choice([-1, 0, 1], count) for each in self.team.features[claim["agent"]]}
+            off = {name: each * float(self.eps) for name, each in sides.items()}
+        exact = {name: fractions(each) for name, each in off.items()}
+        row = self.team.most(claim["agent"], claim["action"], claim["terms"], states, exact or None)
+        if row is None:
+            return claim | {"reached": None, "best": None}
+        best = ({name: values[row] for name, values in each.items()} for each in (states, off))
+        start, errors = best
+        return claim | {"reached": self._reach(claim, start, errors), "best": (start, errors)}
+
+    def _reach(self, claim, start, errors):
+        """What a claim's form comes to from a start, exactly; None where it says nothing there."""
+        if not self.moving:
+            return self.team.total(claim, start, errors)
+        if self.kind == "stays_in":
+            return self.team.farthest(start, self.steps)
+        if self.kind == "keeps_apart":
+            return -self.team.nearest(start, self.steps)
+        if self.kind == "reaches":
+            return self.team.closest(claim["agent"], OWN[claim["agent"]], start, self.steps)
+        return self.team.matched(start, self.steps)
 
     def _drawn(self, rng, count):
         ends = np.array([[float(end) for end in each] for each in self.region.box.values()])
@@ -68,53 +128,51 @@ class Case:
         cornered = rng.random(drawn.shape) < 0.2
         return dict(zip(self.region.box, np.where(cornered, ends[:, rng.integers(2)], drawn).T, strict=True))
 
-    def _deciding(self, rng):
-        agent = str(rng.choice(["agent_0", "agent_1"]))
-        action = str(rng.choice([each.name for each in self.profile.policy(agent).actions]))
-        names = [str(each) for each in rng.permutation(list(self.region.box))[:2]]
-        terms = [(int(rng.choice([-2, -1, 1])), name) for name in names]
-        states, off = self._drawn(rng, SAMPLES), None
-        if self.eps:
-            sides = {each.name: rng.choice([-1, 0, 1], SAMPLES) for each in self.team.features[agent]}
-            off = {name: fractions(each * float(self.eps)) for name, each in sides.items()}
-        most = self.team.most(agent, action, terms, states, off)
-        reached = Fraction(-1) if most is None else most[0]
-        self.close = most is not None and abs(reached) >= LEAST
-        near = max(abs(reached), Fraction(LEAST)) * NEAR
-        beyond = rng.random() < BEYOND
-        self.violated = most is not None and not beyond
-        return {
-            "agent": agent,
-            "action": action,
-            "terms": terms,
-            "bound": _short(reached + (near if beyond else -near)),
+    def violated(self, claim):
+        """Whether the state that reaches most breaks it."""
+        return claim["reached"] is not None and claim["reached"] > claim["bound"]
+
+    # --- cases beside it
+
+    def widened(self, rng):
+        """The same in a wider box."""
+        other = copy.copy(self)
+        more = Fraction(2.0 ** -int(rng.integers(2, 7)))
+        whole = start_region(self.profile.world).box
+        wide = {
+            name: (max(low - more, whole[name][0]), min(high + more, whole[name][1]))
+            for name, (low, high) in self.region.box.items()
         }
+        other.region = Region(wide, (GOAL,), name="drawn.toml")
+        return other
 
-    def _moving(self, rng):
-        drawn = self._drawn(rng, PLAYED)
-        starts = [{name: values[row] for name, values in drawn.items()} for row in range(PLAYED)]
-        far = self.kind == "stays_in"
-        reached = [(self.team.farthest if far else self.team.nearest)(each, self.steps) for each in starts]
-        extreme = max(reached) if far else min(reached)
-        self.close = abs(extreme) >= LEAST
-        near = max(abs(extreme), Fraction(LEAST)) * NEAR
-        beyond = rng.random() < BEYOND
-        self.violated = not beyond
-        return {"radius": max(_short(extreme + (near if beyond is far else -near)), Fraction(1, 1 << 40))}
+    def altered(self, profile):
+        """The same of another team."""
+        other = copy.copy(self)
+        other.profile, other.team = profile, Team(json.loads(dumps(profile)))
+        return other
 
-    def world(self):
-        """The world of the claim, as a user's files state it."""
+    # --- files
+
+    @property
+    def asked(self):
+        """The place of the claim among the questions of its world: `reaches` is one for each agent."""
+        return TEAM.index(self.claim["agent"]) if self.kind == "reaches" else 0
+
+    def world(self, claims):
+        """The world of a claim, as a user's files state it."""
         with tempfile.TemporaryDirectory() as place:
             file, region = Path(place) / "claims.toml", Path(place) / "region.toml"
-            file.write_text(self._property())
+            file.write_text("".join(map(self._property, claims)))
             region.write_text(region_toml(self.region))
             options = VerifyOptions(file=file, region=str(region), max_boxes=BOXES, verdict_only=True)
             return StatedWorld.of_game(self.profile, options)
 
-    def _property(self):
+    def _property(self, claim):
         if self.moving:
-            return f'[[property]]\nname = "{self.kind}"\nradius = {plain(self.claim["radius"])}\nsteps = {self.steps}\n'
-        claim = self.claim
+            own = f"landmarks = {json.dumps(list(OWN.values()))}\n" if self.kind == "reaches" else ""
+            radius = plain(abs(claim["bound"]))
+            return f'[[property]]\nname = "{self.kind}"\nradius = {radius}\nsteps = {self.steps}\n{own}'
         sides = " + ".join(f"{weight}*{name}" for weight, name in claim["terms"])
         formula = f"acts({claim['agent']}) == {claim['action']} implies {sides} <= {plain(claim['bound'])}"
         eps = f"eps = {plain(self.eps)}\n" if self.eps else ""
@@ -124,39 +182,32 @@ class Case:
         """Whether a counterexample is a state of floats in the box that breaks the claim."""
         at = {name: start[name] for name in self.region.box}
         inside = all(low <= at[name] <= high for name, (low, high) in self.region.box.items())
-        if not inside or any(Fraction(float(each)) != each for each in at.values()):
-            return False
-        if self.kind == "stays_in":
-            return self.team.farthest(at, self.steps) > self.claim["radius"]
-        if self.kind == "keeps_apart":
-            return self.team.nearest(at, self.steps) < self.claim["radius"]
         agent = self.claim["agent"]
         off = {each.name: start.get(f"{agent}.error_{each.name}", Fraction(0)) for each in self.team.features[agent]}
-        small = all(abs(each) <= self.eps and Fraction(float(each)) == each for each in off.values())
-        return small and self.team.exceeds(self.claim, at, off)
-
-
-def _short(bound):
-    """A decimal of few digits close to a number."""
-    return Fraction(round(bound * 2**40), 2**40)
+        small = all(abs(each) <= self.eps for each in off.values())
+        if not inside or not small or any(Fraction(float(each)) != each for each in (*at.values(), *off.values())):
+            return False
+        reached = self._reach(self.claim, at, off)
+        return reached is not None and reached > self.claim["bound"]
 
 
 def ask(seed, thorough):
     """The answer to the question of a seed."""
     case = Case(seed)
-    world = case.world()
-    found = world.answer(world.asked[0].question, beside=thorough)
-    verdict = found.verdict.value
-    judged = "violated" if case.violated else ""
-    told = Told(seed, verdict, case.kind, case.levels, conflict=True, judged=judged, close=case.close)
-    if verdict == "PROVED" and case.violated:
+    claim, world = case.claim, case.world([case.claim])
+    result = world.answer(world.asked[case.asked].question, beside=thorough)
+    verdict, violated, certificate = result.verdict.value, case.violated(claim), result.evidence.certificate
+    judged = "violated" if violated else ""
+    told = Told(seed, verdict, case.kind, case.levels, conflict=True, judged=judged, close=claim["close"])
+    if verdict == "PROVED" and violated:
         told.wrong.append("PROVED, and the judge has a state or an episode that breaks it")
     if verdict == "PROVED" and (thorough or seed % CHECKED == 0):
-        certificate = found.evidence.certificate
         again = from_json(to_json(certificate))
         told.front = again == certificate and again.check(world.profile, world.statement.system) >= 0
         if not told.front:
             told.wrong.append("PROVED by a certificate that is another one once it is read")
-    if verdict == "VIOLATED" and not case.replays(found.evidence.counterexample.start):
+    if verdict == "PROVED" and not violated and (thorough or seed % FORGING == 0):
+        judge_forgery(case, claim, case.asked, certificate, told, np.random.default_rng([seed, 37]))
+    if verdict == "VIOLATED" and not case.replays(result.evidence.counterexample.start):
         told.wrong.append("VIOLATED by a state that is none, or breaks nothing")
     return told

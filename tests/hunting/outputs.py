@@ -7,34 +7,34 @@ Assumes: giving.py judges by the profile's file alone.
 Does not: know world files.
 """
 
+import copy
 import json
 import tempfile
-from dataclasses import replace
 from fractions import Fraction
 from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 
-from codegen.errors import InputError
 from codegen.policy_json import dumps
 from codegen.sums import DOUBLE_SUMS, FLOAT32_STEPS, FLOAT64_SUMS
 from maviper.verification.ask import VerifyOptions
 from maviper.verification.stated import StatedWorld
 from tests.hunting import giving
 from tests.hunting.asking import Told
+from tests.hunting.bounding import place_bound, says_much
+from tests.hunting.falsifying import judge_forgery
 from tests.support import summed
 from tests.support.giving import tamed
 from verify.certificates.systems import to_json
 from verify.checker.covers.certificates import from_json
-from verify.checker.reading import RejectedError
 from verify.decimals import plain
 
 FORGING = 3  # of so many certificates one is forged
 TOGETHER = 4  # claims about one team, which one search decides
 SAMPLES = 2_000
-NEAR, BEYOND = Fraction(2, 100), 0.6  # of the sampled extreme; the share of claims that lie beyond it
-LEAST = 2.0**-7  # of an extreme whose hundredth part says something
+EXACTLY = 8  # of the states that reach most, which are looked at in exact numbers
+DRAWN = 100  # claims at most, until one reaches that much: an action may never be taken, an output may never change
 FAR = 100_000_000  # beyond all numbers
 CHECKED = 16  # of so many certificates one is given to the checker again
 KINDS = ("output", "outputs", "agents", "robust")
@@ -59,7 +59,15 @@ class Case:
         self.claims = [self._claim(rng, acting) for _ in range(TOGETHER)]
 
     def _claim(self, rng, acting):
-        """A claim without its bound, then with one close to the most that the judge has sampled."""
+        """A claim with a bound close to the most that the judge has sampled."""
+        for _ in range(DRAWN):
+            claim = self.searched(self._unbounded(rng, acting), rng)
+            if says_much(claim["reached"]):
+                break
+        return claim | place_bound(rng, claim["reached"])
+
+    def _unbounded(self, rng, acting):
+        """A claim without its bound."""
         one, other = (each.agent for each in self.profile.agents)
         kind = "action" if acting else str(rng.choice(KINDS))
         claim = {"kind": kind, "when": None, "both": rng.random() < 0.3}
@@ -75,25 +83,41 @@ class Case:
             second = {"output": (0, one, "u1"), "outputs": (-sign, one, "u1"), "agents": (-sign, other, "u0")}[kind]
             claim["terms"] = [(sign, "given", one, "u0")]
             claim["terms"] += [(second[0], "given", *second[1:])] if second[0] else []
-        reached, claim["best"] = self.states.most(claim, rng, SAMPLES)
-        if not np.isfinite(reached):  # an action that was never seen: any bound
-            reached = -1.0
-        claim["close"] = abs(reached) >= LEAST
-        near = max(abs(Fraction(reached)), Fraction(LEAST)) * NEAR
-        claim["bound"] = _short(Fraction(reached) + (near if rng.random() < BEYOND else -near))
-        claim["false"] = _short(Fraction(reached) - near)  # what a state that the judge has seen exceeds
         return claim
+
+    def searched(self, claim, rng):
+        """The claim with the most that its terms reach in states of the box, and the states that reach most."""
+        _, best = self.states.most(claim, rng, SAMPLES)
+        claim = claim | {"best": best}
+        return claim | {"reached": self.reach(claim, *(each[0].tolist() for each in best))}
+
+    def widened(self, rng):
+        """The same in a wider box."""
+        other, more = copy.copy(self), float(rng.choice([0.125, 0.5, 1.0]))
+        other.box = {name: (max(low - more, -3.0), min(high + more, 3.0)) for name, (low, high) in self.box.items()}
+        other.states = giving.States(json.loads(dumps(self.profile)), other.box, self.eps)
+        return other
+
+    def altered(self, profile):
+        """The same of other agents."""
+        other = copy.copy(self)
+        other.profile, other.states = profile, giving.States(json.loads(dumps(profile)), self.box, self.eps)
+        return other
 
     def violated(self, claim):
         """Whether one of the states that reach most breaks it, in exact numbers."""
-        numbers, errors = claim["best"]
+        numbers, errors = (each[:EXACTLY] for each in claim["best"])
         return any(self.exceeds(claim, *pair) for pair in zip(numbers.tolist(), errors.tolist(), strict=True))
 
     def exceeds(self, claim, numbers, errors):
         """Whether a state breaks it."""
+        reached = self.reach(claim, numbers, errors)
+        return reached is not None and reached > claim["bound"]
+
+    def reach(self, claim, numbers, errors):
+        """What its terms come to in a state, exactly; None where it says nothing there."""
         exact = [dict(zip(self.box, map(Fraction, each), strict=True)) for each in (numbers, errors)]
-        found = giving.exactly(self.states, claim, *exact)
-        return found is not None and found > claim["bound"]
+        return giving.exactly(self.states, claim, *exact)
 
     def replays(self, claim, start):
         """Whether a counterexample is a state of floats in the box that breaks it."""
@@ -130,24 +154,6 @@ class Case:
         return f'[[property]]\nformula = "{when}({lower}{sides} <= {bound})"\n'
 
 
-def _short(bound):
-    """A decimal of few digits close to a number."""
-    return max(Fraction(round(bound * 2**40), 2**40), Fraction(-FAR))
-
-
-def forged_is_refused(case, world, claim, certificate):
-    """Whether the checker refuses the proof of a claim as one of a claim that is false; None where none is known."""
-    false = claim | {"bound": claim["false"]}
-    if not case.violated(false):
-        return None
-    (other,) = case.world([false]).claims
-    try:
-        replace(certificate, claim=other).check(world.profile, world.statement.system)
-    except (RejectedError, InputError):
-        return True
-    return False
-
-
 def _word(kind, agent, name):
     return name if kind == "variable" else f"out({agent}).{name}"
 
@@ -181,10 +187,8 @@ def ask(seed, thorough):
             told.wrong.append("PROVED by a certificate that is another one once it is read")
         if thorough or seed % CHECKED == 0:
             told.front = again.check(world.profile, world.statement.system) >= 0
-        refused = forged_is_refused(case, world, claim, certificate) if thorough or seed % FORGING == 0 else None
-        told.forged, told.refused = int(refused is not None), int(refused is True)
-        if refused is False:
-            told.wrong.append("a proof of another claim is accepted as one of a claim that is false")
+        if not violated and (thorough or seed % FORGING == 0):
+            judge_forgery(case, claim, 0, certificate, told, np.random.default_rng([seed, 37]))
     if verdict == "VIOLATED" and not case.replays(claim, counterexample.start):
         told.wrong.append("VIOLATED by a state that is none, or breaks nothing")
     return told

@@ -2,12 +2,17 @@
 
 Does: patches what a file states of motion, of observations, of errors, or of a claim.
 Assumes: pytest's monkeypatch, or anything with its `setattr`.
-Does not: look for them. Roundings are too small for a hunt; test_game_sums.py looks for those that are forgotten.
+Does not: look for them. Roundings of features are too small for a hunt, since tests of a claim's states rarely lie at
+  its bound; test_game_sums.py looks for those that are forgotten.
 """
+
+from dataclasses import replace
+from fractions import Fraction
 
 from maviper.verification import stated
 from maviper.verification.games import decisions, episodes
 from maviper.worlds.stated import observing
+from tests.hunting.planted_driven import forget_steps
 
 
 def _pushes(patch):
@@ -19,7 +24,11 @@ def _pushes(patch):
 def _steps(patch):
     """Episodes are a step shorter."""
     property_ = episodes._property
-    patch.setattr(episodes, "_property", lambda label, name, steps, *given: property_(label, name, steps - 1, *given))
+
+    def shorter(label, name, steps, regions, by=None):
+        return property_(label, name, steps - 1, regions, by and min(by, steps - 1))
+
+    patch.setattr(episodes, "_property", shorter)
 
 
 def _errors(patch):
@@ -46,7 +55,71 @@ def _region(patch):
     patch.setattr(stated, "resolve_region", half)
 
 
+def _distances(patch):
+    """Who is a sixteenth too far is near."""
+    near = episodes._near
+
+    def nearly(one, other, radius, strict=False):
+        return near(one, other, radius * (Fraction(15, 16) if strict else Fraction(17, 16)), strict)
+
+    patch.setattr(episodes, "_near", nearly)
+
+
+def _side(patch):
+    """Of two sides of a bound the second is forgotten."""
+    sides = episodes._sides
+    patch.setattr(episodes, "_sides", lambda *given: sides(*given)[:1])
+
+
+def _damping(patch):
+    """Nothing is damped."""
+    spell = episodes._spell_next
+    undamped = 1.0
+
+    def fast(profile, name):
+        text = spell(profile, name)
+        kept = f"{episodes.plain(Fraction(1.0 - profile.world.damping))}*{name}"
+        return text.replace(kept, f"{undamped}*{name}")
+
+    patch.setattr(episodes, "_spell_next", fast)
+
+
+def _goal(patch):
+    """Agents take the other landmark for their goal."""
+    spell = episodes.spell_agent
+
+    def elsewhere(policy, noise, actions, mark):
+        return spell(policy, noise, actions, {"landmark_0": "landmark_1", "landmark_1": "landmark_0"}.get(mark, mark))
+
+    patch.setattr(episodes, "spell_agent", elsewhere)
+
+
+def _leaves(patch):
+    """The last leaf of each tree does what the first one does."""
+    played = stated.as_played
+
+    def other(statement, profile):
+        statement, profile = played(statement, profile)
+        policies = tuple(replace(each, tree=_without_last(each.tree)) for each in profile.agents)
+        return statement, replace(profile, agents=policies)
+
+    patch.setattr(stated, "as_played", other)
+
+
+def _without_last(tree):
+    action = tree.action.copy()
+    leaves = [place for place, each in enumerate(action.tolist()) if each >= 0]
+    action[leaves[-1]] = action[leaves[0]]
+    return replace(tree, action=action)
+
+
 FAULTS = {
+    "checker: covers are asked about at first only": forget_steps,
+    "distances: what is a little too far is near": _distances,
+    "distances: a side is forgotten": _side,
+    "motion: nothing is damped": _damping,
+    "goals: the other landmark": _goal,
+    "trees: the last leaf is left out": _leaves,
     "motion: pushes are half as hard": _pushes,
     "episodes: a step is left out": _steps,
     "steady: errors are forgotten": _errors,

@@ -1,17 +1,21 @@
 """Faults in what proves and checks claims about sums and outputs, each of which the hunt must notice.
 
 Does: patches the reading of agents, of formulas, of `robust`, or the walk of the checker.
-Assumes: pytest's monkeypatch, or anything with its `setattr`.
-Does not: look for them. Roundings are too small for a hunt; tests of single numbers look for those that are forgotten.
+Assumes: pytest's monkeypatch, or anything with its `setattr`. Forgotten roundings show at bounds that lie below an
+  extreme by less than a rounding.
+Does not: look for them.
 """
 
 from dataclasses import replace
+from fractions import Fraction
 
 from maviper.verification import stated
 from verify.checker.systems import rows, walk
 from verify.claims.formula import disjunction
 from verify.reach import together
 from verify.systems.given import agents, formulas, robust
+
+SMALL = Fraction(1, 1 << 200)
 
 
 def _term(patch):
@@ -58,6 +62,43 @@ def _vector(patch):
     """Constants of leaves are those of the first leaf."""
     constant = agents._Reading._constant
     patch.setattr(agents._Reading, "_constant", lambda self, vector, output: constant(self, 0, output) + 0 * vector)
+
+
+def _swapped(patch):
+    """The first two features stand for each other in sums."""
+    form = agents._Reading._form
+
+    def swapped(self, each):
+        terms = tuple((weight, 1 - place if place in (0, 1) else place) for weight, place in each.terms)
+        return form(self, replace(each, terms=terms))
+
+    patch.setattr(agents._Reading, "_form", swapped)
+
+
+def _one_side(patch):
+    """The right side of each split is left out: what stands on its left is on both."""
+    split = agents._Reading._split
+    patch.setattr(agents._Reading, "_split", lambda self, plain, at, left, right: split(self, plain, at, left, left))
+
+
+def _cut(patch):
+    """Numbers are not cut to their bounds."""
+    patch.setattr(agents._Reading, "_reach", lambda self, form: (Fraction(0), Fraction(0)))
+
+
+def _sums(patch):
+    """Sums are exact."""
+    patch.setattr(agents.Errors, "of", lambda self, each: SMALL)
+
+
+def _observed(patch):
+    """Features are observed exactly."""
+    patch.setattr(agents.Errors, "bound_feature", lambda self, place: SMALL)
+
+
+def _last(patch):
+    """The last rounding of a number is forgotten."""
+    patch.setattr(agents.Errors, "bound_output", lambda self, largest: SMALL)
 
 
 def _beyond(patch):
@@ -147,6 +188,12 @@ def _leaves(patch):
 
 
 FAULTS = {
+    "roundings: sums are exact": _sums,
+    "roundings: features are observed exactly": _observed,
+    "roundings: the last one is forgotten": _last,
+    "leaves: numbers are not cut": _cut,
+    "sums: two features are swapped": _swapped,
+    "tests: right sides are left out": _one_side,
     "tests of sums: a term is left out": _term,
     "tests of sums: the threshold is another one": _threshold,
     "tests: the sides are swapped": _sides,

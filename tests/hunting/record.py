@@ -76,7 +76,7 @@ class Record:
     def show(self, say: Callable[[str], None] = print) -> None:
         """The figures."""
         asked = self.counts["asked"]
-        say(f"{self.kind}: seeds {self.first} to {self.next - 1}, {asked} questions, {self.seconds:.0f} s")
+        say(f"{self.kind}: seeds {self.first} to {self.next - 1}, {asked} questions, {self.seconds:.0f} CPU s")
         proved, violated = self.share("proved, not vacuous"), self.share("verdict VIOLATED")
         unknown, depth = self.share("verdict UNKNOWN"), self.median_depth
         say(f"  proved and not vacuous {proved:.1%}, violated {violated:.1%}, unknown {unknown:.2%}, depth {depth}")

@@ -1,12 +1,13 @@
 """The judge of games whose teams test sums: what they observe, do and where they go, from a profile's file alone.
 
 Does: observations of float64 states, with errors; decisions; the most that a claim's form comes to where an agent
-  takes an action; episodes in mpe2, and how far apart things get in them.
+  takes an action; episodes in mpe2, and how far apart agents and landmarks get in them.
 Assumes: physical deception with two defenders.
 Does not: import anything of ours.
 """
 
 from fractions import Fraction
+from itertools import permutations
 
 import numpy as np
 
@@ -15,6 +16,8 @@ from tests.hunting.playing import environment_of
 from tests.hunting.reading import MACHINE, feature_of, fractions, measured
 
 GOAL = "landmark_0"
+TEAM = ("agent_0", "agent_1")
+OWN = {"agent_0": "landmark_1", "agent_1": "landmark_0"}  # the landmarks of a claim that names them
 
 
 class Team:
@@ -43,22 +46,22 @@ class Team:
         return reader.acts(np.stack(columns, axis=1))
 
     def most(self, agent, action, terms, states, errors):
-        """The state in which a sum of coordinates is largest of those where the agent takes an action; None without."""
+        """The row of the state in which a sum of coordinates is largest of those where the agent takes an action; None
+        without.
+        """
         acting = self.acts(agent, states, errors) == action
         if not acting.any():
             return None
         value = sum(weight * states[name] for weight, name in terms)
-        row = int(np.argmax(np.where(acting, value, -np.inf)))
-        exact = sum(Fraction(weight) * Fraction(float(states[name][row])) for weight, name in terms)
-        return exact, {name: values[row : row + 1] for name, values in states.items()}
+        return int(np.argmax(np.where(acting, value, -np.inf)))
 
-    def exceeds(self, claim, start, errors):
-        """Whether an exact state of floats breaks a claim about decisions."""
+    def total(self, claim, start, errors):
+        """The sum of a claim about decisions in a state of floats, exactly; None where its agent acts otherwise."""
         at = {name: np.array([float(value)]) for name, value in start.items()}
         off = {name: fractions(np.array([float(value)])) for name, value in errors.items() if value}
         if self.acts(claim["agent"], at, off)[0] != claim["action"]:
-            return False
-        return sum(weight * Fraction(start[name]) for weight, name in claim["terms"]) > claim["bound"]
+            return None
+        return sum(weight * Fraction(start[name]) for weight, name in claim["terms"])
 
     def episode(self, start, steps):
         """Where all are after each step of mpe2."""
@@ -82,15 +85,25 @@ class Team:
     def farthest(self, start, steps):
         """How far from the origin the defenders get, exactly."""
         return max(
-            abs(Fraction(at[f"{agent}.{axis}"]))
-            for at in self.episode(start, steps)
-            for agent in ("agent_0", "agent_1")
-            for axis in "xy"
+            abs(Fraction(at[f"{agent}.{axis}"])) for at in self.episode(start, steps) for agent in TEAM for axis in "xy"
         )
 
     def nearest(self, start, steps):
         """How near to one another the defenders get, exactly."""
+        return min(_between(at, *TEAM) for at in self.episode(start, steps))
+
+    def closest(self, agent, mark, start, steps):
+        """How near to a landmark an agent gets, exactly."""
+        return min(_between(at, agent, mark) for at in self.episode(start, steps))
+
+    def matched(self, start, steps):
+        """How near to a landmark of its own each defender is in the end, at the best matching: the farthest of them."""
+        at = self.episode(start, steps)[-1]
         return min(
-            max(abs(Fraction(at[f"agent_0.{axis}"]) - Fraction(at[f"agent_1.{axis}"])) for axis in "xy")
-            for at in self.episode(start, steps)
+            max(_between(at, agent, mark) for agent, mark in zip(TEAM, marks, strict=True))
+            for marks in permutations(OWN.values())
         )
+
+
+def _between(at, one, other):
+    return max(abs(Fraction(at[f"{one}.{axis}"]) - Fraction(at[f"{other}.{axis}"])) for axis in "xy")
