@@ -8,13 +8,14 @@ Does not: know what is proved, or write text (codegen/targets/monitor.py); join 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
 
 from codegen.errors import InputError
 from codegen.ir import Bool, Float64
+from codegen.lowering.glances.tilting import tilt_sets
 from codegen.lowering.searching import Boxes, Lookup, search_of
 from codegen.lowering.turning import Turned, look_up_turned
 
@@ -71,7 +72,11 @@ def look_up(cover: Cover, where: str) -> Lookup:
     """How states are looked up in the sets of a cover. `where` is named in errors. InputError for too many sets."""
     boxes = [[part for part in parts if isinstance(part, Boxes)] for parts in cover.steps]
     turned = [part for parts in cover.steps for part in parts if isinstance(part, Turned)]
-    return look_up_turned(turned, where) if turned else lookup(boxes, where)
+    if not turned:
+        return lookup(boxes, where)
+    search = look_up_turned(turned, where)
+    alone = all(len(sets.low) == 1 for sets in turned)
+    return replace(search, tilts=tuple(tilt for sets in turned for tilt in tilt_sets(sets))) if alone else search
 
 
 def lookup(steps: Sequence[Sequence[Boxes]], where: str) -> Lookup:

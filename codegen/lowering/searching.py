@@ -95,6 +95,15 @@ class Frame(NamedTuple):
     well: tuple[Double, ...]
 
 
+class Tilt(NamedTuple):
+    """Sums of a state that are within 1 in a turned box (glances/tilting.py), as C writes float32: of each sum its
+    constant, and by variable its factors.
+    """
+
+    first: tuple[str, ...]
+    along: tuple[tuple[str, ...], ...]
+
+
 class Grid(NamedTuple):
     """The grid of a list. Along each of its axes a state is in the cell floor((number - low) * scale), once its number
     is put between `low` and `high`; `strides` make one number of these, and `begin` is where its cells begin.
@@ -126,6 +135,7 @@ class Lookup:
     most: int  # boxes of a cell, at most
     frames: tuple[Frame, ...] = ()  # of turned boxes: of each, also of the last, a state has to be in its frame too
     inscribed: bool = False  # whether what is well in a frame is in its box
+    tilts: tuple[Tilt, ...] = ()  # by step, where each list is one turned box: nearly all states of it pass
 
     @property
     def parts(self) -> int:
@@ -157,7 +167,8 @@ class Lookup:
         """The most that one step takes."""
         # of turned boxes: of the box twice, of z twice, of r and what is left both ends
         each = 12 * self.width if self.frames else 2 * self.width
-        return self.parts * (2 * len(self.axes[0]) + each * self.most)
+        glance = len(self.tilts[0].first) if self.tilts else 0
+        return glance + self.parts * (2 * len(self.axes[0]) + each * self.most)
 
 
 def search_of(steps: Sequence[Sequence[Boxes]], columns: Sequence[Sequence[int]], *, framed: bool = False) -> Lookup:

@@ -123,15 +123,11 @@ def _widen(matrix: Float64, rest: Float64, turned: Float64, slack: Float64, most
     """Within what each z may be, [n, d], so that r within their bounds make up for what is beyond 1, but for a half of
     the slack. No z is beyond 2: so far bounds of what its product hides.
     """
-    size, across = matrix.shape[1], turned.transpose(0, 2, 1)
-    share = 2.0 * (size + 4) * UNIT
+    size = matrix.shape[1]
+    needs, skew = measure_needs(matrix, turned)
     with np.errstate(all="ignore"):
-        off = np.abs(np.matmul(across, turned) - np.eye(size)) + share * np.matmul(np.abs(across), np.abs(turned))
-        skew = off.sum(axis=2).max(axis=1)[:, None]  # B**-1 is not quite B'
-        needs = np.abs(np.matmul(across, matrix)) + share * np.matmul(np.abs(across), np.abs(matrix)) + UNDER
-        needs += 2.0 * skew[:, :, None] * needs.max(axis=1, keepdims=True)
         lost = (slack / np.abs(turned).sum(axis=2)).min(axis=1, keepdims=True) / 2.0
-        room = np.where(skew < NEARLY, KEPT * (rest + lost), 0.0)
+        room = np.where(skew[:, None] < NEARLY, KEPT * (rest + lost), 0.0)
         beyond = np.zeros_like(rest)
         for order in islice(permutations(range(size)), ORDERS):
             tried, left = np.zeros_like(rest), room.copy()
@@ -141,6 +137,20 @@ def _widen(matrix: Float64, rest: Float64, turned: Float64, slack: Float64, most
             better = tried.sum(axis=1) > beyond.sum(axis=1)
             beyond[better] = tried[better]
     return np.maximum(most[:, None], np.nextafter(most[:, None] + beyond, 0.0))
+
+
+def measure_needs(matrix: Float64, turned: Float64) -> tuple[Float64, Float64]:
+    """How much of each r a z takes at most that is beyond by 1, [n, d, d] by r and z, roundings included; and how far B
+    is from orthogonal, [n]: of no use from NEARLY on.
+    """
+    size, across = matrix.shape[1], turned.transpose(0, 2, 1)
+    share = 2.0 * (size + 4) * UNIT
+    with np.errstate(all="ignore"):
+        off = np.abs(np.matmul(across, turned) - np.eye(size)) + share * np.matmul(np.abs(across), np.abs(turned))
+        skew = off.sum(axis=2).max(axis=1)  # B**-1 is not quite B'
+        needs = np.abs(np.matmul(across, matrix)) + share * np.matmul(np.abs(across), np.abs(matrix)) + UNDER
+        needs += 2.0 * skew[:, None, None] * needs.max(axis=1, keepdims=True)
+    return needs, skew
 
 
 def _fill_boxes(boxes: Boxes, centre: Float64, matrix: Float64) -> Bool:

@@ -1,7 +1,6 @@
 """Turned sets in the plane: whoever is vouched for lies in a set, by exact arithmetic."""
 
 import subprocess
-from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -14,6 +13,7 @@ from codegen.lowering.searching import Boxes
 from codegen.lowering.turning import MAX_SETS, ensure_few_sets, turn_sets
 from codegen.lowering.watching import watch_cover
 from codegen.targets import emit, monitor
+from tests.support.frames import is_in_frame
 from tests.support.monitors import OK, OUTSIDE
 from tests.support.small import small_profile
 
@@ -26,20 +26,6 @@ def drawn(rng, scale):
     rest = scale * rng.random(2)
     reach = (np.abs(matrix).sum(axis=1) + np.abs(turned) @ rest) * rng.uniform(0.7, 1.4, 2)
     return Boxes((centre - reach)[None], (centre + reach)[None]), centre, matrix, rest, turned
-
-
-def is_in_frame(x, centre, matrix, rest, turned):
-    """Whether a point is in c + A z + B r, exactly: in the plane, each edge is along a column of A or B."""
-    off = [Fraction(a) - Fraction(b) for a, b in zip(x.tolist(), centre.tolist(), strict=True)]
-    edges = [tuple(map(Fraction, column)) for column in matrix.T.tolist()]
-    edges += [tuple(Fraction(each) * Fraction(size) for each in column)
-              for column, size in zip(turned.T.tolist(), rest.tolist(), strict=True)]  # fmt: skip
-    for along in edges:
-        normal = -along[1], along[0]
-        width = sum(abs(normal[0] * edge[0] + normal[1] * edge[1]) for edge in edges)
-        if abs(normal[0] * off[0] + normal[1] * off[1]) > width:
-            return False
-    return True
 
 
 def find_corners(made, centre, matrix):
