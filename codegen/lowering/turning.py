@@ -15,7 +15,9 @@ absolute products, in any order, with and without fused operations (u = 2**-53).
 that is enough: A**-1 t is off by at most h. It is enough too where each is within 1 - h + e_j, if the r that make up
 for e, B**-1 A e, are within R, but for what is left within s / 2. So nearly all states of a set take one product of a
 matrix. Where the states of such z are in the box, give or take one in a million, it is not compared before them.
-Refused: sets so flat that h is above LARGEST_EDGE.
+A variable that a frame sets apart is compared with bounds alone: where no other one has a part in what it may be, in A
+and in B, the set is a box along it. So a set may be a point there, as along a constant. Refused: sets that are flat
+otherwise, so that h is above LARGEST_EDGE.
 """
 
 from __future__ import annotations
@@ -34,6 +36,7 @@ from codegen.lowering.searching import Boxes, Frame, Lookup, doubles_of, search_
 
 MAX_SETS = 5_000  # of all steps together
 UNIT = 2.0**-53
+NEXT_TO_NONE = 2.0**-900  # a width that comes of a point, which has some so that it is no division by zero
 UNDER = 2.0**-960  # more than underflow takes from a sum
 INSCRIBED = 1.0 - 2.0**-20  # of what z may be: what more is cut off is asked of boxes
 ROOM = 8.0  # slack, for what one sum is off by
@@ -76,11 +79,43 @@ class Turned(NamedTuple):
         return inside
 
 
+class _Measured(NamedTuple):
+    """Of frames the inverses of A, the slack of each variable, h of each set, and whether it is small enough."""
+
+    inverse: Float64
+    slack: Float64
+    edge: Float64
+    sure: Bool
+
+
 def turn_sets(boxes: Boxes, centre: Float64, matrix: Float64, rest: Float64, turned: Float64, where: str) -> Turned:
-    """Sets of a proof, each with its frame. `where` is named in errors. InputError for flat sets."""
+    """Sets of a proof, each with its frame. `where` is named in errors. InputError for sets that are flat, unless along
+    variables that their frames set apart.
+    """
+    whole = _fill_boxes(boxes, centre, matrix)
+    found = _measure(boxes, centre, matrix, rest, turned)
+    flat = ~(whole | found.sure)
+    if flat.any():
+        boxes, matrix, rest = _set_apart(flat, boxes, centre, matrix, rest, turned)
+        found = _measure(boxes, centre, matrix, rest, turned)
+    inverse, slack, edge, sure = found
+    if not (whole | sure).all():
+        what = "a set of the proof is so flat that rounding hides whether a state is in it"
+        advice = (
+            "start what moves in a range, not at a point, and let no variable be a sum of others; then verify again"
+        )
+        raise InputError(what, where, advice)
+    most = np.where(whole, 1.0, 1.0 - edge)
+    well, inscribed = _inscribe(boxes, centre, matrix, _widen(matrix, rest, turned, slack, most), edge)
+    slack = np.where(whole[:, None], LARGEST, slack)
+    inverse = np.where(sure[:, None, None], inverse, np.eye(matrix.shape[1]))  # of a start that is flat: its box counts
+    return Turned(*boxes, centre, inverse, matrix, turned, rest, slack, most, well, inscribed & sure)
+
+
+def _measure(boxes: Boxes, centre: Float64, matrix: Float64, rest: Float64, turned: Float64) -> _Measured:
+    """What rounding hides of frames."""
     low, high = boxes
     size = low.shape[1]
-    whole = _fill_boxes(boxes, centre, matrix)
     with np.errstate(all="ignore"):
         inverse = _invert(matrix)
         share = 2.0 * (size + 4) * UNIT
@@ -94,15 +129,34 @@ def turn_sets(boxes: Boxes, centre: Float64, matrix: Float64, rest: Float64, tur
         far = np.matmul(np.abs(inverse), np.maximum(high - centre, centre - low)[:, :, None])[:, :, 0].max(axis=1)
         edge = 2.0 * (edge + 2.0 * part + share * far) / (1.0 - part)
         sure = (part < 0.25) & (edge <= LARGEST_EDGE) & (np.abs(inverse).max(axis=(1, 2)) < LARGEST)
-    if not (whole | sure).all():
-        what = "a set of the proof is so flat that rounding hides whether a state is in it"
-        advice = "start every variable in a range, not at a point, and let none be a sum of others; then verify again"
-        raise InputError(what, where, advice)
-    most = np.where(whole, 1.0, 1.0 - edge)
-    well, inscribed = _inscribe(boxes, centre, matrix, _widen(matrix, rest, turned, slack, most), edge)
-    slack = np.where(whole[:, None], LARGEST, slack)
-    inverse = np.where(sure[:, None, None], inverse, np.eye(size))  # of a start that is flat: its box is what counts
-    return Turned(low, high, centre, inverse, matrix, turned, rest, slack, most, well, inscribed & sure)
+    return _Measured(inverse, slack, edge, sure)
+
+
+def _set_apart(
+    flat: Bool, boxes: Boxes, centre: Float64, matrix: Float64, rest: Float64, turned: Float64
+) -> tuple[Boxes, Float64, Float64]:
+    """The same sets, or parts of those that are flat, with bounds in boxes in place of what frames say of variables
+    that they set apart. Such a variable is c + a z + r, and beside that a sum of NEXT_TO_NONE at most: no other one has
+    this r, and none this z, or z is 0 here.
+    """
+    size, whole = matrix.shape[1], np.abs(matrix)
+    alone = np.eye(size, dtype=np.bool_)
+    others = np.where(alone, 0.0, whole)
+    unmixed = (others.sum(axis=1) == 0.0) & (others.sum(axis=2) == 0.0)
+    unit = np.abs(turned) == 1.0  # [n, variable, r]
+    lone = unit & ((turned != 0.0).sum(axis=2, keepdims=True) == 1) & ((turned != 0.0).sum(axis=1, keepdims=True) == 1)
+    own = np.where(lone, rest[:, None, :], 0.0).sum(axis=2)
+    thin = whole.sum(axis=2) <= NEXT_TO_NONE
+    half = np.where(unmixed, (own + np.diagonal(whole, axis1=1, axis2=2)), own - NEXT_TO_NONE) * KEPT
+    apart = flat[:, None] & lone.any(axis=2) & (unmixed | thin) & (half >= 0.0)
+    low = np.minimum(centre, np.nextafter(centre - half, np.inf))  # the centre is always in
+    high = np.maximum(centre, np.nextafter(centre + half, -np.inf))
+    narrowed = Boxes(np.where(apart, np.maximum(boxes.low, low), boxes.low),
+                     np.where(apart, np.minimum(boxes.high, high), boxes.high))  # fmt: skip
+    mixed = np.where(apart[:, :, None] | apart[:, None, :], 0.0, matrix)
+    side = np.maximum(narrowed.high - centre, centre - narrowed.low)  # of a frame that holds all of the box there
+    mixed[:, np.arange(size), np.arange(size)] += np.where(apart, 2.0 * np.abs(side) + 1.0, 0.0)
+    return narrowed, mixed, np.where((lone & apart[:, :, None]).any(axis=1), 0.0, rest)
 
 
 def _inscribe(boxes: Boxes, centre: Float64, matrix: Float64, well: Float64, edge: Float64) -> tuple[Float64, Bool]:

@@ -88,6 +88,8 @@ SYSTEMS = (
     "arch/double_pendulum_more/certificate-1-stays_in",
     "arch/quad/certificate-1-reaches_and_stays",
     "arch/docking/certificate-1-stays_in",
+    "arch/nav/certificate-1-reaches_and_stays",
+    "arch/nav/certificate-2-avoids",
     "arch/pendulum/certificate-1-reaches_and_stays",
     "arch/tora_reach/certificate-1-reaches_and_stays",
     "arch/tora_remain/certificate-1-stays_in",

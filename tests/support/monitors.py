@@ -123,6 +123,8 @@ def asked_of_cover(cover, count, seed):
             w[bounded] = np.clip(low + rng.random(len(low)) * (high - low), low, high)
             if isinstance(boxes, Turned) and rng.random() < 0.9:  # few states of the box are in the frame
                 w = boxes.centre[row] + boxes.matrix[row] @ rng.uniform(-1.0, 1.0, size)
+                flat = boxes.high[row] - boxes.low[row] < 1e-9  # such a box is narrower than its frame
+                w[flat] = np.clip(w, boxes.low[row], boxes.high[row])[flat]
             if rng.random() < 0.15:
                 column = rng.choice(bounded)
                 end = (boxes.low, boxes.high)[rng.integers(2)][row, column]

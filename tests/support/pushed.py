@@ -184,8 +184,9 @@ def perturbed(watching: Watching, states: int, share: float = 1.0) -> dict[str, 
         left[(left < 0) & ~vouched] = step
         broke[(broke < 0) & broken] = step
         if step < watching.last:
+            w = watching.starts(rng, count) if after is None else after  # of claims about decisions
             pushed = rng.random((len(w), 1)) < share
-            w = after + SHIFT * watching.sides(step + 1) * pushed * rng.normal(size=w.shape)
+            w = w + SHIFT * watching.sides(step + 1) * pushed * rng.normal(size=w.shape)
     both = broke >= 0
     return {
         "states": seen["states"],

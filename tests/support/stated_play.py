@@ -7,7 +7,7 @@ import numpy as np
 
 from codegen.ir import act
 from maviper.worlds.stated.flowing import PARTS
-from verify.systems.language.expressions import Call, Name, Number, Pi, Power, Product, Quotient, Sum
+from verify.systems.language.expressions import Call, Name, Number, Pi, Power, Product, Quotient, Sum, names
 from verify.systems.system import Measure
 
 FUNCTIONS = {"sin": np.sin, "cos": np.cos, "tan": np.tan, "exp": np.exp, "sqrt": np.sqrt}
@@ -124,6 +124,7 @@ class Played:
     def _flowed(self, w, acted, rng):
         flow = self.system.flow
         held, h, now = {}, float(flow.period) / PARTS, self.at(w)
+        begun = now
         for policy in self.profile.agents:
             for number, action in enumerate(policy.actions):
                 for name, given in flow.held[policy.agent, action.name].items():
@@ -146,4 +147,7 @@ class Played:
                 name: column + h / 6 * (first[name] + 2 * second[name] + 2 * third[name] + last[name])
                 for name, column in now.items()
             }
+        for name, rate in flow.rates.items():  # what goes at a held rate, in one step: roundings would add up
+            if not names(rate) & begun.keys():
+                now[name] = begun[name] + float(flow.period) * rates(begun)[name]
         return np.column_stack(list(now.values()))

@@ -77,10 +77,42 @@ def test_a_start_is_its_box_and_what_is_flat_is_refused():
     assert not made.inscribed.any()
     corners = np.array([[0.1, 0.3], [0.7, 0.3], [np.nextafter(0.7, 1), 0.3], [0.4, np.nextafter(0.3, 1)]])
     assert made.holds(corners).tolist() == [True, True, False, False]
-    for matrix in (np.array([[[0.31, 0.0], [0.31, 0.0]]]), np.array([[[0.31, 0.0], [0.0, 1e-13]]])):
-        wide = Boxes(boxes.low - 1.0, boxes.high + 1.0)
+    wide = Boxes(boxes.low - 1.0, boxes.high + 1.0)
+    bent = np.array([[[0.6, -0.8], [0.8, 0.6]]])
+    for matrix, turned in (([[0.31, 0.0], [0.31, 0.0]], straight), ([[0.31, 0.0], [0.0, 1e-13]], bent)):
         with pytest.raises(InputError, match="so flat that rounding hides"):
-            turn_sets(wide, centre, matrix, none, straight, "here")
+            turn_sets(wide, centre, np.array([matrix]), none, turned, "here")
+
+
+NONE = 2.0**-1000
+FLAT = {  # of a variable: its row of A, its bound of r, and whether it is more than its centre
+    "a constant": ([0.0, NONE], 0.0, False),
+    "a start that is a point": ([0.0, NONE], 1e-15, True),
+    "what nearly nothing moves": ([NONE, NONE], 1e-15, True),
+    "thinner than rounding": ([0.0, 1e-15], 1e-30, True),
+}
+
+
+@pytest.mark.parametrize("name", FLAT)
+@pytest.mark.parametrize("crossed", [False, True])
+def test_a_variable_that_its_frame_sets_apart_may_be_flat(name, crossed):
+    """Exactly what is in the set is vouched for, to a rounding of its width, in both orders of the columns of B."""
+    rng, (row, most, wide) = np.random.default_rng(3), FLAT[name]
+    turned = np.array([[0.0, -1.0], [1.0, 0.0]]) if crossed else np.eye(2)
+    rest = np.array([most, 0.01] if crossed else [0.01, most])
+    coupling = 0.2 * NONE if most == 1e-15 else 0.0
+    centre, matrix = np.array([0.3, 0.7]), np.array([[0.25, coupling], row])
+    boxes = Boxes(centre[None] - 1.0, centre[None] + 1.0)
+    made = turn_sets(boxes, centre[None], matrix[None], rest[None], turned[None], "here")
+    assert not made.inscribed.any()  # its box is compared
+    x = rng.uniform(0.0, 0.6, (300, 2))
+    x[:, 1] = centre[1] + rng.integers(-12, 13, 300) * 2.0**-53
+    x[::3, 1] = centre[1]
+    held = made.holds(x)
+    inside = np.array([is_in_frame(each, centre, matrix, rest, turned) for each in x])
+    assert not (held & ~inside).any() and held.sum() > 50
+    assert (inside & ~held).sum() <= 0.12 * inside.sum()  # a float at either end
+    assert (x[held, 1] != centre[1]).any() == wide
 
 
 def test_more_sets_than_there_is_room_for_are_refused():

@@ -21,7 +21,7 @@ from tests.support.monitors import INVALID, LEAVING, OK, OUTSIDE, TrackTwin, ask
 from tests.support.shadows import ShadowTwin, asked_of_shadows
 
 VERDICTS = FOLDER.parent / "verdicts"
-NAME = "certificate-7-reaches.json"
+NAME = "certificate-7-reaches.json.xz"
 TWO = ("c", "python")
 
 
