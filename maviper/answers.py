@@ -1,6 +1,6 @@
 """The classes of what functions return, under the name that users import them by: `maviper.answers.Verdict`.
 
-Does: hands on the classes of verdicts, their evidence, and of what else `maviper` returns.
+Does: hands on the classes of verdicts, their evidence, and of what else `maviper` returns; and the writer of regions.
 Assumes: whoever imports them has asked for an answer, so the solver may come with them.
 Does not: define any.
 """
@@ -18,6 +18,7 @@ from maviper.verification.repair import Repaired as Repaired
 from maviper.verification.robust import Radii as Radii
 from maviper.verification.run import Verified as Verified
 from verify.claims.region import Region as Region
+from verify.claims.region_files import region_toml as region_toml
 from verify.counterexamples.search import AgentView as AgentView
 from verify.counterexamples.search import Counterexample as Counterexample
 from verify.question import Question as Question

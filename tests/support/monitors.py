@@ -64,7 +64,7 @@ class Twin:
         return self.word
 
     def holds(self, w):
-        return bool(self.spec.holds(np.array([w]), self.names)[0])
+        return bool(is_inside(self.spec, np.array([w]), self.names)[0])
 
 
 class CoverTwin:
