@@ -78,7 +78,8 @@ def repair(
     say_repair(outcome, console)
     say_results(outcome.after, outcome.results, console)
     page = {} if unplayable(outcome.after) else {FILE: page_of(outcome.after, outcome.results)}
-    outputs.write_set(output, {**outcome.files, **page}, outputs.REPAIR, keep=given)
+    files = outputs.without_given(output, {**outcome.files, **page}, {Path(region).name: Path(region)})
+    outputs.write_set(output, files, outputs.REPAIR, keep=given)
     console.line("wrote", f"{output / runs.PROFILE_FILE}  id {content_hash(outcome.after)[:16]}")
     for name in outcome.certificates:
         console.line("certificate", f"{output / name}; maviper check {output / name}")

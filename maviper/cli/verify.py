@@ -211,6 +211,7 @@ def _write(
 ) -> None:
     """All files, without those of an earlier run, and the command that reads each kind."""
     from maviper.files import outputs, runs
+    from maviper.verification.files.places import list_given
 
     page, no_page, page_file = dict[str, str](), "", Path()
     if done.stated is None:  # no page plays a system, and what makes pages takes long to load
@@ -219,10 +220,8 @@ def _write(
 
         no_page, page_file = unplayable(done.profile), folder / FILE
         page = {} if no_page else {FILE: page_of(done.profile, done.results)}
-    asked = [*given.values(), Path(options.region), *([options.file] if options.file else [])]
-    asked += [path.parent / one.region.name for path in asked for one in done.asked]
     files = outputs.without_given(folder, {**done.files, **page}, given)
-    outputs.write_set(folder, files, outputs.VERIFY, keep=asked)
+    outputs.write_set(folder, files, outputs.VERIFY, keep=[*given.values(), *list_given(options)])
     console.line("report", str(folder / "report.html"))
     if done.stated is None:
         console.line("no page" if no_page else "page", no_page or str(page_file))

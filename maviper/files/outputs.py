@@ -77,6 +77,13 @@ def ensure_own(folder: Path, files: Mapping[str, str | bytes], verb: Verb) -> No
             raise _foreign(path)
 
 
+def ensure_spared(folder: Path, files: Mapping[str, str | bytes], given: Path) -> None:
+    """InputError where the file that a run was given would be written over by another content."""
+    for name, content in files.items():
+        if (folder / name).resolve() == given.resolve() and _digest_of(given) != _digest(content):
+            raise InputError("the result would overwrite the file given", str(given), "choose another folder with -o")
+
+
 def without_given(folder: Path, files: Mapping[str, str | bytes], given: Mapping[str, Path]) -> dict[str, str | bytes]:
     """The files without those that are in the folder already, since the run was given them from there.
 

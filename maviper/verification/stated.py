@@ -20,6 +20,7 @@ from codegen.errors import InputError
 from codegen.ir import PolicyProfile
 from maviper.files import runs
 from maviper.verification.ask import Asked, Posed, VerifyOptions, pose_claims
+from maviper.verification.files.places import repeat_options
 from maviper.verification.files.systems import PROPERTY_FILE
 from maviper.verification.games import episodes as game_episodes
 from maviper.verification.games import playing
@@ -112,6 +113,7 @@ class StatedWorld:
     options: VerifyOptions
     variables: Variables = Variables.STATED
     started: game_episodes.Started | None = None  # of claims about episodes of a game: from where
+    again: str = ""  # the command that asks once more, where that is not by the world file
 
     @staticmethod
     def of(profile: PolicyProfile, options: VerifyOptions) -> StatedWorld:
@@ -173,7 +175,7 @@ class StatedWorld:
         made = StatedWorld._join_game(profile, statement_of(stated, WORLD_FILE), source, options)
         if started.nowhere:
             system = replace(made.statement.system, start=started.states)
-            made = replace(made, statement=replace(made.statement, system=system))
+            made = replace(made, statement=replace(made.statement, system=system), again=repeat_options(options))
         return replace(made, started=started)
 
     @staticmethod
@@ -212,7 +214,7 @@ class StatedWorld:
         words = ["maviper", "verify", runs.PROFILE_FILE, "--world", WORLD_FILE]
         words += [] if options.file is None else ["--properties", PROPERTY_FILE]
         words += [] if options.max_boxes is None else ["--max-boxes", str(options.max_boxes)]
-        command = shlex.join([*words, *(["--run-reference"] if options.run_reference else [])])
+        command = self.again or shlex.join([*words, *(["--run-reference"] if options.run_reference else [])])
         return [Asked(question, command, self.about) for question in self._questions]
 
     @property

@@ -7,16 +7,20 @@ Does not: look for anything.
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Sequence
 from pathlib import Path
 
 from codegen.errors import InputError
 from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash
+from maviper.files import runs
 from maviper.files.outputs import FOUND
-from maviper.verification.ask import Asked, VerifyOptions
+from maviper.verification.ask import MAX_FILE_BYTES, Asked, VerifyOptions, format_parameter, option_of
+from verify.claims.language.tables import properties
 from verify.claims.region_files import region_toml
 from verify.question import AnyClaim, Budgets
+from verify.toml_places import parse
 from verify.verdicts.decisions import DecisionResult
 
 
@@ -26,6 +30,16 @@ def repeat_command(asked: Asked, wanted: int | None) -> str:
         return asked.command
     limited = "max_cells" in asked.claim.limits and wanted != Budgets().max_cells
     return f"{asked.command} --where" + (f" --max-cells {wanted}" if limited else "")
+
+
+def repeat_options(options: VerifyOptions) -> str:
+    """The command line that asks the claims of options again, run beside `profile.json`, region and property file."""
+    words = ["maviper", "verify", runs.PROFILE_FILE, "--region", Path(options.region).name]
+    words += [] if options.file is None else ["--properties", options.file.name]
+    words += [word for name in options.names for word in ("--property", name)]
+    words += [] if options.team is None else ["--team", options.team]
+    words += [word for name, value in options.given.items() for word in (option_of(name), format_parameter(value))]
+    return shlex.join(words)
 
 
 def region_file(number: int, claim: AnyClaim) -> str:
@@ -47,10 +61,21 @@ def zones_and_region(profile: PolicyProfile, place: int, result: DecisionResult)
     return files
 
 
+def list_given(options: VerifyOptions) -> list[Path]:
+    """The files that claims and regions are read from: the region, the property file, and the regions that it names, as
+    seen from its own folder.
+    """
+    given = [Path(options.region)]
+    if options.file is not None:
+        text = runs.read(options.file, MAX_FILE_BYTES).decode()
+        named = [table.get("region") for table, _ in properties(*parse(text, options.file.name, "not readable", ""))]
+        given += [options.file, *(options.file.parent / each for each in named if isinstance(each, str))]
+    return given
+
+
 def ensure_free(output: Path, asked: Sequence[Asked], options: VerifyOptions) -> None:
     """InputError when a region found would be written over a region asked about, or a file that is no region found."""
-    folders = [Path(options.region).parent, *([options.file.parent] if options.file else [])]
-    regions = {(folder / one.region.name).resolve() for folder in folders for one in asked}
+    regions = {path.resolve() for path in list_given(options)}
     for number, one in enumerate(asked, 1):
         path = output / region_file(number, one.claim)
         if path.resolve() in regions or (path.is_file() and not path.read_bytes().startswith(FOUND.encode())):

@@ -214,3 +214,27 @@ def test_no_command_writes_over_the_file_that_it_was_given(place, monkeypatch, c
         assert run(*words) == ExitCode.INPUT
         assert "the output would be written over the input" in capsys.readouterr().err
     assert before == {path: path.read_bytes() for path in before}
+
+
+def test_a_region_that_a_property_file_names_stays_in_the_folder_of_results(place):
+    """Region files are seen from the folder of the property file, which need not be the region's own."""
+    out, claim = place / "out", place / "claim"
+    assert run("verify", place / "early.json", "--properties", claim, "-o", out, "--where") == 1
+    found = out / "region-1-formula.toml"
+    text = found.read_text()
+    (place / "asked").write_text(f'{CLAIM.format(0.25)}region = "out/{found.name}"\n')
+    again = ["--properties", place / "asked", "-o", out]
+    assert run("verify", place / "early.json", *again) == 0 and found.read_text() == text
+    assert run("verify", place / "early.json", *again, "--where") == 2 and found.read_text() == text
+
+
+def test_a_profile_stays_in_the_folder_that_it_is_compiled_into(place, few_observations):
+    """Also where its name is that of code, and the code there is of another profile."""
+    out = place / "code"
+    assert run("compile", place / "early.json", "--target", "json,python", "-o", out) == 3  # no tree as grown
+    (given,) = out.glob("*[!t].json")
+    given.write_text((place / "late.json").read_text())
+    assert run("compile", given, "--target", "python", "-o", out) == 3
+    assert given.read_text() == (place / "late.json").read_text()
+    given.write_text(f"{given.read_text()}\n")  # the same profile, written otherwise
+    assert run("compile", given, "--target", "json", "-o", out) == 2 and given.read_text().endswith("\n\n")

@@ -1,6 +1,7 @@
 """Claims about episodes of teams that test sums, in their game: against mpe2 and the judge's reading of the trees."""
 
 import json
+import shlex
 import tomllib
 from dataclasses import replace
 from fractions import Fraction
@@ -193,6 +194,21 @@ def test_a_region_without_starts_at_rest_is_vacuous(stated, tmp_path):
     assert (result.verdict, result.reason) == (Verdict.VACUOUS, "the region holds no start at rest")
     assert world.document([result])["results"][0]["verdict"] == "VACUOUS"
     assert not world.started.widened.nowhere
+
+
+def test_the_command_of_a_report_about_no_start_answers_so_again(tmp_path, monkeypatch):
+    profile = team(1, levels=2)
+    nowhere = (
+        region_toml(region_of(profile, 0, Fraction(1, 256))) + '[difference]\n"agent_0.x - agent_1.x" = [-9, -8]\n'
+    )
+    (tmp_path / "profile.json").write_text(dumps(profile))
+    (tmp_path / "nowhere.toml").write_text(nowhere)
+    monkeypatch.chdir(tmp_path)
+    words = ["verify", "profile.json", "--property", "stays_in", "--region", "nowhere.toml", "--steps", "3"]
+    assert main.run([*words, "-o", "out"]) == 3
+    report = json.loads((tmp_path / "out" / "report.json").read_text())
+    command = shlex.split(report["command"])
+    assert command[0] == "maviper" and main.run([*command[1:], "--verdict-only"]) == 3
 
 
 def test_claims_say_where_episodes_go_and_where_they_start(tmp_path):
