@@ -9,12 +9,14 @@ import numpy as np
 import pytest
 
 from codegen import ir
+from codegen.ir import NO_CHILD, NO_FEATURE, GrownTree
 from maviper.episodes.trees import agent_policies
 from maviper.evaluation import held_out
 from maviper.worlds import find
-from tests.benchmarks import continuous, gaussian, oblique
+from tests.benchmarks import continuous, gaussian, halves, oblique
 from tests.benchmarks.scores import find_rows, keep_rows
 from tests.benchmarks.settled import Settled
+from tests.benchmarks.sharing import Sharing, choose_sharing, join_trees
 
 ROOT = Path(__file__).parent.parent
 RECORD = ROOT / "generated/continuous/scores.json"
@@ -29,14 +31,23 @@ def test_a_score_is_that_of_its_returns(row):
     assert 1 <= row["leaves"] <= row["asked"] and re.fullmatch(r"[0-9a-f]{64}", row["expert_sha256"])
 
 
-TEAMS, OBLIQUE = RECORD.with_name("teams.json"), RECORD.with_name("oblique.json")
+TEAMS, OBLIQUE, HALVES = (RECORD.with_name(f"{name}.json") for name in ("teams", "oblique", "halves"))
 PAGE = (ROOT / "maviper/manual/extraction.md").read_text()
 
 
 def test_the_manual_has_the_tables_of_the_records():
     assert "\n".join(continuous.table(RECORD)) in PAGE and "\n".join(gaussian.table(TEAMS)) in PAGE
-    for game in {row["game"] for row in json.loads(OBLIQUE.read_text())}:
-        assert "\n".join(oblique.table(OBLIQUE, game)) in PAGE
+    assert "\n".join(oblique.table(OBLIQUE)) in PAGE and "\n".join(halves.table(json.loads(HALVES.read_text()))) in PAGE
+
+
+@pytest.mark.parametrize(
+    "row", json.loads(HALVES.read_text()), ids=lambda row: f"{row['team']} {row['way']} {row['asked']}"
+)
+def test_a_score_in_deception_is_that_of_its_returns(row):
+    assert (row["way"], row["asked"]) in halves.ASKED and row["episodes"] == halves.EPISODES
+    score = (row["return"] - row["random"]) / (row["expert"] - row["random"])
+    assert score == pytest.approx(row["score"], abs=2e-3) and row["low"] <= row["score"] <= row["high"]
+    assert row["above_low"] <= row["above_high"] and max(row["leaves"]) <= row["asked"]
 
 
 @pytest.mark.parametrize("row", json.loads(TEAMS.read_text()), ids=lambda row: f"{row['team']} {row['way']}")
@@ -84,6 +95,44 @@ def test_a_settled_expert_is_shown_its_mates_on_their_landmarks_and_nothing_else
             assert number == names.index(origin)
 
 
+def test_landmarks_are_shared_out_by_the_tests_with_the_shortest_ways():
+    world, seeds = find("cooperative-navigation"), range(300)
+    chosen, state = choose_sharing(world, seeds), world.start_from_seeds(seeds)
+    goals = share_out(world, chosen, state)
+    assert set(map(tuple, goals.tolist())) == set(chosen.roles)
+    assert measure_ways(state, goals) == pytest.approx(chosen.length)
+    rng = np.random.default_rng(0)
+    entities = [*world.agents, *(f"landmark_{place}" for place in range(3))]
+    for _ in range(20):  # others are no shorter
+        pairs = [rng.choice(entities, 2, replace=False).tolist() for _ in range(3)]
+        root, *below = [(one, other, str(rng.choice(["x", "y"]))) for one, other in pairs]
+        other = Sharing(root, (below[0], below[1]), cast("Any", [tuple(rng.permutation(3)) for _ in range(4)]), 0.0)
+        goals = share_out(world, other, state)
+        assert {*map(tuple, goals.tolist())} <= {*other.roles}
+        assert measure_ways(state, goals) > chosen.length
+
+
+def share_out(world, sharing, state):
+    """The landmark that each agent's tree takes, [batch, n_agents]: below the tests are leaves with its number."""
+    leaves = {(agent, goal): leaf(goal) for agent in range(3) for goal in range(3)}
+    policies = agent_policies(world, join_trees(world, sharing, leaves))
+    observed = world.observe(state)
+    return np.array(
+        [each.tree.action[ir.apply(each.tree, obs)] for each, obs in zip(policies, observed, strict=True)]
+    ).T
+
+
+def leaf(action):
+    return GrownTree(*(np.array([value]) for value in (NO_FEATURE, 0.0, NO_CHILD, NO_CHILD, action)))
+
+
+def measure_ways(state, goals):
+    """The mean length of all agents' ways, straight to the landmarks `goals`, [batch, 3]."""
+    place = state.position
+    to = np.take_along_axis(place[:, 3:], goals[..., None], axis=1)
+    return np.linalg.norm(place[:, :3] - to, axis=-1).sum(axis=1).mean()
+
+
 def test_known_rows_are_those_of_all_that_is_asked():
     assert find_rows(RECORD, game="Swimmer-v5", asked=64, way="linear leaves", seed=0)
     assert not find_rows(RECORD, game="Swimmer-v5", asked=64, way="linear leaves", seed=1)
@@ -121,5 +170,5 @@ def test_a_row_of_another_expert_is_measured_anew(tmp_path, monkeypatch):
     way = oblique.TESTED[row["way"]]._replace(settings={"max_leaves": row["asked"]})
     for kept, wanted in ((row, row), ({**row, "expert_sha256": "0" * 64}, fresh)):
         keep_rows(record, [kept])
-        assert oblique.measure_once(record, row["game"], row["way"], way, row["episodes"]) == wanted
+        assert oblique.measure_once(record, row["way"], way) == wanted
     assert json.loads(record.read_text()) == [fresh]

@@ -1,10 +1,9 @@
-"""What tests of sums do for trees of numbered actions: in cooperative navigation and physical deception.
+"""What tests of sums do for trees of numbered actions in cooperative navigation.
 
-    python -m tests.benchmarks.oblique [--navigation [--ways WAY+WAY]] [--halves] [--record FILE] [--json]
+    python -m tests.benchmarks.oblique [--ways WAY+WAY] [--record FILE] [--json]
 
---navigation: D of trees of 16 leaves, by what they test, and of four leaves by hand. --halves: whether trees of half
-or a quarter of 64 leaves succeed in deception as often, within .02. Both without an option. --record FILE keeps the
-rows in a file of JSON, measures none that it has, and prints them as the manual's tables.
+D of trees of 16 leaves, by what they test, and of four leaves by hand. --record FILE keeps the rows in a file of JSON,
+measures none that it has, and prints them as the manual's table. Physical deception: halves.py.
 """
 
 import argparse
@@ -31,8 +30,9 @@ from maviper.extraction.settings import Settings
 from maviper.worlds import World, find
 from tests.benchmarks.scores import Row, align, find_rows, keep_rows, read_rows
 from tests.benchmarks.settled import Settled
+from tests.benchmarks.sharing import extract_shared
 
-NAVIGATION, DECEPTION = "cooperative-navigation", "physical-deception"
+GAME = "cooperative-navigation"
 GROWN: dict[str, Any] = {
     "least_right": "0",
     "weights": "equal",
@@ -53,6 +53,7 @@ class Way(NamedTuple):
     features: str = ""  # beyond those that agents observe
     script: str = ""  # in place of the shipped expert
     settled: bool = False  # whether the expert is to think its mates on their landmarks
+    shared: bool = False  # whether the first tests share out the landmarks (sharing.py)
 
 
 TESTED = {
@@ -64,43 +65,40 @@ TESTED = {
     "sums of where agents come to rest, refined": Way(REFINED_SUMS, "coasting"),
     "sums, mates settled": Way({"splits": "sums", "measure": "D"}, settled=True),
     "sums, mates settled, refined": Way(REFINED_SUMS, settled=True),
+    "sums that share out landmarks": Way({"splits": "sums", "measure": "D"}, shared=True),
+    "sums that share out landmarks, refined": Way(REFINED_SUMS, shared=True),
     "sums of where a script with fixed roles comes to rest": Way(
         {"splits": "sums", "measure": "D"}, "coasting", "@fixed-roles"
     ),
 }
 BY_HAND = "two sums, by hand"
 BRAKE = 0.2  # seconds
-EPISODES, HALVED_EPISODES = 400, 1_000
+EPISODES = 400
 REACH, STRETCH = 0.8, 0.7  # of D
-HALVES = {**GROWN, "max_depth": 12, "iterations": 5, "rollouts": 40, "selection_episodes": 40}
-WHOLE, WITHIN = 64, 0.02  # leaves of trees that test single features; of their share of successes
-SINGLE, SUMS = "histogram", "sums"
-HALVED = ((SINGLE, WHOLE), (SINGLE, WHOLE // 2), (SINGLE, WHOLE // 4), (SUMS, WHOLE // 2), (SUMS, WHOLE // 4))
-SUCCESS = "success r=0.316"
 
 
-def measure(game: str, way: str, given: Way, episodes: int, expert: Expert, world: World) -> Row:
-    """A row of one extraction: what each team reaches in held-out episodes, and what taught it there. Seed 0."""
-    held_out.EVALUATION_EPISODES = episodes
+def measure(way: str, given: Way, expert: Expert, world: World) -> Row:
+    """A row of one extraction: D in held-out episodes, and what taught the trees reaches there. Seed 0."""
+    held_out.EVALUATION_EPISODES = EPISODES
     started = time.process_time()
-    taught = Settled(expert, world) if given.settled else expert
-    profile = extract(world, taught, Settings.of(given.settings, world))
-    reached, name = profile.provenance.evaluation, "D" if game == NAVIGATION else SUCCESS
+    taught, settings = Settled(expert, world) if given.settled else expert, Settings.of(given.settings, world)
+    profile = extract_shared(world, expert, settings) if given.shared else extract(world, taught, settings)
+    reached = profile.provenance.evaluation
     row: Row = {
-        "game": game,
+        "game": GAME,
         "way": way,
         "asked": given.settings["max_leaves"],
         "leaves": [len(ir.leaves(policy.tree)) for policy in profile.agents],
         "numbers": [size(policy) for policy in profile.agents],
-        "measure": name,
-        "values": {team: round(float(reached[f"{team} {name}"]), 3) for team in world.teams},
-        "taught_by": {team: round(float(reached[f"{team} expert {name}"]), 3) for team in world.teams},
-        "episodes": episodes,
+        "measure": "D",
+        "values": {team: round(float(reached[f"{team} D"]), 3) for team in world.teams},
+        "taught_by": {team: round(float(reached[f"{team} expert D"]), 3) for team in world.teams},
+        "episodes": EPISODES,
         "seed": 0,
         "expert_sha256": expert.hash,
     }
     told = f"{row['asked']} leaves: {row['values']}, taught by {row['taught_by']}"
-    print(f"{game}, {way}, {told}, {time.process_time() - started:.0f} CPU s", flush=True)
+    print(f"{GAME}, {way}, {told}, {time.process_time() - started:.0f} CPU s", flush=True)
     return row
 
 
@@ -123,68 +121,52 @@ def write_trees(world: World) -> list[GrownTree]:
 
 def measure_by_hand(record: Path | None) -> Row:
     """The row of trees by hand, as `measure` gives it."""
-    for row in find_rows(record, game=NAVIGATION, way=BY_HAND):
+    for row in find_rows(record, game=GAME, way=BY_HAND):
         return row
-    world = find(NAVIGATION)
+    world = find(GAME)
     policies = agent_policies(world, write_trees(world))
     episodes = range(MEASUREMENT_SEEDS, MEASUREMENT_SEEDS + EPISODES)
     players = [tree_policies(policies)] * len(policies)
     (value,) = (each.value for key, each in evaluate(world, players, episodes).items() if key.name == "D")
     row: Row = {
-        "game": NAVIGATION,
+        "game": GAME,
         "way": BY_HAND,
         "asked": 4,
         "leaves": [len(ir.leaves(each.tree)) for each in policies],
     }
     row |= {"numbers": [size(each) for each in policies], "measure": "D", "values": {"agents": round(float(value), 3)}}
     row |= {"taught_by": {}, "episodes": EPISODES, "seed": 0, "expert_sha256": ""}
-    print(f"{NAVIGATION}, {BY_HAND}: {row['values']}", flush=True)
+    print(f"{GAME}, {BY_HAND}: {row['values']}", flush=True)
     keep_rows(record, [row])
     return row
 
 
-def measure_once(record: Path | None, game: str, way: str, given: Way, episodes: int) -> Row:
+def measure_once(record: Path | None, way: str, given: Way) -> Row:
     """A row as the record has it, for the expert of this way, or measured and kept there."""
-    expert, world = find_expert(f"{game}{given.script}", "none" if given.script else "learned", features=given.features)
-    about = {"game": game, "way": way, "asked": given.settings["max_leaves"], "expert_sha256": expert.hash}
+    expert, world = find_expert(f"{GAME}{given.script}", "none" if given.script else "learned", features=given.features)
+    about = {"game": GAME, "way": way, "asked": given.settings["max_leaves"], "expert_sha256": expert.hash}
     for row in find_rows(record, **about):
         return row
-    row = measure(game, way, given, episodes, expert, world)
+    row = measure(way, given, expert, world)
     keep_rows(record, [row])
     return row
 
 
 def compare_tests(record: Path | None, ways: Sequence[str]) -> list[Row]:
-    """Figures of D of trees of 16 leaves in cooperative navigation, by what they test."""
+    """Figures of D of trees of 16 leaves, by what they test."""
     figures: list[Row] = []
     measure_by_hand(record)
     for name, way in ((name, TESTED[name]) for name in ways):
-        row = measure_once(record, NAVIGATION, name, way._replace(settings={**GROWN, **way.settings}), EPISODES)
+        row = measure_once(record, name, way._replace(settings={**GROWN, **way.settings}))
         (value,) = row["values"].values()
         told = f"navigation: D at 16 leaves, {name}"
         figures.append({"name": told, "value": value, "reach": REACH, "stretch": STRETCH, "better": "lower"})
     return figures
 
 
-def halve_leaves(record: Path | None) -> list[Row]:
-    """Figures of how often both teams of deception succeed with fewer leaves that test sums, above trees of 64."""
-    figures: list[Row] = []
-    whole: dict[str, float] = {}
-    for splits, leaves in HALVED:
-        way = Way({**HALVES, "splits": splits, "max_leaves": leaves})
-        row = measure_once(record, DECEPTION, "sums" if splits == SUMS else "single features", way, HALVED_EPISODES)
-        whole = whole or row["values"]
-        if splits == SINGLE:
-            continue
-        least = min(share - whole[team] for team, share in row["values"].items())
-        told = f"deception: success at {leaves} leaves with sums, above that at {WHOLE}"
-        figures.append({"name": told, "value": round(least, 3), "reach": -WITHIN, "stretch": 0.0, "better": "higher"})
-    return figures
-
-
-def table(record: Path, game: str) -> list[str]:
-    """The lines of a table of a record's rows of one game, as the manual has them."""
-    rows = [row for row in read_rows(record) if row["game"] == game]
+def table(record: Path) -> list[str]:
+    """The lines of a table of a record's rows, as the manual has them."""
+    rows = read_rows(record)
     ways = [*TESTED, BY_HAND]
     rows.sort(key=lambda row: (-row["asked"], ways.index(row["way"])))
     teams = list(rows[0]["values"])
@@ -198,17 +180,13 @@ def table(record: Path, game: str) -> list[str]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--navigation", action="store_true")
-    parser.add_argument("--halves", action="store_true")
-    parser.add_argument("--ways", help="of navigation, several with +", default="+".join(TESTED))
+    parser.add_argument("--ways", help="several with +", default="+".join(TESTED))
     parser.add_argument("--record", type=Path)
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
-    both = options.navigation == options.halves
-    figures = compare_tests(options.record, options.ways.split("+")) if options.navigation or both else []
-    figures += halve_leaves(options.record) if options.halves or both else []
-    for game in dict.fromkeys(row["game"] for row in read_rows(options.record)):
-        print("\n".join(table(options.record, game)))
+    figures = compare_tests(options.record, options.ways.split("+"))
+    if options.record:
+        print("\n".join(table(options.record)))
     if options.json:
         print(json.dumps({"figures": figures}))
 

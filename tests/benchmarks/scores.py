@@ -21,14 +21,26 @@ INTERVAL = (0.025, 0.975)
 Row = dict[str, Any]
 
 
-def scored(tree: Float64, expert: Float64, random: Float64) -> tuple[float, float, float]:
-    """The score (tree - random) / (expert - random) and the interval of a paired bootstrap. Each: [episodes]."""
+def draw_scores(tree: Float64, expert: Float64, random: Float64) -> Float64:
+    """The score (tree - random) / (expert - random) in each of DRAWS draws of episodes, the same draws for all trees.
+    Each: [episodes].
+    """
     rng = np.random.default_rng(0)
     drawn = rng.integers(len(tree), size=(DRAWS, len(tree)))
     ours, theirs, chance = (each[drawn].mean(axis=1) for each in (tree, expert, random))
-    low, high = np.quantile((ours - chance) / (theirs - chance), INTERVAL)
+    return (ours - chance) / (theirs - chance)
+
+
+def quantiles(drawn: Float64) -> tuple[float, float]:
+    """The interval of a bootstrap."""
+    low, high = np.quantile(drawn, INTERVAL)
+    return float(low), float(high)
+
+
+def scored(tree: Float64, expert: Float64, random: Float64) -> tuple[float, float, float]:
+    """The score of all episodes and the interval of a paired bootstrap. Each: [episodes]."""
     value = (tree.mean() - random.mean()) / (expert.mean() - random.mean())
-    return float(value), float(low), float(high)
+    return float(value), *quantiles(draw_scores(tree, expert, random))
 
 
 def read_rows(record: Path | None) -> list[Row]:
