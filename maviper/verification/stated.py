@@ -41,6 +41,7 @@ from verify.claims.uncertified.views import Viewed, select_features
 from verify.extent.starts import NOBODY
 from verify.progress import tell
 from verify.question import Question
+from verify.reach.play.anywhere import iterate_failing
 from verify.reach.play.observable import fails, observable
 from verify.reach.replay import Course, replay_course
 from verify.reach.results import SystemCounterexample
@@ -255,6 +256,8 @@ class StatedWorld:
             known = self._look_anywhere(question.claim)  # first, as games are quick to play
         elif self.variables is Variables.COORDINATES:
             attempt = partial(self._look_anywhere, question.claim)
+        elif self.statement.acting and question.claim.about_decisions:
+            attempt = partial(self._look_drawn, question.claim)
         result = self._together.verify_question(self.claims.index(question.claim), confirm, beside, attempt, known)
         if result.reason == ENCLOSED and (self.statement.acting or self.variables in NOT_FOUND):
             unfound = NOT_PLAYED if self.started is not None else NOT_FOUND.get(self.variables, ROUNDED)
@@ -301,6 +304,13 @@ class StatedWorld:
             if again is not None:
                 return again
         return None
+
+    def _look_drawn(self, claim: SystemClaim) -> SystemCounterexample | None:
+        """A counterexample of the real agents, wherever they break a claim about decisions."""
+        written = parse_written(claim, self.statement, self.profile)
+        drawn = () if written is None else iterate_failing(self.statement, self.profile, claim, written)
+        known = (SystemCounterexample((state,), (), (), (), 0) for state in drawn)
+        return next(filter(None, (self._truly(claim, each) for each in known)), None)
 
     @property
     def _game(self) -> playing.PlayedGame:

@@ -12,6 +12,7 @@ from codegen import ir
 from codegen.errors import InputError, RefusedError
 from codegen.policy_json import dumps
 from maviper.cli.main import run
+from maviper.files.profiles import load
 from maviper.verification.files.certificates import check_file
 from maviper.verification.files.counterexamples import replay
 from tests.support import summed
@@ -250,3 +251,18 @@ def test_an_agent_of_a_world_file_may_act_by_the_tree_of_another(tmp_path):
     both = summed.profile(plain.agents[0], replace(plain.agents[0], agent="other"))
     with pytest.raises(InputError, match="which the file lets act like agent_0"):
         maviper.verify_system(both, world)
+
+
+def test_a_state_that_only_rounding_makes_a_counterexample_hides_no_other(tmp_path):
+    """At x = 0 a rounding breaks the claim that the agent gives a quarter, which it gives there; elsewhere it does
+    not.
+    """
+    (tmp_path / "cart.py").write_text("def cart(x, v):\n    return 0.25 + x if v <= 1 else 1.0 * v\n")
+    given = ["import", "--agents", f"cart={tmp_path / 'cart.py'}", "--arrays", "float64", "--outputs", "push"]
+    assert run([*given, "-o", str(tmp_path / "cart.json")]) == 0
+    (tmp_path / "region.toml").write_text("default = [0, 0.5]\n")
+    claims = written(tmp_path, 'formula = "out(cart).push == 0.25"')
+    profile = load(tmp_path / "cart.json", sums=True)
+    (result,) = maviper.verify_file(profile, claims, str(tmp_path / "region.toml"))
+    assert result.verdict is Verdict.VIOLATED
+    assert 0.25 + float(result.evidence.counterexample.start["x"]) != 0.25

@@ -106,7 +106,7 @@ def _sample_decisions(
     profile: PolicyProfile, system: System, number: int, claim: SystemClaim, start: Planes
 ) -> Iterator[Found]:
     count = len(next(iter(start.values())))
-    actions = {policy.agent: act(policy, _observe(system, profile, policy.agent, start)) for policy in profile.agents}
+    actions = {policy.agent: act(policy, observe_planes(system, policy, start)) for policy in profile.agents}
     broken = ~Batch(start, count).holds(claim.formula, actions)
     for place in np.flatnonzero(broken)[:MAX_COURSES]:
         yield Found(number, Course({name: Fraction(float(values[place])) for name, values in start.items()}))
@@ -163,8 +163,7 @@ class Play:
         after = {name: np.zeros(count) for name in state}
         errors = {name: np.zeros(count) for name in state}
         actions = {
-            policy.agent: act(policy, _observe(self.system, self.profile, policy.agent, state))
-            for policy in self.profile.agents
+            policy.agent: act(policy, observe_planes(self.system, policy, state)) for policy in self.profile.agents
         }
         if self._cases is None:
             piece_of = self._boxes.holding(state, count)
@@ -234,10 +233,10 @@ def _shares(extreme: Float64, random: np.random.Generator) -> Float64:
     return np.where(extreme < 1 / 3, 0.0, np.where(extreme < 2 / 3, 1.0, random.random(len(extreme))))
 
 
-def _observe(system: System, profile: PolicyProfile, agent: str, state: Planes) -> Float64:
-    """Observations of an agent, [batch, n_features]."""
-    features = system.features[agent]
-    columns = [_measure_feature(features[feature.name], state) for feature in profile.policy(agent).features]
+def observe_planes(system: System, policy: AgentPolicy, state: Planes) -> Float64:
+    """Observations of an agent, [batch, n_features], not rounded."""
+    features = system.features[policy.agent]
+    columns = [_measure_feature(features[feature.name], state) for feature in policy.features]
     return (
         np.stack(np.broadcast_arrays(*columns), axis=1) if columns else np.zeros((len(next(iter(state.values()))), 0))
     )
