@@ -1,22 +1,18 @@
-"""The rules that a policy profile must keep.
+"""The rules on which it rests what a policy profile means and decides.
 
 Does: yields every broken rule with its path in the JSON form, so that one run shows all of them.
 Assumes: the dataclasses hold the right Python types (the JSON decoder or the extractor has seen to that).
-Does not: judge whether a policy is any good.
+Does not: judge texts, labels, evidence and the region that come with a policy (profiles/rules.py), or whether it is any
+  good.
 """
 
-import math
-import re
-import sys
-from collections.abc import Iterator, Sequence
-from fractions import Fraction
-from typing import Final, NamedTuple
-from unicodedata import category
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import Final, NamedTuple, TypeAlias
 
 import numpy as np
 
 from codegen import sum_rules
-from codegen.errors import STEERING, ProfileError, escape_text, suggestion
+from codegen.errors import ProfileError, escape_text, suggestion
 from codegen.floats import FLOAT32, NUMBERS
 from codegen.ir import (
     FUNCTIONS,
@@ -39,7 +35,6 @@ from codegen.ir import (
     depth,
 )
 from codegen.legality import illegal_leaves, mask_of
-from codegen.region import RegionSpec, round_up
 
 MAX_VIOLATIONS: Final = 20
 
@@ -51,11 +46,15 @@ class Violation(NamedTuple):
     message: str
 
 
-NUMBER = re.compile(r"-?\d{1,30}(\.\d{1,60})?|-?\d{1,99}/[1-9]\d{0,99}")  # as the verifier writes bounds
-UNSEEN = STEERING | {"Cs"}  # also halves of pairs
-MAX_LABEL = 2_000  # letters of one
 MAX_PARTS = 2  # of a variable's name, between dots
 LEAST_MARGIN = 1e-9  # of contacts: lengths divided by it stay far below the largest double
+
+
+Besides: TypeAlias = Callable[[PolicyProfile], Iterable[Violation]]  # of further rules
+
+
+def _none_besides(_: PolicyProfile) -> Iterable[Violation]:
+    return ()
 
 
 def violations(profile: PolicyProfile) -> Iterator[Violation]:
@@ -75,72 +74,6 @@ def violations(profile: PolicyProfile) -> Iterator[Violation]:
         if not NAME.fullmatch(policy.team):
             yield Violation(f"{path}.team", f"not a legal name: {policy.team!r}")
         yield from _agent(path, policy, profile.world)
-    if profile.region is not None:
-        yield from _region(profile.region, profile.world)
-    yield from _texts(profile)
-    for group, values in (("training", profile.provenance.training), ("evaluation", profile.provenance.evaluation)):
-        for key, value in values.items():
-            if isinstance(value, float) and not math.isfinite(value):
-                yield Violation(f"$.provenance.{group}.{key}", "must be finite")
-
-
-def _texts(profile: PolicyProfile) -> Iterator[Violation]:
-    """Texts that are no names are shown to people, so they hold nothing that steers a terminal or cannot be seen."""
-    world, origin = profile.world, profile.provenance
-    texts = [("world.reference", world.reference)]
-    texts += [("world.options", f"{key}={value}") for key, value in world.options.items()]
-    texts += [(f"world.variables[{index}].unit", each.unit) for index, each in enumerate(world.variables)]
-    for index, policy in enumerate(profile.agents):
-        texts += [(f"agents[{index}].features[{k}].unit", each.unit) for k, each in enumerate(policy.features)]
-        texts += [(f"agents[{index}].outputs[{k}].unit", each.unit) for k, each in enumerate(policy.outputs)]
-    texts += [(f"provenance.{name}", getattr(origin, name)) for name in ("algorithm", "preset", "expert", "tool")]
-    for group, values in (("training", origin.training), ("evaluation", origin.evaluation)):
-        texts += [(f"provenance.{group}", f"{key}={value}") for key, value in values.items()]
-    for path, text in texts:
-        if not text.isprintable() and any(category(letter) in UNSEEN for letter in text):
-            yield Violation(f"$.{path}", f"contains an invisible character: {escape_text(text[:40])}")
-
-
-def _region(region: RegionSpec, world: WorldSpec) -> Iterator[Violation]:
-    names = world.coordinates()
-    entities = [entity.name for entity in world.agents + world.landmarks]
-    readable = True
-    if bool(region.goals) != bool(world.goals):
-        yield Violation("$.region.goals", "must list the possible goals if the world has goals, and nothing otherwise")
-    for goal in region.goals:
-        if goal not in world.goals:
-            yield Violation("$.region.goals", f"no goal '{goal}' in the world; {suggestion(goal, world.goals)}")
-    for kind, pairs, known in (
-        ("box", [(name, [name], bounds) for name, bounds in region.box.items()], names),
-        ("difference", [(name, name.split(" - "), bounds) for name, bounds in region.difference.items()], names),
-        ("apart", [(name, name.split(" - "), (least, least)) for name, least in region.apart.items()], entities),
-    ):
-        for name, parts, bounds in pairs:
-            fault = _bounds_fault(kind, name, parts, bounds, known)
-            if fault is not None:
-                readable = False
-                yield fault
-    for name, (low, high) in region.box.items() if readable else ():
-        if round_up(Fraction(low)) > -round_up(-Fraction(high)):
-            yield Violation(f"$.region.box.{name}", "no double lies within the bounds")
-
-
-def _bounds_fault(
-    kind: str, name: str, parts: Sequence[str], bounds: Sequence[str], known: Sequence[str]
-) -> Violation | None:
-    """What is wrong with an entry of a region."""
-    if len(parts) != (1 if kind == "box" else 2) or any(part not in known for part in parts):
-        return Violation(f"$.region.{kind}", f"cannot read {name!r}")
-    here = f"$.region.{kind}.{name}"
-    if not all(NUMBER.fullmatch(text) for text in bounds):
-        return Violation(here, f"not numbers: {bounds}")
-    if len(set(parts)) < len(parts):
-        return Violation(here, "compares a name with itself")
-    if kind == "apart" and Fraction(bounds[0]) <= 0:
-        return Violation(here, "a distance must be above 0")
-    if Fraction(bounds[0]) > Fraction(bounds[1]):
-        return Violation(here, f"the lower bound {bounds[0]} is above {bounds[1]}")
-    return None
 
 
 def _names(path: str, kind: str, names: Sequence[str], taken: Sequence[str] = ()) -> Iterator[Violation]:
@@ -234,12 +167,6 @@ def _agent(path: str, policy: AgentPolicy, world: WorldSpec) -> Iterator[Violati
     if not policy.actions and not policy.outputs:
         yield Violation(f"{path}.actions", "an agent needs at least one action")
     yield from _names(f"{path}.outputs", "output", [output.name for output in policy.outputs])
-    if policy.seen and len(policy.seen) != len(policy.features):
-        yield Violation(f"{path}.features", "all of them have been seen, or none has")
-    for index, ends in enumerate(policy.seen):
-        if not all(abs(end) <= sys.float_info.max for end in ends) or list(ends) != sorted(ends):
-            yield Violation(f"{path}.features[{index}].seen", "are finite numbers in ascending order")
-    yield from _labels(f"{path}.actions", [action.label for action in policy.actions])
     known = world.coordinates()
     for index, feature in enumerate(policy.features):
         yield from _feature(f"{path}.features[{index}]", feature, known)
@@ -281,9 +208,6 @@ def _trees(path: str, policy: AgentPolicy) -> Iterator[Violation]:
     yield from broken
     for where, what in sum_rules.find_faults(policy) if not broken else ():
         yield Violation(f"{path}.{where}", what)
-    visits = policy.tree.visits
-    if len(visits) and (len(visits) != len(policy.tree.feature) or (visits < 0).any()):
-        yield Violation(f"{path}.tree", "visits are one number for each node, from 0")
     if not broken and int(depth(policy.tree).max()) > MAX_DEPTH:
         yield Violation(f"{path}.tree", f"deeper than {MAX_DEPTH} splits")
     if numbers not in NUMBERS:
@@ -296,19 +220,6 @@ def _trees(path: str, policy: AgentPolicy) -> Iterator[Violation]:
         yield Violation(f"{path}.grown", f"must be null: a tree that compares {numbers} is not rounded")
     elif policy.grown is not None:
         yield from _tree(f"{path}.grown", policy.grown, *counts, preorder=False)
-
-
-def _labels(path: str, labels: Sequence[int | float | str | None]) -> Iterator[Violation]:
-    """Actions have labels of one kind, numbers or texts, or none has."""
-    if not labels or all(each is None for each in labels):
-        return
-    texts = [each for each in labels if isinstance(each, str)]
-    if len(texts) not in (0, len(labels)) or None in labels or len({*labels}) < len(labels):
-        yield Violation(path, "labels are as many numbers or texts as there are actions, all different, or none")
-    for each in labels:
-        odd = isinstance(each, str) and (len(each) > MAX_LABEL or any(category(letter) in UNSEEN for letter in each))
-        if odd or (isinstance(each, int | float) and not (math.isfinite(each) and abs(each) <= sys.float_info.max)):
-            yield Violation(path, f"not a label: {escape_text(each)[:40]}")
 
 
 def _tree(path: str, tree: Tree | GrownTree, n_features: int, n_actions: int, preorder: bool) -> Iterator[Violation]:
@@ -369,14 +280,11 @@ def _shape(path: str, tree: Tree | GrownTree, preorder: bool) -> Iterator[Violat
         yield Violation(f"{path}[{node}]", "cannot be reached from the root")
 
 
-def check(profile: PolicyProfile) -> tuple[Violation, ...]:
-    """Every broken invariant of a profile, each with its path; empty when the profile is sound."""
-    return tuple(violations(profile))
-
-
-def ensure(profile: PolicyProfile, where: str = "profile") -> PolicyProfile:
-    """The profile itself when it is sound; otherwise ProfileError with all broken invariants."""
-    broken = check(profile)
+def ensure(profile: PolicyProfile, where: str = "profile", besides: Besides = _none_besides) -> PolicyProfile:
+    """The profile itself when it keeps these rules, and those that `besides` yields the breaches of; otherwise
+    ProfileError with all that is broken.
+    """
+    broken = (*violations(profile), *besides(profile))
     if broken:
         lines = [f"{where}: {escape_text(item.path)}: {escape_text(item.message)}" for item in broken[:MAX_VIOLATIONS]]
         more = [f"... and {len(broken) - MAX_VIOLATIONS} more"] if len(broken) > MAX_VIOLATIONS else []

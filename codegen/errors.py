@@ -103,14 +103,7 @@ STEERING = frozenset(("Cc", "Cf", "Zl", "Zp"))  # categories of control and form
 
 def escape_text(text: object) -> str:
     """A text that nobody vouches for, such as a name from a file: printable ASCII as it is, all else escaped."""
-    return "".join(letter if " " <= letter <= "~" else _escape_letter(letter) for letter in str(text))
-
-
-def visible(text: str) -> str:
-    """A line in any language: what cannot be seen, or would steer a terminal, is escaped, but for tabs."""
-    if text.isprintable():
-        return text
-    return "".join(each if each.isprintable() or each == "\t" else _escape_letter(each) for each in text)
+    return "".join(letter if " " <= letter <= "~" else escape_letter(letter) for letter in str(text))
 
 
 def steers(text: str) -> bool:
@@ -118,7 +111,8 @@ def steers(text: str) -> bool:
     return not text.isprintable() and not STEERING.isdisjoint(map(category, text))
 
 
-def _escape_letter(letter: str) -> str:
+def escape_letter(letter: str) -> str:
+    """A letter by its number."""
     return letter.encode("unicode_escape").decode()
 
 

@@ -1,8 +1,8 @@
 """The JSON form of a policy profile, with its content hash.
 
 Does: encodes a profile to text that people and other programs can read; decodes and checks it, naming the fault's path.
-Assumes: UTF-8 text in the shape of form/schema.py.
-Does not: touch files.
+Assumes: objects in the shape of form/schema.py.
+Does not: read a text (profiles/loading.py), or touch files.
 
 A split of an agent that compares float32 states its threshold twice: `threshold` is the double that decides for doubles
 and float32 alike, `float32` is the float32 itself, exactly, in hexadecimal. They must agree. Of an agent that compares
@@ -19,12 +19,11 @@ from typing import Any, cast
 import msgspec
 import numpy as np
 
-from codegen.check import ensure
+from codegen.check import Besides, ensure
 from codegen.errors import ProfileError, escape_text
 from codegen.floats import FLOAT32, FLOAT64
-from codegen.form.fault import place
+from codegen.form.fault import ADVICE, make_fault
 from codegen.form.layout import layout
-from codegen.form.nodes import ADVICE as _ADVICE
 from codegen.form.nodes import nodes_of, tree_of
 from codegen.form.schema import SCHEMA_VERSION, SUMS_VERSION, AgentJson, GrownJson, ProfileJson
 from codegen.ir import (
@@ -42,9 +41,6 @@ from codegen.ir import (
     WorldSpec,
 )
 from codegen.region import RegionSpec
-
-MAX_BYTES = 256 * 2**20  # a profile beyond this is not one of ours
-
 
 SEMANTICS = (
     "float32 observations; left iff x[feature] <= threshold; NaN goes right; a node's id is its place in the list; "
@@ -69,62 +65,9 @@ def dumps(profile: PolicyProfile) -> str:
     return layout(document | {"content_hash": _hash(document)}) + "\n"
 
 
-def loads(text: str | bytes, where: str = "profile") -> PolicyProfile:
-    """The profile in a JSON text. ProfileError with the path of the fault when it is damaged or breaks a rule."""
-    if len(text) > MAX_BYTES:
-        raise ProfileError(
-            "the file is too large for a policy profile", where, f"profiles have at most {MAX_BYTES} bytes"
-        )
-    try:
-        raw = msgspec.json.decode(text, type=ProfileJson)
-    except msgspec.ValidationError as error:
-        message, _, path = str(error).partition(" - at `")
-        raise ProfileError(
-            "not a valid policy profile",
-            f"{where}: {escape_text(path.rstrip('`') or '$')}: {escape_text(message)}",
-            _ADVICE,
-        ) from None
-    except (msgspec.DecodeError, RecursionError, UnicodeDecodeError) as error:
-        raise ProfileError("not readable as JSON", f"{where}: {_locate_break(text, error)}", _RESTORE) from None
-    summing = any(agent.arithmetic for agent in raw.agents)
-    if raw.schema_version != (SUMS_VERSION if summing else SCHEMA_VERSION):
-        reads = f"{SCHEMA_VERSION}, and {SUMS_VERSION} where an agent has sums or outputs"
-        detail = f"{where}: $.schema_version: {raw.schema_version}; this version of maviper reads {reads}"
-        raise ProfileError(
-            "a policy profile with another schema version", detail, "extract it again or install a matching version"
-        )
-    if raw.semantics != _semantics((agent.numbers for agent in raw.agents), summing):
-        raise ProfileError(
-            "a policy profile with other semantics",
-            f"{where}: $.semantics: '{escape_text(raw.semantics[:80])}'",
-            _ADVICE,
-        )
-    profile = ensure(_profile(raw, where), where)
-    expected = content_hash(profile)
-    if raw.content_hash is not None and raw.content_hash != expected:
-        raise ProfileError(
-            "the profile was edited after it was written",
-            f"{where}: $.content_hash: states {escape_text(raw.content_hash[:16])}..., "
-            f"but the content hashes to {expected[:16]}...",
-            "restore the file; if the edit was on purpose, delete the content_hash line",
-        )
-    return profile
-
-
 def _semantics(numbers: Iterable[str], summing: bool) -> str:
     """What a profile says of its meaning; `numbers`: what its agents compare; `summing`: whether any has sums."""
     return (WITH_FLOAT64 if FLOAT64 in numbers else SEMANTICS) + (WITH_SUMS if summing else "")
-
-
-_RESTORE = "the file is truncated or not a profile; restore it or extract it again"
-
-
-def _locate_break(text: str | bytes, error: Exception) -> str:
-    """The path at which a JSON text breaks, and the decoder's words."""
-    data = text.encode() if isinstance(text, str) else text
-    offset = re.search(r"\(byte (\d+)\)", str(error))
-    readable = data[: int(offset[1])] if offset else data
-    return escape_text(f"{place(readable.decode(errors='replace'))}: {error}")
 
 
 def _hash(document: dict[str, Any]) -> str:
@@ -245,6 +188,21 @@ def _summing(policy: AgentPolicy) -> dict[str, Any]:
 # --- decoding
 
 
+def decode(raw: ProfileJson, where: str, besides: Besides) -> PolicyProfile:
+    """The profile that a file states. ProfileError with the path of what breaks a rule, one of `besides` included."""
+    summing = any(agent.arithmetic for agent in raw.agents)
+    if raw.schema_version != (SUMS_VERSION if summing else SCHEMA_VERSION):
+        reads = f"{SCHEMA_VERSION}, and {SUMS_VERSION} where an agent has sums or outputs"
+        detail = f"{where}: $.schema_version: {raw.schema_version}; this version of maviper reads {reads}"
+        raise ProfileError(
+            "a policy profile with another schema version", detail, "extract it again or install a matching version"
+        )
+    if raw.semantics != _semantics((agent.numbers for agent in raw.agents), summing):
+        detail = f"{where}: $.semantics: '{escape_text(raw.semantics[:80])}'"
+        raise ProfileError("a policy profile with other semantics", detail, ADVICE)
+    return ensure(_profile(raw, where), where, besides)
+
+
 def _profile(raw: ProfileJson, where: str) -> PolicyProfile:
     world = raw.world
     spec = WorldSpec(
@@ -280,7 +238,7 @@ def _policy(raw: AgentJson, path: str) -> AgentPolicy:
     if raw.grown is not None:
         columns: list[list[Any]] = list(msgspec.structs.astuple(raw.grown))
         if any(isinstance(number, int) and abs(number) >= 2**31 for column in columns for number in column):
-            raise ProfileError("not a valid policy profile", f"{path}.grown: a number is out of range", _ADVICE)
+            raise make_fault(f"{path}.grown: a number is out of range")
         grown = GrownTree(*(np.array(column) for column in columns))
     seen = tuple(item.seen for item in raw.features if item.seen is not None)
     outputs = tuple(OutputSpec(item.name, item.unit, item.low, item.high) for item in raw.outputs)
@@ -303,14 +261,11 @@ def _meaning(text: str | None, path: str) -> Meaning | None:
     while place < len(body):
         match = _TERM.match(body, place)
         if match is None or (terms and not match[1]):
-            raise ProfileError(
-                "not a valid policy profile",
-                f"{path}: cannot read '{escape_text(text[:80])}'",
-                f"write `a.x - b.x`, {', '.join(f'`{name}(...)`' for name in FUNCTIONS)} or `0`",
-            )
+            known = ", ".join(f"`{name}(...)`" for name in FUNCTIONS)
+            raise make_fault(f"{path}: cannot read '{escape_text(text[:80])}'", f"write `a.x - b.x`, {known} or `0`")
         size = float(match[2]) if match[2] else 1
         terms.append((-size if match[1] == "-" else size, match[3]))
         place = match.end()
     if not terms:
-        raise ProfileError("not a valid policy profile", f"{path}: empty", "write `a.x - b.x`, or null")
+        raise make_fault(f"{path}: empty", "write `a.x - b.x`, or null")
     return Meaning(tuple(terms), function)

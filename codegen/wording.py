@@ -1,6 +1,7 @@
 """Numbers as people read them: `<= 0.1`, `< 0` where a threshold is the last number below 0, `1 leaf`, `2,000 leaves`.
 
-Does: words a test, either of its sides, or both ends of a range, with some digits; a count with its noun.
+Does: words a test, either of its sides, or both ends of a range, with some digits; a count with its noun; what cannot
+  be seen in a line.
 Assumes: a reader; code and profiles hold thresholds exactly.
 Does not: write what a program reads.
 
@@ -12,6 +13,8 @@ below, which in a few digits would read as `<= 19.5`.
 import math
 import struct
 from collections.abc import Sequence
+
+from codegen.errors import escape_letter
 
 PLURALS = {"box": "boxes", "branch": "branches", "leaf": "leaves"}  # of nouns that take no s
 TINY = 2.0**-126  # the least float32 that is not subnormal
@@ -104,3 +107,10 @@ def _describe_term(weight: float, name: str | None, digits: int) -> tuple[str, s
     if name is None:
         return sign, size
     return sign, name if abs(weight) == 1 else f"{size} {name}"
+
+
+def visible(text: str) -> str:
+    """A line in any language: what cannot be seen, or would steer a terminal, is escaped, but for tabs."""
+    if text.isprintable():
+        return text
+    return "".join(each if each.isprintable() or each == "\t" else escape_letter(each) for each in text)

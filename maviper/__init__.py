@@ -252,7 +252,7 @@ def repair(
     `claims.OwnTarget(landmarks=["landmark_1", "landmark_0"])`; `region`: `start`, or a region file.
     `Repaired.cost` has the measures before and after. InputError for what cannot be asked.
     """
-    from codegen.check import ensure
+    from codegen.profiles.rules import ensure
     from maviper.verification.repair import repair_profile, request
 
     return repair_profile(ensure(profile), claim, str(region), request(claim, asked))
@@ -313,7 +313,7 @@ def verify_system(
     """
     from pathlib import Path
 
-    from codegen.check import ensure
+    from codegen.profiles.rules import ensure
     from maviper.verification.ask import VerifyOptions
     from maviper.verification.run import verify_world
 

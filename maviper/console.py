@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from codegen.errors import visible
+from codegen.wording import visible
 
 if TYPE_CHECKING:
     from rich.console import Console as RichConsole

@@ -21,6 +21,7 @@ from codegen.agreement.build import Build
 from codegen.errors import DisagreementError, MaviperError
 from codegen.lowering.deploy import deploy_tree
 from codegen.lowering.lower import lower
+from codegen.profiles import loading
 from codegen.targets import TARGETS, emit
 from maviper.compilation import compile, proofs
 from tests.support import contact_readings, episode_cases
@@ -296,7 +297,7 @@ def json_fault(name: str, guard: str, change: Callable[[dict], None]) -> Fault:
         document = json.loads(policy_json.dumps(profile))
         change(document)
         try:
-            policy_json.loads(json.dumps(document))
+            loading.loads(json.dumps(document))
         except MaviperError:
             return True
         return False

@@ -5,6 +5,7 @@ import pytest
 
 from codegen import policy_json
 from codegen.agreement import selfcheck
+from codegen.profiles import loading
 from codegen.targets import emit
 from tests import faults
 from tests.conftest import extracted_quickly
@@ -28,7 +29,7 @@ def test_without_a_fault_no_guard_speaks(profile):
     for policy in profile.agents:
         nothing = np.zeros((0, len(policy.features)), dtype=np.float32)
         assert selfcheck.check_grown(policy, nothing).differences == 0
-    policy_json.loads(policy_json.dumps(profile))
+    loading.loads(policy_json.dumps(profile))
     assert not faults.encoder_wrong(profile)
     assert not faults.verdicts_wrong(profile)
     assert not faults.steady_wrong(profile)

@@ -5,9 +5,10 @@ import json
 import pytest
 
 import maviper
-from codegen.check import UNSEEN, check
-from codegen.errors import InputError, UnknownNameError, escape_text, visible
+from codegen.errors import InputError, UnknownNameError, escape_text
 from codegen.policy_json import dumps
+from codegen.profiles.rules import UNSEEN, check
+from codegen.wording import visible
 from maviper.cli import exits, main
 from maviper.console import Console, say
 from tests.support.episode_cases import arriving

@@ -12,13 +12,12 @@ import numpy as np
 
 from codegen.errors import ProfileError, escape_text, suggestion
 from codegen.floats import FLOAT32, FLOAT64, deciding_double, short_hex
+from codegen.form.fault import make_fault
 from codegen.form.schema import AgentJson, NodeJson, SplitJson, SumJson
 from codegen.ir import CONSTANT, NO_ACTION, NO_CHILD, NO_FEATURE, AgentPolicy, Int64, Sum, Tree
 from codegen.sums import FLOAT32_STEPS
 
 MAX_VISITS = 2**53  # which every reader of JSON takes in exactly
-ADVICE = "extract it again, or undo the edit"
-INVALID = "not a valid policy profile"
 
 
 # --- encoding
@@ -115,20 +114,20 @@ def _row(node: NodeJson, seen: _Reading, path: str) -> tuple[int, float, int, in
     if given not in ({*wanted}, {"sum", "threshold", "left", "right"}):
         present = ", ".join(sorted(given)) or "nothing"
         fault = f"{path}: a node has {', '.join(wanted[:-1])} and {wanted[-1]}, or only action; found {present}"
-        raise ProfileError(INVALID, fault, ADVICE)
+        raise make_fault(fault)
     threshold = cast(float, node.threshold)
     if node.sum is not None:
         feature = seen.n_features + seen.sums.place(_sum(node.sum, seen, f"{path}.sum"))
         with np.errstate(over="ignore"):
             if seen.arithmetic == FLOAT32_STEPS and float(np.float32(threshold)) != threshold:
-                raise ProfileError(INVALID, f"{path}.threshold: {threshold!r} is no float32", ADVICE)
+                raise make_fault(f"{path}.threshold: {threshold!r} is no float32")
     else:
         feature = _place(seen.features, cast(str, node.feature), "feature", f"{path}.feature")
         if seen.numbers == FLOAT32:
             threshold = _single(threshold, cast(str, node.float32), path)
     children = (cast(int, node.left), cast(int, node.right))
     if any(abs(child) >= 2**31 for child in children):
-        raise ProfileError(INVALID, f"{path}: a child's number is out of range", ADVICE)
+        raise make_fault(f"{path}: a child's number is out of range")
     return feature, threshold, *children, NO_ACTION
 
 
@@ -160,9 +159,9 @@ def _visits(nodes: Sequence[NodeJson], path: str) -> Int64:
     splits = [place for place, node in enumerate(nodes) if node.visits is not None and not _is_leaf(node)]
     if splits or len(known) != leaves:
         fault = f"[{splits[0]}]: a split has visits" if splits else f": {len(known)} of {leaves} leaves have visits"
-        raise ProfileError(INVALID, f"{path}.tree{fault}", ADVICE)
+        raise make_fault(f"{path}.tree{fault}")
     if not all(0 <= count <= MAX_VISITS for count in known):
-        raise ProfileError(INVALID, f"{path}.tree: visits are from 0 to {MAX_VISITS}", ADVICE)
+        raise make_fault(f"{path}.tree: visits are from 0 to {MAX_VISITS}")
     return np.array([node.visits or 0 for node in nodes], np.int64)
 
 
@@ -171,15 +170,13 @@ def _single(double: float, text: str, path: str) -> float:
     try:
         exact = float.fromhex(text)
     except (ValueError, OverflowError):
-        raise ProfileError(
-            INVALID, f"{path}.float32: not a hexadecimal float: '{escape_text(text[:40])}'", ADVICE
-        ) from None
+        raise make_fault(f"{path}.float32: not a hexadecimal float: '{escape_text(text[:40])}'") from None
     with np.errstate(over="ignore"):
         single = np.float32(exact)
     if not np.isfinite(single) or float(single) != exact:
-        raise ProfileError(INVALID, f"{path}.float32: {escape_text(text)} is not a finite float32", ADVICE)
+        raise make_fault(f"{path}.float32: {escape_text(text)} is not a finite float32")
     if deciding_double(single) != double:
         right = deciding_double(single)
         fault = f"{path}.threshold: {double!r} does not belong to float32 {escape_text(text)}; {right!r} does"
-        raise ProfileError(INVALID, fault, ADVICE)
+        raise make_fault(fault)
     return exact

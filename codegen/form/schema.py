@@ -5,7 +5,7 @@ Assumes: the meaning of each field is that of its namesake in ir.py.
 Does not: check invariants that need more than one field (check.py).
 """
 
-from typing import Any, Literal
+from typing import Literal
 
 import msgspec
 
@@ -166,8 +166,3 @@ class ProfileJson(_Strict):
     provenance: ProvenanceJson
     region: RegionJson | None = None
     content_hash: str | None = None
-
-
-def schema() -> dict[str, Any]:
-    """The JSON schema (draft 2020-12) of a profile."""
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **msgspec.json.schema(ProfileJson)}

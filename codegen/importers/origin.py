@@ -18,7 +18,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from codegen import ir
-from codegen.check import ensure
 from codegen.dynamics import motionless
 from codegen.errors import InputError
 from codegen.floats import FLOAT32, FLOAT64
@@ -34,6 +33,7 @@ from codegen.importers.summed import ensure_alike, place_sum
 from codegen.ir import MAX_LENGTH, Bool, Floats
 from codegen.lowering.deploy import Given, deploy_tree, with_given
 from codegen.lowering.render import comment
+from codegen.profiles.rules import ensure
 
 MAX_NOTES = 8
 TEAM = "team"

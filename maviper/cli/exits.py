@@ -16,7 +16,8 @@ import traceback
 from collections.abc import Callable
 from typing import Any
 
-from codegen.errors import ExitCode, MaviperError, visible
+from codegen.errors import ExitCode, MaviperError
+from codegen.wording import visible
 from maviper.files import resuming
 
 _interrupts: list[int] = []

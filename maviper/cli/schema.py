@@ -14,8 +14,8 @@ from maviper.cli.group import Verb
 @click.command(cls=Verb, example="maviper schema > profile.schema.json")
 def schema() -> int:
     """Print the JSON schema of policy profiles."""
-    from codegen.form.schema import schema as profile_schema
     from codegen.policy_json import layout
+    from codegen.profiles.loading import schema as profile_schema
 
     click.echo(layout(profile_schema()))
     return ExitCode.DONE

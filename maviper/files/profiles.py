@@ -7,8 +7,8 @@ Does not: write profiles.
 
 from pathlib import Path
 
-from codegen import policy_json
 from codegen.ir import PolicyProfile
+from codegen.profiles import loading
 from codegen.sum_rules import ensure_plain
 from maviper.files import kinds, runs
 
@@ -26,9 +26,9 @@ def load(path: str | Path, *, sums: bool = False) -> PolicyProfile:
     an InputError that says which other document of ours the file is. `sums`: whether the caller takes agents that test
     sums or give numbers; else InputError for them.
     """
-    data = runs.read(Path(path), policy_json.MAX_BYTES)
+    data = runs.read(Path(path), loading.MAX_BYTES)
     kinds.ensure(data, str(path), kinds.PROFILE.called, kinds.PROFILE)
-    profile = policy_json.loads(data, Path(path).name)
+    profile = loading.loads(data, Path(path).name)
     return profile if sums else ensure_plain(profile, READER)
 
 

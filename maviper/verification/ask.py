@@ -30,6 +30,7 @@ from verify.claims.catalogue import (
     find_claim,
     names_reading,
     readable,
+    select_stated,
 )
 from verify.claims.claim import Parameter
 from verify.claims.files import Reading, Stated, read_properties
@@ -368,7 +369,7 @@ def command(profile: str, question: Question[Claim]) -> str:
     claim, zones = question.claim, question.budgets.max_zones
     words = ["maviper", "verify", profile, "--property", claim.name, "--team", claim.team]
     words += ["--region", question.region.name]
-    for key, value in claim.stated.items():
+    for key, value in select_stated(claim).items():
         words += [option_of(key), format_parameter(value)]
     if "max_zones" in claim.limits and zones != Budgets().max_zones:
         words += [option_of(ZONES), str(zones)]

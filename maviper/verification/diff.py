@@ -12,11 +12,11 @@ from functools import cached_property
 from typing import Any, Unpack, cast
 
 from codegen import ir
-from codegen.check import ensure
 from codegen.errors import InputError
 from codegen.intervals import Share
 from codegen.lowering.render import render
 from codegen.policy_json import dumps
+from codegen.profiles.rules import ensure
 from maviper.episodes.on_policy import ON_POLICY_EPISODES, on_policy
 from maviper.evaluation.comparison import differing
 from maviper.files import runs

@@ -14,11 +14,12 @@ from pathlib import Path
 from typing import Any
 
 from codegen import ir, policy_json
-from codegen.check import ensure
-from codegen.errors import InputError, visible
+from codegen.errors import InputError
 from codegen.form.layout import layout
 from codegen.policy_json import content_hash
+from codegen.profiles.rules import ensure
 from codegen.sum_rules import VERIFIER, ensure_plain
+from codegen.wording import visible
 from maviper.claims import Claim, complete_parameters, name_of, parameters_of
 from maviper.compilation import compile
 from maviper.evaluation.comparison import Cost, measure_cost, sizes_document

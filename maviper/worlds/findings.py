@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
-from codegen.errors import visible
+from codegen.wording import visible
 
 
 class Mark(StrEnum):

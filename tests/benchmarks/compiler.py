@@ -25,8 +25,8 @@ import peers
 
 from codegen import ir
 from codegen.agreement import readback
-from codegen.check import ensure
 from codegen.importers import scikit
+from codegen.profiles.rules import ensure
 from codegen.targets import emit
 
 FEATURES, ACTIONS, AGENTS = 18, 5, 4

@@ -19,9 +19,9 @@ from pathlib import Path
 import numpy as np
 
 from codegen import ir
-from codegen.check import ensure
 from codegen.importers.boosted import from_lightgbm
 from codegen.importers.origin import Names, profile_of
+from codegen.profiles.rules import ensure
 from codegen.sums import DOUBLE_SUMS, FLOAT32_STEPS, Sum
 from codegen.targets import emit
 

@@ -37,10 +37,10 @@ import numpy as np
 from sklearn.tree import DecisionTreeClassifier
 
 from codegen import ir
-from codegen.check import ensure
 from codegen.floats import FLOAT32
 from codegen.observe import observe
 from codegen.policy_json import dumps
+from codegen.profiles.rules import ensure
 from maviper.worlds import find
 from tests.benchmarks import direct
 from tests.support.zone_cases import stated

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 
 from codegen import ir
-from codegen.check import check, ensure
 from codegen.errors import ProfileError
+from codegen.profiles.rules import check, ensure
 from codegen.region import RegionSpec
 from maviper.verification.files.states import blank
 from maviper.worlds import WORLDS, find

@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 
 from codegen import ir
-from codegen.check import check, ensure
 from codegen.dynamics import motionless
 from codegen.floats import FLOAT32
 from codegen.ir import FeatureSpec, Meaning, VariableSpec
 from codegen.observe import observe
-from codegen.policy_json import dumps, loads
+from codegen.policy_json import dumps
+from codegen.profiles.loading import loads
+from codegen.profiles.rules import check, ensure
 from tests.support.small import small_profile
 from tests.support.teams import tree
 

@@ -13,7 +13,7 @@ import pytest
 from codegen.agreement.compiled import STRICT, find_compiler
 from codegen.errors import ExitCode, InputError, UnknownNameError
 from codegen.form.schema import SCHEMA_VERSION
-from codegen.policy_json import loads
+from codegen.profiles.loading import loads
 from codegen.targets import TARGETS, emit
 from maviper import manual
 from maviper.cli import main

@@ -14,6 +14,7 @@ from pathlib import Path
 
 from codegen import policy_json
 from codegen.ir import PolicyProfile
+from codegen.profiles import loading
 
 ROOT = Path(__file__).parents[2]
 PLACE = ROOT / ".pytest_cache" / "profiles"
@@ -44,4 +45,4 @@ def keep_profile(of: str, make: Callable[[], PolicyProfile]) -> PolicyProfile:
         part = place.with_suffix(f".{os.getpid()}")
         part.write_text(text, encoding="utf-8")
         part.replace(place)  # another worker may have made the same one
-    return policy_json.loads(place.read_bytes())
+    return loading.loads(place.read_bytes())

@@ -6,8 +6,8 @@ from itertools import pairwise, product
 import numpy as np
 
 from codegen import ir
-from codegen.check import ensure
 from codegen.dynamics import motionless
+from codegen.profiles.rules import ensure
 from tests.support.zone_cases import random_tree
 
 ACTIONS = ("left", "stay", "right")

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from codegen import policy_json
+from codegen.profiles import loading
 
 GENERATED = Path(__file__).parents[2] / "generated"
 STATE = """
@@ -15,7 +15,7 @@ STATE = """
 
 
 def committed(name):
-    return policy_json.loads((GENERATED / name / "profile.json").read_text(encoding="utf-8"))
+    return loading.loads((GENERATED / name / "profile.json").read_text(encoding="utf-8"))
 
 
 def starts(world, count):

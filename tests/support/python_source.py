@@ -6,6 +6,7 @@ from codegen import ir, policy_json
 from codegen.importers.origin import Names, Said, profile_of
 from codegen.importers.python.source import from_python
 from codegen.numbers.rounding import neighbour
+from codegen.profiles import loading
 from tests.codegen.importers.origins import label_of
 
 SAID = Said()
@@ -43,7 +44,7 @@ def same(text, numbers=NUMBERS, label=str, spread=False, said=SAID, **given):
         said = [function(*row) if spread else function(row) for row in rows.astype(np.float64).tolist()]
         found = [label(label_of(policy, origin, action)) for action in ir.act(policy, rows).tolist()]
         assert found == [label(each) for each in said]
-    assert policy_json.dumps(policy_json.loads(policy_json.dumps(profile))) == policy_json.dumps(profile)
+    assert policy_json.dumps(loading.loads(policy_json.dumps(profile))) == policy_json.dumps(profile)
     return profile
 
 

@@ -1,8 +1,8 @@
 """What several tests use of `test_golden`."""
 
 from codegen import ir
-from codegen.check import ensure
 from codegen.lowering.deploy import deploy_tree
+from codegen.profiles.rules import ensure
 from tests.support.strategies import WORLD
 from tests.support.teams import LEFT, RIGHT, STAY, UP, towards, tree
 

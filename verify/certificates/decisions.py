@@ -12,8 +12,10 @@ from codegen.form.layout import layout
 from verify.certificates.proofs import proof_lines
 from verify.checker.decisions.certificates import NAMED, NOISY, UNREAD, Certificate
 from verify.checker.envelope import body_hash
-from verify.claims.decisions import DecisionClaim
+from verify.claims.decisions import PLAIN, DecisionClaim
+from verify.claims.formula import TRUE
 from verify.claims.region import goal_text
+from verify.claims.relations import RELATIONS
 from verify.claims.uncertified.documents import formula_document, region_document, view_document
 
 
@@ -33,6 +35,11 @@ def to_json(certificate: Certificate) -> str:
         "proofs": {goal_text(goal): proof_lines(proof) for goal, proof in certificate.proofs.items()},
     }
     return layout(body | {"content_hash": body_hash(body)}) + "\n"
+
+
+def may_name(claim: DecisionClaim) -> bool:
+    """Whether a certificate may name a claim: name and parameters say all that is claimed."""
+    return claim.assume == TRUE and claim.of in (*PLAIN, *RELATIONS)
 
 
 def _property_document(claim: DecisionClaim) -> dict[str, Any]:

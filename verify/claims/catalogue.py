@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, cast
 from codegen.dynamics import COINCIDENT, partners
 from codegen.errors import InputError, UnknownNameError
 from codegen.ir import PolicyProfile, WorldSpec
-from verify.claims.claim import Parameter, check_range, ensure_team, teams
+from verify.claims.claim import Parameter, TeamClaim, check_range, ensure_team, teams
 from verify.claims.decisions import PLAIN, STEADY, DecisionClaim, ensure_askable, ensure_steady
 from verify.claims.episodes import EPISODE_CLAIMS, EpisodeClaim
 from verify.claims.language.parameters import Form, of_form
@@ -160,6 +160,12 @@ def _usual_of_episodes(name: str) -> dict[str, Parameter | None]:
 def _defaults(kind: type[Claim], read: Sequence[str]) -> dict[str, Any]:
     defaults = {item.name: item.default for item in fields(kind)}
     return {key: defaults[key] for key in read}
+
+
+def select_stated(claim: TeamClaim) -> dict[str, Parameter]:
+    """The parameters of a claim that are not the usual ones; those that have no usual one are among them."""
+    usual = {item.name: item.default for item in fields(claim)}
+    return {key: value for key, value in claim.parameters.items() if key not in usual or value != usual[key]}
 
 
 class Family(NamedTuple):

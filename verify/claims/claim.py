@@ -6,7 +6,7 @@ Does not: decide anything.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import ClassVar
 
@@ -45,12 +45,6 @@ class TeamClaim:
     def shown(self) -> str:
         """The label, or else the name."""
         return self.label or self.name
-
-    @property
-    def stated(self) -> dict[str, Parameter]:
-        """The parameters that are not the usual ones; those that have no usual one are among them."""
-        usual = {item.name: item.default for item in fields(self)}
-        return {key: value for key, value in self.parameters.items() if key not in usual or value != usual[key]}
 
 
 def ensure_team(profile: PolicyProfile, team: str) -> None:

@@ -64,11 +64,6 @@ class DecisionClaim(TeamClaim):
         own = {name: getattr(self, name) for name in self.reads}
         return {"eps": self.eps, "of": self.of, **own} if self.eps else own
 
-    @property
-    def says_all(self) -> bool:
-        """Whether name and parameters say all that is claimed."""
-        return self.assume == TRUE
-
     def states(self, profile: PolicyProfile) -> Formula:
         """What is claimed where the assumption holds."""
         raise NotImplementedError

@@ -12,11 +12,12 @@ from fractions import Fraction
 
 from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash
-from verify.checker.episodes.certificates import READINGS, EpisodeCertificate, forms
+from verify.checker.episodes.certificates import PUSHED, READINGS, EpisodeCertificate
 from verify.checker.episodes.contact_reading import ContactReading
 from verify.checker.episodes.contacts import coincident
 from verify.checker.episodes.reading import EpisodeReading, Matching, OpenBranchError, ProofPart, matchings
 from verify.checker.reading import RejectedError, region_formula
+from verify.claims.episodes import EpisodeClaim
 from verify.claims.formula import holds
 from verify.claims.region import Region
 from verify.episodes.proof import MAX_ANSWERS, EpisodeProver, TooLongError
@@ -46,7 +47,7 @@ def build_certificate(
     allowed = MAX_ANSWERS * question.budgets.max_zones // Budgets().max_zones
     most = max(MAX_ANSWERS, allowed) if most is None else most
     start, opened = inhabitant(profile, region), ""
-    for form in forms(profile, claim):
+    for form in _list_forms(profile, claim):
         try:
             parts = _prove_parts(READINGS[form], question, proved, most)
             return EpisodeCertificate(content_hash(profile), claim, region, start, parts, form=form)
@@ -125,3 +126,9 @@ def inhabitant(profile: PolicyProfile, region: Region) -> Mapping[str, Fraction]
 
 
 # --- the text
+
+
+def _list_forms(profile: PolicyProfile, claim: EpisodeClaim) -> list[str]:
+    """The forms that a certificate may have, the simplest first."""
+    pushed = claim.apart or any(agent.collides for agent in profile.world.agents)
+    return [form for form in READINGS if (form == PUSHED) == pushed]

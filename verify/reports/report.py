@@ -10,12 +10,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from codegen.errors import visible
 from codegen.floats import FLOAT32
 from codegen.form.layout import layout
 from codegen.ir import NO_FEATURE, PolicyProfile
 from codegen.lowering.render import render
 from codegen.policy_json import content_hash
+from codegen.wording import visible
 from verify.checker.thresholds import AT_ONCE
 from verify.reports import trusted
 from verify.reports.drawing import draw_picture

@@ -11,12 +11,11 @@ from decimal import ROUND_FLOOR
 from fractions import Fraction
 from typing import Any
 
-from codegen.errors import visible
 from codegen.form.layout import layout
 from codegen.ir import PolicyProfile
 from codegen.lowering.render import brief, render
 from codegen.policy_json import content_hash
-from codegen.wording import format_count
+from codegen.wording import format_count, visible
 from verify.decimals import plain
 from verify.language.units import unit_of
 from verify.reports import flows, trusted

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from codegen.policy_json import content_hash
+from verify.certificates.decisions import may_name
 from verify.checker.decisions.certificates import FORM, PARTED, Certificate, check_certificate
 from verify.checker.reading import RejectedError
 from verify.question import UNITS_A_NODE, DecisionQuestion
@@ -43,7 +44,7 @@ def by_zones(question: DecisionQuestion) -> Zoned:
     opinion = Opinion(ENGINE, outcome.verdict, outcome.nodes, "search nodes")
     if outcome.verdict is not Verdict.PROVED:
         return Zoned(opinion, outcome.goal, outcome.state, outcome.part)
-    named = claim if claim.says_all else None
+    named = claim if may_name(claim) else None
     made = Certificate(
         content_hash(question.origin),
         named,

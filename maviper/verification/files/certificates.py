@@ -23,7 +23,7 @@ from verify.checker.episodes import forever
 from verify.checker.episodes.certificates import EpisodeCertificate
 from verify.checker.episodes.forever import LastingCertificate
 from verify.checker.reading import RejectedError
-from verify.claims.catalogue import describe_left_out, opponents_words
+from verify.claims.catalogue import describe_left_out, opponents_words, select_stated
 from verify.claims.claim import Parameter
 from verify.claims.formula import agents
 from verify.claims.observed import over
@@ -113,7 +113,7 @@ def _subject(proof: Certificate, profile: PolicyProfile) -> str:
     if proof.claim is None and proof.eps:
         claim += f", though every feature is off by up to {_format_parameter(proof.eps)}"
     if proof.claim is not None:
-        claim += "".join(f", {name} {_format_parameter(value)}" for name, value in proof.claim.stated.items())
+        claim += "".join(f", {name} {_format_parameter(value)}" for name, value in select_stated(proof.claim).items())
     claim += "" if proof.view is None else f", {describe_view(proof.view)},"
     place = f"{claim} in {_place(proof.region, profile)}, {proof.semantics} arithmetic"
     return place if proof.claim is not None else f"{place}; the formula: {formula_words(proof.formula, profile)}"

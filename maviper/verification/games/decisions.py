@@ -24,6 +24,7 @@ from maviper.worlds.stated.observing import (
     spell_ends,
     spell_text,
 )
+from verify.claims.catalogue import select_stated
 from verify.claims.decisions import DecisionClaim, formula
 from verify.claims.formula import for_goal, names_goal
 from verify.claims.region import Interval, Region
@@ -129,7 +130,7 @@ def _properties(
         spelled = spell_formula(for_goal(stated, goals[0]) if apart else stated, actions)
         where = f"region {region.name or 'given'}" + (f", goal {goals[0]}" if apart and goals[0] else "")
         where += f", each feature of the {claim.team} off by up to {number_text(claim.eps)}" if claim.eps else ""
-        called = f"{claim.name} of the {claim.team}" + (f": {claim.of}" if "of" in claim.stated else "")
+        called = f"{claim.name} of the {claim.team}" + (f": {claim.of}" if "of" in select_stated(claim) else "")
         label = f"{claim.label or called}, {where}"
         regions = ", ".join(spell_region(region, goal, box) for goal in goals)
         yield f'\n[[property]]\nlabel = {spell_text(label)}\nformula = "{spelled}"\nregion = [{regions}]\n', where

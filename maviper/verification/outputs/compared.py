@@ -10,10 +10,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from codegen import ir
-from codegen.check import ensure
 from codegen.errors import InputError, UnknownNameError
 from codegen.form.layout import layout
 from codegen.policy_json import content_hash, dumps
+from codegen.profiles.rules import ensure
 from codegen.wording import format_count
 from maviper.files import runs
 from maviper.verification.files.certificates import AGAINST_FILE

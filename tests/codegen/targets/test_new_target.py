@@ -31,7 +31,7 @@ import sys
 from codegen import policy_json
 from codegen.agreement import selfcheck
 from codegen.targets import emit
-profile = policy_json.loads(open("profile.json").read())
+profile = loading.loads(open("profile.json").read())
 report = selfcheck.check_files(profile, emit(profile, ["table"]), random=1000)
 found = report.agreements
 print(len(found), {item.target for item in found}, sum(item.differences for item in found))

@@ -14,12 +14,12 @@ from hypothesis import given, settings
 
 from codegen import ir
 from codegen.agreement import compiled, probes, readback, selfcheck
-from codegen.check import check, ensure
 from codegen.errors import DisagreementError, InputError, UnknownNameError
 from codegen.lowering import lower as lower_module
 from codegen.lowering.lower import lower
 from codegen.lowering.render import comment
 from codegen.numbers.rounding import neighbour
+from codegen.profiles.rules import check, ensure
 from codegen.targets import TARGETS, emit
 from tests.support.chains import chain
 from tests.support.games import NAMES, random_profile

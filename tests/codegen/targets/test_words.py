@@ -10,8 +10,8 @@ from dataclasses import replace
 import pytest
 
 from codegen.agreement import selfcheck
-from codegen.check import ensure
 from codegen.errors import InputError
+from codegen.profiles.rules import ensure
 from codegen.targets import TARGETS, emit
 
 TEXTS = [target for target in TARGETS if not target.startswith("onnx")]

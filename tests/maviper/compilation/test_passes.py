@@ -6,10 +6,11 @@ from dataclasses import replace
 import pytest
 from click.testing import CliRunner
 
-from codegen.check import ensure
 from codegen.errors import InputError, UnknownNameError
 from codegen.lowering import passes
-from codegen.policy_json import content_hash, dumps, loads
+from codegen.policy_json import content_hash, dumps
+from codegen.profiles.loading import loads
+from codegen.profiles.rules import ensure
 from maviper.cli.main import cli
 from maviper.compilation import compile
 from maviper.compilation.passes import run_passes

@@ -7,9 +7,10 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from codegen.check import check
 from codegen.errors import ExitCode, InputError
-from codegen.policy_json import content_hash, dumps, loads
+from codegen.policy_json import content_hash, dumps
+from codegen.profiles.loading import loads
+from codegen.profiles.rules import check
 from maviper.episodes import counting
 from maviper.episodes.counting import Counting, Ranges
 from maviper.page.document import document

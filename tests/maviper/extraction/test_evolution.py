@@ -10,6 +10,7 @@ from codegen.boxes.branches import size
 from codegen.errors import InputError
 from codegen.ir import AgentPolicy, FeatureSpec, OutputSpec
 from codegen.lowering.deploy import SummedTree, deploy_tree
+from codegen.profiles import loading
 from maviper.episodes.trees import agent_policies
 from maviper.evaluation import held_out
 from maviper.experts.finding import find_expert
@@ -182,7 +183,7 @@ def test_a_refined_run_goes_on_to_the_same_bytes(quick, tmp_path):
     for step in steps[1:]:
         (tmp_path / step).unlink()
     assert policy_json.dumps(extract(world, expert, settings, journal=Journal(tmp_path))) == refined
-    assert policy_json.loads(refined).provenance.training["refinement_episodes"] == cost
+    assert loading.loads(refined).provenance.training["refinement_episodes"] == cost
     world.close()
 
 

@@ -8,6 +8,7 @@ from codegen import ir, policy_json
 from codegen.errors import InputError
 from codegen.ir import OutputSpec
 from codegen.lowering.deploy import SummedTree, deploy_tree
+from codegen.profiles import loading
 from maviper.cli import main
 from maviper.episodes.trees import agent_policies
 from maviper.evaluation import held_out
@@ -110,7 +111,7 @@ def test_extraction_ends_with_a_profile_of_numbers_and_goes_on_to_the_same(tmp_p
     profile = extract(world, expert, settings, journal=Journal(tmp_path))
     again = extract(world, expert, settings, journal=Journal(tmp_path))
     assert policy_json.dumps(profile) == policy_json.dumps(again)
-    assert policy_json.dumps(policy_json.loads(policy_json.dumps(profile))) == policy_json.dumps(profile)
+    assert policy_json.dumps(loading.loads(policy_json.dumps(profile))) == policy_json.dumps(profile)
     reached = profile.provenance.evaluation
     assert float(reached["tug return"]) > 1.25 * float(reached["tug expert return"])  # both are negative
     light = profile.policy("tug_1")

@@ -7,7 +7,8 @@ from fractions import Fraction
 import pytest
 
 from codegen import policy_json
-from codegen.policy_json import content_hash, loads
+from codegen.policy_json import content_hash
+from codegen.profiles.loading import loads
 from maviper import load
 from maviper.cli import main
 from tests.support.small import small_profile

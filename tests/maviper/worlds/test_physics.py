@@ -5,6 +5,7 @@ import pytest
 
 from codegen import policy_json
 from codegen.errors import InputError, UnknownNameError
+from codegen.profiles import loading
 from maviper import manual
 from maviper.cli import main
 from maviper.evaluation import held_out
@@ -114,7 +115,7 @@ def profile():
 
 
 def test_a_profile_finds_its_world_again(profile):
-    again = policy_json.loads(policy_json.dumps(profile))
+    again = loading.loads(policy_json.dumps(profile))
     world = matching_world(again)
     assert (
         again.world.options == {"physics": "released"}

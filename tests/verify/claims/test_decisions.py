@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from codegen.check import check
 from codegen.errors import InputError, UnknownNameError
+from codegen.profiles.rules import check
 from tests.support.teams import team, towards
 from verify.claims.catalogue import find_property
 from verify.claims.decisions import PLAIN, NoDouble, formula

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from codegen import ir
-from codegen.check import ensure
 from codegen.errors import InputError
+from codegen.profiles.rules import ensure
 from tests.support.contacts import played
 from tests.support.teams import RIGHT, STAY, tree
 from verify.certificates.episodes import to_json

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from codegen import ir
-from codegen.policy_json import loads
+from codegen.profiles.loading import loads
 from codegen.targets import emit
 from maviper.verification.join import verify_claims
 from tests.hunting.teams import bare

@@ -74,12 +74,6 @@ class EpisodeCertificate:
         return check_certificate(self, profile)
 
 
-def forms(profile: PolicyProfile, claim: EpisodeClaim) -> list[str]:
-    """The forms that a certificate may have, the simplest first."""
-    pushed = claim.apart or any(agent.collides for agent in profile.world.agents)
-    return [form for form in READINGS if (form == PUSHED) == pushed]
-
-
 def check_certificate(certificate: EpisodeCertificate, profile: PolicyProfile) -> int:
     """Checks a certificate; the number of branches that its proofs close.
 

@@ -50,11 +50,6 @@ class OwnFormula(DecisionClaim):
         """What the claim reads beside its team."""
         return {"margin": self.margin, "radius": self.radius} | ({"eps": self.eps} if self.eps else {})
 
-    @property
-    def says_all(self) -> bool:
-        """Never: the name is that of all formulas."""
-        return False
-
     def states(self, profile: PolicyProfile) -> Formula:
         """What is claimed where the assumption holds."""
         return self.statement

@@ -13,7 +13,8 @@ from codegen.agreement.entries import reference
 from codegen.errors import InputError
 from codegen.importers.onnx.model import from_onnx
 from codegen.importers.scikit import from_sklearn
-from codegen.policy_json import dumps, loads
+from codegen.policy_json import dumps
+from codegen.profiles.loading import loads
 from tests.codegen.importers.onnx.graphs import (
     FLOAT,
     INT64,
