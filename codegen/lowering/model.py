@@ -163,6 +163,11 @@ class Region:
     apart: tuple[tuple[str, str, Double], ...]  # entity, entity, least distance
     goals: tuple[str, ...]
 
+    @property
+    def comparisons(self) -> int:
+        """How many comparisons it takes to find out whether a state is in it, at most."""
+        return 2 * len(self.bounds) + 4 * len(self.apart) + 4 * len(self.goals)
+
 
 @dataclass(frozen=True)
 class Model:

@@ -33,6 +33,16 @@ class Start:
 
 
 @dataclass(frozen=True)
+class Edges:
+    """Of which states something is proved for ever: a region, in which positions also have to be once each has moved by
+    its velocity for `coasting` seconds: there agents come to rest that nobody pushes.
+    """
+
+    region: RegionSpec
+    coasting: float
+
+
+@dataclass(frozen=True)
 class Tracked:
     """An agent: its positions, velocities, and what each of its actions adds to these, by axis."""
 

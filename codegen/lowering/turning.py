@@ -139,24 +139,27 @@ def _set_apart(
     that they set apart. Such a variable is c + a z + r, and beside that a sum of NEXT_TO_NONE at most: no other one has
     this r, and none this z, or z is 0 here.
     """
-    size, whole = matrix.shape[1], np.abs(matrix)
+    size: int = matrix.shape[1]
+    whole, along = np.abs(matrix), list(range(size))
     alone = np.eye(size, dtype=np.bool_)
     others = np.where(alone, 0.0, whole)
     unmixed = (others.sum(axis=1) == 0.0) & (others.sum(axis=2) == 0.0)
     unit = np.abs(turned) == 1.0  # [n, variable, r]
     lone = unit & ((turned != 0.0).sum(axis=2, keepdims=True) == 1) & ((turned != 0.0).sum(axis=1, keepdims=True) == 1)
-    own = np.where(lone, rest[:, None, :], 0.0).sum(axis=2)
+    own: Float64 = np.asarray(np.where(lone, rest[:, None, :], 0.0).sum(axis=2), dtype=np.float64)
     thin = whole.sum(axis=2) <= NEXT_TO_NONE
-    half = np.where(unmixed, (own + np.diagonal(whole, axis1=1, axis2=2)), own - NEXT_TO_NONE) * KEPT
-    apart = flat[:, None] & lone.any(axis=2) & (unmixed | thin) & (half >= 0.0)
+    sides: Float64 = np.asarray(whole[:, along, along], dtype=np.float64)
+    half = np.where(unmixed, own + sides, own - NEXT_TO_NONE) * KEPT
+    apart: Bool = np.asarray(flat[:, None] & lone.any(axis=2) & (unmixed | thin) & (half >= 0.0), dtype=np.bool_)
     low = np.minimum(centre, np.nextafter(centre - half, np.inf))  # the centre is always in
     high = np.maximum(centre, np.nextafter(centre + half, -np.inf))
     narrowed = Boxes(np.where(apart, np.maximum(boxes.low, low), boxes.low),
                      np.where(apart, np.minimum(boxes.high, high), boxes.high))  # fmt: skip
     mixed = np.where(apart[:, :, None] | apart[:, None, :], 0.0, matrix)
     side = np.maximum(narrowed.high - centre, centre - narrowed.low)  # of a frame that holds all of the box there
-    mixed[:, np.arange(size), np.arange(size)] += np.where(apart, 2.0 * np.abs(side) + 1.0, 0.0)
-    return narrowed, mixed, np.where((lone & apart[:, :, None]).any(axis=1), 0.0, rest)
+    mixed[:, along, along] += np.where(apart, 2.0 * np.abs(side) + 1.0, 0.0)
+    taken: Bool = np.asarray((lone & apart[:, :, None]).any(axis=1), dtype=np.bool_)
+    return narrowed, mixed, np.where(taken, 0.0, rest)
 
 
 def _inscribe(boxes: Boxes, centre: Float64, matrix: Float64, well: Float64, edge: Float64) -> tuple[Float64, Bool]:

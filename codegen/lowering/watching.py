@@ -18,7 +18,7 @@ from codegen.floats import short_hex
 from codegen.lowering.covering import Cover, Lookup, look_up
 from codegen.lowering.lower import region_of
 from codegen.lowering.model import Agent, Double, Model, Place, Region
-from codegen.lowering.tracking import Start, Track, track
+from codegen.lowering.tracking import Edges, Start, Track, track
 from codegen.numbers.literals import decimal_literal
 from codegen.region import RegionSpec
 
@@ -40,10 +40,11 @@ class Watched:
 
 @dataclass(frozen=True)
 class Moved:
-    """A position of the region, and the velocity by which it moves until the next step."""
+    """A position of the region, and the velocity by which it moves until the next step, or for another time."""
 
     place: Place
     velocity: Place
+    time: Double | None = None
 
 
 @dataclass(frozen=True)
@@ -96,6 +97,7 @@ class Watch:
     ever: bool = True  # whether what is proved holds at every step
     early: str = "0.0"  # seconds before which a step comes too soon
     track: Track | None = None  # of episodes from the region: `moved` and `ahead` are empty then
+    coasts: bool = False  # whether positions are moved to where agents come to rest, and have to be in the region there
     inputs: bool = False  # whether observations are watched, of which nothing is proved
 
     @property
@@ -127,6 +129,9 @@ class Watch:
             inside = f"w is within {near} of `last`, the state of an episode of the proof: decide from that"
         elif self.track is not None:
             inside = "w is a start of the proof, or follows from the state before by the actions and the rules"
+        elif self.coasts:
+            inside = "positions are within the edges of the proof, also where agents come to rest that nobody pushes"
+            leaving = "never"
         elif self.lookup is None:
             inside = "w is in the region of the proof, and so are the positions one step on"
             leaving = "w is, but the positions one step on are not"
@@ -184,11 +189,11 @@ class Watch:
             return 2 + 3 * len(self.watched) + self.lookup.comparisons
         if self.track is not None:
             moved = sum(4 + 4 * len(each.pushes) for each in self.track.agents) + 2 * len(self.track.still)
-            begun = _comparisons(self.region) + 4 * len(self.track.agents)
+            begun = self.region.comparisons + 4 * len(self.track.agents)
             near = 2 * len(self.places) + 2 * len(self.region.bounds) + 4 * len(self.region.goals)
             return 2 + 3 * len(self.watched) + max(moved, begun) + (near if self.track.noise else 0)
-        ahead = _comparisons(self.ahead.region if self.ahead else None)
-        return 2 + 3 * len(self.watched) + _comparisons(self.region) + ahead
+        ahead = self.ahead.region.comparisons if self.ahead and self.ahead.region else 0
+        return 2 + 3 * len(self.watched) + self.region.comparisons + ahead
 
 
 def watch(profile: ir.PolicyProfile, model: Model, spec: RegionSpec, certificate: str, claim: str) -> Watch:
@@ -237,6 +242,13 @@ def watch_start(profile: ir.PolicyProfile, model: Model, start: Start, certifica
     return replace(made, watched=watched, open=open_, moved=(), ahead=None, ever=False, early=early, track=followed)
 
 
+def watch_edges(profile: ir.PolicyProfile, model: Model, edges: Edges, certificate: str, claim: str) -> Watch:
+    """The monitor of a profile for edges that agents never cross. InputError as `watch`."""
+    made, time = watch(profile, model, edges.region, certificate, claim), _double(edges.coasting)
+    moved = tuple(replace(each, time=time) for each in made.moved)
+    return replace(made, moved=moved, coasts=True, early=decimal_literal(EARLY * profile.world.dt))
+
+
 def _order_watched(
     watched: Sequence[Watched], inside: Mapping[str, tuple[float, float]]
 ) -> tuple[tuple[Watched, ...], int]:
@@ -273,12 +285,6 @@ def _ahead(model: Model, moved: Sequence[Moved]) -> Model | None:
     moving = {f"{one}_{axis}" for one in (*region.goals, "GOAL") for axis in "XY"} & names
     part = Region(bounds, apart, region.goals if moving else ())
     return replace(model, region=part, names=replace(model.names, in_region=f"{model.prefix}_monitor_ahead"))
-
-
-def _comparisons(region: Region | None) -> int:
-    if region is None:
-        return 0
-    return 2 * len(region.bounds) + 4 * len(region.apart) + 4 * len(region.goals)
 
 
 def watch_cover(profile: ir.PolicyProfile, model: Model, cover: Cover, certificate: str, claim: str) -> Watch:

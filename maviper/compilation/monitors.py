@@ -7,7 +7,9 @@ Does not: trust a proof that the checker refuses; watch what a certificate has n
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from pathlib import Path
+from typing import cast
 
 import msgspec
 
@@ -16,8 +18,8 @@ from codegen.errors import InputError, RefusedError, escape_text
 from codegen.ir import PolicyProfile
 from codegen.lowering.covering import Cover
 from codegen.lowering.model import Model
-from codegen.lowering.tracking import MAX_NOISE, Start, ensure_followed
-from codegen.lowering.watching import Watch, watch, watch_cover, watch_inputs, watch_start
+from codegen.lowering.tracking import MAX_NOISE, Edges, Start, ensure_followed
+from codegen.lowering.watching import Watch, watch, watch_cover, watch_edges, watch_inputs, watch_start
 from codegen.numbers.literals import decimal_literal
 from codegen.numbers.rounding import nearest_double
 from codegen.region import RegionSpec
@@ -36,7 +38,7 @@ from verify.semantics import MACHINE
 class Proved:
     """What an accepted certificate says: in which states its claim is proved."""
 
-    region: RegionSpec | Cover | Start
+    region: RegionSpec | Cover | Start | Edges
     certificate: str  # content hash
     claim: str  # in words
     stated: bool = False  # whether the certificate is about a world file
@@ -86,8 +88,9 @@ def _episodes(text: bytes, where: Path, profile: PolicyProfile) -> Proved:
     try:
         proof = forever.of_either(text, str(where))
         if proof.form == forever.FORM:
-            what = "the certificate is about all steps of a game, of which monitors do not speak yet"
-            raise InputError(what, str(where), "verify the claim for a number of steps")
+            lasting = cast("forever.LastingCertificate", proof)
+            lasting.check(profile)
+            return Proved(_find_edges(lasting, profile), _hash(text), _say_for_ever(lasting))
         ensure_followed(profile.world, proof.claim.steps)  # first: to check a proof about contacts takes seconds
         proof.check(profile)
     except RejectedError as error:
@@ -96,6 +99,32 @@ def _episodes(text: bytes, where: Path, profile: PolicyProfile) -> Proved:
     followed = frozenset(name for group in proof.followed for name in group)
     claim = f"{proof.claim.name} of the {proof.claim.team} in {proof.claim.steps} steps"
     return Proved(Start(spec_of(proof.region), proof.claim.steps, followed), _hash(text), claim)
+
+
+ROOM = Fraction(1, 1 << 48)  # of what rounding hides of where an agent comes to rest: three roundings of 2^-53
+
+
+def _find_edges(proof: forever.LastingCertificate, profile: PolicyProfile) -> Edges:
+    """The states from which agents never cross the edges of a proof: those that its induction over steps holds of."""
+    axes = forever.EdgeReading(profile, proof.region).axes
+    coasting = nearest_double(next(iter(axes.values())).coasting)  # the same for all
+    box = {
+        name: ends for name, ends in proof.region.box.items() if not name.endswith((".vx", ".vy")) and name not in axes
+    }
+    for name, axis in axes.items():
+        entity, _, direction = name.rpartition(".")
+        fastest = axis.fastest(-1), axis.fastest(1)
+        box[f"{entity}.v{direction}"] = -fastest[0], fastest[1]
+        if name in proof.edges:
+            low, high = proof.edges[name]
+            room = ROOM * (1 + max(abs(low), abs(high)) + axis.coasting * max(fastest))
+            box[name] = low + room, high - room
+    return Edges(spec_of(Region(box, proof.region.goals)), coasting)
+
+
+def _say_for_ever(proof: forever.LastingCertificate) -> str:
+    agents = " and ".join(name for group in proof.followed for name in group)
+    return f"{proof.claim.name} of the {proof.claim.team} for ever, as long as {agents} act by their trees"
 
 
 def noisy(proved: Proved, noise: Number | None) -> Proved:
@@ -129,6 +158,8 @@ def lower_monitor(profile: PolicyProfile, model: Model, proved: Proved) -> Watch
     """The lowered monitor of what is proved. InputError as `watch` and `watch_cover`."""
     if isinstance(proved.region, Start):
         return watch_start(profile, model, proved.region, proved.certificate, proved.claim)
+    if isinstance(proved.region, Edges):
+        return watch_edges(profile, model, proved.region, proved.certificate, proved.claim)
     if isinstance(proved.region, Cover):
         return watch_cover(profile, model, proved.region, proved.certificate, proved.claim)
     return watch(profile, model, proved.region, proved.certificate, proved.claim)

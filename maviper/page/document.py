@@ -18,7 +18,7 @@ from codegen import ir
 from codegen.boxes.bounding import read_bounds, read_distances
 from codegen.errors import InputError
 from codegen.floats import FLOAT32, deciding_double, rational_literal
-from codegen.lowering.tracking import Start
+from codegen.lowering.tracking import Edges, Start
 from codegen.policy_json import content_hash
 from codegen.region import RegionSpec
 from maviper.experts.network import NetworkExpert
@@ -44,12 +44,12 @@ MAX_ATOMS = 20_000  # of a formula that a page evaluates while somebody drags an
 @dataclass(frozen=True)
 class Shown:
     """A claim on the page. `verdict`: in words, with the region that it is about; "" where nobody asked. `proved`: the
-    region, where a monitor can be made from the proof; of a claim about episodes, their starts.
+    region, where a monitor can be made from the proof; of a claim about episodes, their starts, or edges for ever.
     """
 
     claim: Claim
     verdict: str = ""
-    proved: RegionSpec | Start | None = None
+    proved: RegionSpec | Start | Edges | None = None
 
 
 @dataclass(frozen=True)
@@ -309,6 +309,8 @@ def _claim(profile: ir.PolicyProfile, shown: Shown) -> dict[str, Any]:
         "unjudged": "about no single state",
         "region": _region(shown.proved) if isinstance(shown.proved, RegionSpec) else None,
     }
+    if isinstance(shown.proved, Edges):
+        entry |= {"region": _region(shown.proved.region), "coasting": shown.proved.coasting}
     if isinstance(shown.proved, Start):
         followed = [at for at, policy in enumerate(profile.agents) if policy.agent in shown.proved.followed]
         entry["follows"] = {"bounds": _region(shown.proved.region), "steps": shown.proved.steps, "followed": followed}

@@ -13,7 +13,7 @@ from pathlib import Path
 from codegen import ir
 from codegen.errors import InputError
 from codegen.lowering.covering import Cover
-from codegen.lowering.tracking import Start
+from codegen.lowering.tracking import Edges, Start
 from codegen.region import RegionSpec
 from maviper.compilation.games import restate_formula
 from maviper.compilation.monitors import Proved, load_proof, spec_of
@@ -54,9 +54,10 @@ def with_proof(contents: Contents, profile: ir.PolicyProfile, certificate: Path)
 
 def load_claim(profile: ir.PolicyProfile, certificate: Path, proved: Proved) -> Shown:
     """The claim of a certificate, with the region of its proof. InputError for the claim of another subject."""
-    if isinstance(proved.region, Start):
+    if isinstance(proved.region, (Start, Edges)):
         stated = forever.of_either(runs.read_unpacked(certificate, MAX_BYTES), str(certificate))
-        return Shown(stated.claim, f"{Verdict.PROVED.value} in {_name_region(profile, stated.region)}", proved.region)
+        where = f"{Verdict.PROVED.value} in {_name_region(profile, stated.region)}"
+        return Shown(stated.claim, where, proved.region)
     if proved.stated and isinstance(proved.region, RegionSpec):
         return _show_stated(profile, certificate, proved.region)
     if isinstance(proved.region, Cover):

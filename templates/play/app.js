@@ -9,7 +9,7 @@
   const judges = data.claims.map((claim) => (placed ? Engine.judge(game, claim) : null));
   const LOOKS = { OK: "holds", LEAVING: "other", OUTSIDE: "fails", INVALID: "fails" };
   const worded = data.claims.some((claim) => claim.words); // of the recorded episode, in a stated system
-  const monitors = data.claims.map((claim) => (placed && claim.region ? Engine.monitor(game, claim.region) : null));
+  const monitors = data.claims.map((claim) => (placed && claim.region ? Engine.monitor(game, claim.region, claim.coasting) : null));
   const followers = data.claims.map((claim) => (placed && claim.follows ? Engine.follower(game, claim.follows) : null));
   const COLOURS = ["#c9ced6", "#8ecdf0", "#f2b84b", "#dfa5c8", "#6cc7a4", "#e8e07a", "#d98c6b", "#9aa9e8"];
   const CELLS = 120; // of the coloured ground, on each axis

@@ -416,8 +416,9 @@ const Engine = (() => {
     return claim.formula ? decisions(game, claim) : null;
   }
 
-  /** What a run-time monitor says of a state: OK, LEAVING or OUTSIDE, by the region of a proof, rounded inward. */
-  function monitor(game, region) {
+  /** What a run-time monitor says of a state: OK, LEAVING or OUTSIDE, by the region of a proof, rounded inward. For ever,
+   * agents have to be in it where they come to rest, after `coasting` seconds at their speed: there is no LEAVING. */
+  function monitor(game, region, coasting) {
     const { place, world } = game;
     const inside = within(game, region);
     return (state) => {
@@ -425,9 +426,9 @@ const Engine = (() => {
       if (!inside(at)) return "OUTSIDE";
       const after = at.slice();
       for (const { name } of world.agents) {
-        for (const axis of ["x", "y"]) after[place[`${name}.${axis}`]] += world.dt * at[place[`${name}.v${axis}`]];
+        for (const axis of ["x", "y"]) after[place[`${name}.${axis}`]] += (coasting || world.dt) * at[place[`${name}.v${axis}`]];
       }
-      return inside(after) ? "OK" : "LEAVING";
+      return inside(after) ? "OK" : coasting ? "OUTSIDE" : "LEAVING";
     };
   }
 
