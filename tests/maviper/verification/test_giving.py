@@ -1,15 +1,20 @@
 """Claims about agents that give numbers, from a world file to certificates, counterexamples and refusals."""
 
 import json
+from dataclasses import replace
 
 import pytest
 
+import maviper
 from codegen.errors import InputError, RefusedError
+from codegen.sums import FLOAT64_SUMS
 from maviper.cli import main
 from maviper.files.profiles import load
 from maviper.verification.files.certificates import check_file
 from maviper.verification.files.counterexamples import replay
-from tests.support.giving import CART, integrator
+from tests.support import summed
+from tests.support.giving import CART, integrator, tamed
+from verify.result import Verdict
 
 WORLD = (
     integrator("0.5")
@@ -106,3 +111,43 @@ def test_a_file_that_others_play_is_refused_by_name(place, capsys):
     missing.write_text(WORLD.replace("push", "pull"))
     assert main.run(["verify", str(place / "cart.json"), "--world", str(missing)]) == 2
     assert "cart gives push, and in the file pull" in capsys.readouterr().err
+
+
+MIXED = """
+name = "two kinds"
+steps = 2
+[variables]
+x = { range = [-4, 4] }
+[agents.agent_0.features]
+x0 = "x"
+x1 = "2*x"
+x2 = "0.5*x"
+[agents.agent_0.outputs]
+u0 = "1"
+[agents.agent_1.features]
+x0 = "x"
+x1 = "x + 1"
+x2 = "x - 1"
+[agents.agent_1.actions]
+left = { push = -1 }
+stay = { push = "0.5*x" }
+right = { push = 1 }
+[start]
+box = { x = [-1, 1] }
+[dynamics.next]
+x = "x"
+[[property]]
+formula = "out(agent_0).u0 + out(agent_1).push <= 4"
+[[property]]
+formula = "out(agent_0).u0 + out(agent_1).push <= -2"
+"""
+
+
+def test_a_formula_may_name_what_an_action_sets_beside_what_another_agent_gives(tmp_path):
+    """Counterexamples too are judged by both."""
+    gives = tamed(summed.policy(3, FLOAT64_SUMS, outputs=1, levels=2, n_features=3))
+    gives = replace(gives, outputs=tuple(replace(each, unit="1") for each in gives.outputs))
+    profile = summed.profile(gives, tamed(summed.policy(4, FLOAT64_SUMS, levels=2, n_features=3, agent="agent_1")))
+    (tmp_path / "world.toml").write_text(MIXED)
+    results = maviper.verify_system(profile, tmp_path / "world.toml").results
+    assert [each.verdict for each in results] == [Verdict.PROVED, Verdict.VIOLATED]

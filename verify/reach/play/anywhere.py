@@ -15,8 +15,9 @@ import numpy as np
 from codegen.ir import Int32, PolicyProfile, act, outputs
 from verify.claims.formula import Formula
 from verify.claims.uncertified.values import Batch
-from verify.reach.play.samples import Planes, Starts, observe_planes, random_starts
+from verify.reach.play.samples import Planes, Starts, observe_planes, random_starts, value
 from verify.systems.claims import SystemClaim
+from verify.systems.given.played import list_settings
 from verify.systems.statement import Statement
 from verify.systems.system import State
 
@@ -41,7 +42,10 @@ def iterate_failing(
             given = outputs(real, rows).astype(np.float64)
             point |= {f"{real.agent}.{each.name}": given[:, place] for place, each in enumerate(real.outputs)}
         else:
-            actions[real.agent] = act(real, rows)
+            actions[real.agent] = taken = act(real, rows)
+            for number, action in enumerate(real.actions):
+                for name, form in list_settings(statement, real.agent, action.name).items():
+                    point[name] = np.where(taken == number, value(form, drawn), point.get(name, 0.0))
     asked = Batch(point, len(next(iter(drawn.values()))))
     broken = ~asked.holds(written, actions)
     if claim.regions:

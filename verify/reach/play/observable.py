@@ -20,7 +20,7 @@ from verify.claims.formula import Formula, holds
 from verify.reach.results import SystemCounterexample
 from verify.reach.rounded import truly
 from verify.systems.claims import SystemClaim
-from verify.systems.given.played import list_roundings
+from verify.systems.given.played import list_roundings, list_settings
 from verify.systems.observing import nearest, observe_state
 from verify.systems.statement import Statement
 from verify.systems.system import State
@@ -50,7 +50,9 @@ def fails(statement: Statement, profile: PolicyProfile, formula: Formula, state:
             names = [f"{real.agent}.{each.name}" for each in real.outputs]
             point |= {name: Fraction(value) for name, value in zip(names, given, strict=True)}
         else:
-            actions[real.agent] = int(act(real, row)[0])
+            actions[real.agent] = taken = int(act(real, row)[0])
+            settings = list_settings(statement, real.agent, real.actions[taken].name)
+            point |= {name: form.at(state) for name, form in settings.items()}
     return not holds(formula, point, actions)
 
 

@@ -66,7 +66,10 @@ def _beyond(statement: Statement, agent: Agent, action: str, name: str) -> Itera
     form = affine(agent.actions[action][name])
     if agent.name not in statement.acting or form is None or not form.terms:
         return
-    (spec,) = (each for each in statement.acting[agent.name].real.outputs if f"{agent.name}.{each.name}" == name)
+    real = statement.acting[agent.name].real
+    spec = next((each for each in real.outputs if f"{agent.name}.{each.name}" == name), None)
+    if spec is None:  # what an action sets is not cut
+        return
     if spec.high is not None:
         yield below({each: -weight for each, weight in form.terms}, form.constant - Fraction(spec.high), strict=True)
     if spec.low is not None:

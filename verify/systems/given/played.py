@@ -17,9 +17,10 @@ from codegen.ir import CONSTANT, AgentPolicy, PolicyProfile, Sum, apply
 from codegen.sums import clip_values
 from verify.systems.files import statement_of
 from verify.systems.given.agents import Acting, Rounded, acting
+from verify.systems.language.expressions import affine
 from verify.systems.observing import observe_state
 from verify.systems.statement import Statement
-from verify.systems.system import Feature, State, System
+from verify.systems.system import Affine, Feature, State, System
 
 
 def as_played(statement: Statement, profile: PolicyProfile) -> tuple[Statement, PolicyProfile]:
@@ -52,6 +53,15 @@ def with_copies(statement: Statement, profile: PolicyProfile) -> PolicyProfile:
             raise InputError(what, statement.system.name, f"remove `like` from [agents.{each.name}]")
     copies = tuple(replace(own[each.like], agent=each.name, team=each.team) for each in copied)
     return replace(profile, agents=(*profile.agents, *copies)) if copies else profile
+
+
+def list_settings(statement: Statement, agent: str, action: str) -> dict[str, Affine]:
+    """What an action of an agent that chooses sets its inputs to, by name. Those that are not affine are left out, as
+    no formula names them.
+    """
+    (stated,) = (each for each in statement.agents if each.name == agent)
+    forms = {name: affine(each) for name, each in stated.actions[action].items()}
+    return {name: form for name, form in forms.items() if form is not None}
 
 
 def list_roundings(statement: Statement) -> list[str]:
