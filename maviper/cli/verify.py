@@ -99,7 +99,7 @@ def _decide_claims(
     from maviper.verification.run import pose_questions, verify_questions
     from verify.progress import listening
 
-    asking = VerifyOptions.of(options).validate()
+    asking = VerifyOptions.of(options).ensure_usable()
     if output is not None and asking.verdict_only:
         raise InputError("--verdict-only writes no report", "-o", "leave one of them out")
     loaded, unread = load(profile, sums=True), list[InputError]()

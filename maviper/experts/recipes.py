@@ -76,7 +76,7 @@ class Request:
     begin: NetworkExpert | None = None  # whose actors the training starts from; None: random ones
     critic: bool = True  # whether actors that learned without a critic get one in the end
 
-    def validate(self) -> "Request":
+    def complete(self) -> "Request":
         """The request with its algorithm; UnknownNameError for a recipe or algorithm that there is not."""
         if self.recipe not in RECIPES:
             raise UnknownNameError("recipe", self.recipe, RECIPES, "--recipe")

@@ -46,6 +46,7 @@ class Option:
     setting: str = ""  # what the code calls it, where that is another name
     called: str = ""  # on the command line, where that is another name
     commas: bool = False  # several values stand in one word on the command line
+    needs: str = ""  # the option without which nothing reads it
     name: str = ""
     hint: Any = None
     base: type = str  # of one value

@@ -92,6 +92,7 @@ class SystemOptions(TypedDict, total=False):
             False,
             QUESTION,
             "With --world: also run user code (an environment) that the file names, to measure the statement.",
+            needs="world",
         ),
     ]
     max_boxes: Annotated[

@@ -56,7 +56,7 @@ class Request:
     backend: str
     scheduler: str | None  # Dask's; None: as DASK_SCHEDULER_ADDRESS says
 
-    def validate(self) -> "Request":
+    def ensure_usable(self) -> "Request":
         """The same; InputError or UnknownNameError for what cannot be used."""
         if self.quick and self.full:
             raise InputError("--quick and --full exclude each other", "--quick, --full", "give one of them")
@@ -68,7 +68,7 @@ class Request:
         for depth in self.depths or ():
             if not 1 <= depth <= 64:
                 raise InputError(f"a depth must be from 1 to 64, not {depth}", "--depths")
-        _ = self.asked.validate(), self.part
+        _ = self.asked.ensure_known(), self.part
         return self
 
     @property
@@ -93,7 +93,7 @@ def request(options: Mapping[str, Any]) -> Request:
     """The options of the verb as a request. TypeError for an option that there is not, InputError for a value that it
     cannot have.
     """
-    return Request(**complete_options(ReproduceOptions, options)).validate()
+    return Request(**complete_options(ReproduceOptions, options)).ensure_usable()
 
 
 @dataclass

@@ -46,7 +46,7 @@ class Toured:
 
 def verify_trees(profile: ir.PolicyProfile) -> run.Verified:
     """As `maviper verify`: the usual claim, in the start region."""
-    options = VerifyOptions().validate()
+    options = VerifyOptions().ensure_usable()
     return run.verify_questions(profile, questions(profile, runs.PROFILE_FILE, options), options)
 
 

@@ -48,7 +48,7 @@ from verify.subjects import Game
 MAX_FILE_BYTES = 2**20
 DEFAULT, DEFAULT_OBSERVED = "distinct_targets", "alive_leaves"
 PARAMETERS = (*parameters.NAMES, ZONES)
-OF_SYSTEMS = tuple(table_of(SystemOptions))  # options that nothing reads without --world
+OF_SYSTEMS = table_of(SystemOptions)  # options that claims about stated systems read
 MAX_CELLS = 1_000_000  # a cell takes about 2 KB
 
 
@@ -95,7 +95,7 @@ class VerifyOptions:
         asked |= {key: number(asked[key], key) for key in parameters.of_form(Form.NUMBER)}
         return cls.of({"names": (name_of(claim),), "region": region, **asked})
 
-    def validate(self) -> "VerifyOptions":
+    def ensure_usable(self) -> "VerifyOptions":
         """The options themselves; InputError for a limit that is out of its range, or that nothing reads."""
         self._check_world()
         if not 0 < self.units < 2**32:
@@ -111,7 +111,7 @@ class VerifyOptions:
     def _check_world(self) -> None:
         """InputError for options that are about games alone, or about stated systems alone."""
         for name, option in self.unusual.items():
-            if self.world is None and name in OF_SYSTEMS and name != "max_boxes":
+            if self.world is None and name in OF_SYSTEMS and OF_SYSTEMS[name].needs == "world":
                 raise make_world_error(option)
             if self.world is not None and name not in (*OF_SYSTEMS, "world", "file", "verdict_only"):
                 advice = "leave it out; the file states claims and regions"

@@ -164,5 +164,5 @@ def results(profile: ir.PolicyProfile, options: VerifyOptions) -> list[AnyResult
 
 def verify_world(profile: ir.PolicyProfile, options: VerifyOptions) -> Verified:
     """The verdicts on the claims of options, of a world file among them, as `verify_questions`."""
-    asked, stated = pose_questions(profile, runs.PROFILE_FILE, options.validate())
+    asked, stated = pose_questions(profile, runs.PROFILE_FILE, options.ensure_usable())
     return verify_questions(profile, asked, options, stated=stated)

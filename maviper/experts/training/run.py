@@ -36,7 +36,7 @@ def train_expert(name: str, folder: Path, console: Console, **options: Unpack[Tr
     overrides: dict[str, Any] = {"seed": asked.seed}
     overrides |= {} if asked.steps is None else {"steps": asked.steps}
     overrides |= dict(_setting(text) for text in asked.settings)
-    request = Request(asked.algorithm, asked.recipe, overrides, asked.device, asked.against).validate()
+    request = Request(asked.algorithm, asked.recipe, overrides, asked.device, asked.against).complete()
     world = find(name, giving=True)
     seeds = range(asked.seed, asked.seed + asked.seeds)
     ensure_counts(asked.seeds, asked.jobs)

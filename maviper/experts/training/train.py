@@ -80,7 +80,7 @@ def train(
     MissingToolError without torch; InputError for settings, a device or a folder that cannot be used, and for a
     training whose loss stops being a number before there is a checkpoint.
     """
-    request = request.validate()
+    request = request.complete()
     trainer_of, chosen = _trainer(request.algorithm), settings_of(world, request)
     _check_device(request.device)
     experts = _against(world, request)
@@ -110,7 +110,7 @@ def train(
 
 def settings_of(world: World, request: Request) -> Any:
     """The settings of a training, a dataclass; errors as those of `train`."""
-    known = request.validate()
+    known = request.complete()
     algorithm = known.algorithm
     if world.masked and algorithm != MAPPO:
         advice = f"choose --algorithm {MAPPO}, and no other recipe than {DEFAULT}"

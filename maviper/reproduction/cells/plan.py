@@ -60,7 +60,7 @@ class Asked:
     presets: tuple[str, ...] = (PAPER,)
     seeds: int | None = None
 
-    def validate(self) -> "Asked":
+    def ensure_known(self) -> "Asked":
         """The same; UnknownNameError or InputError for what there is not."""
         for kind, names, known in (
             ("game", self.games or (), GAMES),

@@ -117,6 +117,6 @@ def test_cards_say_it_and_those_without_are_as_they_were():
 
     world = find("physical-deception")
     for given in ({}, {"scaled": 0}, {"scaled": 1}):
-        asked = Request("mappo", overrides=given).validate()
+        asked = Request("mappo", overrides=given).complete()
         settings = cards.config(world, asked, settings_of(world, asked), "")["settings"]
         assert ("scaled" in settings) == bool(given.get("scaled"))

@@ -647,30 +647,30 @@ def test_settings_come_from_recipe_and_user(world):
         scripted: float = 0.0
         seed: int = 0
 
-    found = settings(find("cooperative-navigation,agents=4"), Request(overrides={"games": "20"}).validate(), Some)
+    found = settings(find("cooperative-navigation,agents=4"), Request(overrides={"games": "20"}).complete(), Some)
     assert found.games == 20 and found.shared == 1  # the game's recipe also where its options differ
-    cloned = Request(recipe="clone").validate()
+    cloned = Request(recipe="clone").complete()
     assert settings(find("cooperative-navigation,agents=4"), cloned, Some).imitate_steps == 2_048_000
     with pytest.raises(UnknownNameError, match="did you mean 'learning_rate'"):
-        settings(world, Request(overrides={"learning_rat": 1}).validate(), Some)
+        settings(world, Request(overrides={"learning_rat": 1}).complete(), Some)
     with pytest.raises(InputError, match="must be a whole number"):
-        settings(world, Request(overrides={"games": "many"}).validate(), Some)
+        settings(world, Request(overrides={"games": "many"}).complete(), Some)
     with pytest.raises(InputError, match="games must be from 1"):
-        settings(world, Request(overrides={"games": 0}).validate(), Some)
+        settings(world, Request(overrides={"games": 0}).complete(), Some)
     with pytest.raises(InputError, match="steps must be at least 250"):
-        settings(world, Request(overrides={"steps": 249}).validate(), Some)
+        settings(world, Request(overrides={"steps": 249}).complete(), Some)
     with pytest.raises(InputError, match="seed"):
-        settings(world, Request(overrides={"seed": 2**32}).validate(), Some)
+        settings(world, Request(overrides={"seed": 2**32}).complete(), Some)
 
 
 def test_unknown_algorithm_and_recipe():
     with pytest.raises(UnknownNameError, match="did you mean 'mappo'"):
-        Request("mapo").validate()
+        Request("mapo").complete()
     with pytest.raises(UnknownNameError, match="did you mean 'paper'"):
-        Request(recipe="papr").validate()
+        Request(recipe="papr").complete()
     with pytest.raises(InputError, match="no recipe for vdn"):
-        Request("vdn", "paper").validate()
+        Request("vdn", "paper").complete()
     with pytest.raises(InputError, match="vdn cannot imitate"):
-        Request("vdn", "clone").validate()
-    assert Request(recipe="paper").validate().algorithm == "maddpg"
-    assert Request(recipe="clone").validate().algorithm == "mappo"
+        Request("vdn", "clone").complete()
+    assert Request(recipe="paper").complete().algorithm == "maddpg"
+    assert Request(recipe="clone").complete().algorithm == "mappo"

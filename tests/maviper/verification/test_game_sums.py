@@ -304,7 +304,7 @@ def test_the_world_file_of_a_game_and_the_engine_for_games_agree(seeds, tmp_path
         options = {"of": of, "eps": ERRORS[seed % 3]} if seed % 2 else {}
         known = verify(profile, "steady" if options else of, region=str(tmp_path / "drawn.toml"), **options)
         asked_for = VerifyOptions.about("steady" if options else of, str(tmp_path / "drawn.toml"), options)
-        stated = StatedWorld.of_game(profile, asked_for.validate())
+        stated = StatedWorld.of_game(profile, asked_for.ensure_usable())
         other = stated.answer(stated.asked[0].question, beside=False)
         assert other.verdict is known.verdict, (seed, of, options)
 

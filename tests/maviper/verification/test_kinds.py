@@ -108,7 +108,7 @@ def test_a_kind_of_claim_takes_an_entry_in_each_table(registered):
     profile = small_profile()
     team = profile.agents[1].team
     options = ask.VerifyOptions.about("short_names", "start", {"team": team, "steps": 9})
-    asked, stated = pose_questions(profile, "profile.json", options.validate())
+    asked, stated = pose_questions(profile, "profile.json", options.ensure_usable())
     told = []
     done = verify_questions(profile, asked, options, told.append, stated)
     (result,) = done.results

@@ -18,7 +18,7 @@ from maviper.worlds import find
 
 
 def cells(**asked):
-    return [task.cell for task in plan_cells(Asked(**asked).validate(), "").tasks]
+    return [task.cell for task in plan_cells(Asked(**asked).ensure_known(), "").tasks]
 
 
 def test_quick_is_one_seed_of_deception_with_every_algorithm():
@@ -147,7 +147,7 @@ def test_experts_of_a_family_may_be_named_one_by_one(tmp_path):
 )
 def test_unknown_names_are_suggested(asked, said):
     with pytest.raises(UnknownNameError, match=said):
-        Asked(**asked).validate()
+        Asked(**asked).ensure_known()
 
 
 def test_an_expert_of_another_game_is_refused():
