@@ -14,7 +14,7 @@ from typing import NamedTuple
 from codegen.errors import InputError
 from codegen.ir import PolicyProfile
 from codegen.region import RegionSpec
-from maviper.worlds.stated.observing import PLACE, Observed, call_in_file, find_coordinate, list_observed
+from maviper.worlds.stated.observing import PLACE, Observed, call_in_file, find_coordinate, find_goal, list_observed
 from verify.claims.formula import And, Formula, Linear, Not, Or
 from verify.claims.region import Interval
 from verify.decimals import plain
@@ -169,7 +169,7 @@ def _read_part(game: GameFile, polytope: Polytope, where: str) -> _Part:
             first, second = game.ranges[name], game.ranges[other]
             widest = first[0] - second[1], first[1] - second[0]
             differences[name, other] = narrow(differences.get((name, other), widest), factor, end)
-    goal = _find_goal(differences)
+    goal = find_goal(polytope)
     same = [{f"{PLACE}.{axis}", f"{goal}.{axis}"} for axis in "xy"]
     return _Part(bounds, {pair: ends for pair, ends in differences.items() if set(pair) not in same}, goal)
 
@@ -183,14 +183,6 @@ def _ensure_stated(game: GameFile, half: HalfSpace, where: str) -> None:
     if half.strict or not (alone or compared):
         what = f"a condition of the claim's regions is about {' and '.join(names) or 'nothing'}, and is no bound"
         raise InputError(f"{what} of a coordinate or of a difference of two", where, "state the region as a box")
-
-
-def _find_goal(differences: Mapping[tuple[str, str], Interval]) -> str | None:
-    """The landmark at which the goal's place is along both axes; None where there is none."""
-    equal = {frozenset(pair) for pair, ends in differences.items() if ends == NONE}
-    marks = sorted({each.rpartition(".")[0] for pair in equal for each in pair} - {PLACE})
-    along = {mark: {frozenset((f"{PLACE}.{axis}", f"{mark}.{axis}")) for axis in "xy"} for mark in marks}
-    return next((mark for mark in marks if along[mark] <= equal), None)
 
 
 def _is_implied(name: str, bounds: Mapping[str, Interval], goals: tuple[str, ...]) -> bool:

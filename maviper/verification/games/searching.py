@@ -19,6 +19,7 @@ from maviper.worlds.stated.observing import (
     PLACE,
     bound_region,
     find_coordinate,
+    find_goal,
     list_observed,
     place_in,
     with_noise,
@@ -27,7 +28,7 @@ from verify.claims.region import Interval
 from verify.claims.uncertified.values import Batch
 from verify.systems.claims import SystemClaim
 from verify.systems.statement import Statement
-from verify.systems.system import Polytope, State, Variable
+from verify.systems.system import State, Variable
 
 Number = TypeVar("Number")
 SCALES = (-2, -6, -10, -14, -18, -22, -26)  # powers of two: how far states are drawn from one where a claim may fail
@@ -40,7 +41,7 @@ def iterate_near(profile: PolicyProfile, statement: Statement, claim: SystemClai
     """States of the game beside another one: float64 coordinates and errors, the goal at a landmark, and the roundings
     that the game makes there. First the nearest ones, then those of some farther away in which the claim seems to fail.
     """
-    drawable, goal = _list_drawable(profile, statement), _find_goal(profile, state)
+    drawable, goal = _list_drawable(profile, statement), _find_goal_in(profile, state)
     bounds = _bound_all(claim, drawable)
     for step in (0, 1, -1):
         moved = {one.name: place_in(state[one.name], bounds[one.name], step) for one in drawable}
@@ -63,7 +64,7 @@ def iterate_anywhere(profile: PolicyProfile, statement: Statement, claim: System
             extreme: Bool = erring & (rng.random(drawn.shape) < EXTREME)
             at_ends: Float64 = np.where(rng.random(drawn.shape) < 1 / 2, ends[:, 0], ends[:, 1])
             drawn = np.where(extreme, at_ends, drawn)
-        yield from _iterate_broken(profile, statement, claim, _find_goal_of(profile, region), drawn)
+        yield from _iterate_broken(profile, statement, claim, find_goal(region), drawn)
 
 
 def _list_drawable(profile: PolicyProfile, statement: Statement) -> list[Variable]:
@@ -104,19 +105,12 @@ def _bound_all(claim: SystemClaim, drawable: Sequence[Variable]) -> dict[str, In
     }
 
 
-def _find_goal(profile: PolicyProfile, state: State) -> str | None:
+def _find_goal_in(profile: PolicyProfile, state: State) -> str | None:
     """The landmark at which the goal is in a state; None in a game without goal, or where it is at none."""
     for landmark in profile.world.landmarks:
         if all(state.get(f"{PLACE}.{axis}") == state[f"{landmark.name}.{axis}"] for axis in "xy"):
             return landmark.name
     return None
-
-
-def _find_goal_of(profile: PolicyProfile, region: Polytope) -> str | None:
-    """The landmark at which the goal is in a region; None where there is none."""
-    named = {name for half in region if len(half.form.terms) == 2 for name, _ in half.form.terms}
-    marks = [each.name for each in profile.world.landmarks]
-    return next((mark for mark in marks if {f"{PLACE}.x", f"{mark}.x"} <= named), None)
 
 
 def _at_goal(goal: str | None, at: Mapping[str, Number]) -> dict[str, Number]:

@@ -163,6 +163,19 @@ def planes_of(profile: PolicyProfile, state: State) -> Float64:
     return np.array([[float(at.get(name, 0)) for name in profile.world.coordinates()]])
 
 
+def find_goal(region: Polytope) -> str | None:
+    """The landmark at which half spaces hold the goal's place along both axes; None where they do at none."""
+    ordered = set[tuple[str, str]]()  # coordinates, the first at most the second
+    for half in region:
+        if len(half.form.terms) == 2 and not half.form.constant:
+            (first, factor), (second, other) = half.form.terms
+            if factor + other == 0:
+                ordered.add((first, second) if factor > 0 else (second, first))
+    equal = {(one, other) for one, other in ordered if (other, one) in ordered}
+    marks = sorted({name.rpartition(".")[0] for pair in equal for name in pair} - {PLACE})
+    return next((mark for mark in marks if all((f"{PLACE}.{axis}", f"{mark}.{axis}") in equal for axis in "xy")), None)
+
+
 def bound_region(region: Polytope, ranges: Mapping[str, Interval]) -> dict[str, Interval]:
     """The ranges within what half spaces of one variable say; those of variables without a range are left out."""
     bounds = dict(ranges)
