@@ -132,16 +132,18 @@ FIGURES = (
 RECORD = GENERATED / "monitors"
 INTRO = """# Whether the words of monitors hold
 
-Each row is a monitor in C, of a committed proof or of one `always` that is made first. `states`: of episodes in which
-every state is pushed at random. `fails while vouched`: of those vouched for, in how many the claim is broken, or one
-step on, or a stated system is not vouched for again; `lost`: the last of turned boxes. `control fails`: the same with
-other trees. `calm`: states of episodes that nobody pushes, or of games states in the region; `refused` of these.
-`false alarms`: the share of states that are vouched for, but not with numbers off by a thousandth of the region.
-Monitors of whole episodes know no such numbers, but with `--noise` (`flight/`). `warning`: of games, the share of
-departures that `LEAVING` comes before; of episodes, by how many steps the monitor is ahead of a broken claim.
+Each row is a monitor in C, of a committed proof or of one `always` that is made first. `python -m
+tests.benchmarks.monitor --record` renews table.json and this page, and `--help` says how it is measured.
 
-`python -m tests.benchmarks.monitor --record` renews table.json and this page; it plays in numpy, and tells what it
-does: `--help`.
+- `states`: of episodes in which states are pushed at random; `vouched`: the share that the monitor vouches for.
+- `fails while vouched`: of these, where the claim is broken, or one step on, or where a stated system is not vouched
+  for one step on. Of turned boxes the last is `lost`: at an edge rounding refuses. `fails elsewhere`: of all others.
+- `control fails`: how often the same judge says so where trees take other actions.
+- `calm`: states of episodes that nobody pushes, or of decisions in games those in the region; `refused`: of these.
+- `false alarms`: the share of states that are vouched for, but not once numbers are off by a thousandth of the region.
+  Monitors of whole episodes of games know no such numbers without `--noise`, as in `flight/`.
+- `warning`: of games, the share of departures that `LEAVING` comes before; of episodes, how many steps the monitor is
+  ahead of a broken claim, on average.
 
 """
 
