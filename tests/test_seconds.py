@@ -75,6 +75,42 @@ def test_long_files_come_first_and_keep_their_order_and_unknown_ones_come_before
     assert [ordered.index(f"{name}::y") - ordered.index(f"{name}::x") for name in ("a.py", "b.py", "c.py")] == [1, 1, 1]
 
 
+class Worker:
+    """What the scheduler sees of a worker: the tests that it was sent, by place."""
+
+    def __init__(self):
+        self.sent, self.shutting_down, self.gateway = [], False, SimpleNamespace(id="a worker")
+
+    def send_runtest_some(self, places):
+        self.sent += places
+
+    def shutdown(self):
+        self.shutting_down = True
+
+
+def test_a_file_stays_on_one_worker_and_all_that_open_pages_do():
+    scheduling = pytest.importorskip("tests.support.scheduling")
+    files = [*(f"tests/test_{k}.py" for k in range(9)), *(f"tests/maviper/page/test_{k}.py" for k in range(3))]
+    files[3:3] = [scheduling.PAGES[-1]]
+    assert all((seconds.ROOT / name).exists() for name in scheduling.PAGES)
+    tests = [f"{file}::test_{k}" for file in files for k in range(4)]
+    config = SimpleNamespace(getvalue=lambda _: ["2*popen"], option=SimpleNamespace(loadscopereorder=False))
+    scheduler, workers = scheduling.Scheduling(config), [Worker(), Worker()]
+    for worker in workers:
+        scheduler.add_node(worker)
+        scheduler.add_node_collection(worker, tests)
+    scheduler.schedule()
+    for turn in range(len(tests)):
+        for worker in workers:
+            for place in worker.sent[turn : turn + 1]:
+                scheduler.mark_test_complete(worker, place)
+    assert scheduler.tests_finished and not scheduler.has_pending and all(worker.shutting_down for worker in workers)
+    first, second = ({tests[place].split("::")[0] for place in worker.sent} for worker in workers)
+    assert sorted(tests[place] for worker in workers for place in worker.sent) == sorted(tests)
+    assert first | second == set(files) and not first & second and first and second
+    assert len({name in first for name in files if name.startswith(scheduling.PAGES)}) == 1
+
+
 def test_a_recorder_adds_up_what_reports_say(tmp_path):
     recorder = seconds.Recorder(tmp_path / "record.json")
     for nodeid, spent in (("a.py::x", 1.0), ("a.py::x", 0.5), ("b.py::y", 2.0)):

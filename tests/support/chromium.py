@@ -58,6 +58,7 @@ class Chromium:
         self._ask("Page.navigate", self._tab, url=address)
         self._wait(lambda told: told.get("method") == "Page.loadEventFired" and told.get("sessionId") == self._tab)
         found = self._ask("Runtime.evaluate", self._tab, expression=expression, returnByValue=True)
+        self._ask("Page.navigate", self._tab, url="about:blank")  # a page goes on drawing
         assert "exceptionDetails" not in found, found["exceptionDetails"]
         return found["result"]["value"]
 

@@ -1,0 +1,24 @@
+"""Which worker takes which tests: a file stays on one, and so do all files that open pages.
+
+Does: hands out whole files in the order of the collection; those that share a browser go to one worker.
+Assumes: pytest-xdist's scheduler by files, which counts the tests of all files again whenever one test ends.
+Does not: order the files (tests/seconds.py).
+"""
+
+from xdist.scheduler import LoadFileScheduling
+
+PAGES = ("tests/maviper/page/", "tests/maviper/cli/test_diff.py", "tests/test_worlds.py")
+PAGES += ("tests/maviper/verification/test_stated_report.py",)
+
+
+class Scheduling(LoadFileScheduling):
+    """By files; those of PAGES count as one."""
+
+    def _split_scope(self, nodeid):
+        return PAGES[0] if nodeid.startswith(PAGES) else super()._split_scope(nodeid)
+
+    def _pending_of(self, workload):
+        """How many tests of a worker's files are left; files that are through are not looked at again."""
+        for scope in [scope for scope, tests in workload.items() if False not in tests.values()]:
+            del workload[scope]
+        return super()._pending_of(workload)
