@@ -23,6 +23,7 @@ from codegen.legality import LEGAL, Mask, mask_of
 Int = npt.NDArray[np.integer[Any]]
 Options = Mapping[str, int | str]
 FEATURES = "features"  # the option of our worlds
+CONTINUOUS = "continuous"  # with what the options begin by which agents give numbers: ours, mpe2's and VMAS's
 RETURN = "return"  # the measure of summed rewards, a team's being its agents' mean
 
 

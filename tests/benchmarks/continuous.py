@@ -15,7 +15,6 @@ regressor of the expert's own episodes, and one that also plays (DAgger), with a
 manual's table.
 """
 
-import argparse
 import json
 import sys
 import time
@@ -39,7 +38,7 @@ from maviper.extraction.algorithms import extract
 from maviper.extraction.settings import Settings
 from maviper.worlds import World, find
 from tests.benchmarks import single_agent
-from tests.benchmarks.scores import Row, align, find_rows, keep_rows, read_rows, scored, tell_score
+from tests.benchmarks.scores import Row, align, find_rows, keep_rows, parse_options, read_rows, scored, tell_score
 
 WEIGHTS = ".safetensors"  # of experts without the rest of a zip
 PART = 100_000  # environment steps of a training, after which the expert is written
@@ -262,24 +261,14 @@ def halve_leaves(setting: Setting, record: Path | None, seed: int) -> list[dict[
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("games", nargs="*", default=list(EXPERTS))
-    parser.add_argument("--train", type=Path)
-    parser.add_argument("--experts", type=Path)
-    parser.add_argument("--leaves", type=int)
-    parser.add_argument("--ways", help="several with +", default="+".join((*WAYS, *PLAIN)))
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--halves", action="store_true")
-    parser.add_argument("--record", type=Path)
-    parser.add_argument("--json", action="store_true")
-    options = parser.parse_args()
+    options = parse_options(__doc__, list(EXPERTS), (*WAYS, *PLAIN), "--halves")
     held_out.EVALUATION_EPISODES = 10  # a profile's own figures are not asked for
     if options.train:
         options.train.mkdir(exist_ok=True)
         for game in options.games:
             train_expert(game, options.train / f"{game}.zip", options.seed)
     elif not options.experts:
-        parser.error("nothing to do: --experts FOLDER measures trees of its experts, --train FOLDER makes experts")
+        sys.exit("nothing to do: --experts FOLDER measures trees of its experts, --train FOLDER makes experts")
     figures = list[dict[str, Any]]()
     files = {game: find_file(options.experts, game) for game in options.games} if options.experts else {}
     missing = [game for game, file in files.items() if file is None]

@@ -12,7 +12,6 @@ bootstrap. --record FILE keeps the rows in a file of JSON, measures none that it
 the manual's table.
 """
 
-import argparse
 import json
 import time
 from collections.abc import Mapping, Sequence
@@ -35,7 +34,7 @@ from maviper.extraction.settings import Settings
 from maviper.worlds import ParticleWorld, World, find
 from maviper.worlds.seeds import fold_seed
 from tests.benchmarks.continuous import EPISODES, WAYS
-from tests.benchmarks.scores import Row, align, find_rows, keep_rows, read_rows, scored, tell_score
+from tests.benchmarks.scores import Row, align, find_rows, keep_rows, parse_options, read_rows, scored, tell_score
 from tests.benchmarks.settled import Settled
 
 
@@ -194,16 +193,7 @@ def _returns_of(world: World, subject: Any, expert: Controller, team: str) -> Fl
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=str(__doc__).splitlines()[0])
-    parser.add_argument("games", nargs="*", default=list(GAMES))
-    parser.add_argument("--train", type=Path)
-    parser.add_argument("--experts", type=Path)
-    parser.add_argument("--leaves", type=int)
-    parser.add_argument("--ways", help="several with +", default="")
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--record", type=Path)
-    parser.add_argument("--json", action="store_true")
-    options = parser.parse_args()
+    options = parse_options(__doc__, list(GAMES), ())
     held_out.EVALUATION_EPISODES = 10  # a profile's own figures are not asked for
     if options.train:
         options.train.mkdir(exist_ok=True)

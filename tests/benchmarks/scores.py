@@ -1,10 +1,11 @@
 """Rows of benchmarks of trees: scores with their intervals, records of rows as JSON, and tables as the manual has them.
 
-Does: keeps one row for each question, and finds it again.
+Does: keeps one row for each question, and finds it again; the options that such benchmarks share.
 Assumes: rows with the keys of IDENTITY, those that they have; a row of another expert answers another question.
 Does not: measure anything.
 """
 
+import argparse
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -19,6 +20,21 @@ DRAWS = 2_000  # of a bootstrap
 INTERVAL = (0.025, 0.975)
 
 Row = dict[str, Any]
+
+
+def parse_options(described: str | None, games: Sequence[str], ways: Sequence[str], *more: str) -> argparse.Namespace:
+    """The options of a command line. `games`, `ways`: the usual ones; `more`: switches of this benchmark alone."""
+    parser = argparse.ArgumentParser(description=str(described).splitlines()[0])
+    parser.add_argument("games", nargs="*", default=list(games))
+    parser.add_argument("--train", type=Path)
+    parser.add_argument("--experts", type=Path)
+    parser.add_argument("--leaves", type=int)
+    parser.add_argument("--ways", help="several with +", default="+".join(ways))
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--record", type=Path)
+    for switch in (*more, "--json"):
+        parser.add_argument(switch, action="store_true")
+    return parser.parse_args()
 
 
 def draw_scores(tree: Float64, expert: Float64, random: Float64) -> Float64:

@@ -16,7 +16,6 @@ from codegen.ir import PHYSICS, EntitySpec, FeatureSpec, Float64, Meaning
 from maviper.worlds.games.features import own, relative
 from maviper.worlds.games.particle import (
     ACTIONS,
-    CONTINUOUS,
     EPISODE_STEPS,
     FORCE,
     SQUARED_RADII,
@@ -29,7 +28,7 @@ from maviper.worlds.games.particle import (
     planes,
     squared_distances,
 )
-from maviper.worlds.world import Measure, unusual
+from maviper.worlds.world import CONTINUOUS, Measure, unusual
 
 AGENTS = "agents"
 WORDS = 2  # width of mpe2's communication channel

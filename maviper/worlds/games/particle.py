@@ -23,7 +23,7 @@ from codegen.errors import InputError, UnknownNameError
 from codegen.ir import FORK, PHYSICS, ActionSpec, Bool, EntitySpec, FeatureSpec, Float32, Float64, OutputSpec, WorldSpec
 from codegen.observe import Observer
 from maviper.worlds.games.features import COASTING, extend_features, groups_of
-from maviper.worlds.world import FEATURES, Int, Options, World
+from maviper.worlds.world import CONTINUOUS, FEATURES, Int, Options, World
 from verify.claims.uncertified.matched import has_matching
 
 # mpe2's discrete actions, in its order
@@ -36,7 +36,6 @@ ACTIONS = (
 )
 # mpe2's continuous actions: a number for each of them. It takes the differences of right and left, and of up and down.
 OUTPUTS = tuple(OutputSpec(action.name, "none", 0.0, 1.0) for action in ACTIONS)
-CONTINUOUS = "continuous"  # the option by which agents give them
 PHYSICS_NAMES = (MPE2, FORK)
 FORKS = "the authors' fork of multiagent-particle-envs"
 FORK_MOTION = "velocities change first and positions move with the new ones; stated accelerations count twice"

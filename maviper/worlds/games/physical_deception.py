@@ -19,7 +19,6 @@ from codegen.observe import Observer
 from maviper.worlds.games.features import relative
 from maviper.worlds.games.particle import (
     ACTIONS,
-    CONTINUOUS,
     EPISODE_STEPS,
     FORCE,
     SQUARED_RADII,
@@ -32,7 +31,7 @@ from maviper.worlds.games.particle import (
     planes,
     squared_distances,
 )
-from maviper.worlds.world import Int, Measure, unusual
+from maviper.worlds.world import CONTINUOUS, Int, Measure, unusual
 
 ADVERSARIES = "adversaries"
 DEFENDERS = "defenders"

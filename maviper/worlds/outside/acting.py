@@ -17,6 +17,7 @@ from codegen.errors import InputError
 from codegen.ir import MAX_LENGTH, OutputSpec
 from maviper.worlds.outside.flattening import OWN
 from maviper.worlds.outside.sources import Source, space, table
+from maviper.worlds.world import CONTINUOUS
 
 if TYPE_CHECKING:
     from gymnasium import spaces
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
     Choices = spaces.Space  # the action space of an agent
 
 NUMBERED = "gymnasium.wrappers.TransformAction(env, lambda k: TABLE[k], gymnasium.spaces.Discrete(len(TABLE)))"
-CONTINUOUS = "continuous"  # how the options begin by which worlds give agents numbers: ours, mpe2's and VMAS's
 MAX_OUTPUTS = 64  # of an agent
 GIVING = "use Discrete(n): agents choose among numbered actions; or a Box of floats with finite bounds"
 
