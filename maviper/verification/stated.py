@@ -8,9 +8,8 @@ Does not: decide verdicts, print or write files.
 from __future__ import annotations
 
 import shlex
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from enum import Enum, auto
 from functools import cached_property, partial
 from pathlib import Path
 from types import ModuleType
@@ -23,15 +22,13 @@ from maviper.verification.ask import Asked, Posed, VerifyOptions, pose_claims
 from maviper.verification.files.places import repeat_options
 from maviper.verification.files.systems import PROPERTY_FILE
 from maviper.verification.games import episodes as game_episodes
-from maviper.verification.games import playing
+from maviper.verification.games.confirming import RealAgents, Variables
 from maviper.verification.games.decisions import world_of as world_of_game
-from maviper.verification.games.searching import iterate_anywhere, iterate_near
 from maviper.verification.observation_world import errors_in, world_of
 from maviper.verification.observing import resolve_region
 from maviper.verification.reference import measure_reference, replay_words
 from maviper.verification.ruled import find_by_rules
 from maviper.worlds.stated.certified import WORLD_FILE, ensure_plays
-from maviper.worlds.stated.observing import ensure_observed
 from maviper.worlds.stated.systems import file_of, read
 from verify.checker.reading import RejectedError
 from verify.checker.systems.enclosures import ensure_curves, ensure_enclosed
@@ -41,11 +38,7 @@ from verify.claims.uncertified.views import Viewed, select_features
 from verify.extent.starts import NOBODY
 from verify.progress import tell
 from verify.question import Question
-from verify.reach.play.anywhere import iterate_failing
-from verify.reach.play.observable import fails, observable
-from verify.reach.replay import Course, replay_course
 from verify.reach.results import SystemCounterexample
-from verify.reach.rounded import truly
 from verify.reports import systems as report
 from verify.result import Cost, Result, Verdict
 from verify.semantics import MACHINE
@@ -56,9 +49,8 @@ from verify.systems.files import MAX_BYTES as MAX_WORLD_BYTES
 from verify.systems.files import statement_of
 from verify.systems.given.played import as_played
 from verify.systems.pieces import list_curved
-from verify.systems.properties import claims_in, claims_of, parse_written
+from verify.systems.properties import claims_in, claims_of
 from verify.systems.statement import Statement
-from verify.systems.system import State
 from verify.verdicts.systems import (
     BOXES,
     ENCLOSED,
@@ -68,15 +60,6 @@ from verify.verdicts.systems import (
     SystemResult,
     verify_system,
 )
-
-
-class Variables(Enum):
-    """What the variables of a world file are."""
-
-    STATED = auto()  # what a user states
-    OBSERVED = auto()  # observations: a counterexample is one of floats
-    COORDINATES = auto()  # of a game: a counterexample is one of its states
-
 
 BENT = "the claim holds or fails within what the enclosures of its products and functions leave open"
 ERRING = "the claim holds or fails within what the errors of next values leave open"
@@ -249,15 +232,15 @@ class StatedWorld:
         bent = not question.claim.about_decisions and any(map(list_curved, self.statement.rules))
         confirm = partial(find_by_rules, self.statement, self.profile, question.claim) if bent else None
         if self.statement.acting or self.variables is Variables.COORDINATES:
-            confirm = _unknown if bent else partial(self._truly, question.claim)
+            confirm = _unknown if bent else partial(self._agents.confirm, question.claim)
         attempt: Attempt | None = None
         known: SystemCounterexample | None = None
         if self.started is not None:
-            known = self._look_anywhere(question.claim)  # first, as games are quick to play
+            known = self._agents.look_anywhere(question.claim)  # first, as games are quick to play
         elif self.variables is Variables.COORDINATES:
-            attempt = partial(self._look_anywhere, question.claim)
+            attempt = partial(self._agents.look_anywhere, question.claim)
         elif self.statement.acting and question.claim.about_decisions:
-            attempt = partial(self._look_drawn, question.claim)
+            attempt = partial(self._agents.look_drawn, question.claim)
         result = self._together.verify_question(self.claims.index(question.claim), confirm, beside, attempt, known)
         if result.reason == ENCLOSED and (self.statement.acting or self.variables in NOT_FOUND):
             unfound = NOT_PLAYED if self.started is not None else NOT_FOUND.get(self.variables, ROUNDED)
@@ -269,62 +252,6 @@ class StatedWorld:
         said = replay_words(self.statement, self.profile, result) if measured_steps else ""
         return replace(result, evidence=replace(result.evidence, environment=said))
 
-    def _truly(self, claim: SystemClaim, counterexample: SystemCounterexample) -> SystemCounterexample | None:
-        """A counterexample of the real agents. AssertionError where the reference, asked for what they give in its
-        state, does not break the formula as it was written: that is our bug.
-        """
-        again = self._play_again(claim, counterexample)
-        if again is not None and claim.about_decisions:
-            said = parse_written(claim, self.statement, self.profile)
-            if said is not None and not fails(self.statement, self.profile, said, again.start):
-                raise AssertionError(f"the reference breaks no formula at {dict(again.start)}: {claim.written}")
-        return again
-
-    def _play_again(self, claim: SystemClaim, known: SystemCounterexample) -> SystemCounterexample | None:
-        """A counterexample of the real agents beside another one. AssertionError where the game shows an agent other
-        numbers than its file: that is our bug.
-        """
-        if self.variables is Variables.COORDINATES and not claim.about_decisions:
-            return self._first_played(claim, playing.iterate_near(self._game, claim, known.start))
-        if self.variables is Variables.COORDINATES:
-            return self._first_broken(claim, iterate_near(self.origin, self.statement, claim, known.start))
-        confirm = observable if self.variables is Variables.OBSERVED else truly
-        return confirm(self.statement, self.profile, claim, known)
-
-    def _look_anywhere(self, claim: SystemClaim) -> SystemCounterexample | None:
-        if not claim.about_decisions:
-            return self._first_played(claim, playing.iterate_anywhere(self._game, claim))
-        return self._first_broken(claim, iterate_anywhere(self.origin, self.statement, claim))
-
-    def _first_broken(self, claim: SystemClaim, states: Iterable[State]) -> SystemCounterexample | None:
-        """The first of some states of the game that breaks a claim."""
-        for state in states:
-            ensure_observed(self.origin, self.statement, state)
-            again = truly(self.statement, self.profile, claim, SystemCounterexample((state,), (), (), (), 0))
-            if again is not None:
-                return again
-        return None
-
-    def _look_drawn(self, claim: SystemClaim) -> SystemCounterexample | None:
-        """A counterexample of the real agents, wherever they break a claim about decisions."""
-        written = parse_written(claim, self.statement, self.profile)
-        drawn = () if written is None else iterate_failing(self.statement, self.profile, claim, written)
-        known = (SystemCounterexample((state,), (), (), (), 0) for state in drawn)
-        return next(filter(None, (self._truly(claim, each) for each in known)), None)
-
-    @property
-    def _game(self) -> playing.PlayedGame:
-        assert self.started is not None
-        return playing.PlayedGame(self.origin, self.profile, self.statement, self.started.goal)
-
-    def _first_played(self, claim: SystemClaim, courses: Iterable[Course]) -> SystemCounterexample | None:
-        """The first of some episodes of the game that breaks a claim."""
-        for course in courses:
-            again = replay_course(self.profile, self.statement.system, claim, course)
-            if again is not None:
-                return again
-        return None
-
     def _by_curves(self, question: Question[SystemClaim], curved: CurvedClaim, beside: bool) -> SystemResult:
         """The answer about a formula with curves: PROVED where the formula that implies it is, VIOLATED where the one
         that it implies is. InputError where an enclosure is not shown again.
@@ -335,12 +262,12 @@ class StatedWorld:
         except RejectedError as error:
             where = f"claim {question.claim.shown}: {error}"
             raise InputError("an enclosure was not shown again", where, "cut its ranges into more parts") from None
-        confirm = partial(self._truly, question.claim) if self.statement.acting else None
+        confirm = partial(self._agents.confirm, question.claim) if self.statement.acting else None
         stronger = self._together.verify_question(self.claims.index(question.claim), confirm, beside)
         if stronger.verdict in (Verdict.PROVED, Verdict.VACUOUS):
             return stronger
         if self.statement.acting:
-            confirm = partial(self._truly, curved.weaker)
+            confirm = partial(self._agents.confirm, curved.weaker)
         other = verify_system(replace(question, claim=curved.weaker), confirm, beside)
         if other.verdict is Verdict.VIOLATED:
             return other
@@ -352,6 +279,11 @@ class StatedWorld:
     def _questions(self) -> list[Question[SystemClaim]]:
         subject, budgets = ClosedLoop(self.profile, self.statement.system), self.options.budgets(None)
         return [Question(subject, claim, UNBOUNDED, MACHINE, budgets) for claim in self.claims]
+
+    @cached_property
+    def _agents(self) -> RealAgents:
+        """The real agents, who confirm counterexamples."""
+        return RealAgents(self.profile, self.origin, self.statement, self.variables, self.started)
 
     @cached_property
     def _together(self) -> JointQuestions:
