@@ -101,6 +101,7 @@ def _say(claim: SystemClaim, statement: Statement, profile: PolicyProfile) -> st
 
 
 ADVICE = "a monitor needs a proof by boxes, by cells, or of a claim about decisions"
+SYMBOLIC = "the certificate follows symbolic states, and to find out whether a state is in one takes a linear program"
 FORMS = "the sets of the certificate are affine forms, and to find out whether a state is in one takes a linear program"
 
 
@@ -130,8 +131,7 @@ def _list_steps(proof: Certificate, statement: Statement, ranges: Sequence[Varia
 @_ensure_watchable.register
 def _(certificate: SystemCertificate, where: str) -> None:
     if not certificate.claim.about_decisions:
-        what = "the certificate follows symbolic states, and a state cannot be compared with these"
-        raise InputError(what, where, f"{ADVICE}: verify with a larger --max-boxes")
+        raise InputError(SYMBOLIC, where, f"{ADVICE}: verify with a larger --max-boxes")
     _ensure_boxed_regions(certificate.claim, where)
 
 

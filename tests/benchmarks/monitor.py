@@ -31,6 +31,7 @@ import math
 import shutil
 import tempfile
 from collections.abc import Callable, Iterator
+from fractions import Fraction
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -38,15 +39,17 @@ from typing import Any
 import numpy as np
 
 from codegen.boxes.bounding import is_inside
-from maviper import load, verify_system
+from maviper import load, verify, verify_system
 from maviper.compilation.monitors import load_proof
 from maviper.files.runs import read_unpacked
 from maviper.worlds.stated.certified import read_certificate
 from maviper.worlds.stated.observing import call_in_file
 from tests.support.followed import arriving
+from tests.support.lasting import lasting
 from tests.support.monitored import acting, compiled, formula_of, meets
 from tests.support.pushed import NOISE, STEPS, Watching, episodes, perturbed, unperturbed
 from tests.support.shadowed import flying
+from verify.certificates.episodes import to_json
 from verify.checker.decisions.certificates import MAX_BYTES
 
 GENERATED = Path(__file__).parents[2] / "generated"
@@ -101,6 +104,8 @@ SUMS = (  # of a team whose trees test differences of features
     "differences/certificate-3-decides",
 )
 SUMS_FOLLOWED = "differences/episodes/certificate-1-stays_in"
+LASTING = "proved_defenders/always"
+RADIUS = Fraction(5, 2)  # within which its defenders stay
 PUSHED = 0.25  # of its states in each step: next to no state is in its sets once it was pushed
 FOR_EVER = {
     "quadrotor": "x = [-0.6, 0.6], y = [-0.6, 0.6], z = [-0.6, 0.6]",
@@ -228,6 +233,16 @@ def made_for_ever(name: str, states: int) -> dict[str, Any]:
         return system(for_ever(name, Path(folder)), states)
 
 
+def made_lasting(states: int) -> dict[str, Any]:
+    """The figures of a proof for ever about a game, made anew."""
+    profile = GENERATED / "proved_defenders" / "profile.json"
+    found = verify(load(profile), "stays_in", steps="always", radius=RADIUS)
+    with tempfile.TemporaryDirectory(prefix="maviper-") as folder:
+        certificate = Path(folder) / "certificate.json"
+        certificate.write_text(to_json(found.evidence.certificate))
+        return lasting(certificate, profile, states, min(COSTED, states))
+
+
 def file_of(name: str) -> Path:
     """A certificate, which may be packed."""
     packed = GENERATED / f"{name}.json.xz"
@@ -242,6 +257,7 @@ def rows() -> dict[str, Callable[[int], dict[str, Any]]]:
         **{name: partial(game, name) for name in (*GAMES, *SUMS)},
         **{name: partial(arriving, files[name]) for name in EPISODES},
         FLOWN: lambda states: flying(files[FLOWN], beside, states, OFF, NOISE * SIDE),
+        LASTING: made_lasting,
         SUMS_FOLLOWED: lambda states: system(files[SUMS_FOLLOWED], states, "../profile.json", PUSHED),
         **{name: partial(system, files[name]) for name in SYSTEMS},
         **{f"worlds/{name}/always": partial(made_for_ever, name) for name in FOR_EVER},

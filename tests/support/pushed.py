@@ -24,9 +24,9 @@ PUSH = 0.3  # of games: standard deviation of what is added to a velocity after 
 SHIFT = 0.02  # of systems: the same of a variable, for the side of the hull of the proof's boxes
 
 
-def episodes(profile: Any, count: int, seed: int, box: Any = None) -> Any:
+def episodes(profile: Any, count: int, seed: int, box: Any = None, push: float = PUSH) -> Any:
     """World states [count, STEPS, n_coordinates] of episodes from the start box, every step of which is perturbed.
-    `box`: bounds of coordinates that start elsewhere.
+    `box`: bounds of coordinates that start elsewhere; `push`: how much is added to velocities.
     """
     rng, world = np.random.default_rng(seed), profile.world
     at = {name: place for place, name in enumerate(world.coordinates())}
@@ -40,22 +40,28 @@ def episodes(profile: Any, count: int, seed: int, box: Any = None) -> Any:
         for axis in "xy":
             w[:, at[f"goal.{axis}"]] = np.choose(goal, [w[:, at[f"{name}.{axis}"]] for name in world.goals])
     found = np.empty((count, STEPS, len(at)))
-    effects = {
-        policy.agent: np.array([each.effect or (0.0, 0.0) for each in policy.actions]) for policy in profile.agents
-    }
     for step in range(STEPS):
         found[:, step] = w
-        acted = acting(profile, w)
-        for entity in world.agents:
-            speeds = [at[f"{entity.name}.v{axis}"] for axis in "xy"]
-            for k, axis in enumerate("xy"):
-                w[:, at[f"{entity.name}.{axis}"]] += world.dt * w[:, speeds[k]]
-                pushed = world.dt * entity.force * effects[entity.name][acted[entity.name]][:, k]
-                w[:, speeds[k]] = (1.0 - world.damping) * w[:, speeds[k]] + pushed + PUSH * rng.normal(size=count)
-            if entity.max_speed is not None:
-                speed = np.hypot(*(w[:, place] for place in speeds))
-                w[:, speeds] *= np.minimum(1.0, entity.max_speed / np.maximum(speed, 1e-9))[:, None]
+        w = move_game(profile, w, acting(profile, w), push * rng.normal(size=(len(world.agents), 2, count)))
     return found
+
+
+def move_game(profile: Any, w: Any, acted: Any, pushed: Any = None) -> Any:
+    """States of a game one step on; `pushed`: what is added to velocities, [agents, 2, states]."""
+    w, world = w.copy(), profile.world
+    at = {name: place for place, name in enumerate(world.coordinates())}
+    for number, entity in enumerate(world.agents):
+        effects = np.array([each.effect or (0.0, 0.0) for each in profile.policy(entity.name).actions])
+        speeds = [at[f"{entity.name}.v{axis}"] for axis in "xy"]
+        for k, axis in enumerate("xy"):
+            w[:, at[f"{entity.name}.{axis}"]] += world.dt * w[:, speeds[k]]
+            force = world.dt * entity.force * effects[acted[entity.name]][:, k]
+            w[:, speeds[k]] = (1.0 - world.damping) * w[:, speeds[k]] + force
+            w[:, speeds[k]] += 0.0 if pushed is None else pushed[number, k]
+        if entity.max_speed is not None:
+            speed = np.hypot(*(w[:, place] for place in speeds))
+            w[:, speeds] *= np.minimum(1.0, entity.max_speed / np.maximum(speed, 1e-9))[:, None]
+    return w
 
 
 class Watching:
