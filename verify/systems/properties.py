@@ -25,7 +25,7 @@ from verify.systems.curves.formulas import without_curves
 from verify.systems.curves.reading import Curves
 from verify.systems.files import region_of, region_parts
 from verify.systems.given import robust
-from verify.systems.given.formulas import name_inputs, of_actions
+from verify.systems.given.formulas import ensure_choosing, name_inputs, of_actions
 from verify.systems.language.expressions import Number, names
 from verify.systems.language.parsing import Names
 from verify.systems.pieces import list_curved
@@ -168,7 +168,9 @@ def _vocabulary(
     following = name_next_values(stated) if statement.rules else {}
     units = {**known, **statement.inputs, **{name: known[whose] for name, whose in following.items()}}
     modes = statement.names.modes
-    return Vocabulary(tuple(units), acting, units=units, constants=constants, modes=modes, curves=curves), following
+    giving = {each.name for each in statement.agents if each.outputs}  # what they do is `out(A)`, and no action
+    choosing = {name: policy for name, policy in acting.items() if name not in giving}
+    return Vocabulary(tuple(units), choosing, units=units, constants=constants, modes=modes, curves=curves), following
 
 
 def _decides(
@@ -184,12 +186,18 @@ def _decides(
     written = _read_formula(table, where)
     curves = Curves(Names(statement.names.known, statement.names.meant, statement.names.modes))
     vocabulary, following = _vocabulary(statement, acting, curves)
-    claim = formula_of(name_inputs(written), vocabulary, lambda offset: (where / "formula").of_offset(written, offset))
+    ensure_choosing(written, statement, where / "formula")
+    named = name_inputs(written)
+    try:
+        claim = formula_of(named, vocabulary, lambda offset: (where / "formula").of_offset(written, offset))
+    except InputError as error:  # the text as the user wrote it, above the same mark
+        error.where = error.where.replace(named, written)
+        raise
     claim = of_actions(claim, statement, acting, where / "formula")
-    named = frozenset[str]().union(*map(names, curves.found.values()))
+    bent = frozenset[str]().union(*map(names, curves.found.values()))
     cuts: dict[str, int] = {}
     for name, value in flat(table_of(table, "cuts", where), where / "cuts").items():
-        only({name: None}, sorted(named), where / "cuts", "variable of a product or function")
+        only({name: None}, sorted(bent), where / "cuts", "variable of a product or function")
         cuts[name] = count(value, where / "cuts" / name, MAX_CUTS)
     stronger, weaker = claim, claim
     if any(name in following for name in coordinates(claim)):

@@ -151,3 +151,15 @@ def test_a_formula_may_name_what_an_action_sets_beside_what_another_agent_gives(
     (tmp_path / "world.toml").write_text(MIXED)
     results = maviper.verify_system(profile, tmp_path / "world.toml").results
     assert [each.verdict for each in results] == [Verdict.PROVED, Verdict.VIOLATED]
+
+
+@pytest.mark.parametrize(
+    "formula", ["x <= 4 or acts(cart) == leaf_2", "acts( cart ) in [leaf_1]", "acts(cart) == acts(cart)"]
+)
+def test_an_agent_that_gives_numbers_takes_no_action_in_formulas(formula, place, tmp_path):
+    """Its leaves are actions of proofs, whose names say nothing of what it gives."""
+    world = tmp_path / "world.toml"
+    world.write_text(f'{integrator("0.5")}[[property]]\nformula = "{formula}"\n')
+    with pytest.raises(InputError, match="cart gives numbers, and takes no action") as error:
+        maviper.verify_system(load(place / "cart.json", sums=True), world)
+    assert f"column {formula.index('acts') + 1}" in str(error.value) and "out(cart).push" in str(error.value)

@@ -20,10 +20,22 @@ from verify.toml_places import Place
 
 GIVEN = re.compile(r"\bout\(\s*([A-Za-z][A-Za-z0-9_]*)\s*\)\s*\.\s*([A-Za-z_][A-Za-z0-9_]*)")
 
+CHOSEN = re.compile(r"\bacts\(\s*'?([A-Za-z][A-Za-z0-9_-]*)'?\s*\)")
+
 
 def name_inputs(text: str) -> str:
     """The text with `out(AGENT).OUTPUT` as `AGENT.OUTPUT`, of the same length, so that places in it stay."""
     return GIVEN.sub(lambda match: f"{match[1]}.{match[2]}".ljust(len(match[0])), text)
+
+
+def ensure_choosing(text: str, statement: Statement, where: Place) -> None:
+    """InputError where a text asks for the action of an agent that gives numbers."""
+    giving = {each.name: each.outputs for each in statement.agents if each.outputs}
+    for match in CHOSEN.finditer(text):
+        if match[1] in giving:
+            what = f"{match[1]} gives numbers, and takes no action"
+            advice = " or ".join(f"out({match[1]}).{output}" for output in giving[match[1]])
+            raise InputError(what, where.of_offset(text, match.start()), f"compare {advice}")
 
 
 def of_actions(formula: Formula, statement: Statement, acting: Mapping[str, AgentPolicy], where: Place) -> Formula:
