@@ -11,6 +11,7 @@ import pytest
 from codegen import ir
 from codegen.errors import InputError
 from codegen.policy_json import dumps
+from maviper import manual
 from maviper.verification.join import question_files
 from tests import hunt
 from tests.hunting import (
@@ -29,6 +30,7 @@ from tests.hunting import (
     stated,
 )
 from tests.hunting.planted import PLANTED
+from tests.hunting.record import Record
 from tests.support import summed
 from verify.claims.formula import TRUE
 from verify.kinds import Kind
@@ -53,6 +55,7 @@ PLANTED_NUMBERS = {
     "game-sums": planted_games.FAULTS,
 }
 NOTICED_WITHIN = {"outputs": 120, "driven": 80, "game-sums": 80}
+FOLDER = Path(__file__).parent.parent / "generated" / "hunt"
 OUTSIDE = 200  # questions for another solver
 
 
@@ -199,6 +202,15 @@ def test_a_hunt_goes_on_where_it_ended(tmp_path):
     kept = (tmp_path / "decisions.json").read_text()
     hunt.hunt("decisions", tmp_path, 6, None)
     assert (tmp_path / "decisions.json").read_text() == kept
+
+
+def test_the_manual_tells_of_the_questions_that_are_on_record():
+    """As rows of its table, with no wrong word."""
+    page = (Path(manual.__file__).parent / "developing.md").read_text()
+    kept = sorted(FOLDER.glob("*.json"))
+    assert {path.stem for path in kept} == set(PLANTED_NUMBERS)
+    for record in (Record(path.stem, FOLDER) for path in kept):
+        assert record.row in page and record.wrong == []
 
 
 @pytest.mark.parametrize("name", JUDGING)

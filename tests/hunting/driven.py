@@ -79,7 +79,10 @@ class Case:
             for each in self.profile.agents
         }
         pushes = {
-            each.agent: {one.name: {"u0": Fraction(int(rng.integers(-4, 5)), 4)} for one in each.actions}
+            each.agent: {
+                one.name: {"u0": {"": Fraction(int(rng.integers(-4, 5)), 4)} | some(int(rng.random() < 0.3))}
+                for one in each.actions
+            }
             for each in self.profile.agents
             if not each.outputs
         }
@@ -89,7 +92,7 @@ class Case:
             other = str(rng.choice([each for each in self.names if each != name]))
             rules[name][other] = Fraction(str(rng.choice(["0", "0.125", "0.25", "-0.1"])))
             for each in self.profile.agents:
-                for output in [one.name for one in each.outputs] or ["u0"]:
+                for output in _inputs_of(each):
                     if rng.random() < 0.6:
                         rules[name][f"{each.agent}.{output}"] = Fraction(str(rng.choice(["0.5", "-0.25", "0.1", "1"])))
         errors = {name: Fraction(1, 1 << int(rng.integers(3, 8))) for name in self.names if rng.random() < 0.3}
@@ -125,7 +128,7 @@ class Case:
         one = self.profile.agents[int(rng.integers(len(self.profile.agents)))]
         if one.outputs:
             claim["terms"] = {f"{one.agent}.u0": Fraction(int(rng.choice([1, -1])))}
-            others = [f"{each.agent}.{own.name}" for each in self.profile.agents for own in each.outputs]
+            others = [f"{each.agent}.{own}" for each in self.profile.agents for own in _inputs_of(each)]
             other = str(rng.choice([*others, *self.names]))
             if other not in claim["terms"]:
                 claim["terms"][other] = self._factor(rng)
@@ -202,7 +205,7 @@ class Case:
         features = "".join(f'{name} = "{_text(form)}"\n' for name, form in self.plain["features"][policy.agent].items())
         given = "".join(f'{each.name} = "1"\n' for each in policy.outputs)
         acts = "".join(
-            f"{name} = {{ u0 = {plain(sets['u0'])} }}\n"
+            f'{name} = {{ u0 = "{_text(sets["u0"])}" }}\n'
             for name, sets in self.plain["pushes"].get(policy.agent, {}).items()
         )
         table = f"outputs]\n{given}" if given else f"actions]\n{acts}"
@@ -219,6 +222,11 @@ class Case:
         by = f"by = {claim['by']}\n" if claim["by"] else ""
         region = f'region = {{ where = ["{_text(claim["terms"])} {sign} {bound}"] }}\n'
         return f'[[property]]\nname = "{kind}"\nsteps = {self.steps}\n{by}{region}'
+
+
+def _inputs_of(policy):
+    """The names of what an agent gives, or of what its actions set."""
+    return [each.name for each in policy.outputs] or ["u0"]
 
 
 def _given(name):

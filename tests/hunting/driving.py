@@ -34,7 +34,7 @@ def total_of(form, columns):
 
 
 class Plant:
-    """A stated system with its agents. `rules`, `features` (by agent), `pushes` (agent, action, input -> number),
+    """A stated system with its agents. `rules`, `features` (by agent), `pushes` (agent, action, input -> form),
     `errors` (name -> size), `ranges` and `start` (name -> ends) as plain data.
     """
 
@@ -53,15 +53,21 @@ class Plant:
                 rows = np.array([[nearest(value, agent.seen) for value in row] for row in rows], agent.seen)
             if agent.outputs:
                 given = agent.given(rows).astype(float)
+                given = np.array([[Fraction(each) for each in row] for row in given.tolist()]) if exact else given
                 found |= {f"{name}.{output}": given[:, place] for place, output in enumerate(agent.outputs)}
             else:
                 acts[name] = agent.acts(rows)
-                pushes = self.plain["pushes"][name]
-                for key in next(iter(pushes.values())):
-                    found[f"{name}.{key}"] = np.array([float(pushes[each][key]) for each in acts[name]])
-        if exact:
-            found = {name: np.array([Fraction(each) for each in column], object) for name, column in found.items()}
+                found |= self._set(name, acts[name], columns)
         return found, acts
+
+    def _set(self, name, acts, columns):
+        """What an agent's actions set in each state."""
+        found = {}
+        for action, settings in self.plain["pushes"][name].items():
+            for key, form in settings.items():
+                total = total_of(form, columns)
+                found[f"{name}.{key}"] = np.where(acts == action, total, found.get(f"{name}.{key}", total))
+        return found
 
     def step(self, columns, errors):
         """The states after a step. `errors`: what is added to each variable."""

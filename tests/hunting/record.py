@@ -73,6 +73,14 @@ class Record:
         """Of all questions."""
         return self.counts[key] / max(1, self.counts["asked"])
 
+    @property
+    def row(self) -> str:
+        """The figures as a row of a table."""
+        shares = ("proved, not vacuous", "verdict VIOLATED", "verdict UNKNOWN", "bound within 2 % of the extreme")
+        forged, refused = self.counts["certificates forged"], self.counts["certificates forged, refused"]
+        told = [f"{self.share(key):.1%}".replace("%", " %") for key in shares]
+        return " | ".join([f"| {self.kind}", f"{self.counts['asked']:,}", *told, f"{refused} of {forged}", ""]).rstrip()
+
     def show(self, say: Callable[[str], None] = print) -> None:
         """The figures."""
         asked = self.counts["asked"]
