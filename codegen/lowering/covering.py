@@ -7,7 +7,7 @@ Does not: know what is proved, or write text (codegen/targets/monitor.py); join 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
@@ -15,8 +15,9 @@ import numpy as np
 
 from codegen.errors import InputError
 from codegen.ir import Bool, Float64
+from codegen.lowering.glances.coring import find_cores
 from codegen.lowering.glances.tilting import tilt_sets
-from codegen.lowering.searching import Boxes, Lookup, search_of
+from codegen.lowering.searching import Boxes, Lookup, clip_boxes, search_of
 from codegen.lowering.turning import Turned, look_up_turned
 
 MAX_BOXES = 20_000  # of all lists together
@@ -46,6 +47,7 @@ class Cover:
     paced: bool
     dt: float  # seconds of a step
     rests: Mapping[str, str] = field(default_factory=dict[str, str])  # by agent the action that does nothing
+    visit: Callable[[], Sequence[Float64]] | None = None  # what plays: states of each list, [n, variables], if it can
 
     def holds(self, states: Float64, step: int) -> Bool:
         """Of which states [batch, variables] something is proved at a step."""
@@ -73,14 +75,16 @@ def look_up(cover: Cover, where: str) -> Lookup:
     boxes = [[part for part in parts if isinstance(part, Boxes)] for parts in cover.steps]
     turned = [part for parts in cover.steps for part in parts if isinstance(part, Turned)]
     if not turned:
-        return lookup(boxes, where)
+        return lookup(boxes, where, cover.visit)
     search = look_up_turned(turned, where)
     alone = all(len(sets.low) == 1 for sets in turned)
     return replace(search, tilts=tuple(tilt for sets in turned for tilt in tilt_sets(sets))) if alone else search
 
 
-def lookup(steps: Sequence[Sequence[Boxes]], where: str) -> Lookup:
-    """The search of lists: for each step its parts, as many at each. `where` is named in errors.
+def lookup(
+    steps: Sequence[Sequence[Boxes]], where: str, visit: Callable[[], Sequence[Float64]] | None = None
+) -> Lookup:
+    """The search of lists: for each step its parts, as many at each. `where` is named in errors; `visit` as a cover's.
 
     InputError for too many boxes.
     """
@@ -93,7 +97,16 @@ def lookup(steps: Sequence[Sequence[Boxes]], where: str) -> Lookup:
     columns = [sorted({at for parts in lists for at in parts[number].bounded}) for number in range(len(lists[0]))]
     most = max(1, *map(len, columns))
     padded = [(*of, *[of[0] if of else 0] * (most - len(of))) for of in columns]  # twice the same changes nothing
-    return search_of(lists, padded)
+    search = search_of(lists, padded)
+    if search.parts > 1:
+        return search
+    visited = [states[:, padded[0]] for states in visit()] if visit and search.divided else []
+    clipped = [clip_boxes(boxes.low[:, padded[0]], boxes.high[:, padded[0]]) for (boxes,) in lists]
+    cores = find_cores(clipped, visited)
+    if cores is None:
+        return search
+    axis = None if cores.axis is None else padded[0][cores.axis]
+    return replace(search, cores=cores._replace(axis=axis, columns=tuple(padded[0][at] for at in cores.columns)))
 
 
 def merge_boxes(boxes: Boxes) -> Boxes:

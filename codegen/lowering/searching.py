@@ -104,6 +104,18 @@ class Tilt(NamedTuple):
     along: tuple[tuple[str, ...], ...]
 
 
+class Cores(NamedTuple):
+    """For each list, in a row of cells along a variable, a box within the list for each cell (glances/coring.py). A
+    state is in the cell floor((number - low) * scale), once its number is put between `low` and `high`.
+    """
+
+    axis: int | None  # None: one cell for each list
+    columns: tuple[int, ...]  # what is compared
+    size: int  # cells of a row
+    rows: tuple[tuple[Double, ...], ...]  # by list: low, high, scale
+    boxes: tuple[Ends, ...]  # by list and cell
+
+
 class Grid(NamedTuple):
     """The grid of a list. Along each of its axes a state is in the cell floor((number - low) * scale), once its number
     is put between `low` and `high`; `strides` make one number of these, and `begin` is where its cells begin.
@@ -136,6 +148,7 @@ class Lookup:
     frames: tuple[Frame, ...] = ()  # of turned boxes: of each, also of the last, a state has to be in its frame too
     inscribed: bool = False  # whether what is well in a frame is in its box
     tilts: tuple[Tilt, ...] = ()  # by step, where each list is one turned box: nearly all states of it pass
+    cores: Cores | None = None  # of lists of one part: nearly all states are in one
 
     @property
     def parts(self) -> int:
@@ -168,6 +181,7 @@ class Lookup:
         # of turned boxes: of the box twice, of z twice, of r and what is left both ends
         each = 12 * self.width if self.frames else 2 * self.width
         glance = len(self.tilts[0].first) if self.tilts else 0
+        glance += 2 + 2 * len(self.cores.columns) if self.cores else 0
         return glance + self.parts * (2 * len(self.axes[0]) + each * self.most)
 
 
@@ -177,7 +191,7 @@ def search_of(steps: Sequence[Sequence[Boxes]], columns: Sequence[Sequence[int]]
     `framed`: a state in a box need not be in its set, so that of boxes in a cell none makes another one needless.
     """
     lists = [
-        [_clip_boxes(Boxes(part.low[:, of], part.high[:, of])) for part, of in zip(parts, columns, strict=True)]
+        [clip_boxes(part.low[:, of], part.high[:, of]) for part, of in zip(parts, columns, strict=True)]
         for parts in steps
     ]
     counts = range(1, min(AXES, len(columns[0])) + 1)  # as many axes for each part
@@ -224,9 +238,9 @@ def _place_rests(cells: Sequence[tuple[int, ...]]) -> tuple[tuple[int, ...], tup
     return tuple(order), tuple(begins[each] for each in cells)
 
 
-def _clip_boxes(boxes: Boxes) -> Boxes:
-    """The same finite states."""
-    return Boxes(np.maximum(boxes.low, -LARGEST), np.minimum(boxes.high, LARGEST))
+def clip_boxes(low: Float64, high: Float64) -> Boxes:
+    """Boxes of the same finite states."""
+    return Boxes(np.maximum(low, -LARGEST), np.minimum(high, LARGEST))
 
 
 def _axes(lists: Sequence[Boxes], count: int) -> tuple[int, ...]:
@@ -235,7 +249,7 @@ def _axes(lists: Sequence[Boxes], count: int) -> tuple[int, ...]:
     ways = list(combinations(range(lists[0].low.shape[1]), count))
     if not told or len(ways) == 1:
         return ways[0]
-    points = [_draw_points(boxes) for boxes in told]
+    points = [draw_points(boxes) for boxes in told]
 
     def sum_comparisons(way: tuple[int, ...]) -> float:
         sizes = [16] * count
@@ -246,7 +260,7 @@ def _axes(lists: Sequence[Boxes], count: int) -> tuple[int, ...]:
 
 def _lay_grids(lists: Sequence[Boxes], count: int) -> tuple[float, list[_Laid]]:
     """A grid over each list along so many variables, and what searches take: a second one has to make them shorter."""
-    points = [_draw_points(boxes) if len(boxes.low) > 1 else None for boxes in lists]
+    points = [draw_points(boxes) if len(boxes.low) > 1 else None for boxes in lists]
     axes = _axes(lists, count)
     grids = [_lay_grid(boxes, of, axes) for boxes, of in zip(lists, points, strict=True)]
     compared = [laid.count_comparisons(of) for laid, of in zip(grids, points, strict=True) if of is not None]
@@ -355,9 +369,10 @@ class _Laid:
         return np.where(near, shares * rest[:, None], -1.0)
 
 
-def _draw_points(boxes: Boxes) -> Float64:
+def draw_points(boxes: Boxes) -> Float64:
     """Points in the boxes, by volume, always the same ones."""
-    finite = np.concatenate(boxes)[np.isfinite(np.concatenate(boxes))]
+    ends = np.concatenate(boxes)
+    finite = ends[np.abs(ends) < LARGEST]
     least, most = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 0.0)
     low, high = np.clip(boxes.low, least, most), np.clip(boxes.high, least, most)
     sides = high - low

@@ -25,6 +25,7 @@ from codegen.lowering.turning import Turned, ensure_few_sets, turn_sets
 from codegen.numbers.rounding import nearest_double
 from codegen.region import RegionSpec
 from maviper.compilation.games import GameFile, ensure_anew, find_game, region_of
+from maviper.compilation.visits import list_visits
 from maviper.worlds.stated.certified import Certificate, ensure_accepted, read_certificate, sentence
 from maviper.worlds.stated.observing import PLACE
 from verify.checker.covers.boxes import BoxList
@@ -46,6 +47,7 @@ from verify.systems.system import HalfSpace, Interval, Polytope
 Sets = BoxList | SetList
 Lists = dict[int, list[Sets]]  # by step, or by part of an invariant
 Steps = Sequence[Sequence[Boxes | Turned]]
+LONG = 60  # steps of episodes that are played of claims for ever
 BOXES = "a monitor compares one variable at a time with numbers"
 
 
@@ -89,7 +91,14 @@ def load_cover(certificate: Path, profile: PolicyProfile) -> Covered:
     if game is not None and not game.errors:
         unmeasured |= _list_roundings_of(proof, game, statement, steps, where)
     measured, bounds = _drop_roundings(statement, ranges, steps, unmeasured)
-    cover = Cover(measured, bounds, ever, not claim.about_decisions, dt, rests)
+    names, last = [one.name for one in measured], LONG if ever else claim.steps
+
+    def visit() -> list[Float64]:
+        visits = list_visits(statement, profile, last, names)
+        return [np.concatenate(visits)] if ever else visits
+
+    played = None if claim.about_decisions or statement.gives or not statement.moves else visit
+    cover = Cover(measured, bounds, ever, not claim.about_decisions, dt, rests, played)
     place = PLACE if game is None else game.place
     where = "" if place == PLACE else f", where the goal is at {place}"
     return Covered(cover, _say(claim, statement, profile) + where)

@@ -1,0 +1,135 @@
+"""The lowered cores of lists of boxes: for each cell along one variable a box that lies within them, where states are.
+
+Does: looks for the variable and the cells by which most of the states that were visited are told by one box.
+Assumes: lists of closed boxes [n, variables] of finite float64; visited states, which decide nothing but how soon.
+Does not: refuse a state: whoever is in no core is asked of the list itself.
+
+A cell counts for a box if the box holds all of it along the variable, by EDGE and more: then that variable need not be
+compared. How a number is put into a cell is monotone in floats too, so no state beyond a box is in a cell of it. The
+first and the last cell take what is beyond the others, and no number, and have no box. Where one variable is left,
+boxes that meet are one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from codegen.ir import Bool, Float64, Int64
+from codegen.lowering.searching import EDGE, INSIDE, Boxes, Cores, Ends, doubles_of, draw_points
+
+SIZES = (8, 16, 32, 64)  # cells along a variable, the first and the last included
+FEW = 16  # visited states of a list: with fewer, states are drawn in its boxes
+ENOUGH = 0.9  # of the states that must be told by cores, so that it pays to have them
+ALONG, MISSED, CELL = 0.9, 25.0, 0.003  # ns: what finding a cell takes, a state that no core tells, and a larger table
+
+
+def find_cores(lists: Sequence[Boxes], visited: Sequence[Float64]) -> Cores | None:
+    """Cores of lists, or None where they tell too few. `visited`: of each list some states, or nothing at all."""
+    seen = [
+        states if len(states) >= FEW else draw_points(boxes)
+        for boxes, states in zip(lists, visited or [np.zeros((0, 0))] * len(lists), strict=True)
+        if len(boxes.low)
+    ]
+    if len(seen) < len(lists):
+        return None
+    ways: list[tuple[float, int | None, int]] = []
+    for axis, size in _list_ways(lists[0].low.shape[1]):
+        laid = [_Cored(boxes, axis, size, states[::2]) for boxes, states in zip(lists, seen, strict=True)]
+        told = float(np.mean([cored.tell(states[1::2]).mean() for cored, states in zip(laid, seen, strict=True)]))
+        if told >= ENOUGH:
+            ways.append((MISSED * (1.0 - told) + (0.0 if axis is None else ALONG + CELL * size), axis, size))
+    if not ways:
+        return None
+    _, axis, size = min(ways, key=lambda way: way[0])
+    laid = [_Cored(boxes, axis, size, states) for boxes, states in zip(lists, seen, strict=True)]
+    boxes = (Ends(doubles_of(low), doubles_of(high)) for cored in laid for low, high in zip(*cored.cores, strict=True))
+    rows = tuple(doubles_of(np.array(cored.row)) for cored in laid) if axis is not None else ()
+    return Cores(axis, tuple(laid[0].others), size, rows, tuple(boxes))
+
+
+def _list_ways(count: int) -> Iterator[tuple[int | None, int]]:
+    yield None, 1
+    if count > 1:
+        yield from ((axis, size) for axis in range(count) for size in SIZES)
+
+
+class _Cored:
+    """The cores of a list: `row`, the least and most of its cells and their scale; `cores`, [size, others]."""
+
+    def __init__(self, boxes: Boxes, axis: int | None, size: int, states: Float64) -> None:
+        self.axis, self.size = axis, size
+        self.others = [at for at in range(boxes.low.shape[1]) if at != axis]
+        inside = ((states[:, None] >= boxes.low) & (states[:, None] <= boxes.high)).all(axis=2)  # [states, boxes]
+        visited = inside.sum(axis=0)
+        self.row = 0.0, 0.0, 0.0
+        held = np.ones((len(boxes.low), size), dtype=np.bool_)
+        if axis is not None:
+            near = visited > 0 if visited.any() else visited == 0
+            self.row = _lay_row(boxes.low[near, axis], boxes.high[near, axis], size)
+            held = self._hold_cells(boxes.low[:, axis], boxes.high[:, axis])
+        others = Boxes(boxes.low[:, self.others], boxes.high[:, self.others])
+        cells = self._find_cells(states)
+        self.cores = Boxes(np.ones((size, len(self.others))), np.full((size, len(self.others)), -1.0))  # no state
+        for cell in np.flatnonzero(held.any(axis=0)).tolist():
+            here, of = states[cells == cell][:, self.others], held[:, cell]
+            self.cores.low[cell], self.cores.high[cell] = _choose_core(others.take(of), visited[of], here)
+
+    def tell(self, states: Float64) -> Bool:
+        """Which states are in a core."""
+        cells, others = self._find_cells(states), states[:, self.others]
+        return np.asarray(((others >= self.cores.low[cells]) & (others <= self.cores.high[cells])).all(axis=1))
+
+    def _hold_cells(self, low: Float64, high: Float64) -> Bool:
+        """Which cells lie within bounds along the variable, [n, size]."""
+        least, most, scale = self.row
+        if not 0.0 < scale < np.inf or int((most - least) * scale) >= self.size:
+            return np.zeros((len(low), self.size), dtype=np.bool_)  # too thin, or too wide for floats
+        with np.errstate(over="ignore"):
+            first, last = (low - least) * scale, (high - least) * scale
+        cells = np.arange(self.size)
+        held = (first[:, None] < cells - EDGE) & (last[:, None] > cells + 1.0 + EDGE)
+        held[:, [0, -1]] = False
+        return held
+
+    def _find_cells(self, states: Float64) -> Int64:
+        if self.axis is None:
+            return np.zeros(len(states), dtype=np.int64)
+        least, most, scale = self.row
+        with np.errstate(over="ignore", invalid="ignore"):
+            places = (np.clip(states[:, self.axis], least, most) - least) * scale
+        return np.clip(np.nan_to_num(places), 0.0, self.size - 1.0).astype(np.int64)
+
+
+def _lay_row(low: Float64, high: Float64, size: int) -> tuple[float, float, float]:
+    """Cells over boxes, with one more before and after them: the least and most, and the scale; 0 where they have no
+    width. Those at the ends are held by the boxes, for these reach a little beyond.
+    """
+    with np.errstate(over="ignore", invalid="ignore"):
+        first, last = float(low.min()), float(high.max())
+        side = (last - first) * (1.0 - 2.0**-20) / (size - 2)
+        least = first - side * (1.0 - 2.0**-20)
+        scale = 1.0 / side if side > 0.0 else 0.0
+        return least, least + side * size * INSIDE, scale if np.isfinite([least, scale, side]).all() else 0.0
+
+
+def _choose_core(boxes: Boxes, visited: Int64, here: Float64) -> tuple[Float64, Float64]:
+    """Of boxes that hold a cell the one with most of the states `here` in it, then of all states in the list, then the
+    largest. Of one variable those that meet are one.
+    """
+    if boxes.low.shape[1] == 1:
+        order = np.argsort(boxes.low[:, 0], kind="stable")
+        low, high = boxes.low[order, 0], np.maximum.accumulate(boxes.high[order, 0])
+        with np.errstate(over="ignore"):
+            begins = np.flatnonzero(np.append(True, low[1:] > np.nextafter(high[:-1], np.inf)))
+        ends = np.append(begins[1:], len(low)) - 1
+        visited = np.add.reduceat(visited[order], begins)
+        boxes = Boxes(low[begins, None], high[ends, None])
+    told = ((here[:, None] >= boxes.low) & (here[:, None] <= boxes.high)).all(axis=2).sum(axis=0)
+    with np.errstate(over="ignore"):
+        sides = boxes.high - boxes.low
+        widest = sides.max(axis=0)
+        sizes = np.divide(sides, widest, out=np.ones_like(sides), where=(widest > 0) & np.isfinite(widest)).prod(axis=1)
+    best = int(np.lexsort((sizes, visited, told))[-1])
+    return boxes.low[best], boxes.high[best]

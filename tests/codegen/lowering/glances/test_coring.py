@@ -1,0 +1,109 @@
+"""Cores of lists of boxes: whoever is in one is in the list, and nearly all that is visited is in one."""
+
+import numpy as np
+import pytest
+
+from codegen.lowering.glances.coring import ENOUGH, find_cores
+from codegen.lowering.searching import Boxes, clip_boxes
+
+
+def drawn(rng, size, far):
+    """A list whose boxes lie along a bent line, `far` from 0, and states on that line."""
+    middle = (
+        np.linspace(0.0, 1.0, 30)[:, None] + np.sin(3.0 * np.arange(size)) * np.linspace(0.0, 1.0, 30)[:, None] ** 2
+    )
+    half = rng.uniform(0.08, 0.2, (30, size))
+    at = rng.random((200, 1))
+    states = at + np.sin(3.0 * np.arange(size)) * at**2
+    return Boxes(far + middle - half, far + middle + half), far + states
+
+
+def look(cores, states, at):
+    """Which states are in a core of a list, number by number as code has it."""
+    told = []
+    for state in states:
+        cell = 0
+        if cores.axis is not None:
+            low, high, scale = (float.fromhex(each.hex) for each in cores.rows[at])
+            above = max(low, state[cores.axis]) if state[cores.axis] > low else low
+            cell = int((min(above, high) - low) * scale)
+            assert 0 <= cell < cores.size
+        box = cores.boxes[at * cores.size + cell]
+        ends = zip(cores.columns, box.low, box.high, strict=True)
+        told.append(all(float.fromhex(low.hex) <= state[of] <= float.fromhex(high.hex) for of, low, high in ends))
+    return np.array(told)
+
+
+def at_the_borders(rng, cores, boxes, at, count):
+    """States of a list next to the ends of its cells and boxes, by a float or two."""
+    states = boxes.low + rng.random((count, *boxes.low.shape)) * (boxes.high - boxes.low)
+    states = states[np.arange(count), rng.integers(len(boxes.low), size=count)]
+    ends = np.concatenate(boxes)
+    for column in range(states.shape[1]):
+        moved = rng.random(count) < 0.5
+        values = ends[rng.integers(len(ends), size=count), column]
+        if column == cores.axis:
+            low, _, scale = (float.fromhex(each.hex) for each in cores.rows[at])
+            values = np.where(rng.random(count) < 0.7, low + rng.integers(cores.size + 1, size=count) / scale, values)
+        for _ in range(2):
+            values = np.nextafter(values, rng.choice([-np.inf, np.inf], count))
+        states[moved, column] = values[moved]
+    return states
+
+
+@pytest.mark.parametrize("size", [1, 2, 3])
+@pytest.mark.parametrize("far", [0.0, 1e6, 1e15])
+@pytest.mark.parametrize("seen", [True, False])
+def test_who_is_in_a_core_is_in_the_list(size, far, seen):
+    rng, told = np.random.default_rng(size), 0
+    lists = [drawn(rng, size, far) for _ in range(2)]
+    cores = find_cores([boxes for boxes, _ in lists], [states for _, states in lists] if seen else [])
+    if cores is None:
+        assert far > 1e6 or size > 1
+        return
+    for at, (boxes, states) in enumerate(lists):
+        borders = at_the_borders(rng, cores, boxes, at, 500)
+        inside = look(cores, borders, at)
+        assert boxes.holds(borders[inside]).all()
+        told += int(inside.sum())
+        assert look(cores, states, at).mean() > ENOUGH - 0.1 or not seen
+    assert told > 100  # of 1,000
+
+
+def test_a_bent_line_takes_cells_and_a_single_box_none():
+    """The bent line is told by boxes along one variable; two variables are left where one box holds what is visited."""
+    rng = np.random.default_rng(0)
+    boxes, states = drawn(rng, 2, 0.0)
+    cores = find_cores([boxes], [states])
+    assert (
+        cores is not None and cores.axis is not None and len(cores.columns) == 1 and look(cores, states, 0).mean() > 0.9
+    )
+    wide = Boxes(np.concatenate([boxes.low, [[-5.0, -5.0]]]), np.concatenate([boxes.high, [[5.0, 5.0]]]))
+    cores = find_cores([wide], [states])
+    assert cores is not None and cores.axis is None and cores.columns == (0, 1) and look(cores, states, 0).all()
+
+
+def test_what_is_no_number_or_far_away_is_in_no_core():
+    rng = np.random.default_rng(0)
+    boxes, states = drawn(rng, 2, 0.0)
+    cores = find_cores([boxes], [states])
+    assert cores is not None
+    for strange in (np.nan, np.inf, -np.inf, 1e300, -1e300, 7.0):
+        for column in range(2):
+            asked = states.copy()
+            asked[:, column] = strange
+            assert not look(cores, asked, 0).any()
+
+
+def test_lists_have_no_cores_where_boxes_are_scattered_or_there_are_none():
+    rng = np.random.default_rng(0)
+    low = rng.uniform(-1, 1, (400, 3))
+    assert find_cores([Boxes(low, low + 0.01)], []) is None
+    assert find_cores([Boxes(np.zeros((0, 2)), np.zeros((0, 2)))], []) is None
+
+
+def test_what_a_list_does_not_bound_is_not_divided():
+    low, high = np.array([[-np.inf, 0.0], [-np.inf, 0.5]]), np.array([[np.inf, 0.6], [np.inf, 1.0]])
+    cores = find_cores([clip_boxes(low, high)], [])
+    assert cores is not None and cores.axis != 0
+    assert look(cores, np.array([[1e300, 0.55], [-1e300, 0.1], [0.0, 2.0]]), 0).tolist()[::2] == [True, False]
