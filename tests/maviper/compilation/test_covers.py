@@ -97,7 +97,7 @@ def test_all_languages_say_what_the_proof_says(form, languages, for_ever, tmp_pa
         pytest.param(WORLDS / "quadrotor", "certificate-2-reaches_and_stays.json", "cover", marks=pytest.mark.slow),
         (ARCH / "pendulum", "certificate-1-reaches_and_stays.json", "flow"),
         (ARCH / "tora_reach", "certificate-1-reaches_and_stays.json", "turned"),
-        (ARCH / "nav", "certificate-2-avoids.json", "flat"),
+        pytest.param(ARCH / "nav", "certificate-2-avoids.json", "flat", marks=pytest.mark.slow),
         *(
             pytest.param(ARCH / name, f"certificate-1-{claim}.json", "turned", marks=pytest.mark.slow)
             for name, claim in (("tora_remain", "stays_in"), ("unicycle", "reaches_and_stays"), ("attitude", "avoids"))
