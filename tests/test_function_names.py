@@ -4,7 +4,7 @@ import ast
 import re
 from pathlib import Path
 
-from tests.support.sources import parsed
+from tests.support.sources import functions_of, nodes_of
 
 ROOT = Path(__file__).parent.parent
 MODULES = sorted(path for package in ("codegen", "maviper", "verify") for path in (ROOT / package).rglob("*.py"))
@@ -31,10 +31,6 @@ def decorators(node):
     return {ast.unparse(each).split("(")[0].split(".")[-1] for each in node.decorator_list}
 
 
-def functions(path):
-    return [each for each in ast.walk(parsed(path)) if isinstance(each, ast.FunctionDef | ast.AsyncFunctionDef)]
-
-
 def test_the_rule_reads_names():
     assert named_by_a_participle("_checked") and named_by_a_participle("told_apart")
     assert not named_by_a_participle("check_cover") and not named_by_a_participle("seed_all")
@@ -44,7 +40,7 @@ def test_a_function_is_a_verb():
     participles = [
         f"{path.relative_to(ROOT)}: {each.name}"
         for path in MODULES
-        for each in functions(path)
+        for each in functions_of(path)
         if named_by_a_participle(each.name) and not decorators(each) & PROPERTIES and each.name not in KEPT
     ]
     assert len(MODULES) > 400 and not participles, "name these by what they do"
@@ -54,7 +50,8 @@ def test_locals_have_names_of_the_domain():
     long = [
         f"{path.relative_to(ROOT)}: {each.name}, line {min(lines)}"
         for path in MODULES
-        for each in functions(path)
+        if any(isinstance(each, ast.Name) and each.id == "found" for each in nodes_of(path))
+        for each in functions_of(path)
         if (lines := lines_of_found(each)) and max(lines) - min(lines) > LONG
     ]
     assert not long
@@ -64,7 +61,7 @@ def test_parameters_have_names_of_the_domain():
     taken = [
         f"{path.relative_to(ROOT)}, line {each.lineno}"
         for path in MODULES
-        for each in ast.walk(parsed(path))
+        for each in nodes_of(path)
         if isinstance(each, ast.arg) and each.arg == "found"
     ]
     assert not taken

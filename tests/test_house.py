@@ -13,7 +13,7 @@ from maviper.files import profiles
 from tests.benchmarks import sizes
 from tests.conftest import SAMPLED
 from tests.support.heavy import ASIDE, HEAVY
-from tests.support.sources import parsed
+from tests.support.sources import functions_of, nodes_of, parsed
 
 ROOT = Path(__file__).parent.parent
 PACKAGES = ("codegen", "maviper", "verify")
@@ -60,17 +60,34 @@ def test_types():
     tool("pyright", "--pythonpath", sys.executable)
 
 
-@pytest.mark.parametrize("path", MODULES, ids=lambda path: str(path.relative_to(ROOT)))
-def test_module_header_and_sizes(path):
-    source = path.read_text()
-    tree = parsed(path)
-    header = ast.get_docstring(tree) or ""
-    assert "\nDoes:" in header and "\nAssumes:" in header and "\nDoes not:" in header
-    assert len(source.splitlines()) <= MAX_MODULE_LINES
-    for node in ast.walk(tree):
-        if isinstance(node, ast.FunctionDef):
-            length = (node.end_lineno or 0) - node.lineno + 1
-            assert length <= MAX_FUNCTION_LINES, f"{node.name}: {length} lines"
+def faults_of(path):
+    """What a module lacks in its header, and what is too long there."""
+    header = ast.get_docstring(parsed(path)) or ""
+    yield from (
+        f"no {part!r} in its header" for part in ("Does:", "Assumes:", "Does not:") if f"\n{part}" not in header
+    )
+    if (length := len(path.read_text().splitlines())) > MAX_MODULE_LINES:
+        yield f"{length} lines"
+    for node in functions_of(path):
+        if (length := (node.end_lineno or 0) - node.lineno + 1) > MAX_FUNCTION_LINES:
+            yield f"{node.name}: {length} lines"
+
+
+def test_module_headers_and_sizes():
+    faults = [f"{path.relative_to(ROOT)}: {fault}" for path in MODULES for fault in faults_of(path)]
+    assert len(MODULES) > 400 and not faults
+
+
+def test_a_module_without_a_header_and_a_long_one_are_noticed(tmp_path):
+    lines = ["x = 1"] * MAX_FUNCTION_LINES
+    (tmp_path / "long.py").write_text("\n".join(["def f():", *(f"    {line}" for line in lines), *lines * 8]))
+    assert list(faults_of(tmp_path / "long.py")) == [
+        "no 'Does:' in its header",
+        "no 'Assumes:' in its header",
+        "no 'Does not:' in its header",
+        f"{9 * MAX_FUNCTION_LINES + 1} lines",
+        f"f: {MAX_FUNCTION_LINES + 1} lines",
+    ]
 
 
 def parameters(function):
@@ -110,10 +127,7 @@ def test_test_files_that_comments_and_pages_name_exist():
 
 
 def test_few_functions_take_many_parameters():
-    kinds = ast.FunctionDef | ast.AsyncFunctionDef
-    functions = [
-        (path.relative_to(ROOT), node) for path in MODULES for node in ast.walk(parsed(path)) if isinstance(node, kinds)
-    ]
+    functions = [(path.relative_to(ROOT), node) for path in MODULES for node in functions_of(path)]
     many = [
         f"{path}: {node.name}" for path, node in functions if len(parameters(node)) >= MANY_PARAMETERS and path != VERBS
     ]
@@ -142,7 +156,7 @@ def test_no_goal_is_none():
 def test_no_two_classes_of_the_verifier_share_a_name():
     places = {}
     for path in (path for path in MODULES if path.relative_to(ROOT).parts[0] == "verify"):
-        for node in ast.walk(parsed(path)):
+        for node in nodes_of(path):
             if isinstance(node, ast.ClassDef):
                 places.setdefault(node.name, []).append(f"{path.relative_to(ROOT)}:{node.lineno}")
     assert len(places) > 200 and all(len(each) == 1 for each in places.values()), {
@@ -219,7 +233,7 @@ def test_what_a_claim_is_stands_in_its_class():
     texts = {path.relative_to(ROOT).as_posix(): path.read_text() for path in MODULES}
     named = re.compile(r"claim\.name (==|!=|in|not in)")
     assert [path for path, text in texts.items() for _ in named.finditer(text)] == []
-    nodes = {path: list(ast.walk(parsed(ROOT / path))) for path in texts}
+    nodes = {path: nodes_of(ROOT / path) for path in texts}
     classes = classes_of_answers([node for each in nodes.values() for node in each])
     assert {"AliveLeaves", "Reaches", "SystemClaim", "Certificate", "EpisodeEvidence"} <= classes
     told = [
@@ -385,7 +399,7 @@ def test_no_test_file_imports_another_one():
     found = [
         (str(path.relative_to(ROOT)), node.module)
         for path in suspects
-        for node in ast.walk(parsed(path))
+        for node in nodes_of(path)
         if isinstance(node, ast.ImportFrom)
         and files & {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
     ]

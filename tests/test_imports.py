@@ -12,7 +12,7 @@ from pathlib import Path
 import grimp
 
 from tests.support.heavy import ASIDE, HEAVY
-from tests.support.sources import PACKAGES, modules, parsed
+from tests.support.sources import PACKAGES, functions_of, modules, nodes_of
 
 ROOT = Path(__file__).parent.parent
 VERBS = (
@@ -84,18 +84,26 @@ def test_a_circle_is_found():
     assert circle({"a": {"b"}, "b": {"c"}, "c": {"a"}}) and circle({"a": {"b"}, "b": {"c"}}) is None
 
 
-def in_functions(tree):
-    functions = [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
-    return {id(node): node for each in functions for node in ast.walk(each)}
+@cache
+def in_functions(path):
+    """The imports that stand in functions of a file."""
+    functions = [each for each in functions_of(path) if isinstance(each, ast.FunctionDef)]
+    nodes = {node for each in functions for node in ast.walk(each)} if imports_of(path) else set()
+    return [node for node in imports_of(path) if node in nodes]
+
+
+@cache
+def imports_of(path):
+    return [node for node in nodes_of(path) if isinstance(node, ast.Import | ast.ImportFrom)]
 
 
 @cache
 def at_once():
     """What each module imports when it is imported itself, without what its functions import."""
     found = {}
-    for name, tree in ((name, parsed(path)) for name, path in modules().items()):
-        hidden = in_functions(tree)
-        nodes = [node for node in ast.walk(tree) if id(node) not in hidden]
+    for name, path in modules().items():
+        hidden = set(in_functions(path))
+        nodes = [node for node in imports_of(path) if node not in hidden]
         found[name] = {target for node in nodes for target in imported(node)}
     return found
 
@@ -115,7 +123,7 @@ def hidden_imports(name):
     """What the functions of a module import that is not heavy, and neither aside."""
     if name in VERBS or name.startswith("maviper.cli."):
         return
-    for node in in_functions(parsed(modules()[name])).values():
+    for node in in_functions(modules()[name]):
         for target in set(imported(node)) & at_once().keys():
             if isinstance(node, ast.ImportFrom) and any(f"{target}.{each.name}" in at_once() for each in node.names):
                 continue  # the package of what is imported
@@ -133,10 +141,7 @@ def test_what_is_imported_is_declared():
     declared = {re.split(r"[^\w.-]", line)[0].lower() for line in project["dependencies"]}
     distributions = metadata.packages_distributions()
     asked = {
-        target.split(".")[0]
-        for path in modules().values()
-        for node in ast.walk(parsed(path))
-        for target in imported(node)
+        target.split(".")[0] for path in modules().values() for node in imports_of(path) for target in imported(node)
     }
     for module in asked - sys.stdlib_module_names - set(PACKAGES) - EXTRAS:
         assert declared & {name.lower() for name in distributions[module]}, f"{module} is imported and not declared"

@@ -88,11 +88,12 @@ class Worker:
         self.shutting_down = True
 
 
-def test_a_file_stays_on_one_worker_and_all_that_open_pages_do():
+def test_a_file_stays_on_one_worker_and_so_do_those_that_share_something():
     scheduling = pytest.importorskip("tests.support.scheduling")
     files = [*(f"tests/test_{k}.py" for k in range(9)), *(f"tests/maviper/page/test_{k}.py" for k in range(3))]
     files[3:3] = [scheduling.PAGES[-1]]
-    assert all((seconds.ROOT / name).exists() for name in scheduling.PAGES)
+    files += scheduling.SOURCES
+    assert all((seconds.ROOT / name).exists() for name in scheduling.PAGES + scheduling.SOURCES)
     tests = [f"{file}::test_{k}" for file in files for k in range(4)]
     config = SimpleNamespace(getvalue=lambda _: ["2*popen"], option=SimpleNamespace(loadscopereorder=False))
     scheduler, workers = scheduling.Scheduling(config), [Worker(), Worker()]
@@ -108,7 +109,8 @@ def test_a_file_stays_on_one_worker_and_all_that_open_pages_do():
     first, second = ({tests[place].split("::")[0] for place in worker.sent} for worker in workers)
     assert sorted(tests[place] for worker in workers for place in worker.sent) == sorted(tests)
     assert first | second == set(files) and not first & second and first and second
-    assert len({name in first for name in files if name.startswith(scheduling.PAGES)}) == 1
+    for together in (scheduling.PAGES, scheduling.SOURCES):
+        assert len({name in first for name in files if name.startswith(together)}) == 1
 
 
 def test_a_recorder_adds_up_what_reports_say(tmp_path):

@@ -1,4 +1,4 @@
-"""The modules of this repository, each read and parsed once in a process."""
+"""The modules of this repository, each read, parsed and walked once in a process."""
 
 import ast
 from functools import cache
@@ -12,6 +12,18 @@ PACKAGES = ("codegen", "maviper", "verify")
 def parsed(path: Path) -> ast.Module:
     """The syntax tree of a file; who asks does not change it."""
     return ast.parse(path.read_text(encoding="utf-8"))
+
+
+@cache
+def nodes_of(path: Path) -> tuple[ast.AST, ...]:
+    """All nodes of a file's syntax tree, as `ast.walk` gives them."""
+    return tuple(ast.walk(parsed(path)))
+
+
+@cache
+def functions_of(path: Path) -> tuple[ast.FunctionDef | ast.AsyncFunctionDef, ...]:
+    """The functions among them, methods and inner ones included."""
+    return tuple(node for node in nodes_of(path) if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef))
 
 
 @cache
