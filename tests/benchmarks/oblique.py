@@ -1,9 +1,10 @@
 """What tests of sums do for trees of numbered actions in cooperative navigation.
 
-    python -m tests.benchmarks.oblique [--ways WAY+WAY] [--record FILE] [--json]
+    python -m tests.benchmarks.oblique [--ways WAY+WAY] [--record FILE] [--journal FOLDER] [--json]
 
 D of trees of 16 leaves, by what they test, and of four leaves by hand. --record FILE keeps the rows in a file of JSON,
-measures none that it has, and prints them as the manual's table. Physical deception: halves.py.
+measures none that it has, and prints them as the manual's table. --journal FOLDER: extractions that were ended go on.
+Physical deception: halves.py.
 """
 
 import argparse
@@ -26,6 +27,7 @@ from maviper.evaluation import held_out
 from maviper.experts.expert import Expert
 from maviper.experts.finding import find_expert
 from maviper.extraction.algorithms import extract
+from maviper.extraction.journal import NOTHING_KEPT, Journal
 from maviper.extraction.settings import Settings
 from maviper.worlds import World, find
 from tests.benchmarks.scores import Row, align, find_rows, keep_rows, read_rows
@@ -43,6 +45,7 @@ GROWN: dict[str, Any] = {
     "selection_episodes": 60,
     "patience": 100,
 }
+SHARED: dict[str, Any] = {"splits": "sums", "measure": "D"}
 REFINED_SUMS = {"splits": "sums", "refinement": 1_500_000, "measure": "D"}
 
 
@@ -65,8 +68,8 @@ TESTED = {
     "sums of where agents come to rest, refined": Way(REFINED_SUMS, "coasting"),
     "sums, mates settled": Way({"splits": "sums", "measure": "D"}, settled=True),
     "sums, mates settled, refined": Way(REFINED_SUMS, settled=True),
-    "sums that share out landmarks": Way({"splits": "sums", "measure": "D"}, shared=True),
-    "sums that share out landmarks, refined": Way(REFINED_SUMS, shared=True),
+    "sums that share out landmarks": Way(SHARED, shared=True),
+    "sums that share out landmarks, refined": Way({**SHARED, "refinement": 600_000}, shared=True),
     "sums of where a script with fixed roles comes to rest": Way(
         {"splits": "sums", "measure": "D"}, "coasting", "@fixed-roles"
     ),
@@ -77,12 +80,15 @@ EPISODES = 400
 REACH, STRETCH = 0.8, 0.7  # of D
 
 
-def measure(way: str, given: Way, expert: Expert, world: World) -> Row:
+def measure(way: str, given: Way, expert: Expert, world: World, journal: Journal = NOTHING_KEPT) -> Row:
     """A row of one extraction: D in held-out episodes, and what taught the trees reaches there. Seed 0."""
     held_out.EVALUATION_EPISODES = EPISODES
     started = time.process_time()
     taught, settings = Settled(expert, world) if given.settled else expert, Settings.of(given.settings, world)
-    profile = extract_shared(world, expert, settings) if given.shared else extract(world, taught, settings)
+    if given.shared:
+        profile = extract_shared(world, expert, settings, journal)
+    else:
+        profile = extract(world, taught, settings, journal=journal)
     reached = profile.provenance.evaluation
     row: Row = {
         "game": GAME,
@@ -141,23 +147,23 @@ def measure_by_hand(record: Path | None) -> Row:
     return row
 
 
-def measure_once(record: Path | None, way: str, given: Way) -> Row:
+def measure_once(record: Path | None, way: str, given: Way, journal: Journal = NOTHING_KEPT) -> Row:
     """A row as the record has it, for the expert of this way, or measured and kept there."""
     expert, world = find_expert(f"{GAME}{given.script}", "none" if given.script else "learned", features=given.features)
     about = {"game": GAME, "way": way, "asked": given.settings["max_leaves"], "expert_sha256": expert.hash}
     for row in find_rows(record, **about):
         return row
-    row = measure(way, given, expert, world)
+    row = measure(way, given, expert, world, journal.part(way))
     keep_rows(record, [row])
     return row
 
 
-def compare_tests(record: Path | None, ways: Sequence[str]) -> list[Row]:
+def compare_tests(record: Path | None, ways: Sequence[str], journal: Journal) -> list[Row]:
     """Figures of D of trees of 16 leaves, by what they test."""
     figures: list[Row] = []
     measure_by_hand(record)
     for name, way in ((name, TESTED[name]) for name in ways):
-        row = measure_once(record, name, way._replace(settings={**GROWN, **way.settings}))
+        row = measure_once(record, name, way._replace(settings={**GROWN, **way.settings}), journal)
         (value,) = row["values"].values()
         told = f"navigation: D at 16 leaves, {name}"
         figures.append({"name": told, "value": value, "reach": REACH, "stretch": STRETCH, "better": "lower"})
@@ -182,9 +188,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--ways", help="several with +", default="+".join(TESTED))
     parser.add_argument("--record", type=Path)
+    parser.add_argument("--journal", type=Path)
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
-    figures = compare_tests(options.record, options.ways.split("+"))
+    figures = compare_tests(options.record, options.ways.split("+"), Journal(options.journal))
     if options.record:
         print("\n".join(table(options.record)))
     if options.json:

@@ -15,16 +15,17 @@ from itertools import combinations, permutations
 
 import numpy as np
 
-from codegen.ir import NO_ACTION, NO_CHILD, Bool, Float32, Float64, GrownTree, Int32, PolicyProfile
+from codegen.ir import NO_ACTION, NO_CHILD, ROOT, Bool, Float64, GrownTree, Int32, PolicyProfile
 from codegen.lowering.deploy import SummedTree
 from maviper.episodes.measures import ROLLOUT_SEEDS
 from maviper.episodes.trees import agent_policies, reopen_tree
 from maviper.experts.expert import Expert
 from maviper.extraction.algorithms import extract
 from maviper.extraction.extraction import Extraction
+from maviper.extraction.journal import NOTHING_KEPT, Journal
 from maviper.extraction.outcome import profile_of
 from maviper.extraction.selection import refine
-from maviper.extraction.selection.tilting import as_summed
+from maviper.extraction.selection.tilting import as_summed, with_sum
 from maviper.extraction.settings import Settings
 from maviper.worlds import World
 from tests.benchmarks.settled import Settled
@@ -77,7 +78,7 @@ def _choose_below(left: Bool, lengths: Float64) -> tuple[float, int]:
     return float(totals[test]), test
 
 
-def extract_shared(world: World, expert: Expert, settings: Settings) -> PolicyProfile:
+def extract_shared(world: World, expert: Expert, settings: Settings, journal: Journal = NOTHING_KEPT) -> PolicyProfile:
     """A team whose trees share out landmarks by tests, each with as many leaves as the settings say at most.
 
     An agent's tree for one landmark is that of an expert whose mates are settled on the others, and has a quarter of
@@ -92,10 +93,10 @@ def extract_shared(world: World, expert: Expert, settings: Settings) -> PolicyPr
     goals: dict[tuple[int, int], GrownTree] = {}
     for turn in range(n_agents):
         roles = [(agent + turn) % n_agents for agent in range(n_agents)]
-        policies = extract(world, Settled(expert, world, roles), small).agents
+        policies = extract(world, Settled(expert, world, roles), small, journal=journal.part(f"turn-{turn}")).agents
         goals |= {(agent, roles[agent]): reopen_tree(policy) for agent, policy in enumerate(policies)}
     chosen = [[tree] for tree in join_trees(world, sharing, goals)]
-    asked = Extraction(world, expert, replace(settings, refinement=half))
+    asked = Extraction(world, expert, replace(settings, refinement=half), journal.part("team"))
     trees, _ = refine.refine_trees(asked, range(n_agents), chosen)
     return profile_of(world, expert, settings, agent_policies(world, trees), {})
 
@@ -116,36 +117,33 @@ def _join(world: World, agent: int, sharing: Sharing, goals: Goals) -> GrownTree
     return sides[0] if sides[0] is sides[1] else _split(_weigh(world, agent, sharing.root), *sides)
 
 
-def _weigh(world: World, agent: int, test: Apart) -> Float32:
+def _weigh(world: World, agent: int, test: Apart) -> Float64:
     """What an agent tests, at most 0, to go left: [n_features]."""
     names = [feature.name for feature in world.features[agent]]
-    weights = np.zeros(len(names), np.float32)
+    weights = np.zeros(len(names))
     for entity, sign in zip(test[:2], (1, -1), strict=True):
         if entity != world.agents[agent]:
             weights[names.index(f"{entity}_d{test[2]}")] = sign
     return weights
 
 
-def _split(weights: Float32, left: GrownTree, right: GrownTree) -> SummedTree:
+def _split(weights: Float64, left: GrownTree, right: GrownTree) -> SummedTree:
     """A tree whose root tests that this sum is at most 0."""
     n_features = len(weights)
     sides = [as_summed(each, n_features) for each in (left, right)]
-    nodes, sums = (1, 1 + len(left.feature)), (1, 1 + len(sides[0].tests))  # where those of each side begin
+    nodes, sums = (1, 1 + len(left.feature)), (0, len(sides[0].tests))  # where those of each side begin
     moved = list(zip(sides, nodes, sums, strict=True))
-    return SummedTree(
-        feature=np.concatenate(
-            [
-                [n_features],
-                *(np.where(each.feature >= n_features, each.feature + first, each.feature) for each, _, first in moved),
-            ]
-        ),
+    tested = [np.where(each.feature >= n_features, each.feature + first, each.feature) for each, _, first in moved]
+    tree = SummedTree(
+        feature=np.concatenate([[0], *tested]),
         threshold=np.concatenate([[0.0], *(each.threshold for each in sides)]),
         left=np.concatenate([[nodes[0]], *(_move(each.left, node) for each, node, _ in moved)]),
         right=np.concatenate([[nodes[1]], *(_move(each.right, node) for each, node, _ in moved)]),
         action=np.concatenate([[NO_ACTION], *(each.action for each in sides)]),
-        tests=np.concatenate([weights[None], *(each.tests for each in sides)]),
+        tests=np.concatenate([each.tests for each in sides]),
         given=np.zeros((0, 0, n_features + 1)),
     )
+    return with_sum(tree, ROOT, weights, 0.0)
 
 
 def _move(child: Int32, first: int) -> Int32:
