@@ -10,8 +10,9 @@ what is beyond 1. All e_j grow together, until a row is full; then those go on t
 each row is divided by its 1 + e_j, so that each of the sums has to be within 1: sums of x itself, since A**-1 c is a
 constant. In float32 a sum is off by at most 2**-24 (n + 3) times the sum of absolute products. That is at most a +
 b M, where M is the largest sum, since then x is within M times the parallelepiped; so M <= (1 + a) / (1 - b), wherever
-x is. By so much, and by MARGIN, the parallelepiped is smaller. MARGIN is beyond all that turning.py leaves out for its
-own roundings: a state that passes here passes there.
+x is. By so much, and by MARGIN, the parallelepiped is smaller: by a share MARGIN of its size, but by all that roundings
+may add, however small a narrow box makes it. MARGIN is beyond all that turning.py leaves out for its own roundings: a
+state that passes here passes there.
 
 Four sums at once are one instruction of most processors: the matrix is by columns, each filled up to a multiple of
 four. Beside the product in double that turning.py makes, with a jump for each sum, it takes a third.
@@ -47,7 +48,7 @@ def tilt_sets(sets: Turned) -> tuple[Tilt, ...]:
         still = share * (np.matmul(np.abs(rows), np.abs(sets.centre)[:, :, None])[:, :, 0] + np.abs(first)).max(axis=1)
         lost = still + share * np.matmul(np.abs(rows), reach[:, :, None])[:, :, 0].max(axis=1)
         sides = np.minimum(sets.high - sets.centre, sets.centre - sets.low)
-        part = np.minimum((sides / reach).min(axis=1), 1.0) * (1.0 - MARGIN - 2.0 * lost)
+        part = np.minimum((sides / reach).min(axis=1), 1.0) * (1.0 - MARGIN) - 2.0 * lost
         rows, first = rows / part[:, None, None], first / part[:, None]
         left_out = np.abs(np.matmul(sets.inverse, sets.matrix) - np.eye(size)).sum(axis=2).max(axis=1)
         sure = orthogonal & (lost < MAX_LOST) & (part > 0.0) & (left_out < LARGEST_EDGE)

@@ -74,6 +74,27 @@ def test_who_passes_is_vouched_for(size, scale, count):
     assert borders > 100 * count  # of 400
 
 
+@pytest.mark.parametrize("middle", [0.0, 0.5, 1.0, 0.7])
+@pytest.mark.parametrize("frame", ["of its own", "set apart"])
+def test_a_box_that_is_narrower_than_float32_tells_apart_lets_nobody_pass(middle, frame):
+    """A box that cuts a frame, and one of a variable that its frame sets apart: nobody passes beyond it, and where it
+    is wide enough for float32 some pass within.
+    """
+    rng, centre, passed = np.random.default_rng(5), np.array([0.5, middle]), list[int]()
+    for most in (1e-15, 1e-8, 1e-7, 1e-6, 1e-5, 1e-3):
+        alone, sides = frame == "set apart", np.array([1.0, 1.0 if frame == "set apart" else most])
+        matrix, rest = np.diag([0.25, 0.0 if alone else 0.25]), np.array([0.01, most if alone else 0.01])
+        boxes = Boxes((centre - sides)[None], (centre + sides)[None])
+        made = turn_sets(boxes, centre[None], matrix[None], rest[None], np.eye(2)[None], "here")
+        (tilt,) = tilt_sets(made)
+        scale = rng.choice([1e-15, 1e-8, 1e-7, 1e-6, 1e-5, most], (2_000, 2))
+        states = centre + scale * rng.uniform(-1.5, 1.5, scale.shape)
+        passing = pass_of(tilt, states)
+        assert made.holds(states[passing]).all()
+        passed.append(int(passing.sum()))
+    assert passed[0] == 0 and passed[-1] > 1_000
+
+
 def test_sides_grow_together():
     """Two columns that need one rest share it: neither side is beyond 1 alone, and what needs none grows to 2."""
     matrix = np.array([[1.0, 1.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
