@@ -17,6 +17,7 @@ from verify.checker.reading import RejectedError
 from verify.claims.formula import Acts, below, conjunction, disjunction, negate
 from verify.claims.observed import Mirrored, View, view_from
 from verify.claims.relations import DECREASING, INCREASING, Agree, Differ, Ignores, Monotone, Symmetric
+from verify.claims.uncertified.documents import view_document
 from verify.claims.uncertified.own import OwnFormula
 from verify.claims.uncertified.starts import everywhere
 from verify.claims.uncertified.views import Viewed, carry_region
@@ -247,7 +248,7 @@ def test_a_certificate_about_another_mirror_is_refused():
 
 def test_a_view_has_one_copy_at_most():
     opposite = View(mirrored=Mirrored("cart", ("speed",)))
-    assert view_from(opposite.document()) == opposite and view_from(View().document()) == View()
+    assert view_from(view_document(opposite)) == opposite and view_from(view_document(View())) == View()
     for document in (
         {"shared": [], "raised": [], "mirrored": []},
         {"shared": [], "raised": ["cart", "speed"], "mirrored": ["cart"]},
