@@ -37,6 +37,7 @@ LEARNER_TOLD = ("deception-maviper", "deception-iviper", "deception-imitation", 
 ROWS_TOLD = tuple(f"deception-{name}" for name in ("rgmdt-16", "fitted-q-exploring", "budgeted-1200", "budgeted-4800"))
 ROWS_TOLD += ("navigation-rgmdt-16", "predator-prey-rgmdt-16")
 ROWS_TOLD += tuple(f"{game}-policy-gradient" for game in ("deception", "navigation", "predator-prey"))
+REGRET_TOLD = tuple(f"{game}-by-regret" for game in ("deception", "navigation", "predator-prey"))
 RECORD = ROOT / "generated" / "reproduction" / "published"
 FIRST = Cell("physical-deception", "maddpg", "paper", "maviper-every-round", 4, 100)
 
@@ -322,7 +323,9 @@ def test_the_committed_record_is_what_its_cells_say(committed):
     assert (RECORD / published.README).read_text() == published.page(REGISTER, DIGEST, found)
 
 
-@pytest.mark.parametrize("name", ["steps", "splits", "learner", "factorial", "rows", "direct", "random-experts"])
+@pytest.mark.parametrize(
+    "name", ["steps", "splits", "learner", "factorial", "rows", "direct", "regret", "random-experts"]
+)
 def test_other_committed_records_are_what_their_cells_say(name):
     register, digest = published.read_register(name)
     place = RECORD.parent / name
@@ -332,7 +335,7 @@ def test_other_committed_records_are_what_their_cells_say(name):
     pages = [ROOT / "maviper" / "manual" / f"{page}.md" for page in ("reproduce", "extraction")]
     manual = " ".join(" ".join(page.read_text() for page in pages).split())
     for claim in register["claims"]:
-        if claim["id"] in (*SPLITS_TOLD, *FACTORIAL_TOLD, *LEARNER_TOLD, *ROWS_TOLD):
+        if claim["id"] in (*SPLITS_TOLD, *FACTORIAL_TOLD, *LEARNER_TOLD, *ROWS_TOLD, *REGRET_TOLD):
             assert shown(found.paired(claim, "maddpg", 4)) in manual
     drawn = published.drawn(register, found) if "figure" in register else None
     assert drawn is None or drawn == (place / published.FIGURE).read_text()
