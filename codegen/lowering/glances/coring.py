@@ -85,7 +85,7 @@ class _Cored:
         """Which cells lie within bounds along the variable, [n, size]."""
         least, most, scale = self.row
         if not 0.0 < scale < np.inf or int((most - least) * scale) >= self.size:
-            return np.zeros((len(low), self.size), dtype=np.bool_)  # too thin, or too wide for floats
+            return np.zeros((len(low), self.size), dtype=np.bool_)  # too thin or too wide for floats
         with np.errstate(over="ignore"):
             first, last = (low - least) * scale, (high - least) * scale
         cells = np.arange(self.size)
@@ -103,15 +103,17 @@ class _Cored:
 
 
 def _lay_row(low: Float64, high: Float64, size: int) -> tuple[float, float, float]:
-    """Cells over boxes, with one more before and after them: the least and most, and the scale; 0 where they have no
-    width. Those at the ends are held by the boxes, for these reach a little beyond.
+    """Cells over boxes, with one more before and after them: the least and most, and the scale; all 0 where they have
+    no width, or more than floats have. Those at the ends are held by the boxes, for these reach a little beyond.
     """
     with np.errstate(over="ignore", invalid="ignore"):
         first, last = float(low.min()), float(high.max())
         side = (last - first) * (1.0 - 2.0**-20) / (size - 2)
         least = first - side * (1.0 - 2.0**-20)
         scale = 1.0 / side if side > 0.0 else 0.0
-        return least, least + side * size * INSIDE, scale if np.isfinite([least, scale, side]).all() else 0.0
+        most = least + side * size * INSIDE
+        known = np.isfinite([least, most, most - least, scale]).all()
+    return (least, most, scale) if known else (0.0, 0.0, 0.0)
 
 
 def _choose_core(boxes: Boxes, visited: Int64, here: Float64) -> tuple[Float64, Float64]:

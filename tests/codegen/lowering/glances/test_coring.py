@@ -107,3 +107,20 @@ def test_what_a_list_does_not_bound_is_not_divided():
     cores = find_cores([clip_boxes(low, high)], [])
     assert cores is not None and cores.axis != 0
     assert look(cores, np.array([[1e300, 0.55], [-1e300, 0.1], [0.0, 2.0]]), 0).tolist()[::2] == [True, False]
+
+
+@pytest.mark.parametrize("low, high", [(0.5, np.inf), (-np.inf, 0.5), (-1.6e308, 1e307), (-5e-324, 5e-324)])
+def test_rows_of_lists_that_are_wider_than_floats_or_have_no_width_are_finite(low, high):
+    """Cells along such a variable would not be: it is no axis, or its list has no cores."""
+    rng = np.random.default_rng(0)
+    wide = clip_boxes(np.array([[low, 0.0], [low, 0.5]]), np.array([[high, 0.6], [high, 1.0]]))
+    bent, states = drawn(rng, 2, 0.0)
+    within = np.stack([np.full(40, np.clip(0.5, low, high)), rng.random(40)], axis=1)
+    for lists, visited in (([wide], [within]), ([wide, *[bent] * 12], [within, *[states] * 12])):
+        cores = find_cores(lists, visited)
+        assert cores is not None
+        assert np.isfinite([[float.fromhex(each.hex) for each in row] for row in cores.rows]).all()
+        for at, boxes in enumerate(lists[:2]):
+            with np.errstate(over="ignore"):
+                borders = at_the_borders(rng, cores, boxes, at, 60)
+            assert boxes.holds(borders[look(cores, borders, at)]).all()
