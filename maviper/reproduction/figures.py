@@ -6,7 +6,7 @@ Does not: know where numbers come from.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -90,8 +90,16 @@ class Point:
         return f"{self.value:z.3f} [{low:z.3f}, {high:z.3f}]" if self.ends else f"{self.value:z.3f}"
 
 
-def lines(title: str, x_label: str, series: dict[str, list[Point]], reference: float | None = 1.0) -> str:
-    """Series by algorithm over a few values of x; a dashed line at `reference`, where the expert is."""
+def lines(
+    title: str,
+    x_label: str,
+    series: Mapping[str, list[Point]],
+    reference: float | None = 1.0,
+    looks: Mapping[str, Mark] = MARKS,
+) -> str:
+    """Series by algorithm over a few values of x; a dashed line at `reference`, where the expert is. `looks`: of series
+    that are no algorithms.
+    """
     shown = {name: [point for point in points if point.finite] for name, points in series.items()}
     shown = {name: points for name, points in shown.items() if points}
     xs = sorted({point.x for points in shown.values() for point in points})
@@ -118,16 +126,7 @@ def lines(title: str, x_label: str, series: dict[str, list[Point]], reference: f
             for x, point, end in zip(at, points, ends, strict=True)
         ]
         path = "M" + " L".join(f"{each['x']},{each['y']}" for each in placed)
-        drawn.append({"mark": mark(name), "points": placed, "path": path})
-    legend = [
-        {
-            "mark": mark(name),
-            "text": name_algorithm(name),
-            "x": 16 + (k % 2) * 190,
-            "y": bottom + 52 + LEGEND_ROW * (k // 2),
-        }
-        for k, name in enumerate(shown)
-    ]
+        drawn.append({"mark": looks.get(name) or mark(name), "points": placed, "path": path})
     figure = {
         "title": title,
         "x_label": x_label,
@@ -141,9 +140,15 @@ def lines(title: str, x_label: str, series: dict[str, list[Point]], reference: f
         "x_ticks": [{"at": round(_across(x, xs), 2), "text": f"{x:g}"} for x in _some(xs)],
         "reference": None if reference is None else down(reference),
         "series": drawn,
-        "legend": legend,
+        "legend": [_place_legend(name, k, bottom, looks) for k, name in enumerate(shown)],
     }
     return render("reproduction/lines.svg.j2", figure=figure, marks=tuple(MARKS.values()))
+
+
+def _place_legend(name: str, place: int, bottom: int, looks: Mapping[str, Mark]) -> dict[str, Any]:
+    """A series' mark and name below the plot."""
+    x, y = 16 + (place % LEGEND_COLUMNS) * 190, bottom + 52 + LEGEND_ROW * (place // LEGEND_COLUMNS)
+    return {"mark": looks.get(name) or mark(name), "text": name_algorithm(name), "x": x, "y": y}
 
 
 def dots(title: str, x_label: str, rows: Sequence[tuple[str, str, Point]]) -> str:

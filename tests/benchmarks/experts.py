@@ -1,7 +1,8 @@
 """How good the shipped experts are, beside the targets: 1,000 episodes that nothing else uses, worse ends of intervals.
 
     python tests/benchmarks/experts.py [--all] [--json]
-    python -m tests.benchmarks.experts --curve [WORLD ...] [--seed 0] [--set NAME=VALUE ...] [--json]
+    python -m tests.benchmarks.experts --curve [WORLD ...] [--seed 0] [--set NAME=VALUE ...] [--json] [--keep]
+    python -m tests.benchmarks.experts --draw
 
 --all: every shipped seed, not only the default ones. Training times are those of the cards; they belong to the machine
 that the card names.
@@ -10,6 +11,9 @@ that the card names.
 (panel.py) it measures the actors as they are after so many seconds of the processor, measurements not counted: training
 runs on one core, so these are the seconds on a machine that does nothing else. It says when the expert is usable: when
 it first reaches, for all teams, what is called so here. --set changes a setting of the training, such as scaled=1.
+--keep writes the points of the curves into curves.json, beside this file, over those of the same call.
+
+--draw: draws the curves of predators and prey in that file into the manual.
 """
 
 import argparse
@@ -17,12 +21,15 @@ import json
 import sys
 import time
 from importlib import resources
+from pathlib import Path
 
 import numpy as np
 
 from maviper.episodes import measures
 from maviper.experts import store
 from maviper.experts.scripted import build_script
+from maviper.files import runs
+from maviper.reproduction import figures as drawing
 from maviper.worlds import find
 from maviper.worlds.games.predator_prey import PREDATORS
 
@@ -46,8 +53,12 @@ QUICK = {
     "predator-prey": ({"steps": 3_072_000, "shaping": 10}, {"predators": 0.6, "prey": 2.0}),
     "predator-prey,observation=mpe2": ({"steps": 3_072_000, "shaping": 10}, {"predators": 1.5, "prey": 3.0}),
 }
+MAX_KEPT_BYTES = 2**20
 MARKS = (5, 10, 20, 30, 45, 60, 80, 100, 120)  # seconds of the processor
 CURVE_EPISODES = 500
+KEPT = Path(__file__).with_name("curves.json")
+PICTURE = Path(__file__).parents[2] / "maviper" / "manual" / "learning.svg"
+DRAWN = {"predators": drawing.MARKS["iviper"], "prey": drawing.MARKS["maviper"]}
 USABLE_TARGETS = (120, 20)
 
 
@@ -127,15 +138,33 @@ def usable_after(name, found):
     return float("inf")
 
 
-def curves(names, seed, changed):
+def curves(names, seed, changed, keep):
     for name in names or QUICK:
         found = curve(name, seed, changed)
+        if keep:
+            kept = json.loads(runs.read(KEPT, MAX_KEPT_BYTES)) if KEPT.exists() else {}
+            points = [[round(seconds, 1), steps, values] for seconds, steps, values in found]
+            called = " ".join([name, f"seed={seed}", *(f"{key}={value}" for key, value in sorted(changed.items()))])
+            runs.write(KEPT, runs.as_json({**kept, called: points}))
         for seconds, steps, values in found:
             shown = ", ".join(f"{team} {value:.3f}" for team, value in values.items())
             print(f"{name}: after {seconds:.0f} s, {steps:,} steps: {shown}", file=sys.stderr)
         wanted = ", ".join(f"{team} {value:g}" for team, value in QUICK[name][1].items())
         text = f"{name}: seconds until usable on the panel ({wanted})"
         yield figure(text, usable_after(name, found), *USABLE_TARGETS, "lower")
+
+
+def drawn(kept):
+    """The curves of predators and prey, in touches over the panel, as SVG; means over the kept seeds at each mark."""
+    plain = [called for called in kept if len(called.split()) == 2]  # of settings that nobody changed
+    told = [kept[called] for called in plain if called.startswith("predator-prey ")]
+    series = {team: [] for team in DRAWN}
+    for at in range(min(map(len, told))):
+        millions = float(np.mean([points[at][1] for points in told])) / 1e6
+        for team, points in series.items():
+            values = [each[at][2][team] for each in told]
+            points.append(drawing.Point(float(np.mean(values)), np.nan, np.nan, millions))
+    return drawing.lines("Touches an episode over the panel", "millions of joint steps", series, None, DRAWN)
 
 
 def main() -> None:
@@ -146,11 +175,16 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE")
     parser.add_argument("--json", action="store_true")
+    parser.add_argument("--keep", action="store_true")
+    parser.add_argument("--draw", action="store_true")
     options = parser.parse_args()
     changed = dict(each.split("=", 1) for each in options.set)
+    if options.draw:
+        runs.write(PICTURE, drawn(json.loads(runs.read(KEPT, MAX_KEPT_BYTES))))
+        return
     names = [name for name in store.SHIPPED if options.all or "@" not in name]
     own = (found for name in names for found in of_expert(name))
-    figures = list(curves(options.worlds, options.seed, changed) if options.curve else own)
+    figures = list(curves(options.worlds, options.seed, changed, options.keep) if options.curve else own)
     if options.json:
         print(json.dumps({"figures": figures}))
         return
