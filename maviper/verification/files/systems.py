@@ -11,11 +11,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import msgspec
 
-from codegen.errors import InputError, RefusedError, escape_text
+from codegen.errors import InputError, PartlyReadError, RefusedError, escape_text
 from codegen.ir import PolicyProfile
 from codegen.policy_json import content_hash
 from codegen.wording import format_count
@@ -111,10 +111,7 @@ def _of_curves(claim: SystemClaim, statement: Statement, profile: PolicyProfile,
     where there is none that the claim implies. RejectedError where its enclosures are not shown again.
     """
     stated = list(claims_of(statement, profile, WORLD_FILE)) if statement.properties else []
-    if beside.exists():
-        stated += claims_in(
-            runs.read(beside, MAX_WORLD_BYTES).decode(errors="replace"), statement, profile, beside.name
-        )
+    stated += _read_beside(statement, profile, beside)
     for each in stated:
         if each == claim and each.curved is None and name_inputs(each.written) != each.written:
             return f"{each.sentence}: {' '.join(each.written.split())}"
@@ -125,6 +122,21 @@ def _of_curves(claim: SystemClaim, statement: Statement, profile: PolicyProfile,
             shown = f", by {format_count(shown_again, 'enclosure')} shown again" if shown_again else ""
             return f"{each.sentence}: {' '.join(each.written.split())}{shown}"
     return ""
+
+
+def _read_beside(statement: Statement, profile: PolicyProfile, beside: Path) -> list[SystemClaim]:
+    """The claims of a property file beside a certificate, as far as they are about the system; those of the game that
+    it is made from are told in the system's words.
+    """
+    if not beside.exists():
+        return []
+    try:
+        text = runs.read(beside, MAX_WORLD_BYTES).decode(errors="replace")
+        return list(claims_in(text, statement, profile, beside.name))
+    except PartlyReadError as error:
+        return list(cast("tuple[SystemClaim, ...]", error.read))
+    except InputError:
+        return []
 
 
 def name_claim(claim: SystemClaim) -> str:

@@ -203,3 +203,11 @@ def test_regions_state_nothing_that_is_not_read(arrived, tmp_path, capsys):
     (tmp_path / "edited.json").write_text(json.dumps(document))
     assert main.run(["check", str(tmp_path / "edited.json"), "--profile", str(arrived / "profile.json")]) == 2
     assert "assume" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", ["certificate-2-decides.json", "episodes/certificate-1-stays_in.json"])
+def test_a_proof_about_a_game_is_checked_beside_the_games_own_claims(name, capsys):
+    """The property file beside it is about the game, and not about the system that its world file states."""
+    folder = ROOT / "generated" / "differences"
+    assert main.run(["check", str(folder / name), "--profile", str(folder / "profile.json")]) == 0
+    assert "(in the file: " in capsys.readouterr().out
