@@ -16,7 +16,7 @@ import numpy as np
 from codegen.errors import InputError
 from codegen.ir import Bool, Float64
 from codegen.lowering.glances.coring import find_cores
-from codegen.lowering.glances.tilting import tilt_sets
+from codegen.lowering.glances.tilting import tilt_alone
 from codegen.lowering.searching import Boxes, Lookup, clip_boxes, search_of
 from codegen.lowering.turning import Turned, look_up_turned
 
@@ -47,7 +47,8 @@ class Cover:
     paced: bool
     dt: float  # seconds of a step
     rests: Mapping[str, str] = field(default_factory=dict[str, str])  # by agent the action that does nothing
-    visit: Callable[[], Sequence[Float64]] | None = None  # what plays: states of each list, [n, variables], if it can
+    # of each list likely states [n, variables], or of no list where nothing is known; None: states may be anywhere
+    visit: Callable[[], Sequence[Float64]] | None = None
 
     def holds(self, states: Float64, step: int) -> Bool:
         """Of which states [batch, variables] something is proved at a step."""
@@ -76,9 +77,7 @@ def look_up(cover: Cover, where: str) -> Lookup:
     turned = [part for parts in cover.steps for part in parts if isinstance(part, Turned)]
     if not turned:
         return lookup(boxes, where, cover.visit)
-    search = look_up_turned(turned, where)
-    alone = all(len(sets.low) == 1 for sets in turned)
-    return replace(search, tilts=tuple(tilt for sets in turned for tilt in tilt_sets(sets))) if alone else search
+    return replace(look_up_turned(turned, where), tilts=tilt_alone(turned))
 
 
 def lookup(
@@ -98,9 +97,9 @@ def lookup(
     most = max(1, *map(len, columns))
     padded = [(*of, *[of[0] if of else 0] * (most - len(of))) for of in columns]  # twice the same changes nothing
     search = search_of(lists, padded)
-    if search.parts > 1:
+    if search.parts > 1 or visit is None:
         return search
-    visited = [states[:, padded[0]] for states in visit()] if visit and search.divided else []
+    visited = [states[:, padded[0]] for states in visit()] if search.divided else []
     clipped = [clip_boxes(boxes.low[:, padded[0]], boxes.high[:, padded[0]]) for (boxes,) in lists]
     cores = find_cores(clipped, visited)
     if cores is None:

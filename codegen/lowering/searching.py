@@ -17,8 +17,8 @@ boxes grown over their neighbours up to a quarter. A path of its own for states 
 No jump at the border of a grid, one variable where a second one tells little, and a function for what comes after the
 first box gained a seventh to a fifth on thin covers. A box of each cell, grown over others within it: a tenth more for
 two variables, with 20 times the work here; for four nothing, since tables outgrow the cache. A variable of its own for
-the grid of each list: up to a sixth slower. What is left is mostly instructions: a monitor that compares one box,
-without a search, takes half as long.
+the grid of each list: up to a sixth slower. What is left is mostly instructions: so C glances at one box first, or at a
+tilt (glances), and most states need no search.
 """
 
 from __future__ import annotations

@@ -94,11 +94,14 @@ def load_cover(certificate: Path, profile: PolicyProfile) -> Covered:
     names, last = [one.name for one in measured], LONG if ever else claim.steps
 
     def visit() -> list[Float64]:
+        if statement.gives or not statement.moves:
+            return []
         visits = list_visits(statement, profile, last, names)
         return [np.concatenate(visits)] if ever else visits
 
-    played = None if claim.about_decisions or statement.gives or not statement.moves else visit
-    cover = Cover(measured, bounds, ever, not claim.about_decisions, dt, rests, played)
+    cover = Cover(
+        measured, bounds, ever, not claim.about_decisions, dt, rests, None if claim.about_decisions else visit
+    )
     place = PLACE if game is None else game.place
     where = "" if place == PLACE else f", where the goal is at {place}"
     return Covered(cover, _say(claim, statement, profile) + where)

@@ -20,6 +20,8 @@ four. Beside the product in double that turning.py makes, with a jump for each s
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from codegen.floats import short_hex
@@ -32,7 +34,17 @@ SINGLE = 2.0**-24  # unit of float32
 MARGIN = 2.0**-13
 MAX_LOST = 2.0**-10  # by roundings of float32: beyond, no state passes
 LARGEST = 2.0**60  # factor
-REFUSED = 2.0  # a sum that is beyond 1 in every state
+REFUSED = "0x1p+1F"  # a sum that is beyond 1 in every state
+FEW = 0.1  # of the sets
+
+
+def tilt_alone(steps: Sequence[Turned]) -> tuple[Tilt, ...]:
+    """The tilt of each list, where each is one set; none at all where too many are sets that no state passes."""
+    if any(len(sets.low) != 1 for sets in steps):
+        return ()
+    tilts = tuple(tilt for sets in steps for tilt in tilt_sets(sets))
+    refused = sum(tilt.first[0] == REFUSED for tilt in tilts)
+    return tilts if refused <= FEW * len(tilts) else ()
 
 
 def tilt_sets(sets: Turned) -> tuple[Tilt, ...]:
@@ -54,7 +66,7 @@ def tilt_sets(sets: Turned) -> tuple[Tilt, ...]:
         sure = orthogonal & (lost < MAX_LOST) & (part > 0.0) & (left_out < LARGEST_EDGE)
         sure &= np.asarray((np.abs(rows) < LARGEST).all(axis=(1, 2)) & (np.abs(first) < LARGEST).all(axis=1))
     padded = np.zeros((len(rows), 1 + size, lanes), dtype=np.float32)
-    padded[:, 0, :size] = np.where(sure[:, None], first, REFUSED)
+    padded[:, 0, :size] = np.where(sure[:, None], first, 2.0)
     padded[:, 1:, :size] = np.where(sure[:, None, None], rows, 0.0).transpose(0, 2, 1)
     return tuple(Tilt(_write_floats(each[0]), tuple(map(_write_floats, each[1:]))) for each in padded)
 

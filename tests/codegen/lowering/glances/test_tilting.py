@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from codegen.lowering.glances.tilting import LANES, tilt_sets
+from codegen.lowering.glances.tilting import LANES, tilt_alone, tilt_sets
 from codegen.lowering.searching import Boxes
 from codegen.lowering.turning import turn_sets
 from tests.support.frames import is_in_frame
@@ -129,3 +129,4 @@ def test_nobody_passes_where_roundings_hide_too_much():
         assert not pass_of(tilt, made.centre).any()
     (tilt,) = tilt_sets(near)
     assert pass_of(tilt, near.centre).all()
+    assert len(tilt_alone([near] * 9 + [far])) == 10 and tilt_alone([near] * 8 + [far]) == ()
