@@ -21,12 +21,12 @@ def text(number: Fraction) -> str:
     return f'"{literal}"' if "/" in literal else literal
 
 
-def plain(number: Fraction) -> str:
-    """A number as a decimal where it has a finite one, else as a fraction; `exact` reads both."""
+def plain(number: Fraction, most: int = MAX_PLACES) -> str:
+    """A number as a decimal where it has one of at most so many places, else as a fraction; `exact` reads both."""
     rest, twos = _without(number.denominator, 2)
     rest, fives = _without(rest, 5)
     places = max(twos, fives)
-    if rest != 1 or places > MAX_PLACES:
+    if rest != 1 or places > most:
         return rational_literal(number)
     digits = f"{abs(number.numerator) * 10**places // number.denominator:0{places + 1}d}"
     sign = "-" if number < 0 else ""

@@ -10,9 +10,11 @@ from dataclasses import replace
 from fractions import Fraction
 
 from verify.claims.formula import Acts, And, Formula, Goal, Linear, Not, Or, coordinates
-from verify.decimals import plain
+from verify.decimals import MAX_PLACES, plain
 from verify.systems.claims import SystemClaim, atom
 from verify.systems.system import Affine, HalfSpace, Interval, Polytope
+
+EVERY_FLOAT = 1_074  # places of a float64 at most: formulas take no fractions of numbers that large
 
 
 def spell_claim(claim: SystemClaim, actions: Mapping[str, Sequence[str]], ranges: Mapping[str, Interval]) -> str:
@@ -34,17 +36,18 @@ def _conditions(region: Polytope) -> str:
     return " and ".join(map(_condition, region)) or "any state"
 
 
-def _condition(half: HalfSpace) -> str:
-    """An inequality whose first factor is 1."""
+def _condition(half: HalfSpace, places: int = MAX_PLACES) -> str:
+    """An inequality whose first factor is 1. `places`: of decimals at most, what needs more is a fraction."""
     lead = half.form.terms[0][1] if half.form.terms else Fraction(1)
     form = Affine().plus(half.form, 1 / lead)
-    return f"{_sum(form.terms)} {'<' if lead > 0 else '>'}{'' if half.strict else '='} {plain(-form.constant)}"
+    sign = f"{'<' if lead > 0 else '>'}{'' if half.strict else '='}"
+    return f"{_sum(form.terms, places)} {sign} {plain(-form.constant, places)}"
 
 
-def _sum(terms: Sequence[tuple[str, Fraction]]) -> str:
+def _sum(terms: Sequence[tuple[str, Fraction]], places: int) -> str:
     text = ""
     for name, factor in terms:
-        times = name if abs(factor) == 1 else f"{plain(abs(factor))}*{name}"
+        times = name if abs(factor) == 1 else f"{plain(abs(factor), places)}*{name}"
         sign = "-" if factor < 0 else "+"
         text += f" {sign} {times}" if text else times if factor > 0 else f"-{times}"
     return text or "0"
@@ -54,7 +57,8 @@ def spell_formula(formula: Formula, actions: Mapping[str, Sequence[str]]) -> str
     """A formula in the language of property files. `actions`: of each agent, by number."""
     match formula:
         case Linear(terms, bound, strict):
-            return _condition(HalfSpace(Affine.of({name: factor for factor, name in terms}, -bound), strict))
+            half = HalfSpace(Affine.of({name: factor for factor, name in terms}, -bound), strict)
+            return _condition(half, EVERY_FLOAT)
         case Acts(agent, action):
             return f"acts({agent}) == {actions[agent][action]}"
         case Not(part):

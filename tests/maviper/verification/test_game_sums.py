@@ -3,6 +3,8 @@
 import tomllib
 from dataclasses import replace
 from fractions import Fraction
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
@@ -27,7 +29,7 @@ from tests.support.generated import FOLDER
 from tests.support.zone_cases import random_tree
 from verify.claims.catalogue import find_claim
 from verify.claims.decisions import formula
-from verify.claims.formula import holds
+from verify.claims.formula import Linear, holds
 from verify.claims.region import Region
 from verify.claims.region_files import region_toml
 from verify.claims.uncertified.starts import start_region
@@ -36,6 +38,7 @@ from verify.decimals import plain
 from verify.result import Verdict
 from verify.states.state import sample
 from verify.systems.claims import SystemClaim
+from verify.systems.words import spell_formula
 
 
 def asked(profile, name, region, tmp_path):
@@ -335,3 +338,21 @@ def test_the_world_file_never_contradicts_the_solver_about_long_sums(tmp_path):
         assert (other.evidence.certificate is not None) == (other.verdict is Verdict.PROVED)
         verdicts.append(other.verdict)
     assert verdicts.count(Verdict.UNKNOWN) <= 2 and {Verdict.PROVED, Verdict.VIOLATED} <= set(verdicts)
+
+
+def test_a_bound_of_any_size_of_float64_is_spelled_so_that_it_is_read():
+    """A fraction of numbers beyond 10^9 is none that a formula takes."""
+    for bound in (Fraction(1, 10**70), Fraction(1, 2**1074), Fraction(-3, 2**90)):
+        source = spell_formula(Linear(((Fraction(1), "agent_0.x"),), bound, False), {})
+        (_, written) = source.split(" <= ")
+        assert "/" not in written and Fraction(written) == bound
+    profile = team(5)
+    formula_text = 'formula = "acts(agent_0) == left implies agent_0.x <= 1e-70"'
+    assert len(ask_of_game(profile, formula_text).claims) == 1
+
+
+def ask_of_game(profile, claim):
+    with TemporaryDirectory() as folder:
+        file = Path(folder) / "claims.toml"
+        file.write_text(f'[[property]]\nteam = "defenders"\n{claim}\n')
+        return StatedWorld.of_game(profile, VerifyOptions(file=file))
