@@ -18,11 +18,12 @@ from maviper.page.results import with_proof
 from tests.maviper.page.browsers import in_node
 from tests.support import monitors
 from tests.support.generated import FOLDER
+from tests.support.monitored import acting
 from tests.support.monitors import INVALID, OK, OUTSIDE
 from tests.support.pages import STATE
+from tests.support.pushed import move_game
 from verify.certificates.episodes import to_json
 from verify.checker.envelope import body_hash
-from verify.states.episodes import play
 
 RADIUS, STEPS = 2.5, 40
 PROFILE = FOLDER.parent / "proved_defenders" / "profile.json"
@@ -67,17 +68,23 @@ def vouched(profile, edges, w):
 
 
 def test_wherever_it_vouches_the_claim_is_kept_from_there_on(lasting):
-    """The game's own episodes, from full speed too; where it does not vouch some break the claim."""
+    """Episodes from full speed too, in which the adversary does anything; where it does not vouch some break the claim,
+    also such that only come to rest beyond an edge.
+    """
     profile, path = lasting
     proved = load_proof(path, profile)
     w, _ = drawn(profile, proved.region, 1_500, 3)
     held = vouched(profile, proved.region, w)
     assert 0.2 < held.mean() < 0.9
-    states, _ = play(profile, w, STEPS)
+    rng, states = np.random.default_rng(4), [w]
+    for _ in range(STEPS):
+        acted = acting(profile, states[-1]) | {"adversary_0": rng.integers(5, size=len(w))}
+        states.append(move_game(profile, states[-1], acted))
     names = profile.world.coordinates()
     places = [names.index(f"{agent}.{axis}") for agent in ("agent_0", "agent_1") for axis in "xy"]
     kept = np.all([(np.abs(each[:, places]) <= RADIUS).all(axis=1) for each in states], axis=0)
-    assert kept[held].all() and not kept[~held].all()
+    begun = (np.abs(w[:, places]) <= RADIUS).all(axis=1)
+    assert kept[held].all() and not kept[~held & begun].all()
     later = np.array([vouched(profile, proved.region, each)[held] for each in states])
     assert later.mean() > 0.999  # all but for what rounds over an edge
 
