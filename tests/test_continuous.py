@@ -117,7 +117,7 @@ def share_out(world, sharing, state):
     leaves = {(agent, goal): leaf(goal) for agent in range(3) for goal in range(3)}
     policies = agent_policies(world, join_trees(world, sharing, leaves))
     sums = [each.terms for policy in policies for each in policy.tree.sums]
-    assert all(len(terms) > 1 or terms[0][0] != 1 for terms in sums)  # that would be the feature itself
+    assert not any(len(terms) == 1 and dict(terms).keys() == {1.0} for terms in sums)  # that is the feature itself
     observed = world.observe(state)
     return np.array(
         [each.tree.action[ir.apply(each.tree, obs)] for each, obs in zip(policies, observed, strict=True)]
