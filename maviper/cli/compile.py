@@ -74,7 +74,6 @@ def compile_verb(
     for note in code.notes:
         console.line("pass", note)
     verb = outputs.of_code(code.build.model.prefix, content_hash(code.build.profile))
-    outputs.ensure_spared(output, code.files, profile)
     outputs.write_set(output, code.files, verb, keep=[profile])
     for name in code.files:
         console.line("wrote", str(output / name))

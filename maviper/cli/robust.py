@@ -75,7 +75,7 @@ def robust(
         code = _tell_radii(console, table, least, certify)
         name, kept = "radii.csv", outputs.ROBUST
     if output is not None:
-        outputs.write_set(output, table.files, kept)
+        outputs.write_set(output, table.files, kept, keep=[profile, observations])
     if as_json:
         click.echo(layout(table.document()))
     elif output is None:

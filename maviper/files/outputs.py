@@ -48,9 +48,11 @@ QUESTIONS = {  # for other programs: names, and what they begin with
 def write_set(folder: Path, files: Mapping[str, str | bytes], verb: Verb, keep: Collection[Path] = ()) -> None:
     """Writes a run's files, name -> content, all or none, and removes what an earlier run of the verb left there.
 
-    `keep`: files that this run was given, which stay whatever their names. InputError as `runs.write` and `ensure_own`.
+    `keep`: files that this run was given, which stay whatever their names: InputError where one would be written over
+    by another content, and as `runs.write` and `ensure_own`.
     """
     ensure_own(folder, files, verb)
+    _ensure_spared(folder, files, keep)
     kept, written, stale = {path.resolve() for path in keep}, _read_record(folder, verb.mark), list[Path]()
     common = {name for name in files if not verb.code and not _of_form(name, verb)}
     recorded = {name: _digest(files[name]) for name in common if name in written or not (folder / name).exists()}
@@ -77,11 +79,13 @@ def ensure_own(folder: Path, files: Mapping[str, str | bytes], verb: Verb) -> No
             raise _foreign(path)
 
 
-def ensure_spared(folder: Path, files: Mapping[str, str | bytes], given: Path) -> None:
-    """InputError where the file that a run was given would be written over by another content."""
+def _ensure_spared(folder: Path, files: Mapping[str, str | bytes], given: Collection[Path]) -> None:
+    """InputError where a file that a run was given would be written over by another content."""
+    known = {path.resolve(): path for path in given}
     for name, content in files.items():
-        if (folder / name).resolve() == given.resolve() and _digest_of(given) != _digest(content):
-            raise InputError("the result would overwrite the file given", str(given), "choose another folder with -o")
+        path = known.get((folder / name).resolve())
+        if path is not None and path.exists() and _digest_of(path) != _digest(content):
+            raise InputError("the result would overwrite the file given", str(path), "choose another folder with -o")
 
 
 def without_given(folder: Path, files: Mapping[str, str | bytes], given: Mapping[str, Path]) -> dict[str, str | bytes]:

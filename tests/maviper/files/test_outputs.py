@@ -238,3 +238,25 @@ def test_a_profile_stays_in_the_folder_that_it_is_compiled_into(place, few_obser
     assert given.read_text() == (place / "late.json").read_text()
     given.write_text(f"{given.read_text()}\n")  # the same profile, written otherwise
     assert run("compile", given, "--target", "json", "-o", out) == 2 and given.read_text().endswith("\n\n")
+
+
+def test_a_file_that_a_run_was_given_is_neither_written_over_nor_removed(place, capsys):
+    """Whatever it is called, and also if an earlier run of the verb left its mark in the folder."""
+    out, claim = place / "out", place / "claim"
+    rows, early = "angle\n0.1\n", (place / "early.json").read_text()
+    (out / "seen").write_text(rows)
+    assert run("robust", place / "early.json", out / "seen", "-o", out) == 0
+    for name, text, words in (
+        ("certificate-1-robust.json", early, ["robust", "GIVEN", out / "seen", "--certify"]),
+        ("certificate-1-robust.json", rows, ["robust", place / "early.json", "GIVEN", "--certify"]),
+        ("certificate-2-robust.json", early, ["robust", "GIVEN", out / "seen"]),
+        ("certificate-2-robust.json", rows, ["robust", place / "early.json", "GIVEN"]),
+        ("report.html", early, ["verify", "GIVEN", "--properties", claim]),
+        ("play.html", CLAIM.format(0.25), ["verify", place / "early.json", "--properties", "GIVEN"]),
+    ):
+        (out / name).write_text(text)
+        code = run(*[out / name if word == "GIVEN" else word for word in words], "-o", out)
+        assert (out / name).read_text() == text, name
+        assert (code == ExitCode.INPUT) == ("would overwrite the file given" in capsys.readouterr().err), name
+        assert code == (0 if "-2-" in name else ExitCode.INPUT), name
+        (out / name).unlink()
