@@ -3,6 +3,7 @@
 import ast
 import json
 import sys
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ from tests import hunt
 from tests.hunting import (
     driven,
     episodes,
+    game_sums,
     giving,
     judge,
     outputs,
@@ -166,6 +168,14 @@ def test_teams_that_test_sums_are_asked_and_judged(count):
     record = hunt.hunt("game-sums", None, count, None)
     assert record.wrong == []
     assert record.share("verdict PROVED") >= 0.25 and record.share("verdict VIOLATED") >= 0.2
+
+
+def test_states_that_are_drawn_for_a_team_lie_in_its_box():
+    """Exactly: ends of this box are no floats, and a state beside one broke a claim that was rightly proved."""
+    case = game_sums.Case(198)
+    states = case._drawn(np.random.default_rng(0), 200)
+    for name, (low, high) in case.region.box.items():
+        assert all(low <= Fraction(float(each)) <= high for each in states[name]), name
 
 
 def is_noticed(seed, kind):

@@ -22,6 +22,7 @@ from maviper.verification.stated import StatedWorld
 from tests.hunting.asking import Told
 from tests.hunting.bounding import place_bound, says_much
 from tests.hunting.falsifying import judge_forgery
+from tests.hunting.places import inner
 from tests.hunting.reading import fractions
 from tests.hunting.summing import GOAL, OWN, TEAM, Team
 from tests.support.game_sums import team
@@ -123,7 +124,7 @@ class Case:
         return self.team.matched(start, self.steps)
 
     def _drawn(self, rng, count):
-        ends = np.array([[float(end) for end in each] for each in self.region.box.values()])
+        ends = np.array([inner(*each) for each in self.region.box.values()])  # a rounded end may lie outside of the box
         drawn = rng.uniform(ends[:, 0], ends[:, 1], (count, len(ends)))
         cornered = rng.random(drawn.shape) < 0.2
         return dict(zip(self.region.box, np.where(cornered, ends[:, rng.integers(2)], drawn).T, strict=True))
