@@ -18,6 +18,8 @@ RECIPES = (DEFAULT, CLONE, PAPER)
 MAPPO = "mappo"
 ALGORITHMS = (MAPPO, "maddpg", "vdn")
 LEAST, MAX_NUMBER = {"steps": 1, "games": 1, "epochs": 1, "minibatch": 1, "hidden": 1, "batch": 1, "buffer": 1}, 1e12
+MOST = {"scaled": 1, "shared": 1}  # of what is done or is not
+OPTIONS = ("steps", "seed")  # settings with an option of their own
 
 # What the default recipe changes in an algorithm's own defaults, for a game or one of its variants: reward alone.
 # Fresh games for every step of the optimiser: playing costs a tenth of learning.
@@ -135,18 +137,21 @@ def _value(name: str, value: Any, types: Mapping[str, type]) -> Any:
     if name not in types:
         raise UnknownNameError("setting", name, types, "--set")
     try:
-        return types[name](value)
-    except (TypeError, ValueError):
+        read = types[name](value)
+        if isinstance(value, float) and read != value:
+            raise ValueError(value)
+        return read
+    except (TypeError, ValueError, OverflowError):
         kind = "a whole number" if types[name] is int else "a number"
         raise InputError(f"setting {name} must be {kind}, not '{value}'", "--set", f"--set {name}=VALUE") from None
 
 
 def _check(values: Mapping[str, Any], world: World) -> None:
     for name, value in values.items():
-        if not LEAST.get(name, 0) <= value <= MAX_NUMBER:
-            raise InputError(
-                f"setting {name} must be from {LEAST.get(name, 0)} to {MAX_NUMBER:g}, not {value}", f"--{name}"
-            )
+        least, most = LEAST.get(name, 0), MOST.get(name, MAX_NUMBER)
+        if not least <= value <= most:
+            where = f"--{name}" if name in OPTIONS else f"--set {name}"
+            raise InputError(f"setting {name} must be from {least} to {most:g}, not {value}", where)
     if not values["seed"] < 2**32:
         raise InputError("the seed must be from 0 to 4294967295", "--seed")
     least = values["games"] * world.spec.episode_steps

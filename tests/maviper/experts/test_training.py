@@ -657,6 +657,12 @@ def test_settings_come_from_recipe_and_user(world):
         settings(world, Request(overrides={"games": "many"}).complete(), Some)
     with pytest.raises(InputError, match="games must be from 1"):
         settings(world, Request(overrides={"games": 0}).complete(), Some)
+    with pytest.raises(InputError, match="shared must be from 0 to 1, not 2") as caught:
+        settings(world, Request(overrides={"shared": "2"}).complete(), Some)
+    assert caught.value.where == "--set shared"
+    for odd in (0.5, float("inf"), float("nan")):
+        with pytest.raises(InputError, match="must be a whole number"):
+            settings(world, Request(overrides={"shared": odd}).complete(), Some)
     with pytest.raises(InputError, match="steps must be at least 250"):
         settings(world, Request(overrides={"steps": 249}).complete(), Some)
     with pytest.raises(InputError, match="seed"):
