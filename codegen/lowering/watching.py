@@ -188,7 +188,8 @@ class Watch:
         if self.lookup is not None:
             return 2 + 3 * len(self.watched) + self.lookup.comparisons
         if self.track is not None:
-            moved = sum(4 + 4 * len(each.pushes) for each in self.track.agents) + 2 * len(self.track.still)
+            both = 4 if self.track.noise else 16  # axes; also whether anything moves an agent along them
+            moved = sum(both * (1 + len(each.pushes)) for each in self.track.agents) + 2 * len(self.track.still)
             begun = self.region.comparisons + 4 * len(self.track.agents)
             near = 2 * len(self.places) + 2 * len(self.region.bounds) + 4 * len(self.region.goals)
             return 2 + 3 * len(self.watched) + max(moved, begun) + (near if self.track.noise else 0)

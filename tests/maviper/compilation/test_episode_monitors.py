@@ -7,6 +7,7 @@ import pytest
 
 from codegen.errors import InputError
 from codegen.lowering.lower import lower
+from codegen.lowering.tracking import ensure_followed
 from codegen.lowering.watching import watch_start
 from codegen.targets import emit, monitor
 from maviper import load
@@ -105,6 +106,54 @@ def test_it_vouches_for_the_simulators_episodes_and_for_no_push(made):
                 assert word == (OK if pushed is None or step < pushed else OUTSIDE)
                 for policy, act in zip(profile.agents, acts, strict=True):
                     found.act(policy.agent, int(act))
+
+
+def test_who_has_not_moved_yet_is_where_it_started_to_the_bit(made):
+    """A proof knows who has not: such a tree decides as before, at its thresholds too. Later a rounding is none."""
+    profile, start, watched = made
+    (text,) = monitor.emit(watched, ["python"]).values()
+    space, twin = {}, TrackTwin(profile, start)
+    exec(compile(text, "monitor", "exec"), space)
+    rows = asked_of_episodes(profile, start, 1, 4)
+    first, names = rows[0][0], list(profile.world.coordinates())
+    right = [
+        next(at for at, each in enumerate(policy.actions) if each.effect == (1.0, 0.0)) for policy in profile.agents
+    ]
+    states = [first]
+    for _ in range(3):
+        states.append(twin.moved(states[-1], right))
+    for step, name, wanted in (
+        (1, "agent_0.x", OUTSIDE),
+        (2, "agent_0.x", OK),
+        (3, "agent_0.y", OUTSIDE),
+        (1, "agent_0.vx", OK),
+        (1, "agent_0.vy", OUTSIDE),
+    ):
+        found = space["Monitor"]()
+        for at, w in enumerate(states[: step + 1]):
+            seen = w + (2.0**-42 if at == step else 0.0) * (np.array(names) == name)
+            found.renew_all()
+            assert int(found.step(seen.tolist(), profile.world.dt)) == (wanted if at == step else OK)
+            for policy, act in zip(profile.agents, right, strict=True):
+                found.act(policy.agent, act)
+
+
+@pytest.mark.parametrize(
+    ("steps", "dt", "damping", "taken"),
+    [(100, 0.1, 0.25, True), (101, 0.1, 0.25, False), (100, 1.0, 0.0, False), (15, 1.0, 0.0, True)],
+)
+def test_episodes_in_which_roundings_add_up_to_more_than_proofs_leave_are_refused(steps, dt, damping, taken, made):
+    """Followed with all that may be off at each step, numbers are within a quarter of the 2^-30 that proofs leave."""
+    world = replace(made[0].world, dt=dt, damping=damping)
+    if not taken:
+        with pytest.raises(InputError, match="too much adds up"):
+            ensure_followed(world, steps)
+        return
+    ensure_followed(world, steps)
+    x = v = 0.0
+    for _ in range(steps):
+        x, v = x + dt * v + 2.0**-40, (1.0 - damping) * v + 2.0**-40
+    assert x <= 2.0**-32
 
 
 @pytest.mark.parametrize("game", ["cooperative_navigation", "predator_prey"])
