@@ -18,7 +18,7 @@ from codegen.numbers.literals import decimal_literal
 from codegen.region import RegionSpec
 
 OFF = 2.0**-40  # by which a number may be off: proofs leave 2^-30 for all that adds up in an episode
-MOST_OFF = (
+MAX_OFF = (
     2.0**-32
 )  # of a position: twice of a difference of two, and half of what proofs leave is for their own roundings
 MAX_NOISE = 1.0  # beyond which nothing is near anything
@@ -97,7 +97,7 @@ def ensure_followed(world: ir.WorldSpec, steps: int) -> None:
         what = "the proof is about episodes in which agents push each other or have a speed limit"
         why = "where agents push, what a number is off by grows more than the room that proofs leave for it"
         raise InputError(f"{what}: {why}", "--certificate", "take a certificate about decisions: it holds in any state")
-    if steps > MAX_STEPS or _add_up(world, steps) > MOST_OFF:
+    if steps > MAX_STEPS or _add_up(world, steps) > MAX_OFF:
         what = f"the proof is about {steps} steps, in which too much adds up"
         advice = f"a monitor follows at most {MAX_STEPS} steps, fewer where steps are long or nothing damps"
         raise InputError(what, "--certificate", advice)
