@@ -72,13 +72,15 @@ def diff(
     for label, text in comparison.lines:
         console.line(label, text)
     if output is not None:
-        _write(output, comparison, given, console)
+        _write(output, comparison, given, Path(region), console)
     if as_json:
         click.echo(written(comparison.facts), nl=False)
     return exit_code(comparison.verdicts)
 
 
-def _write(folder: Path, compared: "Compared | OutputsCompared", given: Mapping[str, Path], console: "Console") -> None:
+def _write(
+    folder: Path, compared: "Compared | OutputsCompared", given: Mapping[str, Path], region: Path, console: "Console"
+) -> None:
     """All files, and the command that reads the certificate."""
     from maviper.files import outputs
     from maviper.page.differences import page_of
@@ -92,7 +94,7 @@ def _write(folder: Path, compared: "Compared | OutputsCompared", given: Mapping[
     else:
         no_page = compared.unplayable
     files = outputs.without_given(folder, {**compared.files, **page}, given)
-    outputs.write_set(folder, files, outputs.DIFF, keep=[*given.values()])
+    outputs.write_set(folder, files, outputs.DIFF, keep=[*given.values(), region])
     console.line("wrote", str(folder / REPORT_FILE))
     console.line("no page" if no_page else "page", no_page or str(folder / FILE))
     if CERTIFICATE_FILE in compared.files:

@@ -98,6 +98,8 @@ def test_another_verb_is_no_earlier_run(place):
     assert run("verify", place / "late.json", "--properties", place / "claim", "-o", place / "both") == 2
     assert run("diff", place / "b", place / "a", "-o", place / "both") == 1
     assert (place / "both" / "profile.json").read_bytes() != before
+    (region := place / "both" / "certificate.json").write_text("[box]\n")
+    assert run("diff", place / "b", place / "a", "--region", region, "-o", place / "both") == 1 and region.exists()
 
 
 def test_an_edited_property_file_is_not_written_over(tmp_path, capsys):
