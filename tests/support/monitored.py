@@ -73,7 +73,7 @@ void cost(const double *w, const int *at, long n, int *kept, double *seconds)
         {p}_monitor_renew_all(&m);
         {step}
         *kept += {p}_monitor_step(&m, w + i * {N}, {dt});
-        m.latched = 0;
+        m.active = 1;
     }}
     seconds[1] = now() - start;
     start = now();
@@ -86,7 +86,7 @@ void cost(const double *w, const int *at, long n, int *kept, double *seconds)
         {p}_monitor_renew_all(&m);
         {step}
         *kept += step_called(&m, w + i * {N});
-        m.latched = 0;
+        m.active = 1;
     }}
     seconds[3] = now() - start;
     start = now();
@@ -99,7 +99,7 @@ void cost(const double *w, const int *at, long n, int *kept, double *seconds)
         {p}_monitor_renew_all(&m);
         {step}
         *kept += control_watched(&m, w + i * {N}, actions) + actions[0];
-        m.latched = 0;
+        m.active = 1;
     }}
     seconds[5] = now() - start;
     start = now();
@@ -107,7 +107,7 @@ void cost(const double *w, const int *at, long n, int *kept, double *seconds)
         m.fresh[0] = 1UL;
         {step}
         *kept += by_hand(&m, w + i * {N}, {dt});
-        m.latched = 0;
+        m.active = 1;
     }}
     seconds[6] = now() - start;
 }}
@@ -128,12 +128,12 @@ void words(const double *w, const int *at, long n, int *found)
 BY_HAND = """/* the least that a monitor can be: one box for all steps, one flag for all inputs, and a latch */
 static __attribute__((noinline)) int by_hand({p}_monitor *m, const double *w, double dt)
 {{
-    if ((m->fresh[0] == 1UL) && (m->latched == 0) && (dt <= {upper}_M_MAX_AGE){counted}{bounds}) {{
+    if ((m->fresh[0] == 1UL) && (m->active == 1) && (dt <= {upper}_M_MAX_AGE){counted}{bounds}) {{
         m->fresh[0] = 0UL;
         {count}
         return 0;
     }}
-    m->latched = 1;
+    m->active = 0;
     return 2;
 }}"""
 

@@ -12,12 +12,13 @@ import pytest
 
 from codegen.agreement.compiled import STRICT, find_compiler
 from codegen.errors import InputError, RefusedError
+from codegen.lowering.covering import Cover
 from codegen.lowering.lower import lower
 from codegen.lowering.watching import watch
 from codegen.region import RegionSpec
 from codegen.targets import emit, monitor
 from maviper import load, manual
-from maviper.compilation.monitors import load_proof
+from maviper.compilation.monitors import load_proof, lower_monitor
 from maviper.compilation.run import compile_and_prove, split_targets
 from tests.benchmarks import monitor as benchmark
 from tests.support import monitors
@@ -280,6 +281,47 @@ def test_no_claim_fails_where_the_monitor_vouches(name):
     ((_, found),) = benchmark.measured(5_000, name)
     assert found["fails_while_vouched"] == 0 < found["control_fails"] and found["refused"] == 0
     assert found["vouched"] > 0.1 and found["false_alarms"] < 0.05
+
+
+UNBEGUN = """#include "{p}_monitor.h"
+static {p}_monitor m; /* all 0 */
+static const double w[] = {{{w}}};
+int main(void)
+{{
+    int first, acted = {p}_monitor_{agent}(&m, {act});
+    {p}_monitor_renew_all(&m);
+    first = {p}_monitor_step(&m, w, {dt});
+    {p}_monitor_start(&m);
+    {p}_monitor_renew_all(&m);
+    return 100 * acted + 10 * first + {p}_monitor_step(&m, w, {dt});
+}}
+"""
+
+
+@pytest.mark.compile
+@pytest.mark.parametrize("path", ["verdicts/physical_deception/certificate-1-distinct_targets",
+                                  "arch/attitude/certificate-1-avoids"])  # fmt: skip
+def test_a_monitor_that_was_never_started_vouches_for_nothing(path, tmp_path):
+    """One that is all 0, as static variables are: it gives the fallback alone, and its first step is INVALID."""
+    if (compiler := find_compiler()) is None:
+        pytest.skip("no C compiler")
+    certificate = FOLDER.parent / f"{path}.json"
+    profile = load(certificate.parent / "profile.json")
+    proved = load_proof(certificate, profile)
+    watched = lower_monitor(profile, lower(profile), proved)
+    for name, text in {**emit(profile, ["c"]), **monitor.emit(watched, ["c"])}.items():
+        (tmp_path / name).write_text(text)
+    stated = isinstance(proved.region, Cover)
+    w = proved.region.steps[0][0].centre[0] if stated else np.zeros(len(profile.world.coordinates()))
+    agent, rest = watched.acts[0].agent, watched.acts[0].action
+    given = next(act for act in range(len(agent.actions)) if act != rest)
+    told = {"p": watched.model.prefix, "agent": agent.lower, "act": given, "w": ", ".join(map(repr, w.tolist()))}
+    dt = proved.region.dt if stated else profile.world.dt
+    (tmp_path / "unbegun.c").write_text(UNBEGUN.format(**told, dt=dt))
+    command = [*compiler, *STRICT, "-Wno-unused-function", "unbegun.c", "-o", "unbegun"]
+    subprocess.run(command, cwd=tmp_path, check=True)
+    done = subprocess.run([str(tmp_path / "unbegun")], check=False)
+    assert done.returncode == 100 * rest + 10 * INVALID + OK
 
 
 # --- threads that take subnormal numbers for zero (FTZ, DAZ), as programs linked with -ffast-math have them
