@@ -54,17 +54,20 @@ def iterate_near(profile: PolicyProfile, statement: Statement, claim: SystemClai
 
 
 def iterate_anywhere(profile: PolicyProfile, statement: Statement, claim: SystemClaim) -> Iterator[State]:
-    """Some states of the game, of those drawn in the claim's regions, in which it seems to fail."""
+    """Some states of the game, of those drawn in the claim's regions, in which it seems to fail. Where none breaks it,
+    others follow, with many coordinates at an end of their bounds, where sums are largest.
+    """
     drawable, rng = _list_drawable(profile, statement), np.random.default_rng(SEED)
     erring = np.array([find_coordinate(one.name) not in profile.world.coordinates() for one in drawable])
-    for region in claim.regions:
-        ends = _find_ends(drawable, bound_region(region, _list_ranges(drawable)))
-        drawn: Float64 = rng.uniform(ends[:, 0], ends[:, 1], (ANYWHERE, len(drawable)))
-        if erring.any():
-            extreme: Bool = erring & (rng.random(drawn.shape) < EXTREME)
-            at_ends: Float64 = np.where(rng.random(drawn.shape) < 1 / 2, ends[:, 0], ends[:, 1])
-            drawn = np.where(extreme, at_ends, drawn)
-        yield from _iterate_broken(profile, statement, claim, find_goal(region), drawn)
+    for pushed in (erring, np.ones_like(erring)):
+        for region in claim.regions:
+            ends = _find_ends(drawable, bound_region(region, _list_ranges(drawable)))
+            drawn: Float64 = rng.uniform(ends[:, 0], ends[:, 1], (ANYWHERE, len(drawable)))
+            if pushed.any():
+                extreme: Bool = pushed & (rng.random(drawn.shape) < EXTREME)
+                at_ends: Float64 = np.where(rng.random(drawn.shape) < 1 / 2, ends[:, 0], ends[:, 1])
+                drawn = np.where(extreme, at_ends, drawn)
+            yield from _iterate_broken(profile, statement, claim, find_goal(region), drawn)
 
 
 def _list_drawable(profile: PolicyProfile, statement: Statement) -> list[Variable]:

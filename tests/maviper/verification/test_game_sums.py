@@ -14,7 +14,7 @@ from codegen.ir import act
 from codegen.observe import observe
 from codegen.policy_json import dumps
 from codegen.sums import DOUBLE_SUMS, FLOAT32_STEPS
-from maviper import verify
+from maviper import verify, verify_file
 from maviper.cli import main
 from maviper.files.profiles import load
 from maviper.verification.ask import Posed, VerifyOptions
@@ -356,3 +356,22 @@ def ask_of_game(profile, claim):
         file = Path(folder) / "claims.toml"
         file.write_text(f'[[property]]\nteam = "defenders"\n{claim}\n')
         return StatedWorld.of_game(profile, VerifyOptions(file=file))
+
+
+def test_states_at_ends_of_bounds_are_drawn_where_the_others_break_nothing(tmp_path):
+    """A sum comes near its largest value in few states of a box: of 16,384 that are drawn inside, in none."""
+    (tmp_path / "asked.toml").write_text(
+        '[[property]]\nformula = "acts(agent_0) == up and acts(agent_1) == right implies '
+        'landmark_1.x - agent_0.x <= 0.9343"\n'
+    )
+    (tmp_path / "box.toml").write_text(
+        "[box]\n"
+        '"adversary_0.x" = [-0.75, 0.125]\n"adversary_0.y" = [-0.125, 0]\n"agent_0.x" = [-0.125, 0.75]\n'
+        '"agent_0.y" = [0.75, 1]\n"agent_1.x" = [-0.5, 0.75]\n"agent_1.y" = [0, 0.125]\n'
+        '"landmark_1.y" = [-0.75, 0.5]\n'
+    )
+    profile = team(40, FLOAT32_STEPS, levels=1)
+    (answer,) = verify_file(profile, tmp_path / "asked.toml", region=str(tmp_path / "box.toml"))
+    assert answer.verdict is Verdict.VIOLATED
+    start = answer.evidence.counterexample.start
+    assert start["landmark_1.x"] - start["agent_0.x"] > Fraction("0.9343")
