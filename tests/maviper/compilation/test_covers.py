@@ -1,5 +1,6 @@
 """Monitors of proofs about stated systems: they vouch for the states of the proof, in all languages alike."""
 
+import functools
 import json
 import math
 import shutil
@@ -49,8 +50,9 @@ def for_ever(tmp_path_factory):
     return folder
 
 
+@functools.cache
 def made(folder, certificate):
-    """Of a certificate the profile, what is proved, and the lowered monitor."""
+    """Of a certificate the profile, what is proved, and the lowered monitor; many tests ask about the same proof."""
     profile = load(folder / "profile.json")
     proved = load_proof(folder / certificate, profile)
     return profile, proved, lower_monitor(profile, lower(profile), proved)
