@@ -100,10 +100,11 @@ class Profile:
 
 
 def fractions(numbers: Any) -> Array:
-    """Numbers as exact fractions."""
-    found = np.empty(np.shape(numbers), dtype=object)
-    found[...] = np.vectorize(Fraction, otypes=[object])(numbers) if np.size(numbers) else found
-    return found
+    """Numbers as exact fractions; of equal ones, as errors mostly are, one is made."""
+    values, places = np.unique(np.asarray(numbers), return_inverse=True)
+    found = np.empty(len(values), dtype=object)
+    found[:] = list(map(Fraction, values.tolist()))
+    return found[places].reshape(np.shape(numbers))
 
 
 def read(text: str) -> Profile:
