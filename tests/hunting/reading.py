@@ -9,6 +9,7 @@ exact fractions. The goal's coordinates are those of a landmark.
 """
 
 import json
+import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -154,6 +155,18 @@ def summed(feature: Feature, at: At) -> Array:
     return total
 
 
+def _sum_exactly(feature: Feature, at: At, error: Array, rounded: bool) -> Array:
+    """The feature's sum with its error as fractions, or each rounded once to float64. All are counted in a unit that
+    divides them: whole numbers are added in a tenth of the time that fractions take.
+    """
+    parts = {**{name: at[name] for _, name in feature.terms}, "": error}
+    ratios = {name: [one.as_integer_ratio() for one in values.tolist()] for name, values in parts.items()}
+    units = math.lcm(*{under for rows in ratios.values() for _, under in rows})
+    whole = {name: np.array([n * (units // under) for n, under in rows], object) for name, rows in ratios.items()}
+    total = summed(feature, whole) + whole[""]
+    return (total / units).astype(float) if rounded else np.array([Fraction(one, units) for one in total], object)
+
+
 def function_of(function: str, total: Array) -> Array:
     """The function of a sum."""
     if function == "positive":
@@ -172,8 +185,7 @@ def measured(feature: Feature, at: At, semantics: str, kind: Any, error: Any = N
         return np.zeros(len(next(iter(at.values()))), dtype=kind)
     total = summed(feature, at)
     if error is not None and feature.measurable:
-        total = summed(feature, {name: fractions(at[name]) for _, name in feature.terms}) + error
-        total = total.astype(float) if semantics == MACHINE else total
+        total = _sum_exactly(feature, at, error, semantics == MACHINE)
     seen = function_of(feature.function, total)
     return seen.astype(kind) if semantics == MACHINE else seen
 
