@@ -44,14 +44,14 @@ class UnboundedError(RejectedError):
 # --- arithmetic
 
 
-def up(value: Fraction) -> int:
+def up(value: Fraction | int) -> int:
     """The least multiple that is not below a number."""
-    return (value * ONE).__ceil__()
+    return -(-value.numerator * ONE // value.denominator)
 
 
 def exactly(value: Fraction | int) -> Range:
     """One number."""
-    return Range(-up(Fraction(-value)), up(Fraction(value)))
+    return Range(value.numerator * ONE // value.denominator, up(value))
 
 
 def outwards(bounds: Interval) -> Range:
