@@ -119,10 +119,11 @@ def test_a_repair_that_finds_nothing_leaves_none_of_before(place, monkeypatch):
     profile, out = place / "proved.json", place / "repaired"
     profile.write_text((ROOT / "generated" / "proved_defenders" / "profile.json").read_text())
     asked = ["repair", profile, "--episodes", "2", "-o", out]
+    search, answers = repairs.repair, []
+    monkeypatch.setattr(repairs, "repair", lambda *given: answers.append(search(*given)) or answers[0])
     assert run(*asked) == 0 and {"profile.json", "repair.json"} < names(out)
     (out / "mine").write_text("mine")
-    found = repairs.repair
-    monkeypatch.setattr(repairs, "repair", lambda *given: replace(found(*given), ended=False, reason="none"))
+    monkeypatch.setattr(repairs, "repair", lambda *given: replace(answers[0], ended=False, reason="none"))
     assert run("repair", out / "profile.json", *asked[2:]) == 3 and "repair.json" in names(out)  # it was given
     assert run(*asked) == 3 and names(out) == {"mine"}
     assert run(*asked) == 3 and names(out) == {"mine"}
