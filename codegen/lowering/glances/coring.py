@@ -7,7 +7,7 @@ Does not: refuse a state: whoever is in no core is asked of the list itself.
 A cell counts for a box if the box holds all of it along the variable, by EDGE and more: then that variable need not be
 compared. How a number is put into a cell is monotone in floats too, so no state beyond a box is in a cell of it. The
 first and the last cell take what is beyond the others, and no number, and have no box. Where one variable is left,
-boxes that meet are one.
+boxes that meet are one. Without cells the box may be one that several boxes hold together (spanning.py).
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from codegen.ir import Bool, Float64, Int64
+from codegen.lowering.glances.spanning import span_states
 from codegen.lowering.searching import EDGE, INSIDE, Boxes, Cores, Ends, doubles_of, draw_points
 
 SIZES = (8, 16, 32, 64)  # cells along a variable, the first and the last included
@@ -36,10 +37,11 @@ def find_cores(lists: Sequence[Boxes], visited: Sequence[Float64]) -> Cores | No
         return None
     ways: list[tuple[float, int | None, int]] = []
     for axis, size in _list_ways(lists[0].low.shape[1]):
-        laid = [_Cored(boxes, axis, size, states[::2]) for boxes, states in zip(lists, seen, strict=True)]
-        told = float(np.mean([cored.tell(states[1::2]).mean() for cored, states in zip(laid, seen, strict=True)]))
+        told = _measure_share(lists, seen, axis, size)
         if told >= ENOUGH:
             ways.append((MISSED * (1.0 - told) + (0.0 if axis is None else ALONG + CELL * size), axis, size))
+        if ways and ways[0][0] < ALONG:
+            break  # no variable does better
     if not ways:
         return None
     _, axis, size = min(ways, key=lambda way: way[0])
@@ -55,6 +57,16 @@ def _list_ways(count: int) -> Iterator[tuple[int | None, int]]:
         yield from ((axis, size) for axis in range(count) for size in SIZES)
 
 
+def _measure_share(lists: Sequence[Boxes], seen: Sequence[Float64], axis: int | None, size: int) -> float:
+    """The share of states that cores tell which the other half of them made; 0 once it cannot be enough."""
+    missed = 0.0
+    for boxes, states in zip(lists, seen, strict=True):
+        missed += 1.0 - float(_Cored(boxes, axis, size, states[::2]).tell(states[1::2]).mean())
+        if missed > (1.0 - ENOUGH) * len(lists):
+            return 0.0
+    return 1.0 - missed / len(lists)
+
+
 class _Cored:
     """The cores of a list: `row`, the least and most of its cells and their scale; `cores`, [size, others]."""
 
@@ -67,7 +79,7 @@ class _Cored:
         held = np.ones((len(boxes.low), size), dtype=np.bool_)
         if axis is not None:
             near = visited > 0 if visited.any() else visited == 0
-            self.row = _lay_row(boxes.low[near, axis], boxes.high[near, axis], size)
+            self.row = lay_row(boxes.low[near, axis], boxes.high[near, axis], size)
             held = self._hold_cells(boxes.low[:, axis], boxes.high[:, axis])
         others = Boxes(boxes.low[:, self.others], boxes.high[:, self.others])
         cells = self._find_cells(states)
@@ -75,6 +87,10 @@ class _Cored:
         for cell in np.flatnonzero(held.any(axis=0)).tolist():
             here, of = states[cells == cell][:, self.others], held[:, cell]
             self.cores.low[cell], self.cores.high[cell] = _choose_core(others.take(of), visited[of], here)
+        if axis is None and len(self.others) > 1 and not self.tell(states).all():
+            spanned = span_states(boxes, states[boxes.holds(states)]) if visited.any() else None
+            if spanned is not None and _count_held(spanned, states) > _count_held(self.cores, states):
+                self.cores = spanned
 
     def tell(self, states: Float64) -> Bool:
         """Which states are in a core."""
@@ -96,13 +112,18 @@ class _Cored:
     def _find_cells(self, states: Float64) -> Int64:
         if self.axis is None:
             return np.zeros(len(states), dtype=np.int64)
-        least, most, scale = self.row
-        with np.errstate(over="ignore", invalid="ignore"):
-            places = (np.clip(states[:, self.axis], least, most) - least) * scale
-        return np.clip(np.nan_to_num(places), 0.0, self.size - 1.0).astype(np.int64)
+        return place_numbers(states[:, self.axis], self.row, self.size)
 
 
-def _lay_row(low: Float64, high: Float64, size: int) -> tuple[float, float, float]:
+def place_numbers(numbers: Float64, row: tuple[float, float, float], size: int) -> Int64:
+    """The cells of numbers along a variable, as code finds them."""
+    least, most, scale = row
+    with np.errstate(over="ignore", invalid="ignore"):
+        places = (np.clip(numbers, least, most) - least) * scale
+    return np.clip(np.nan_to_num(places), 0.0, size - 1.0).astype(np.int64)
+
+
+def lay_row(low: Float64, high: Float64, size: int) -> tuple[float, float, float]:
     """Cells over boxes, with one more before and after them: the least and most, and the scale; all 0 where they have
     no width, or more than floats have. Those at the ends are held by the boxes, for these reach a little beyond.
     """
@@ -114,6 +135,10 @@ def _lay_row(low: Float64, high: Float64, size: int) -> tuple[float, float, floa
         most = least + side * size * INSIDE
         known = np.isfinite([least, most, most - least, scale]).all()
     return (least, most, scale) if known else (0.0, 0.0, 0.0)
+
+
+def _count_held(boxes: Boxes, states: Float64) -> int:
+    return int(boxes.holds(states).sum())
 
 
 def _choose_core(boxes: Boxes, visited: Int64, here: Float64) -> tuple[Float64, Float64]:

@@ -43,6 +43,7 @@ def drawn(cover, count):
     [
         "worlds/crossing/certificate-1-stays_in",
         "worlds/mountain_car/certificate-1-stays_in",
+        "arch/double_pendulum_less/certificate-1-stays_in",
         "arch/tora_reach/certificate-1-reaches_and_stays",
         "arch/attitude/certificate-1-avoids",
     ],

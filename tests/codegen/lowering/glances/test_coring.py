@@ -19,19 +19,19 @@ def drawn(rng, size, far):
 
 
 def look(cores, states, at):
-    """Which states are in a core of a list, number by number as code has it."""
-    told = []
-    for state in states:
-        cell = 0
-        if cores.axis is not None:
-            low, high, scale = (float.fromhex(each.hex) for each in cores.rows[at])
-            above = max(low, state[cores.axis]) if state[cores.axis] > low else low
-            cell = int((min(above, high) - low) * scale)
-            assert 0 <= cell < cores.size
-        box = cores.boxes[at * cores.size + cell]
-        ends = zip(cores.columns, box.low, box.high, strict=True)
-        told.append(all(float.fromhex(low.hex) <= state[of] <= float.fromhex(high.hex) for of, low, high in ends))
-    return np.array(told)
+    """Which states are in a core of a list, in the operations of code."""
+    cells = np.zeros(len(states), dtype=int)
+    if cores.axis is not None:
+        low, high, scale = (float.fromhex(each.hex) for each in cores.rows[at])
+        above = np.where(states[:, cores.axis] > low, states[:, cores.axis], low)
+        cells = ((np.where(above < high, above, high) - low) * scale).astype(int)
+        assert ((cells >= 0) & (cells < cores.size)).all()
+    boxes = cores.boxes[at * cores.size : (at + 1) * cores.size]
+    low, high = (
+        np.array([[float.fromhex(each.hex) for each in ends] for ends in of]) for of in zip(*boxes, strict=True)
+    )
+    of = states[:, list(cores.columns)]
+    return ((of >= low[cells]) & (of <= high[cells])).all(axis=1)
 
 
 def at_the_borders(rng, cores, boxes, at, count):
@@ -116,7 +116,7 @@ def test_rows_of_lists_that_are_wider_than_floats_or_have_no_width_are_finite(lo
     wide = clip_boxes(np.array([[low, 0.0], [low, 0.5]]), np.array([[high, 0.6], [high, 1.0]]))
     bent, states = drawn(rng, 2, 0.0)
     within = np.stack([np.full(40, np.clip(0.5, low, high)), rng.random(40)], axis=1)
-    for lists, visited in (([wide], [within]), ([wide, *[bent] * 12], [within, *[states] * 12])):
+    for lists, visited in (([wide], [within]), ([wide, *[bent] * 10], [within, *[states] * 10])):
         cores = find_cores(lists, visited)
         assert cores is not None
         assert np.isfinite([[float.fromhex(each.hex) for each in row] for row in cores.rows]).all()
