@@ -444,17 +444,23 @@ const Engine = (() => {
   const OFF = 2 ** -40; // what rounding adds up to in a step, at most
 
   /** What a run-time monitor says of the last of the states of an episode, from its start on: whether all is as the proof
-   * has it. The agents that it follows do what their trees decide, all others what they like; nobody pushes anybody. */
+   * has it. The agents that it follows do what their trees decide, all others what they like; nobody pushes anybody.
+   * What nothing has moved yet is where it was exactly: the proof knows on which side of a threshold that is. */
   function follower(game, { bounds, steps, followed }) {
     const inside = within(game, bounds);
-    const near = (a, b) => a.every((number, axis) => Math.abs(number - b[axis]) <= OFF);
+    const led = (number, wanted, moves) => (moves ? Math.abs(number - wanted) <= OFF : number === wanted);
     const leads = (before, after) => {
       const told = actions(game, coordinates(game, before));
-      return game.agents.every((agent, i) => {
+      const marks = ({ position }) => position.slice(game.world.agents.length).flat();
+      const still = marks(before).every((number, k) => number === marks(after)[k]) && before.goal === after.goal;
+      return still && game.agents.every((agent, i) => {
         const ways = followed.includes(i) ? [told[i]] : [...agent.actions.keys()];
         return ways.some((way) => {
           const { position, velocity } = step(game, before, told.map((own, j) => (j === i ? way : own)));
-          return near(position[i], after.position[i]) && near(velocity[i], after.velocity[i]);
+          return before.velocity[i].every((speed, axis) => {
+            const wanted = velocity[i][axis];
+            return led(after.position[i][axis], position[i][axis], speed !== 0) && led(after.velocity[i][axis], wanted, speed !== 0 || wanted !== 0);
+          });
         });
       });
     };

@@ -172,7 +172,7 @@ FOLLOWED = (
     STATE
     + """
   const word = Engine.follower(game, data.claims[0].follows);
-  return given.map(([at, goal, speed, own, pushed]) => {
+  return given.map(([at, goal, speed, own, [moved, kind, entity, axis, size]]) => {
     const start = stateIn(game)(at, goal);
     start.velocity[0][0] = speed;
     const states = [start], acted = [];
@@ -182,7 +182,7 @@ FOLLOWED = (
       acted.push([...chosen]);
       if (own[0] === states.length) chosen[own[1]] = (chosen[own[1]] + 1) % 5;
       states.push(Engine.step(game, states.at(-1), chosen));
-      if (pushed === states.length) states.at(-1).velocity[1][0] += 2 ** -39;
+      if (moved === states.length) states.at(-1)[kind][entity][axis] += size;
     }
     const words = states.map((_, last) => word(states.slice(0, last + 1)));
     return [states.map((state) => [...Engine.coordinates(game, state)]), acted, words];
@@ -192,8 +192,9 @@ FOLLOWED = (
 
 
 def test_the_word_of_an_episode_of_a_game_is_the_monitors_at_each_step(tmp_path):
-    """Episodes that nobody disturbs, one from a start that moves, some in which an agent is steered or pushed: the page
-    says of each state what the generated monitor says that is given the states and what the trees decide.
+    """Episodes that nobody disturbs, one from a start that moves, some in which an agent is steered, or a number is off
+    by a little: the page says of each state what the generated monitor says that is given the states and what the
+    trees decide.
     """
     profile = committed("verdicts/physical_deception")
     certificate = GENERATED / "verdicts" / "physical_deception" / "certificate-8-reaches.json"
@@ -206,9 +207,14 @@ def test_the_word_of_an_episode_of_a_game_is_the_monitors_at_each_step(tmp_path)
     spec, rng = proved.region.region, np.random.default_rng(5)
     box = {name: (float(Fraction(low)), float(Fraction(high))) for name, (low, high) in spec.box.items()}
     at = [{name: rng.uniform(*ends) for name, ends in box.items()} for _ in range(6)]
-    ways = [(0.0, [0, 0], 0), (0.25, [0, 0], 0), (0.0, [4, others[0]], 0), (0.0, [4, followed], 0), (0.0, [0, 0], 7)]
-    given = [[state, spec.goals[0], *way] for state, way in zip(at, [*ways, ways[0]], strict=True)]
-    given[-1][0]["agent_0.x"] = float(np.nextafter(box["agent_0.x"][1], np.inf))  # no start of the proof
+    none, less = (0, "velocity", 1, 0, 0.0), 2.0**-41
+    ways = [(0.0, [0, 0], none), (0.25, [0, 0], none), (0.0, [4, others[0]], none), (0.0, [4, followed], none)]
+    ways += [(0.0, [0, 0], (7, "velocity", 1, 0, 2.0**-39)), ways[0]]
+    who, landmark = followed, len(names)
+    places = ((2, "position", who), (2, "velocity", who), (9, "position", who), (4, "position", landmark))
+    ways += [(0.0, [0, 0], (*place, axis, less)) for place in places for axis in range(2)]
+    given = [[state, spec.goals[0], *way] for state, way in zip([*at, *[at[0]] * 8], ways, strict=True)]
+    given[5][0]["agent_0.x"] = float(np.nextafter(box["agent_0.x"][1], np.inf))  # no start of the proof
     told = in_node(page(profile, contents), FOLLOWED, given, tmp_path)
     space, watched = {}, lower_monitor(profile, lower(profile), proved)
     exec(compile(monitor.emit(watched, ["python"]).popitem()[1], "monitor", "exec"), space)
@@ -223,3 +229,5 @@ def test_the_word_of_an_episode_of_a_game_is_the_monitors_at_each_step(tmp_path)
     counts = [words_shown.count("OK") for _, _, words_shown in told]
     assert counts[0] == counts[2] == proved.region.steps and counts[1] == counts[5] == 0
     assert counts[3] == 4 and counts[4] == 6
+    assert counts[6:8] == [1, 1] and min(counts[8:10]) == 1  # an action pushes along one axis at most
+    assert max(counts[10:12]) == proved.region.steps and counts[12:] == [3, 3]  # who moves may be off by a rounding
