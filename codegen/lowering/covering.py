@@ -16,6 +16,7 @@ import numpy as np
 from codegen.errors import InputError
 from codegen.ir import Bool, Float64
 from codegen.lowering.glances.coring import find_cores
+from codegen.lowering.glances.tiling import tile_lists
 from codegen.lowering.glances.tilting import tilt_alone
 from codegen.lowering.searching import Boxes, Lookup, clip_boxes, search_of
 from codegen.lowering.turning import Turned, look_up_turned
@@ -77,7 +78,10 @@ def look_up(cover: Cover, where: str) -> Lookup:
     turned = [part for parts in cover.steps for part in parts if isinstance(part, Turned)]
     if not turned:
         return lookup(boxes, where, cover.visit)
-    return replace(look_up_turned(turned, where), tilts=tilt_alone(turned))
+    found = look_up_turned(turned, where)
+    if all(len(sets.low) == 1 for sets in turned) or cover.visit is None:
+        return replace(found, tilts=tilt_alone(turned))
+    return replace(found, tiles=tile_lists(turned, cover.visit()))
 
 
 def lookup(

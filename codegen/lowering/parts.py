@@ -1,4 +1,4 @@
-"""The parts of the emission model that others are made of: numbers, features, actions, nodes.
+"""The parts of the emission model that others are made of: numbers, features, actions, nodes, glances.
 
 Does: names them, and what follows from them at once, such as a test as languages write it.
 Assumes: `lower` made them.
@@ -6,6 +6,7 @@ Does not: look anything up in a profile.
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 SINGLE_BITS = 32
 
@@ -108,3 +109,41 @@ class Node:
         """The threshold as an integer in the order of its numbers: -0.0 is -1 there, but as a threshold 0."""
         half = 1 << self.width - 1
         return half - 1 - self.bits if self.bits > half else self.bits % half
+
+
+class Ends(NamedTuple):
+    """The least and most of each variable of a box, in the order of its part."""
+
+    low: tuple[Double, ...]
+    high: tuple[Double, ...]
+
+
+class Tilt(NamedTuple):
+    """Sums of a state that are within 1 in a turned box (glances/tilting.py), as C writes float32: of each sum its
+    constant, and by variable its factors.
+    """
+
+    first: tuple[str, ...]
+    along: tuple[tuple[str, ...], ...]
+
+
+class Cores(NamedTuple):
+    """For each list, in a row of cells along a variable, a box within the list for each cell (glances/coring.py). A
+    state is in the cell floor((number - low) * scale), once its number is put between `low` and `high`.
+    """
+
+    axis: int | None  # None: one cell for each list
+    columns: tuple[int, ...]  # what is compared
+    size: int  # cells of a row
+    rows: tuple[tuple[Double, ...], ...]  # by list: low, high, scale
+    boxes: tuple[Ends, ...]  # by list and cell
+
+
+class Tiles(NamedTuple):
+    """For each list, in a grid along all variables, which cells are known to lie in it (glances/tiling.py). The cell
+    along each variable is found as that of cores; in a row of bits the last variable goes first.
+    """
+
+    size: int  # cells along each variable
+    rows: tuple[tuple[tuple[Double, ...], ...], ...]  # by list and variable: low, high, scale
+    octets: tuple[int, ...]  # by list: a bit for each cell, eight to one, the lowest bit first

@@ -32,7 +32,7 @@ import numpy as np
 
 from codegen.floats import short_hex
 from codegen.ir import Bool, Float64, Int64
-from codegen.lowering.parts import Double
+from codegen.lowering.parts import Cores, Double, Ends, Tiles, Tilt
 from codegen.numbers.literals import decimal_literal
 
 AXES = 2  # variables along which grids are laid
@@ -75,13 +75,6 @@ class Boxes(NamedTuple):
         return tuple(np.flatnonzero((np.isfinite(self.low) | np.isfinite(self.high)).any(axis=0)).tolist())
 
 
-class Ends(NamedTuple):
-    """The least and most of each variable of a box, in the order of its part."""
-
-    low: tuple[Double, ...]
-    high: tuple[Double, ...]
-
-
 class Frame(NamedTuple):
     """The frame of a turned box (turning.py)."""
 
@@ -93,27 +86,6 @@ class Frame(NamedTuple):
     slack: tuple[Double, ...]
     most: Double
     well: tuple[Double, ...]
-
-
-class Tilt(NamedTuple):
-    """Sums of a state that are within 1 in a turned box (glances/tilting.py), as C writes float32: of each sum its
-    constant, and by variable its factors.
-    """
-
-    first: tuple[str, ...]
-    along: tuple[tuple[str, ...], ...]
-
-
-class Cores(NamedTuple):
-    """For each list, in a row of cells along a variable, a box within the list for each cell (glances/coring.py). A
-    state is in the cell floor((number - low) * scale), once its number is put between `low` and `high`.
-    """
-
-    axis: int | None  # None: one cell for each list
-    columns: tuple[int, ...]  # what is compared
-    size: int  # cells of a row
-    rows: tuple[tuple[Double, ...], ...]  # by list: low, high, scale
-    boxes: tuple[Ends, ...]  # by list and cell
 
 
 class Grid(NamedTuple):
@@ -149,6 +121,7 @@ class Lookup:
     inscribed: bool = False  # whether what is well in a frame is in its box
     tilts: tuple[Tilt, ...] = ()  # by step, where each list is one turned box: nearly all states of it pass
     cores: Cores | None = None  # of lists of one part: nearly all states are in one
+    tiles: Tiles | None = None  # of lists of turned boxes: nearly all states are in a cell that is
 
     @property
     def parts(self) -> int:
@@ -182,6 +155,7 @@ class Lookup:
         each = 12 * self.width if self.frames else 2 * self.width
         glance = len(self.tilts[0].first) if self.tilts else 0
         glance += 2 + 2 * len(self.cores.columns) if self.cores else 0
+        glance += 2 * self.width + 1 if self.tiles else 0
         return glance + self.parts * (2 * len(self.axes[0]) + each * self.most)
 
 

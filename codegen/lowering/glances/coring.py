@@ -18,7 +18,8 @@ import numpy as np
 
 from codegen.ir import Bool, Float64, Int64
 from codegen.lowering.glances.spanning import span_states
-from codegen.lowering.searching import EDGE, INSIDE, Boxes, Cores, Ends, doubles_of, draw_points
+from codegen.lowering.parts import Cores, Ends
+from codegen.lowering.searching import EDGE, INSIDE, Boxes, doubles_of, draw_points
 
 SIZES = (8, 16, 32, 64)  # cells along a variable, the first and the last included
 FEW = 16  # visited states of a list: with fewer, states are drawn in its boxes

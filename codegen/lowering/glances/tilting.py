@@ -26,7 +26,7 @@ import numpy as np
 
 from codegen.floats import short_hex
 from codegen.ir import Bool, Float32, Float64
-from codegen.lowering.searching import Tilt
+from codegen.lowering.parts import Tilt
 from codegen.lowering.turning import KEPT, LARGEST_EDGE, NEARLY, UNDER, UNIT, Turned, measure_needs
 
 LANES = 4  # sums at once

@@ -31,7 +31,7 @@ def look(cores, states, at):
         np.array([[float.fromhex(each.hex) for each in ends] for ends in of]) for of in zip(*boxes, strict=True)
     )
     of = states[:, list(cores.columns)]
-    return ((of >= low[cells]) & (of <= high[cells])).all(axis=1)
+    return np.asarray(((of >= low[cells]) & (of <= high[cells])).all(axis=1))
 
 
 def at_the_borders(rng, cores, boxes, at, count):
