@@ -13,6 +13,7 @@ boxes that meet are one. Without cells the box may be one that several boxes hol
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import cached_property
 
 import numpy as np
 
@@ -23,6 +24,7 @@ from codegen.lowering.searching import EDGE, INSIDE, Boxes, doubles_of, draw_poi
 
 SIZES = (8, 16, 32, 64)  # cells along a variable, the first and the last included
 FEW = 16  # visited states of a list: with fewer, states are drawn in its boxes
+MAX_PAIRS = 1 << 24  # of a visited state and a box of its list: with more, some states stand for all
 ENOUGH = 0.9  # of the states that must be told by cores, so that it pays to have them
 ALONG, MISSED, CELL = 0.9, 25.0, 0.003  # ns: what finding a cell takes, a state that no core tells, and a larger table
 
@@ -36,9 +38,11 @@ def find_cores(lists: Sequence[Boxes], visited: Sequence[Float64]) -> Cores | No
     ]
     if len(seen) < len(lists):
         return None
+    seen = [_thin_out(states, len(boxes.low)) for boxes, states in zip(lists, seen, strict=True)]
+    halves = [_Visited(boxes, states[::2]) for boxes, states in zip(lists, seen, strict=True)]
     ways: list[tuple[float, int | None, int]] = []
     for axis, size in _list_ways(lists[0].low.shape[1]):
-        told = _measure_share(lists, seen, axis, size)
+        told = _measure_share(halves, [states[1::2] for states in seen], axis, size)
         if told >= ENOUGH:
             ways.append((MISSED * (1.0 - told) + (0.0 if axis is None else ALONG + CELL * size), axis, size))
         if ways and ways[0][0] < ALONG:
@@ -46,7 +50,7 @@ def find_cores(lists: Sequence[Boxes], visited: Sequence[Float64]) -> Cores | No
     if not ways:
         return None
     _, axis, size = min(ways, key=lambda way: way[0])
-    laid = [_Cored(boxes, axis, size, states) for boxes, states in zip(lists, seen, strict=True)]
+    laid = [_Cored(_Visited(boxes, states), axis, size) for boxes, states in zip(lists, seen, strict=True)]
     boxes = (Ends(doubles_of(low), doubles_of(high)) for cored in laid for low, high in zip(*cored.cores, strict=True))
     rows = tuple(doubles_of(np.array(cored.row)) for cored in laid) if axis is not None else ()
     return Cores(axis, tuple(laid[0].others), size, rows, tuple(boxes))
@@ -58,24 +62,49 @@ def _list_ways(count: int) -> Iterator[tuple[int | None, int]]:
         yield from ((axis, size) for axis in range(count) for size in SIZES)
 
 
-def _measure_share(lists: Sequence[Boxes], seen: Sequence[Float64], axis: int | None, size: int) -> float:
-    """The share of states that cores tell which the other half of them made; 0 once it cannot be enough."""
+def _thin_out(states: Float64, boxes: int) -> Float64:
+    """Every so many of the states, so that there are few pairs of them with boxes."""
+    return states[:: 1 + len(states) * boxes // MAX_PAIRS]
+
+
+def _measure_share(made: Sequence[_Visited], asked: Sequence[Float64], axis: int | None, size: int) -> float:
+    """The share of the states asked of lists that cores tell which others made; 0 once it cannot be enough."""
     missed = 0.0
-    for boxes, states in zip(lists, seen, strict=True):
-        missed += 1.0 - float(_Cored(boxes, axis, size, states[::2]).tell(states[1::2]).mean())
-        if missed > (1.0 - ENOUGH) * len(lists):
+    for visited, states in zip(made, asked, strict=True):
+        missed += 1.0 - float(_Cored(visited, axis, size).tell(states).mean())
+        if missed > (1.0 - ENOUGH) * len(made):
             return 0.0
-    return 1.0 - missed / len(lists)
+    return 1.0 - missed / len(made)
+
+
+class _Visited:
+    """A list with visited states, and what all ways to divide it ask: which of its boxes hold which states."""
+
+    def __init__(self, boxes: Boxes, states: Float64) -> None:
+        self.boxes, self.states = boxes, states
+
+    @cached_property
+    def inside(self) -> Bool:
+        """[states, boxes]."""
+        inside = np.ones((len(self.states), len(self.boxes.low)), dtype=np.bool_)
+        for column, low, high in zip(self.states.T, self.boxes.low.T, self.boxes.high.T, strict=True):
+            inside &= column[:, None] >= low
+            inside &= column[:, None] <= high
+        return inside
+
+    @cached_property
+    def counts(self) -> Int64:
+        """How many states each box holds."""
+        return self.inside.sum(axis=0)
 
 
 class _Cored:
     """The cores of a list: `row`, the least and most of its cells and their scale; `cores`, [size, others]."""
 
-    def __init__(self, boxes: Boxes, axis: int | None, size: int, states: Float64) -> None:
+    def __init__(self, seen: _Visited, axis: int | None, size: int) -> None:
+        boxes, states, visited = seen.boxes, seen.states, seen.counts
         self.axis, self.size = axis, size
         self.others = [at for at in range(boxes.low.shape[1]) if at != axis]
-        inside = ((states[:, None] >= boxes.low) & (states[:, None] <= boxes.high)).all(axis=2)  # [states, boxes]
-        visited = inside.sum(axis=0)
         self.row = 0.0, 0.0, 0.0
         held = np.ones((len(boxes.low), size), dtype=np.bool_)
         if axis is not None:
@@ -86,10 +115,15 @@ class _Cored:
         cells = self._find_cells(states)
         self.cores = Boxes(np.ones((size, len(self.others))), np.full((size, len(self.others)), -1.0))  # no state
         for cell in np.flatnonzero(held.any(axis=0)).tolist():
-            here, of = states[cells == cell][:, self.others], held[:, cell]
-            self.cores.low[cell], self.cores.high[cell] = _choose_core(others.take(of), visited[of], here)
+            here, of = np.flatnonzero(cells == cell), np.flatnonzero(held[:, cell])
+            if len(self.others) == 1:
+                core = _choose_joined(others.take(of), visited[of], states[here, self.others[0]])
+            else:  # who is in a cell is between the ends of a box that holds it
+                told = seen.inside[here[:, None], of].sum(axis=0)
+                core = _choose_core(others.take(of), told, visited[of])
+            self.cores.low[cell], self.cores.high[cell] = core
         if axis is None and len(self.others) > 1 and not self.tell(states).all():
-            spanned = span_states(boxes, states[boxes.holds(states)]) if visited.any() else None
+            spanned = span_states(boxes, states[seen.inside.any(axis=1)]) if visited.any() else None
             if spanned is not None and _count_held(spanned, states) > _count_held(self.cores, states):
                 self.cores = spanned
 
@@ -142,22 +176,27 @@ def _count_held(boxes: Boxes, states: Float64) -> int:
     return int(boxes.holds(states).sum())
 
 
-def _choose_core(boxes: Boxes, visited: Int64, here: Float64) -> tuple[Float64, Float64]:
-    """Of boxes that hold a cell the one with most of the states `here` in it, then of all states in the list, then the
-    largest. Of one variable those that meet are one.
-    """
-    if boxes.low.shape[1] == 1:
-        order = np.argsort(boxes.low[:, 0], kind="stable")
-        low, high = boxes.low[order, 0], np.maximum.accumulate(boxes.high[order, 0])
-        with np.errstate(over="ignore"):
-            begins = np.flatnonzero(np.append(True, low[1:] > np.nextafter(high[:-1], np.inf)))
-        ends = np.append(begins[1:], len(low)) - 1
-        visited = np.add.reduceat(visited[order], begins)
-        boxes = Boxes(low[begins, None], high[ends, None])
-    told = ((here[:, None] >= boxes.low) & (here[:, None] <= boxes.high)).all(axis=2).sum(axis=0)
+def _choose_joined(boxes: Boxes, visited: Int64, here: Float64) -> tuple[Float64, Float64]:
+    """As `_choose_core` where one variable is left: boxes that meet are one."""
+    order = np.argsort(boxes.low[:, 0], kind="stable")
+    low, high = boxes.low[order, 0], np.maximum.accumulate(boxes.high[order, 0])
     with np.errstate(over="ignore"):
-        sides = boxes.high - boxes.low
-        widest = sides.max(axis=0)
+        begins = np.flatnonzero(np.append(True, low[1:] > np.nextafter(high[:-1], np.inf)))
+    ends = np.append(begins[1:], len(low)) - 1
+    low, high = low[begins], high[ends]
+    told = ((here[:, None] >= low) & (here[:, None] <= high)).sum(axis=0)
+    return _choose_core(Boxes(low[:, None], high[:, None]), told, np.add.reduceat(visited[order], begins))
+
+
+def _choose_core(boxes: Boxes, told: Int64, visited: Int64) -> tuple[Float64, Float64]:
+    """Of boxes that hold a cell the one with most of the states in it (`told`), then of all in the list, then the
+    largest.
+    """
+    best = np.flatnonzero(told == told.max())
+    best = best[visited[best] == visited[best].max()]
+    with np.errstate(over="ignore"):
+        widest = (boxes.high - boxes.low).max(axis=0)
+        sides = boxes.high[best] - boxes.low[best]
         sizes = np.divide(sides, widest, out=np.ones_like(sides), where=(widest > 0) & np.isfinite(widest)).prod(axis=1)
-    best = int(np.lexsort((sizes, visited, told))[-1])
-    return boxes.low[best], boxes.high[best]
+    last = best[np.flatnonzero(sizes == sizes.max())[-1]]
+    return boxes.low[last], boxes.high[last]

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from codegen.lowering.glances import coring
 from codegen.lowering.glances.coring import ENOUGH, find_cores
 from codegen.lowering.searching import Boxes, clip_boxes
 
@@ -81,6 +82,18 @@ def test_a_bent_line_takes_cells_and_a_single_box_none():
     wide = Boxes(np.concatenate([boxes.low, [[-5.0, -5.0]]]), np.concatenate([boxes.high, [[5.0, 5.0]]]))
     cores = find_cores([wide], [states])
     assert cores is not None and cores.axis is None and cores.columns == (0, 1) and look(cores, states, 0).all()
+
+
+def test_of_many_states_and_boxes_every_so_many_states_stand_for_all(monkeypatch):
+    """All but every fifth state are in no box, so that these alone have cores."""
+    rng = np.random.default_rng(0)
+    boxes, states = drawn(rng, 2, 0.0)
+    few = find_cores([boxes], [states[::5]])
+    assert few is not None and look(few, states, 0).mean() > 0.9
+    states[np.arange(len(states)) % 5 > 0] += 9.0
+    assert find_cores([boxes], [states]) is None
+    monkeypatch.setattr(coring, "MAX_PAIRS", len(states) * len(boxes.low) // 4 - 1)
+    assert find_cores([boxes], [states]) == few
 
 
 def test_what_is_no_number_or_far_away_is_in_no_core():
