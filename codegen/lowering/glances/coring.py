@@ -26,6 +26,7 @@ SIZES = (8, 16, 32, 64)  # cells along a variable, the first and the last includ
 FEW = 16  # visited states of a list: with fewer, states are drawn in its boxes
 MAX_PAIRS = 1 << 24  # of a visited state and a box of its list: with more, some states stand for all
 ENOUGH = 0.9  # of the states that must be told by cores, so that it pays to have them
+NARROWEST = 2.0**-960  # of a cell: parts of it and its inverse are numbers without underflow
 ALONG, MISSED, CELL = 0.9, 25.0, 0.003  # ns: what finding a cell takes, a state that no core tells, and a larger table
 
 
@@ -134,9 +135,9 @@ class _Cored:
 
     def _hold_cells(self, low: Float64, high: Float64) -> Bool:
         """Which cells lie within bounds along the variable, [n, size]."""
-        least, most, scale = self.row
-        if not 0.0 < scale < np.inf or int((most - least) * scale) >= self.size:
-            return np.zeros((len(low), self.size), dtype=np.bool_)  # too thin or too wide for floats
+        least, _, scale = self.row
+        if scale == 0.0:
+            return np.zeros((len(low), self.size), dtype=np.bool_)
         with np.errstate(over="ignore"):
             first, last = (low - least) * scale, (high - least) * scale
         cells = np.arange(self.size)
@@ -160,16 +161,18 @@ def place_numbers(numbers: Float64, row: tuple[float, float, float], size: int) 
 
 def lay_row(low: Float64, high: Float64, size: int) -> tuple[float, float, float]:
     """Cells over boxes, with one more before and after them: the least and most, and the scale; all 0 where they have
-    no width, or more than floats have. Those at the ends are held by the boxes, for these reach a little beyond.
+    no width, or more than floats have, or so little that rounding puts what is beyond them into another cell than the
+    last. Those at the ends are held by the boxes, for these reach a little beyond.
     """
     with np.errstate(over="ignore", invalid="ignore"):
         first, last = float(low.min()), float(high.max())
         side = (last - first) * (1.0 - 2.0**-20) / (size - 2)
         least = first - side * (1.0 - 2.0**-20)
-        scale = 1.0 / side if side > 0.0 else 0.0
+        scale = 1.0 / side if side > NARROWEST else 0.0
         most = least + side * size * INSIDE
         known = np.isfinite([least, most, most - least, scale]).all()
-    return (least, most, scale) if known else (0.0, 0.0, 0.0)
+        last = int((most - least) * scale) if known else 0
+    return (least, most, scale) if last == size - 1 else (0.0, 0.0, 0.0)
 
 
 def _count_held(boxes: Boxes, states: Float64) -> int:

@@ -64,7 +64,7 @@ class _Tiled:
         self.size, self.width = size, len(low)
         self.rows = [lay_row(low[at : at + 1], high[at : at + 1], size) for at in range(self.width)]
         self.cells: Bool = np.zeros((size,) * self.width, dtype=np.bool_)
-        if all(scale > 0.0 and int((most - least) * scale) < size for least, most, scale in self.rows):
+        if all(scale > 0.0 for _, _, scale in self.rows):
             parts = self._find_parts(sets).reshape([each for _ in low for each in (size, SPLIT)])
             inner = (slice(1, -1),) * self.width
             whole = np.asarray(parts.all(axis=tuple(range(1, 2 * self.width, 2))))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from codegen.lowering.glances import coring
-from codegen.lowering.glances.coring import ENOUGH, find_cores
+from codegen.lowering.glances.coring import ENOUGH, find_cores, lay_row
 from codegen.lowering.searching import Boxes, clip_boxes
 
 
@@ -137,3 +137,16 @@ def test_rows_of_lists_that_are_wider_than_floats_or_have_no_width_are_finite(lo
             with np.errstate(over="ignore"):
                 borders = at_the_borders(rng, cores, boxes, at, 60)
             assert boxes.holds(borders[look(cores, borders, at)]).all()
+
+
+@pytest.mark.parametrize("size", [8, 64, 256])
+@pytest.mark.parametrize("first", [0.0, 1.0, -1.0, 3.7, 1e8, -1e300])
+def test_what_is_beyond_a_row_is_in_its_last_cell_where_boxes_are_a_few_floats_wide(size, first):
+    """Next to floats cells are as thin as rounding: `most` was in the cell before the last, or in none."""
+    laid = 0
+    for floats in [*range(1, 4 * size), 2**20, 2**40]:
+        low, high = np.array([first]), np.array([first + floats * np.spacing(abs(first))])
+        least, most, scale = lay_row(low, high, size)
+        assert scale == 0.0 == least == most or int((most - least) * scale) == size - 1
+        laid += scale > 0.0
+    assert laid > size or first == 0.0

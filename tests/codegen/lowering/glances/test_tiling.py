@@ -74,3 +74,18 @@ def test_lists_have_no_tiles_where_too_little_is_visited_or_rounding_hides_too_m
     assert tile_lists([far], [states]) is None
     wide, states = drawn(rng, 4, 0.0)
     assert tile_lists([wide], [states]) is None
+
+
+@pytest.mark.parametrize("floats", [1, 10, 1_000])
+def test_what_is_far_from_visited_states_a_few_floats_wide_is_in_no_tile(floats):
+    """A wide set with states about at one place, as where all comes to rest; and no cell beyond the last is read."""
+    rng = np.random.default_rng(0)
+    sets, _ = drawn(rng, 1, 1.0)
+    middle, lists = sets.centre[4], 12
+    seen = middle + 1e-3 * rng.uniform(-1.0, 1.0, (200, 1))
+    thin = middle + np.spacing(middle) * rng.integers(0, floats + 1, (200, 1))
+    some = tile_lists([sets] * lists, [*[seen] * (lists - 1), thin])
+    assert some is not None
+    for tiles in filter(None, (some, tile_lists([sets] * lists, [thin] * lists))):
+        for at in range(lists):
+            assert not look(tiles, np.array([[1e300], [-1e300]]), at).any()
