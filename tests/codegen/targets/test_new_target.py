@@ -28,7 +28,7 @@ def table_act(text: str, agent: str, rows: Any) -> list[int]:
 '''
 USE = """
 import sys
-from codegen import policy_json
+from codegen.profiles import loading
 from codegen.agreement import selfcheck
 from codegen.targets import emit
 profile = loading.loads(open("profile.json").read())
