@@ -13,6 +13,8 @@ from codegen.floats import rational_literal
 from verify.exact import MAX_NUMBER
 
 MAX_PLACES = 60  # of a decimal; what needs more is written as a fraction
+MAX_DIGITS = 2_000
+_DECIMAL = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,3})?|[+-]?\d+/\d+", re.ASCII)
 
 
 def text(number: Fraction) -> str:
@@ -50,19 +52,15 @@ def number(value: object, where: object) -> Fraction:
     return exact(str(value), where)
 
 
-_DECIMAL = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,3})?|[+-]?\d+/\d+", re.ASCII)
-MAX_DIGITS = 2_000
-
-
 def exact(written: str, where: object) -> Fraction:
     """The number that a text states exactly: a decimal or a fraction such as 1/40. InputError for anything else."""
-    plain = written.strip().replace("_", "")
-    if len(plain) > MAX_DIGITS or not _DECIMAL.fullmatch(plain) or not written.isprintable():
+    unspaced = written.strip().replace("_", "")
+    if len(unspaced) > MAX_DIGITS or not _DECIMAL.fullmatch(unspaced) or not written.isprintable():
         raise InputError(f"not a number: {written[:40]!r}", where, "write 0.025 or 1/40")
     try:
-        number = Fraction(plain)
+        stated = Fraction(unspaced)
     except ZeroDivisionError:
         raise InputError(f"not a number: {written[:40]!r}", where, "write 0.025 or 1/40") from None
-    if abs(number) > MAX_NUMBER:
+    if abs(stated) > MAX_NUMBER:
         raise InputError(f"numbers may be at most {MAX_NUMBER}", where)
-    return number
+    return stated
