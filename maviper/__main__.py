@@ -7,6 +7,7 @@ Does not: parse anything itself.
 
 import contextlib
 import os
+import signal
 import sys
 from typing import NoReturn
 
@@ -18,6 +19,8 @@ def main() -> NoReturn:
     """Runs the command line as a process."""
     exits.listen_for_interrupts()
     code = exits.run_command(_command, bool({"-v", "--verbose"} & set(sys.argv)))
+    # the command has ended and said how; the interpreter, as it ends, would let the signal kill it in place of that
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     if code == ExitCode.INTERRUPTED:
         # an interrupt inside exec() makes the interpreter end by the signal whatever is done about the exception
         with contextlib.suppress(OSError):

@@ -560,6 +560,28 @@ def test_interrupted_at_a_random_moment(tmp_path, how, attempt):
             json.loads(path.read_text())
 
 
+LAST = """
+import os, sys, time
+class Last:
+    def __del__(self, write=os.write, sleep=time.sleep):
+        write(2, b"ending\\n")
+        sleep(1.0)
+last = Last()
+sys.argv = ["maviper", "--version"]
+from maviper.__main__ import main
+main()
+"""
+
+
+def test_interrupted_after_its_end():
+    """A command that has said how it ended keeps that word while the interpreter tidies up."""
+    process = subprocess.Popen([sys.executable, "-c", LAST], stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    assert process.stderr.readline() == "ending\n"
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=60)
+    assert (process.returncode, err) == (0, "") and out.startswith("maviper")
+
+
 WRITER = """
 import signal, sys
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a caller in the background ignores it, and so would we
