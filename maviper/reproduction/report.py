@@ -8,8 +8,10 @@ Does not: play, or contain times, paths or facts about the machine.
 
 import json
 import math
+import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +21,7 @@ from maviper.evaluation.bootstrap import DRAWS
 from maviper.files import runs
 from maviper.reproduction import further, register, results, sections, verdicts
 from maviper.reproduction.cells.cell import EXPERT, KINDS
-from maviper.reproduction.figures import name_algorithm
+from maviper.reproduction.figures import MARKS, name_algorithm
 from maviper.reproduction.recipes import Book
 from maviper.reproduction.register import Register
 from maviper.reproduction.results import Results
@@ -33,6 +35,8 @@ GAMES = tuple(sections.MEASURES)
 SIGNS: dict[str, str] = dict(
     zip(verdicts.WORDS, ("✓", "✗", "?", "–"), strict=True)
 )  # so that no meaning rests on colour
+_NEXT = ",\n"
+STYLE = re.compile(r"<style>.*?</style>\n", re.DOTALL)  # of a figure
 WIDTH = 150  # of a line of the summary
 
 
@@ -53,17 +57,47 @@ def write_report(folder: Path) -> list[str]:
     pictures = {f"{FIGURES}/{figure.name}.svg": figure.svg for part in parts for figure in part.figures}
     files = {
         **pictures,
-        CLAIMS: runs.as_json(verdicts.document(judged, known)),
+        CLAIMS: lay_out_claims(verdicts.document(judged, known)),
         NUMBERS: _numbers(book),
         SCRIPT: render("reproduction/recompute.py.j2", seed=DRAW_SEED, draws=DRAWS),
         SUMMARY: "\n".join(lines) + "\n",
-        PAGE: render("reproduction/report.html.j2", sections=parts, several=len(experts) > 1, **page),
+        PAGE: render(
+            "reproduction/report.html.j2",
+            sections=[_share_style(part) for part in parts],
+            marks=tuple(MARKS.values()),
+            several=len(experts) > 1,
+            **page,
+        ),
     }
     runs.write_all(folder, files)
     for old in (folder / FIGURES).glob("*.svg"):  # of an earlier report
         if f"{FIGURES}/{old.name}" not in files:
             old.unlink()
     return lines
+
+
+def lay_out_claims(document: Mapping[str, Any]) -> str:
+    """JSON of all verdicts, one line per comparison after a line of its claim: scripts read it, and a line is found."""
+    claims = [
+        _join_last(claim, "comparisons", [_flat(each) for each in claim["comparisons"]]) for claim in document["claims"]
+    ]
+    return _join_last(document, "claims", claims) + "\n"
+
+
+def _join_last(document: Mapping[str, Any], name: str, rows: Sequence[str]) -> str:
+    """A JSON object with the list of that name at its end, whose entries are already text, a line each."""
+    others = _flat({key: value for key, value in document.items() if key != name})
+    return f"{others[:-1]},{json.dumps(name)}:[{_NEXT.join(('', *rows))[1:]}]}}"
+
+
+def _flat(value: Any) -> str:
+    return json.dumps(value, sort_keys=True, separators=(",", ":"))
+
+
+def _share_style(section: Section) -> Section:
+    """The section with figures that leave their style to the page, which holds it once for all of them."""
+    bare = [replace(each, svg=STYLE.sub("", each.svg, count=1)) for each in section.figures]
+    return replace(section, figures=bare)
 
 
 def _numbers(book: Book) -> str:
