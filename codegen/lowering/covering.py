@@ -18,6 +18,7 @@ from codegen.ir import Bool, Float64
 from codegen.lowering.glances.coring import find_cores
 from codegen.lowering.glances.tiling import tile_lists
 from codegen.lowering.glances.tilting import tilt_alone
+from codegen.lowering.parts import RaisedSum
 from codegen.lowering.searching import Boxes, Lookup, clip_boxes, search_of
 from codegen.lowering.turning import Turned, look_up_turned
 
@@ -37,7 +38,7 @@ class Variable(NamedTuple):
 @dataclass(frozen=True)
 class Cover:
     """Of which states something is proved: for each step parts, which hold at once, each a union of boxes, or one part
-    of turned sets.
+    of turned sets. Boxes bound the variables, and after these the raised sums.
 
     `ever`: there is one list, and it holds at every step. `paced`: it is about states at whole steps.
     """
@@ -50,13 +51,18 @@ class Cover:
     rests: Mapping[str, str] = field(default_factory=dict[str, str])  # by agent the action that does nothing
     # of each list likely states [n, variables], or of no list where nothing is known; None: states may be anywhere
     visit: Callable[[], Sequence[Float64]] | None = None
+    sums: tuple[RaisedSum, ...] = ()
+
+    def extend(self, states: Float64) -> Float64:
+        """States [batch, variables] and their sums, as boxes bound both."""
+        return np.column_stack([states, *(each.of(states) for each in self.sums)]) if self.sums else states
 
     def holds(self, states: Float64, step: int) -> Bool:
         """Of which states [batch, variables] something is proved at a step."""
         parts = self.steps[0 if self.ever else step] if self.ever or step < len(self.steps) else ()
-        inside = np.full(len(states), bool(parts))
+        inside, extended = np.full(len(states), bool(parts)), self.extend(states)
         for part in parts:
-            inside &= part.holds(states)
+            inside &= part.holds(extended)
         return inside
 
     def bounds(self, variable: int) -> tuple[float, float]:
@@ -77,7 +83,11 @@ def look_up(cover: Cover, where: str) -> Lookup:
     boxes = [[part for part in parts if isinstance(part, Boxes)] for parts in cover.steps]
     turned = [part for parts in cover.steps for part in parts if isinstance(part, Turned)]
     if not turned:
-        return lookup(boxes, where, cover.visit)
+        visit = cover.visit
+        return replace(
+            lookup(boxes, where, visit and (lambda: list(map(cover.extend, visit())))),
+            sums=cover.sums,
+        )
     found = look_up_turned(turned, where)
     if all(len(sets.low) == 1 for sets in turned) or cover.visit is None:
         return replace(found, tilts=tilt_alone(turned))

@@ -8,7 +8,14 @@ Does not: look anything up in a profile.
 from dataclasses import dataclass
 from typing import NamedTuple
 
+import numpy as np
+
+from codegen.floats import short_hex
+from codegen.ir import Float64
+from codegen.numbers.literals import decimal_literal
+
 SINGLE_BITS = 32
+UNIT = 2.0**-53  # by what share of itself a number is off that is rounded to float64
 
 
 @dataclass(frozen=True)
@@ -109,6 +116,44 @@ class Node:
         """The threshold as an integer in the order of its numbers: -0.0 is -1 there, but as a threshold 0."""
         half = 1 << self.width - 1
         return half - 1 - self.bits if self.bits > half else self.bits % half
+
+
+class RaisedSum(NamedTuple):
+    """A sum of variables with whole factors, as float64, and by what share of its terms' sizes it is raised.
+
+    So raised it is never below the exact sum. With u = UNIT and P all sizes together, products are off by 2 u P and a
+    bit, since factors may be rounded too, n - 1 sums of them by u P each, and the last sum, with the share, by u P and
+    a bit. That is less than (n + 3) u P, in any order, with or without fused operations, and the share is 2 (n + 4) u.
+    Underflow takes nothing: whole multiples of float64 numbers are multiples of 2**-1074, so that they are added
+    exactly where P is below 2**-1021, and beyond that the share of P is above 2**-1071. What overflows becomes infinite
+    or no number, and is within no bound.
+    """
+
+    terms: tuple[tuple[int, float], ...]  # variable, factor
+
+    @property
+    def factors(self) -> tuple[tuple[int, Double], ...]:
+        """The terms as languages write them."""
+        return tuple((column, Double(short_hex(factor), decimal_literal(factor))) for column, factor in self.terms)
+
+    @property
+    def share(self) -> Double:
+        """Of the sizes of all terms together."""
+        share = self._share
+        return Double(short_hex(share), decimal_literal(share))
+
+    @property
+    def _share(self) -> float:
+        return 2.0 * (len(self.terms) + 4) * UNIT
+
+    def of(self, states: Float64) -> Float64:
+        """It in each state [batch, variables], as code adds it: from left to right."""
+        total, size = np.zeros(len(states)), np.zeros(len(states))
+        with np.errstate(all="ignore"):
+            for column, factor in self.terms:
+                product = factor * states[:, column]
+                total, size = total + product, size + np.abs(product)
+            return np.asarray(total + self._share * size, dtype=np.float64)
 
 
 class Ends(NamedTuple):

@@ -32,7 +32,7 @@ import numpy as np
 
 from codegen.floats import short_hex
 from codegen.ir import Bool, Float64, Int64
-from codegen.lowering.parts import Cores, Double, Ends, Tiles, Tilt
+from codegen.lowering.parts import Cores, Double, Ends, RaisedSum, Tiles, Tilt
 from codegen.numbers.literals import decimal_literal
 
 AXES = 2  # variables along which grids are laid
@@ -122,6 +122,7 @@ class Lookup:
     tilts: tuple[Tilt, ...] = ()  # by step, where each list is one turned box: nearly all states of it pass
     cores: Cores | None = None  # of lists of one part: nearly all states are in one
     tiles: Tiles | None = None  # of lists of turned boxes: nearly all states are in a cell that is
+    sums: tuple[RaisedSum, ...] = ()  # which a state has after its variables
 
     @property
     def parts(self) -> int:
@@ -156,6 +157,7 @@ class Lookup:
         glance = len(self.tilts[0].first) if self.tilts else 0
         glance += 2 + 2 * len(self.cores.columns) if self.cores else 0
         glance += 2 * self.width + 1 if self.tiles else 0
+        glance += sum(len(each.terms) for each in self.sums) * (2 if self.cores else 1)  # of each term its size
         return glance + self.parts * (2 * len(self.axes[0]) + each * self.most)
 
 
@@ -333,8 +335,9 @@ class _Laid:
         rest = np.divide(sides, widest, out=np.ones_like(sides), where=widest > 0).prod(axis=1)
         for at, axis in enumerate(self.axes):
             edges = np.arange(self.sizes[at], dtype=np.float64)
-            first = ((low[:, axis] - self.low[at]) * self.scale[at])[:, None]
-            last = ((high[:, axis] - self.low[at]) * self.scale[at])[:, None]
+            with np.errstate(over="ignore", invalid="ignore"):  # where the scale is 0, all are in the first cell
+                places = (np.stack([low[:, axis], high[:, axis]]) - self.low[at]) * self.scale[at]
+            first, last = np.where(self.scale[at] > 0, places, 0.0)[:, :, None]
             inner = (edges <= last + EDGE) & (edges + 1.0 >= first - EDGE)
             share = np.clip(np.minimum(last, edges + 1.0) - np.maximum(first, edges), 0.0, 1.0)
             share = share if self.scale[at] > 0 else np.ones_like(share)

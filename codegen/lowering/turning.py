@@ -32,10 +32,10 @@ import numpy as np
 
 from codegen.errors import InputError
 from codegen.ir import Bool, Float64
+from codegen.lowering.parts import UNIT
 from codegen.lowering.searching import Boxes, Frame, Lookup, doubles_of, search_of
 
 MAX_SETS = 5_000  # of all steps together
-UNIT = 2.0**-53
 NEXT_TO_NONE = 2.0**-900  # a width that comes of a point, which has some so that it is no division by zero
 UNDER = 2.0**-960  # more than underflow takes from a sum
 INSCRIBED = 1.0 - 2.0**-20  # of what z may be: what more is cut off is asked of boxes

@@ -13,7 +13,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import singledispatch
-from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -25,12 +24,12 @@ from codegen.lowering.turning import Turned, ensure_few_sets, turn_sets
 from codegen.numbers.rounding import nearest_double
 from codegen.region import RegionSpec
 from maviper.compilation.games import GameFile, ensure_anew, find_game, region_of
+from maviper.compilation.rows import Columns, ensure_wide, keep_sums, list_columns, narrow, widen
 from maviper.compilation.visits import list_visits
 from maviper.worlds.stated.certified import Certificate, ensure_accepted, read_certificate, sentence
 from maviper.worlds.stated.observing import PLACE
 from verify.checker.covers.boxes import BoxList
 from verify.checker.covers.certificates import CoverCertificate
-from verify.checker.covers.cuts import end_of
 from verify.checker.covers.forever import InvariantCertificate
 from verify.checker.covers.invariants import names_of
 from verify.checker.covers.rounding import ceiling, floor
@@ -42,13 +41,12 @@ from verify.systems.claims import SystemClaim
 from verify.systems.given.played import as_played, list_roundings
 from verify.systems.language.expressions import Number
 from verify.systems.statement import Statement
-from verify.systems.system import HalfSpace, Interval, Polytope
+from verify.systems.system import Interval, Polytope
 
 Sets = BoxList | SetList
 Lists = dict[int, list[Sets]]  # by step, or by part of an invariant
 Steps = Sequence[Sequence[Boxes | Turned]]
 LONG = 60  # steps of episodes that are played of claims for ever
-BOXES = "a monitor compares one variable at a time with numbers"
 
 
 @dataclass(frozen=True)
@@ -92,6 +90,7 @@ def load_cover(certificate: Path, profile: PolicyProfile) -> Covered:
         unmeasured |= _list_roundings_of(proof, game, statement, steps, where)
     measured, bounds = _drop_roundings(statement, ranges, steps, unmeasured)
     names, last = [one.name for one in measured], LONG if ever else claim.steps
+    bounds, sums = keep_sums(claim, names, bounds) if ever else (bounds, ())
 
     def visit() -> list[Float64]:
         if statement.gives or not statement.moves:
@@ -100,7 +99,7 @@ def load_cover(certificate: Path, profile: PolicyProfile) -> Covered:
         return [np.concatenate(visits)] if ever else visits
 
     cover = Cover(
-        measured, bounds, ever, not claim.about_decisions, dt, rests, None if claim.about_decisions else visit
+        measured, bounds, ever, not claim.about_decisions, dt, rests, None if claim.about_decisions else visit, sums
     )
     place = PLACE if game is None else game.place
     where = "" if place == PLACE else f", where the goal is at {place}"
@@ -144,12 +143,12 @@ def _list_steps(proof: Certificate, statement: Statement, ranges: Sequence[Varia
 def _(certificate: SystemCertificate, where: str) -> None:
     if not certificate.claim.about_decisions:
         raise InputError(SYMBOLIC, where, f"{ADVICE}: verify with a larger --max-boxes")
-    _ensure_boxed_regions(certificate.claim, where)
+    ensure_wide(certificate.claim, where)
 
 
 @_list_steps.register
 def _(proof: SystemCertificate, statement: Statement, ranges: Sequence[Variable], lists: Lists) -> Steps:
-    return [[_within(statement, proof.claim.regions or ((),), ranges)]]
+    return [[_within(list_columns(statement, proof.claim), proof.claim.regions or ((),), ranges)]]
 
 
 @_ensure_watchable.register
@@ -177,26 +176,19 @@ def _(certificate: InvariantCertificate, where: str) -> None:
     if any(part.regions for part in certificate.parts):
         what = "the invariant is a region that may be left for some steps, and a monitor knows one state"
         raise InputError(what, where, "a monitor needs a proof by cells: leave `invariant` out of the claim")
-    _ensure_boxed_regions(certificate.claim, where)
+    ensure_wide(certificate.claim, where)
 
 
 @_list_steps.register
 def _(proof: InvariantCertificate, statement: Statement, ranges: Sequence[Variable], lists: Lists) -> Steps:
     claim, followed = proof.claim, [set(part.widths) for part in proof.parts]
     parts = [_together(lists[at]) for at in range(len(followed))]
-    steps = [[_meeting(statement, claim, part, of) for part, of in zip(parts, followed, strict=True)]]
+    columns = list_columns(statement, claim)
+    steps = [[_meeting(columns, claim, part, of) for part, of in zip(parts, followed, strict=True)]]
     if claim.assuming:  # of whatever it leaves out nothing is said, and from then on nothing
         anywhere = [one._replace(low=-np.inf, high=np.inf) for one in ranges]
-        steps[0].append(_within(statement, claim.assuming, anywhere))
+        steps[0].append(_within(columns, claim.assuming, anywhere))
     return steps
-
-
-def _ensure_boxed_regions(claim: SystemClaim, where: str) -> None:
-    """InputError for conditions of a claim's regions that compare several variables."""
-    for half in chain.from_iterable((*claim.regions, *claim.assuming)):
-        if len(half.form.terms) > 1:
-            what = f"a condition of the claim's regions compares {' and '.join(sorted(names_of(half)))}"
-            raise InputError(f"{what}, and {BOXES}", where, "state the region as a box")
 
 
 def _rests(statement: Statement) -> dict[str, str]:
@@ -279,6 +271,7 @@ def _drop_roundings(
         return tuple(ranges), tuple(map(tuple, steps))
     variables = statement.system.variables
     kept = [at for at, one in enumerate(variables) if one.name not in roundings]
+    sums = range(len(variables), steps[0][0].low.shape[1])
     added = [at for at, one in enumerate(variables) if one.name in roundings]
     least = np.array([floor(roundings[variables[at].name][0]) for at in added])
     most = np.array([ceiling(roundings[variables[at].name][1]) for at in added])
@@ -293,43 +286,32 @@ def _drop_roundings(
             named = next(variables[at].name for at, holds in zip(added, held.T, strict=True) if not holds.all())
             what = f"the sets of the proof hold some values of {named} only, and agents may round by others"
             raise InputError(what, "--certificate", "verify the claim again")
-        return Boxes(part.low[whole][:, kept], part.high[whole][:, kept])
+        columns = [*kept, *sums]
+        return Boxes(part.low[whole][:, columns], part.high[whole][:, columns])
 
     return tuple(ranges[at] for at in kept), tuple(tuple(map(project, parts)) for parts in steps)
 
 
-def _within(statement: Statement, regions: Sequence[Polytope], ranges: Sequence[Variable]) -> Boxes:
+def _within(columns: Columns, regions: Sequence[Polytope], ranges: Sequence[Variable]) -> Boxes:
     """The regions within the ranges, as boxes, rounded inward."""
     low, high = np.array([one.low for one in ranges]), np.array([one.high for one in ranges])
-    whole = Boxes(np.tile(low, (len(regions), 1)), np.tile(high, (len(regions), 1)))
+    whole = widen(Boxes(np.tile(low, (len(regions), 1)), np.tile(high, (len(regions), 1))), columns)
     for row, region in enumerate(regions):
-        _narrow(statement, region, whole.low[row], whole.high[row])
+        narrow(columns, region, whole.low[row], whole.high[row])
     return _drop_empty(whole)
 
 
-def _meeting(statement: Statement, claim: SystemClaim, part: Boxes, followed: set[str]) -> Boxes:
+def _meeting(columns: Columns, claim: SystemClaim, part: Boxes, followed: set[str]) -> Boxes:
     """What of the boxes of an invariant meets the claim, as far as it speaks of followed variables; rounded inward."""
-    pieces: list[Boxes] = []
+    pieces, part = list[Boxes](), widen(part, columns)
     for region in claim.regions:
         halves = tuple(half for half in region if names_of(half) <= followed)
         if len(claim.regions) > 1 and len(halves) < len(region):
             halves = ()  # of a union of regions a part shows all or nothing
         low, high = part.low.copy(), part.high.copy()
-        _narrow(statement, halves, low.T, high.T)
+        narrow(columns, halves, low.T, high.T)
         pieces.append(_drop_empty(Boxes(low, high)))
     return Boxes(np.concatenate([each.low for each in pieces]), np.concatenate([each.high for each in pieces]))
-
-
-def _narrow(statement: Statement, region: Sequence[HalfSpace], low: Float64, high: Float64) -> None:
-    """Narrows bounds, [variables] or [variables, n], to half spaces that name one variable each."""
-    columns = {one.name: at for at, one in enumerate(statement.system.variables)}
-    for half in region:
-        ((name, factor),) = half.form.terms
-        at, bound = columns[name], -half.form.constant / factor
-        if factor > 0:
-            high[at] = np.minimum(high[at], end_of(bound, half.strict).last)
-        else:
-            low[at] = np.maximum(low[at], -end_of(-bound, half.strict).last)
 
 
 def _drop_empty(boxes: Boxes) -> Boxes:

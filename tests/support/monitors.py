@@ -118,14 +118,14 @@ def asked_of_cover(cover, count, seed):
         w = np.array([rng.uniform(max(one.low, -1e6), min(one.high, 1e6)) for one in cover.variables])
         for boxes in cover.steps[0 if cover.ever else min(twin.at, len(cover.steps) - 1)]:
             row = rng.integers(len(boxes.low))
-            bounded = np.flatnonzero(np.isfinite(boxes.low[row]))
+            bounded = np.flatnonzero(np.isfinite(boxes.low[row][:size]))  # of sums the twin knows
             low, high = boxes.low[row][bounded], boxes.high[row][bounded]
             w[bounded] = np.clip(low + rng.random(len(low)) * (high - low), low, high)
             if isinstance(boxes, Turned) and rng.random() < 0.9:  # few states of the box are in the frame
                 w = boxes.centre[row] + boxes.matrix[row] @ rng.uniform(-1.0, 1.0, size)
                 flat = boxes.high[row] - boxes.low[row] < 1e-9  # such a box is narrower than its frame
                 w[flat] = np.clip(w, boxes.low[row], boxes.high[row])[flat]
-            if rng.random() < 0.15:
+            if len(bounded) and rng.random() < 0.15:
                 column = rng.choice(bounded)
                 end = (boxes.low, boxes.high)[rng.integers(2)][row, column]
                 w[column] = end if rng.random() < 0.5 else np.nextafter(end, rng.choice([-np.inf, np.inf]))
@@ -306,7 +306,7 @@ def ensure_said_by_all(texts, watched, folder, asked, said, languages=("javascri
         assert run_rust(texts, watched, folder, asked) == said
 
 
-def run_c(texts, watched, folder, asked):
+def run_c(texts, watched, folder, asked, flags=("-O1", "-ffp-contract=off")):
     """Words and actions of the first agent, by the C."""
     p, agents = watched.model.prefix, watched.model.agents
     calls = [f"{p}_monitor_{agent.lower}(&m, acts[i * {len(agents)} + {k}])" for k, agent in enumerate(agents)]
@@ -316,7 +316,7 @@ def run_c(texts, watched, folder, asked):
     for name, text in texts.items():
         if name.endswith(".h"):
             (folder / name).write_text(text)
-    command = [*find_compiler(), *STRICT, "-O1", "-ffp-contract=off", "-shared", "-fPIC", "run.c", "-o", "run.so"]
+    command = [*find_compiler(), *STRICT, *flags, "-shared", "-fPIC", "run.c", "-o", "run.so"]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     library = ctypes.CDLL(str(folder / "run.so"))

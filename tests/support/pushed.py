@@ -88,7 +88,8 @@ class Watching:
         low = np.max([part.low.min(axis=0) for part in parts], axis=0)
         high = np.min([part.high.max(axis=0) for part in parts], axis=0)
         ends = self.measured(self.ranges)
-        sides[self.columns] = np.minimum(high, ends[1]) - np.maximum(low, ends[0])
+        count = len(self.columns)  # then come sums
+        sides[self.columns] = np.minimum(high[:count], ends[1]) - np.maximum(low[:count], ends[0])
         return sides
 
     def vouched(self, w: Any, step: int) -> Any:

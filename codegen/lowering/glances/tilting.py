@@ -26,8 +26,8 @@ import numpy as np
 
 from codegen.floats import short_hex
 from codegen.ir import Bool, Float32, Float64
-from codegen.lowering.parts import Tilt
-from codegen.lowering.turning import KEPT, LARGEST_EDGE, NEARLY, UNDER, UNIT, Turned, measure_needs
+from codegen.lowering.parts import UNIT, Tilt
+from codegen.lowering.turning import KEPT, LARGEST_EDGE, NEARLY, UNDER, Turned, measure_needs
 
 LANES = 4  # sums at once
 SINGLE = 2.0**-24  # unit of float32

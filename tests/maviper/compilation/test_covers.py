@@ -206,16 +206,10 @@ def test_what_a_claim_assumes_is_watched(tmp_path):
 
 REFUSED = {
     "once": ("is fulfilled once", 'name = "reaches"\nsteps = 1\nregion = { box = { angle = [-0.2, 0.2] } }'),
-    "sums": ("compares angle and spin", 'name = "always"\nregion = { where = ["angle + 0.1[s]*spin <= 0.3"] }'),
-    "sums assumed": ("compares angle and x", """name = "always"
-region = { box = { angle = [-0.15, 0.15] } }
-assuming = { where = ["x + 1[m]*angle <= 2"] }"""),
 }  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    "why", ["once", *(pytest.param(each, marks=pytest.mark.slow) for each in ("sums", "sums assumed"))]
-)
+@pytest.mark.parametrize("why", REFUSED)
 def test_what_one_state_does_not_show_is_refused_with_the_reason(why, tmp_path):
     said, text = REFUSED[why]
     with pytest.raises(InputError, match=said):
@@ -267,6 +261,15 @@ def test_parts_of_which_one_is_told_apart_along_one_variable_hold_what_they_hold
     states = np.concatenate([rng.uniform(-1.0, 64.0, (300, 2)), scattered + 0.25, row + 0.5])
     for place, part in enumerate(parts):
         assert [searched(found, state, place)[0] for state in states] == part.holds(states).tolist()
+
+
+def test_boxes_that_bound_other_variables_each_hold_what_they_hold():
+    """As of a claim that assumes one of several regions: what a box does not bound has no width that floats know."""
+    inf = np.inf
+    boxes = Boxes(np.array([[-1.0, -inf], [-inf, 2.0], [5.0, -inf]]), np.array([[1.0, inf], [inf, 3.0], [inf, inf]]))
+    states = np.random.default_rng(2).uniform(-8.0, 8.0, (400, 2))
+    wanted = boxes.holds(states).tolist()
+    assert [searched(lookup([[boxes]], "here"), state)[0] for state in states] == wanted and 0 < sum(wanted) < 400
 
 
 def searched(found, state, part=0):
