@@ -442,25 +442,6 @@ def test_output_folders_that_cannot_be(document, place, kind, command, monkeypat
     assert sorted(path.name for path in place.iterdir()) == before
 
 
-WORK = {
-    "compile": ("maviper.compilation.run.compile_and_prove", []),
-    "diff": ("maviper.verification.diff.compare_profiles", ["profile.json"]),
-    "repair": ("maviper.verification.repair.repair_profile", []),
-    "robust": ("maviper.verification.robust.robust", ["rows.csv"]),
-}
-
-
-@pytest.mark.parametrize("kind", ["a file in the way", "a file above", "a name too long"])
-@pytest.mark.parametrize("command", WORK)
-def test_an_output_folder_that_cannot_be_is_refused_before_the_work(document, place, kind, command, monkeypatch):
-    work, more = WORK[command]
-    monkeypatch.setattr(work, lambda *_, **__: pytest.fail("the work began"))
-    monkeypatch.chdir(place)
-    (place / "profile.json").write_text(json.dumps(document))
-    (place / "rows.csv").write_text("x\n0\n")
-    assert run("-q", command, "profile.json", *more, "-o", blocked(place, kind)) == ExitCode.INPUT
-
-
 def test_extract_into_a_folder_with_a_files_name_is_refused(place):
     (place / "folder.json").mkdir()
     asked = ("-q", "extract", "physical-deception", "--iterations", "1", "-o", place / "folder.json")

@@ -32,6 +32,11 @@ def test_all_files_follow_from_the_extracted_profile(golden):
     golden("generated/physical_deception", files)
 
 
+def test_the_demo_knows_before_its_work_what_it_will_write():
+    """All but the numbered files, so that it refuses to write over those of somebody else."""
+    assert {name for name in present() if "-1-" not in name and "_1_" not in name} == set(handout.NAMES)
+
+
 def test_the_manifest_names_every_hash():
     manifest = json.loads((FOLDER / "manifest.json").read_text())
     found = {name: hashlib.sha256(path.read_bytes()).hexdigest() for name, path in present().items()}

@@ -6,7 +6,7 @@ Does not: emit or compare anything itself.
 """
 
 from pathlib import Path
-from typing import Unpack
+from typing import TYPE_CHECKING, Unpack
 
 import click
 
@@ -15,6 +15,9 @@ from maviper.cli.group import Verb
 from maviper.cli.options import PROFILE, console_of, names, option, options_of, output
 from maviper.options import CompileOptions
 from maviper.options.profiles import TARGETS, WRITTEN
+
+if TYPE_CHECKING:
+    from codegen.ir import PolicyProfile
 
 
 @click.command(
@@ -70,11 +73,12 @@ def compile_verb(
     console = console_of(context)
     loaded = load(profile, sums=True)
     runs.room(output)
+    _ensure_free(output, profile, loaded, targets, options)
     code = compile_and_prove(loaded, targets, **options)
     for note in code.notes:
         console.line("pass", note)
     verb = outputs.of_code(code.build.model.prefix, content_hash(code.build.profile))
-    outputs.write_set(output, code.files, verb, keep=[profile])
+    outputs.write_set(output, code.files, verb, keep=_list_given(profile, options))
     for name in code.files:
         console.line("wrote", str(output / name))
     say_agreement(code, console)
@@ -83,3 +87,26 @@ def compile_verb(
     if code.proven:
         say_contracts(code.proven, console)
     return ExitCode.DONE if code.complete else ExitCode.INCONCLUSIVE
+
+
+def _list_given(profile: Path, options: CompileOptions) -> list[Path]:
+    """The files that a compilation reads."""
+    named = (options.get("region"), options.get("certificate"))
+    return [profile, *(Path(each) for each in named if each is not None)]
+
+
+def _ensure_free(
+    folder: Path, path: Path, profile: "PolicyProfile", targets: tuple[str, ...], options: CompileOptions
+) -> None:
+    """InputError, before the work, where code would be written over a file that was given."""
+    from codegen.check import identifier
+    from codegen.policy_json import content_hash, dumps
+    from maviper.files import outputs
+
+    prefix = options.get("prefix") or identifier(profile.world.name)
+    own, given = f"{prefix}.json", _list_given(path, options)
+    changed = bool(options.get("passes")) or options.get("region") is not None
+    known = {own: dumps(profile)} if "json" in targets and not changed else {}
+    if "json" not in targets:
+        given = [each for each in given if each.name != own]
+    outputs.ensure_free(folder, outputs.of_code(prefix, content_hash(profile)), known, given)

@@ -66,7 +66,9 @@ def diff(
     if output is not None:
         runs.room(output)
         texts = {runs.PROFILE_FILE: dumps(one), AGAINST_FILE: dumps(other)}
-        outputs.ensure_own(output, outputs.without_given(output, texts, given), outputs.DIFF)
+        known = outputs.without_given(output, texts, given)
+        here = [path for name, path in given.items() if (output / name).resolve() != path.resolve()]
+        outputs.ensure_free(output, outputs.DIFF, known, [*here, Path(region)])
     with console.following("comparing") as listener, listening(listener):
         comparison = compare_profiles(one, other, region, request(**options))
     for label, text in comparison.lines:

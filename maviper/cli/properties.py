@@ -42,6 +42,8 @@ def properties_new(subject: str, output: Path | None) -> int:
     from maviper.files import runs
     from maviper.verification.starters import starter
 
+    if output is not None:
+        runs.target(output, "claims.toml")
     text = starter(subject)
     if output is None:
         click.echo(text, nl=False)

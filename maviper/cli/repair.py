@@ -61,7 +61,7 @@ def repair(
     from maviper.files.profiles import load
     from maviper.page.page import FILE, unplayable
     from maviper.page.results import page_of
-    from maviper.verification.repair import repair_profile, request
+    from maviper.verification.repair import region_text, repair_profile, request
     from verify.progress import listening
 
     console = console_of(context)
@@ -69,9 +69,11 @@ def repair(
     before = load(profile)
     runs.room(output)
     outputs.ensure_own(output, {runs.PROFILE_FILE: dumps(before)}, outputs.REPAIR)
+    given = [profile, Path(region)]
+    beside = outputs.without_given(output, region_text(region, before), {Path(region).name: Path(region)})
+    outputs.ensure_free(output, outputs.REPAIR, beside, given, rf"{outputs.REPAIR.names}|{runs.PROFILE_FILE}")
     with console.following("repairing") as listener, listening(listener):
         outcome = repair_profile(before, name, region, asked, profile.name)
-    given = [profile, Path(region)]
     if outcome.after is None:
         _say_unrepaired(outcome, output, given, console)
         return ExitCode.INCONCLUSIVE

@@ -64,22 +64,23 @@ def robust(
 
     console = console_of(context)
     loaded = load(profile, sums=True)
-    _ensure_asked(bool(find_agent(loaded, agent).outputs), least, most)
+    gives = bool(find_agent(loaded, agent).outputs)
+    _ensure_asked(gives, least, most)
+    kept = outputs.CHANGES if gives else outputs.ROBUST
     if output is not None:
         runs.room(output)
+        outputs.ensure_free(output, kept, {}, [profile, observations], None if certify else outputs.NOTHING)
     table = radii(loaded, observations, agent, certify, error)
     if isinstance(table, Changes):
         code = _tell_changes(console, table, most)
-        name, kept = "changes.csv", outputs.CHANGES
     else:
         code = _tell_radii(console, table, least, certify)
-        name, kept = "radii.csv", outputs.ROBUST
     if output is not None:
         outputs.write_set(output, table.files, kept, keep=[profile, observations])
     if as_json:
         click.echo(layout(table.document()))
     elif output is None:
-        click.echo(table.files[name], nl=False)
+        click.echo(table.files[kept.mark], nl=False)
     return code
 
 

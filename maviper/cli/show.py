@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from codegen.ir import AgentPolicy, PolicyProfile
 
 TEXT, SVG, HTML = "text", "svg", "html"
+USUAL = {TEXT: "rules.txt", SVG: "trees.svg", HTML: "play.html"}  # names of the files
 WORLD = option(
     "--world",
     default=None,
@@ -67,7 +68,7 @@ def show(
 
     loaded = load(profile, sums=True)
     if output is not None:
-        runs.ensure_other(output, [profile])
+        runs.target(runs.ensure_other(output, _list_given(profile, world)), USUAL[form])
     if form == HTML:
         if (agent, obs, state) != (None, None, None):
             raise InputError("a page shows all agents in any state", "--format html", "leave the other options out")
@@ -107,7 +108,9 @@ def play(
     from maviper.page.page import FILE
 
     loaded = load(profile, sums=True)
-    file = runs.ensure_other(output or profile.parent / FILE, [profile])
+    file = runs.target(
+        runs.ensure_other(output or profile.parent / FILE, _list_given(profile, world, certificate)), FILE
+    )
     written = _write(loaded, file, context, world, certificate)
     if not webbrowser.open(written.resolve().as_uri()):
         console_of(context).line("", "no browser could be opened: open the file in one")
@@ -130,6 +133,12 @@ def _write(
     written = runs.write(file, page(profile, contents))
     console_of(context).line("page", str(written))
     return written
+
+
+def _list_given(profile: Path, world: str | None, certificate: Path | None = None) -> list[Path]:
+    """The files that a page or a picture is made from."""
+    stated = [] if world is None else [Path(world.removeprefix("system:"))]
+    return [profile, *stated, *([] if certificate is None else [certificate])]
 
 
 def _render_lines(profile: "PolicyProfile", agent: str | None, form: str) -> list[str]:

@@ -110,7 +110,7 @@ def _decide_claims(
     given = {runs.PROFILE_FILE: profile, **(stated.given if stated else {})}
     _folders(output, asked, asking, console)
     if output is not None:
-        _ensure_own(output, loaded, stated, given)
+        _ensure_free(output, loaded, asked, asking, stated, given)
     if asking.verdict_only:
         return _end_with(_verdicts(asked, stated, as_json), unread)
     with console.following("deciding") as listener, listening(listener):
@@ -136,15 +136,24 @@ def _end_with(code: int, unread: "Sequence[InputError]") -> int:
     return code
 
 
-def _ensure_own(
-    folder: Path, profile: "PolicyProfile", stated: "StatedWorld | None", given: "Mapping[str, Path]"
+def _ensure_free(
+    folder: Path,
+    profile: "PolicyProfile",
+    asked: "Sequence[Asked]",
+    options: "VerifyOptions",
+    stated: "StatedWorld | None",
+    given: "Mapping[str, Path]",
 ) -> None:
-    """InputError where files of somebody else would be written over."""
+    """InputError where files that were given, or of somebody else, would be written over."""
     from codegen.policy_json import dumps
     from maviper.files import outputs, runs
+    from maviper.verification.files.places import file_names, list_given
 
     texts = {runs.PROFILE_FILE: dumps(profile), **(stated.beside if stated else {})}
-    outputs.ensure_own(folder, outputs.without_given(folder, texts, given), outputs.VERIFY)
+    known = outputs.without_given(folder, texts, given)
+    here = [path for name, path in given.items() if (folder / name).resolve() != path.resolve()]
+    written = file_names(asked, page=stated is None)
+    outputs.ensure_free(folder, outputs.VERIFY, known, [*here, *list_given(options)], written)
 
 
 def _folders(

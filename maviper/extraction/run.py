@@ -107,14 +107,15 @@ def _find(expert: str, options: Request, console: Console) -> Found:
 
 def extract_named(expert: str, output: Path | None, options: Request, console: Console) -> ir.PolicyProfile:
     """The trees of the named expert. `output`: the profile's .json file, or a run folder; None: no file is written."""
-    asked = _find(expert, options, console)
     jobs, resume, seeds = options.jobs, options.resume, options.seeds
-    if output is None or output.suffix == ".json":
-        if resume or seeds > 1:
-            what = "only a run folder can be resumed" if resume else "several seeds need a run folder"
-            raise InputError(what, str(output or "output"), "name a folder with -o, without .json at the end")
-        if output is not None:
-            runs.target(output)  # before the work, not after it
+    alone = output is None or output.suffix == ".json"
+    if alone and (resume or seeds > 1):
+        what = "only a run folder can be resumed" if resume else "several seeds need a run folder"
+        raise InputError(what, str(output or "output"), "name a folder with -o, without .json at the end")
+    if output is not None:
+        _ensure_room(output, options)  # before the work, not after it
+    asked = _find(expert, options, console)
+    if output is None or alone:
         profile = extract_live(asked, console, jobs)
         return profile if output is None else _write_profile(output, profile, console, asked, options.command)
     resuming.resumable(partial(runs.holds_run, output))
@@ -126,6 +127,18 @@ def extract_named(expert: str, output: Path | None, options: Request, console: C
     best = _best_of_seeds(task, seeds, jobs, console)
     say_measured(best, asked.world, console)
     return _write_profile(output / runs.PROFILE_FILE, best, console, asked, options.command)
+
+
+def _ensure_room(output: Path, options: Request) -> None:
+    """InputError where the results cannot be written, or would be written over what an extraction reads or over another
+    profile.
+    """
+    if output.suffix != ".json":
+        runs.ensure_vacant(output, runs.PROFILE_FILE, options.resume)
+        return
+    given = [each for path in options.counterexamples for each in (path.iterdir() if path.is_dir() else (path,))]
+    for each in (output, *([refitting.report_file(output)] if given else ())):
+        runs.target(runs.ensure_other(each, given))
 
 
 @dataclass(frozen=True)

@@ -38,7 +38,8 @@ VERIFY = Verb("report.json", r'"report": "maviper-', rf"{NUMBERED}|region-\d+-[\
 REPAIR = Verb("repair.json", r'"command": "maviper repair ', rf"{NUMBERED}|report\.(html|txt|json)")
 DIFF = Verb("difference.json", r'"difference": "maviper-', r"certificate\.json|play\.html")
 ROBUST = Verb("radii.csv", r"row,action,leaf,radius,", r"certificate-\d+-robust\.json")
-CHANGES = Verb("changes.csv", r"row,output,value,", r"(?!)")  # of `robust` for outputs
+NOTHING = r"(?!)"  # a pattern of no name
+CHANGES = Verb("changes.csv", r"row,output,value,", NOTHING)  # of `robust` for outputs
 QUESTIONS = {  # for other programs: names, and what they begin with
     "smt": (r"\d\d-\w+-[\w-]+\.smt2", r"\A; Profile [0-9a-f]{64}\n; Claim   "),
     "vnnlib": (r"\d\d-\w+-[\w-]+\.vnnlib", r"; sat: a world state violates the claim; "),
@@ -54,10 +55,10 @@ def write_set(folder: Path, files: Mapping[str, str | bytes], verb: Verb, keep: 
     ensure_own(folder, files, verb)
     _ensure_spared(folder, files, keep)
     kept, written, stale = {path.resolve() for path in keep}, _read_record(folder, verb.mark), list[Path]()
-    common = {name for name in files if not verb.code and not _of_form(name, verb)}
+    common = {name for name in files if not verb.code and not is_named(name, verb)}
     recorded = {name: _digest(files[name]) for name in common if name in written or not (folder / name).exists()}
     if _holds_pattern(folder / verb.mark, verb.begins):
-        named = [path for path in folder.iterdir() if _of_form(path.name, verb) or path.name in written.keys() - common]
+        named = [path for path in folder.iterdir() if is_named(path.name, verb) or path.name in written.keys() - common]
         stale = [path for path in named if path.resolve() not in kept]
     recorded |= {name: digest for name, digest in written.items() if folder / name not in stale and name not in files}
     others = {one.mark: _read_record(folder, one.mark) for one in (VERIFY, REPAIR, DIFF) if one is not verb}
@@ -67,25 +68,45 @@ def write_set(folder: Path, files: Mapping[str, str | bytes], verb: Verb, keep: 
         _write(folder, {**files, **record}, [*stale, *([] if record else [folder / RECORD])])
 
 
+def ensure_free(
+    folder: Path, verb: Verb, known: Mapping[str, str | bytes], given: Iterable[Path], written: str | None = None
+) -> None:
+    """InputError, before the work, where a run of the verb would write over a file that it is given, or over one that
+    no earlier run wrote.
+
+    `known`: what the run will write and is known already, name -> content: a file that it leaves as it is may be given.
+    `written`: a pattern of the other names that this run may write, beside its mark (default: the verb's).
+    """
+    _ensure_spared(folder, known, given)
+    names = rf"{re.escape(verb.mark)}|{verb.names if written is None else written}"
+    for path in given:
+        if path.resolve().parent == folder.resolve() and path.name not in known and re.fullmatch(names, path.name):
+            raise _overwritten(path)
+    ensure_own(folder, known, verb)
+    mark = folder / verb.mark
+    if not verb.code and mark.exists() and not _holds_pattern(mark, verb.begins):
+        raise _foreign(mark)
+
+
 def ensure_own(folder: Path, files: Mapping[str, str | bytes], verb: Verb) -> None:
     """InputError where a file would be written over another that no earlier run wrote, or that was changed since."""
     if verb.code:
         return
     written = _read_record(folder, verb.mark)
     for name, content in files.items():
-        path, of_form = folder / name, _of_form(name, verb)
+        path, of_form = folder / name, is_named(name, verb)
         foreign = (name == verb.mark and not _holds_pattern(path, verb.begins)) or not (of_form or name in written)
         if foreign and path.exists() and _digest_of(path) != _digest(content):
             raise _foreign(path)
 
 
-def _ensure_spared(folder: Path, files: Mapping[str, str | bytes], given: Collection[Path]) -> None:
+def _ensure_spared(folder: Path, files: Mapping[str, str | bytes], given: Iterable[Path]) -> None:
     """InputError where a file that a run was given would be written over by another content."""
     known = {path.resolve(): path for path in given}
     for name, content in files.items():
         path = known.get((folder / name).resolve())
         if path is not None and path.exists() and _digest_of(path) != _digest(content):
-            raise InputError("the result would overwrite the file given", str(path), "choose another folder with -o")
+            raise _overwritten(path)
 
 
 def without_given(folder: Path, files: Mapping[str, str | bytes], given: Mapping[str, Path]) -> dict[str, str | bytes]:
@@ -97,7 +118,8 @@ def without_given(folder: Path, files: Mapping[str, str | bytes], given: Mapping
     return {name: content for name, content in files.items() if name not in there}
 
 
-def _of_form(name: str, verb: Verb) -> bool:
+def is_named(name: str, verb: Verb) -> bool:
+    """Whether a file of that name is one of the verb's own."""
     return name == verb.mark or re.fullmatch(verb.names, name) is not None
 
 
@@ -170,6 +192,11 @@ def _as_listed(folder: Path, manifest: str) -> list[str]:
         inside = [name for name in listed if folder.resolve() in (folder / name).resolve().parents]
         return [name for name in inside if _digest_of(folder / name) == listed[name]]
     return []
+
+
+def _overwritten(path: Path) -> InputError:
+    """What a user is told of a file that the run was given, and would write over."""
+    return InputError("the result would overwrite the file given", str(path), "choose another folder with -o")
 
 
 def _foreign(path: Path) -> InputError:

@@ -168,11 +168,14 @@ def ensure_other(path: Path, given: Iterable[Path]) -> Path:
     return path
 
 
-def target(path: Path) -> Path:
-    """Makes sure that a file can be written at `path` later: its folder exists and is writable, it is no folder."""
+def target(path: Path, usual: str = PROFILE_FILE) -> Path:
+    """Makes sure that a file can be written at `path` later: its folder exists and is writable, it is no folder.
+
+    `usual`: a name that such a file may have, for the advice.
+    """
     try:
         if ensure_visible(path).is_dir():
-            raise InputError("the output is a folder, but a file is needed", str(path), f"-o {path / 'profile.json'}")
+            raise InputError("the output is a folder, but a file is needed", str(path), f"-o {path / usual}")
     except OSError as error:
         raise InputError(
             f"cannot write {path.name}", f"{path}: {error.strerror}", "choose another file with -o"
@@ -256,6 +259,30 @@ def holds_run(folder_: Path) -> bool:
         return False
 
 
+def ensure_vacant(folder_: Path, result: str, resume: bool) -> None:
+    """Makes sure, before the work, that a run can be kept in a folder. InputError where its `result`, a name, would be
+    written over a file, and for a folder that cannot be made or, as `claim`, is to be resumed although none is there.
+    """
+    room(folder_)
+    if resume:
+        if not holds_run(folder_):
+            raise _no_run(folder_ / CONFIG_FILE)
+    elif (folder_ / result).exists() or (folder_ / CONFIG_FILE).exists():
+        if holds_run(folder_):
+            raise _run_there(folder_)
+        what = f"the folder holds another {result}, which no run wrote there"
+        raise InputError(what, str(folder_ / result), "choose another folder with -o, or move the file away")
+
+
+def _no_run(place: Path) -> InputError:
+    return InputError("there is no run to resume", str(place), "leave --resume out, or check the folder")
+
+
+def _run_there(folder_: Path) -> InputError:
+    advice = "continue it with --resume, or choose another folder with -o"
+    return InputError("the folder already holds a run", str(folder_), advice)
+
+
 def claim(folder_: Path, config: Mapping[str, Any], same: Sequence[str], resume: bool) -> bool:
     """Makes a folder a run's, or makes sure that it is this run's already; returns whether there was one to go on with.
 
@@ -265,12 +292,11 @@ def claim(folder_: Path, config: Mapping[str, Any], same: Sequence[str], resume:
     folder(folder_)
     place = folder_ / CONFIG_FILE
     if resume and not place.exists():
-        raise InputError("there is no run to resume", str(place), "leave --resume out, or check the folder")
+        raise _no_run(place)
     if not resume:
         if create(place, as_json(config)):
             return False
-        advice = "continue it with --resume, or choose another folder with -o"
-        raise InputError("the folder already holds a run", str(folder_), advice)
+        raise _run_there(folder_)
     try:
         stored = json.loads(read(place, MAX_CONFIG_BYTES))
         differing = [key for key in same if stored.get(key) != config[key]]

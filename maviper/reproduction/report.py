@@ -30,7 +30,7 @@ from maviper.reproduction.statistics import DRAW_SEED
 from maviper.reproduction.verdicts import Verdict
 
 PAGE, SUMMARY, CLAIMS, NUMBERS, SCRIPT = "report.html", "summary.txt", "claims.json", "numbers.json", "recompute.py"
-FIGURES = "figures"
+FILES, FIGURES = (PAGE, SUMMARY, CLAIMS, NUMBERS, SCRIPT), "figures"
 GAMES = tuple(sections.MEASURES)
 SIGNS: dict[str, str] = dict(
     zip(verdicts.WORDS, ("✓", "✗", "?", "–"), strict=True)

@@ -19,6 +19,7 @@ from codegen.errors import ExitCode, InputError, UnknownNameError
 from codegen.wording import format_count
 from maviper.console import Console, LiveLine, duration
 from maviper.files import jobs as processes
+from maviper.files import runs
 from maviper.files.seeds import ensure_counts
 from maviper.options import ReproduceOptions, complete_options
 from maviper.reproduction.cells import plan as plans
@@ -123,11 +124,25 @@ def reproduce_paper(folder: str | Path, options: Request, console: Console | Non
     if options.plan:
         done.lines = describe_plan(mine, store)
         return done
+    _ensure_own(store)
     if not options.report_only:
         with store:
             _make(store, options, done, console)
     _write_report(store, plan, register, done, console)
     return done
+
+
+def _ensure_own(store: Store) -> None:
+    """InputError, before any cell is made, for a folder that cannot be written, and where table, report or figures
+    would be written over what no reproduction wrote.
+    """
+    runs.room(store.folder)
+    report = _piece("report")
+    names = () if report is None else (*report.FILES, report.FIGURES)
+    there = [name for name in (table.TABLE_FILE, *names) if (store.folder / name).exists()]
+    if there and not store.cells.is_dir():
+        what = f"the folder holds another {there[0]}, which no reproduction wrote there"
+        raise InputError(what, str(store.folder / there[0]), "choose another folder with -o")
 
 
 def _register() -> str:

@@ -25,7 +25,12 @@ from maviper.verification.repair import Repaired, repair_profile, request
 
 MANIFEST = "manifest.json"
 EXTRACTED = "extracted"  # the folder of the team before its repair, inside the tour's
-NAMES = (runs.PROFILE_FILE, MANIFEST, "README.md", "example.c")  # of files that others may have of their own
+_REPORTS = (runs.PROFILE_FILE, "report.html", "report.json", "report.txt", FILE)
+_CODE = (".h", ".py", "_reader.py", ".json", ".agreement.json")
+NAMES = (  # of all files but those that are numbered, of which others may have some of their own
+    *(MANIFEST, "README.md", "example.c", "repair.json", *(f"physical_deception{ending}" for ending in _CODE)),
+    *(*_REPORTS, *(f"{EXTRACTED}/{name}" for name in _REPORTS)),
+)
 MAX_DEPTH, EPISODES = 6, 1_000
 TOOLS = ("mpe2", "numpy", "scikit-learn", "z3-solver")
 

@@ -26,7 +26,7 @@ from maviper.evaluation.comparison import Cost, measure_cost, sizes_document
 from maviper.evaluation.held_out import evaluation
 from maviper.evaluation.players import Player, find_shipped
 from maviper.evaluation.run import MAX_EPISODES
-from maviper.files import runs
+from maviper.files import outputs, runs
 from maviper.files.regions import find_region
 from maviper.options import RepairOptions, make_request, table_of
 from maviper.verification.ask import command, number, with_option_names
@@ -96,7 +96,7 @@ def repair_profile(
     given = {name: getattr(asked, name) for name in PARAMETERS if getattr(asked, name) is not None}
     with with_option_names():
         claim = find_property(name_of(claimed), before, asked.team, **given)
-    if Path(region_name).name in (runs.PROFILE_FILE, COST_FILE):
+    if Path(region_name).name == runs.PROFILE_FILE or outputs.is_named(Path(region_name).name, outputs.REPAIR):
         raise InputError("the region file would be overwritten by a result", "--region", "give it another name")
     world, question = matching_places(before), Question(Game(before), claim, region, budgets=Budgets(option=""))
     outcome = repair(question, None if world is None else collect_states(before, world), asked.max_depth)
@@ -110,6 +110,11 @@ def repair_profile(
     return replace(done, files=_files(done, name, region_name, asked))
 
 
+def region_text(name: str, profile: ir.PolicyProfile) -> dict[str, str]:
+    """The region's file as results have it, name -> text: none where it is the start region."""
+    return {} if name == "start" else {Path(name).name: region_toml(find_region(name, profile))}
+
+
 def _files(done: Repaired, name: str, region_name: str, asked: Any) -> dict[str, str | bytes]:
     """Profile, costs, region, report and certificate, name -> text."""
     assert done.after is not None
@@ -120,7 +125,7 @@ def _files(done: Repaired, name: str, region_name: str, asked: Any) -> dict[str,
         runs.PROFILE_FILE: policy_json.dumps(done.after),
         COST_FILE: layout(document(done, shlex.join(made))) + "\n",
     }
-    files |= {} if region_name == "start" else {Path(region_name).name: region_toml(done.region)}
+    files |= region_text(region_name, done.before)
     facts = report.document(done.after, done.results, [verified], digests(files))
     return files | report_files(facts) | done.certificates
 

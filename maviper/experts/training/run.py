@@ -42,6 +42,7 @@ def train_expert(name: str, folder: Path, console: Console, **options: Unpack[Tr
     ensure_counts(asked.seeds, asked.jobs)
     if not 0 <= seeds[0] <= seeds[-1] < MAX_SEED:
         raise InputError(f"seeds must be from 0 to {MAX_SEED - 1}, not {_seeds(seeds)}", "--seed, --seeds")
+    runs.ensure_vacant(folder, training.EXPERT_FILE, asked.resume)
     resuming.resumable(partial(runs.holds_run, folder))
     console.line("training", f"{world.name}, {request.algorithm}, recipe {request.recipe}, {_seeds(seeds)}")
     console.line("", schedule(request, training.settings_of(world, request)))

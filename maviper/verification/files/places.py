@@ -7,6 +7,7 @@ Does not: look for anything.
 
 from __future__ import annotations
 
+import re
 import shlex
 from collections.abc import Sequence
 from pathlib import Path
@@ -59,6 +60,13 @@ def zones_and_region(profile: PolicyProfile, place: int, result: DecisionResult)
         told = f"{FOUND} {claim.shown} of the {claim.team} holds in it; profile {content_hash(profile)}"
         files[where.part.region.name] = f"{told}\n{region_toml(where.part.region)}"
     return files
+
+
+def file_names(asked: Sequence[Asked], page: bool) -> str:
+    """A pattern of the names that a run on these questions may write into its folder. `page`: one that plays too."""
+    claims = "|".join(rf"{number}-{re.escape(one.claim.name)}" for number, one in enumerate(asked, 1))
+    names = rf"report\.(html|txt)|(certificate|counterexample|zones|states)-({claims})(-[\w-]+)?\.(json|csv)"
+    return rf"{names}|play\.html" if page else names
 
 
 def list_given(options: VerifyOptions) -> list[Path]:

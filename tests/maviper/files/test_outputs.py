@@ -99,7 +99,8 @@ def test_another_verb_is_no_earlier_run(place):
     assert run("diff", place / "b", place / "a", "-o", place / "both") == 1
     assert (place / "both" / "profile.json").read_bytes() != before
     (region := place / "both" / "certificate.json").write_text("[box]\n")
-    assert run("diff", place / "b", place / "a", "--region", region, "-o", place / "both") == 1 and region.exists()
+    assert run("diff", place / "b", place / "a", "--region", region, "-o", place / "both") == 2
+    assert region.read_text() == "[box]\n"
 
 
 def test_an_edited_property_file_is_not_written_over(tmp_path, capsys):
@@ -124,7 +125,10 @@ def test_a_repair_that_finds_nothing_leaves_none_of_before(place, monkeypatch):
     assert run(*asked) == 0 and {"profile.json", "repair.json"} < names(out)
     (out / "mine").write_text("mine")
     monkeypatch.setattr(repairs, "repair", lambda *given: replace(answers[0], ended=False, reason="none"))
-    assert run("repair", out / "profile.json", *asked[2:]) == 3 and "repair.json" in names(out)  # it was given
+    region = out / "region.toml"
+    region.write_text('[box]\n"agent_0.x" = [-0.5, 0.5]\n')
+    assert run(*asked, "--region", region) == 3 and "repair.json" in names(out)  # a file given is there too
+    region.unlink()
     assert run(*asked) == 3 and names(out) == {"mine"}
     assert run(*asked) == 3 and names(out) == {"mine"}
 
