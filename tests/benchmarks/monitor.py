@@ -2,7 +2,7 @@
 
     python -m tests.benchmarks.monitor [--json] [--states N] [--only WORD] [--record [--new]]
 
-Of all committed proofs that have a monitor, and of proofs for ever of three committed worlds, which are made first.
+Of all committed proofs that have a monitor, and of some about committed worlds, which are made first.
 With --record what holds for all machines is written to generated/monitors, row by row; with --new what is missing.
 
 Cost: a step of the monitor beside the decision of all agents from the same state, in C, in turn, over states of
@@ -107,10 +107,14 @@ SUMS_FOLLOWED = "differences/episodes/certificate-1-stays_in"
 LASTING = "proved_defenders/always"
 RADIUS = Fraction(5, 2)  # within which its defenders stay
 PUSHED = 0.25  # of its states in each step: next to no state is in its sets once it was pushed
-FOR_EVER = {
-    "quadrotor": "x = [-0.6, 0.6], y = [-0.6, 0.6], z = [-0.6, 0.6]",
-    "pendulum": "angle = [-0.15, 0.15]",
-    "crossing": "north = [0, 6], east = [0, 6]",
+MADE = {  # claims about committed worlds that are proved first, by the world and what they are called
+    "quadrotor/always": 'name = "always"\nregion = { box = { x = [-0.6, 0.6], y = [-0.6, 0.6], z = [-0.6, 0.6] } }',
+    "pendulum/always": 'name = "always"\nregion = { box = { angle = [-0.15, 0.15] } }',
+    "crossing/always": 'name = "always"\nregion = { box = { north = [0, 6], east = [0, 6] } }',
+    "pendulum/always-sums": """name = "always"
+region = { where = ["angle + 0.1[s]*spin <= 0.058", "angle + 0.1[s]*spin >= -0.058"] }""",
+    "pendulum/decides-sums": """formula = "not acts(cart) == left"
+region = { where = ["angle + 0.3[s]*spin > 0.2", "spin >= 0", "v*1[s]/3 + x/7 - 0.1[m]*angle <= 0.1[m]"] }""",
 }
 STATES = 1_000_000
 SIDE = 2.0  # of the start region of games
@@ -137,7 +141,7 @@ FIGURES = (
 RECORD = GENERATED / "monitors"
 INTRO = """# Whether the words of monitors hold
 
-Each row is a monitor in C, of a committed proof or of one `always` that is made first. `python -m
+Each row is a monitor in C, of a committed proof or of one that is made first. `python -m
 tests.benchmarks.monitor --record` renews table.json and this page, and `--help` says how it is measured.
 
 - `states`: of episodes in which states are pushed at random; `vouched`: the share that the monitor vouches for.
@@ -198,12 +202,12 @@ def game(name: str, states: int) -> dict[str, Any]:
     }
 
 
-def for_ever(name: str, folder: Path) -> Path:
-    """The proof that a committed world keeps a claim for ever, made anew."""
+def make_proof(name: str, folder: Path) -> Path:
+    """The proof of a claim about a committed world, made anew."""
     for file in ("profile.json", "world.toml"):
-        shutil.copy(GENERATED / "worlds" / name / file, folder)
-    (folder / "ever.toml").write_text(f'[[property]]\nname = "always"\nregion = {{ box = {{ {FOR_EVER[name]} }} }}\n')
-    found = verify_system(load(folder / "profile.json"), folder / "world.toml", folder / "ever.toml")
+        shutil.copy(GENERATED / "worlds" / name.split("/")[0] / file, folder)
+    (folder / "claim.toml").write_text(f"[[property]]\n{MADE[name]}\n")
+    found = verify_system(load(folder / "profile.json"), folder / "world.toml", folder / "claim.toml")
     ((_, text),) = found.certificates.items()
     (folder / "certificate.json").write_text(text)
     return folder / "certificate.json"
@@ -227,10 +231,10 @@ def system(certificate: Path, states: int, beside: str = "profile.json", share: 
         return costs | perturbed(watching, states, share)
 
 
-def made_for_ever(name: str, states: int) -> dict[str, Any]:
-    """The figures of a proof for ever, made anew."""
+def made_anew(name: str, states: int) -> dict[str, Any]:
+    """The figures of a proof that is made anew."""
     with tempfile.TemporaryDirectory(prefix="maviper-") as folder:
-        return system(for_ever(name, Path(folder)), states)
+        return system(make_proof(name, Path(folder)), states)
 
 
 def made_lasting(states: int) -> dict[str, Any]:
@@ -260,7 +264,7 @@ def rows() -> dict[str, Callable[[int], dict[str, Any]]]:
         LASTING: made_lasting,
         SUMS_FOLLOWED: lambda states: system(files[SUMS_FOLLOWED], states, "../profile.json", PUSHED),
         **{name: partial(system, files[name]) for name in SYSTEMS},
-        **{f"worlds/{name}/always": partial(made_for_ever, name) for name in FOR_EVER},
+        **{f"worlds/{name}": partial(made_anew, name) for name in MADE},
     }
 
 
