@@ -1,9 +1,10 @@
 """Best replies: an agent's best action in a state, given what its mates' trees do there.
 
 Does: labels, weights and regrets of the points of one agent by the expert's Q at its mates' actions, as in iterated
-  best response; keeps Q from round to round, and asks again only where a mate acts otherwise than before.
-Assumes: points are appended, never changed; an expert that is its own best reply, so that its action is the label
-  where all mates act as their experts, and among actions that Q values alike.
+  best response, less what Q also promises beside experts; keeps Q from round to round, and asks again only where a mate
+  acts otherwise than before.
+Assumes: points are appended, never changed; an expert that is its own best reply where all mates act as their experts:
+  whatever a learned Q promises for another action there is an error of Q, and is taken off beside other mates too.
 Does not: draw points or grow trees.
 """
 
@@ -25,31 +26,29 @@ class Reply(NamedTuple):
     """What one agent is taught of every point."""
 
     labels: Int  # [n]
-    q: Float64  # [n, n_actions] of each own action beside what the others do
+    gains: Float64  # [n, n_actions] Q of each own action over that of the expert's, beside what the others do
+    margin: Float64  # [n] by which another action has to be better to be the label
     legal: Bool  # [n, n_actions]
 
     @property
     def worth(self) -> Float64:
-        """What it is worth to take the label, [n]: Q of it less that of the worst legal action, at least 0."""
-        return np.maximum(0.0, _of(self.q, self.labels) - self._stake[1])
+        """What it is worth to take the label, [n]: its gain less that of the worst legal action, at least 0."""
+        return np.maximum(0.0, _of(self.gains, self.labels) - self._least)
 
     @property
     def regrets(self) -> Float64:
-        """What each action costs beside the label, [n, n_actions]: the Q that is lost, and LEAST_GAIN of what is at
-        stake, by which another action has to be better to be the label; at least 0. An illegal action costs as much as
-        the worst legal one.
+        """What each action costs beside the label, [n, n_actions]: the gain that is lost, and the margin; at least 0.
+        An illegal action costs as much as the worst legal one.
         """
-        best, worst = self._stake
-        margin = LEAST_GAIN * (best - worst)
-        q = np.where(self.legal, self.q, worst[:, None])
-        regrets = np.maximum(0.0, (_of(self.q, self.labels) + margin)[:, None] - q)
+        gains = np.where(self.legal, self.gains, self._least[:, None])
+        regrets = np.maximum(0.0, (_of(self.gains, self.labels) + self.margin)[:, None] - gains)
         np.put_along_axis(regrets, self.labels[:, None], 0.0, axis=1)
         return regrets
 
     @property
-    def _stake(self) -> tuple[Float64, Float64]:
-        """Q of the best and of the worst legal action, each [n]."""
-        return np.where(self.legal, self.q, -np.inf).max(axis=1), np.where(self.legal, self.q, np.inf).min(axis=1)
+    def _least(self) -> Float64:
+        """The gain of the worst legal action, [n]."""
+        return -_best(-self.gains, self.legal)
 
 
 class Replies:
@@ -60,32 +59,46 @@ class Replies:
         self.joint = joint_actions(world, agent, [])
         self._acting = np.zeros((0, len(world.agents)), dtype=np.int64)  # what Q was asked for, [n, n_agents]
         self._q = np.zeros((0, len(self.joint)))
+        self._usual = np.zeros((0, len(self.joint)))  # Q where all others act as their experts
 
     def to(self, acting: Int, data: Dataset, state: Any) -> Reply:
         """The reply to what the others do. `acting`: [n, n_agents] what each of them does; `state`: of all points."""
         q, legal = self._values(acting, data, state), legal_actions(self.world, self.agent, data.observations)
         expert = data.labels[:, self.agent]
-        others = np.asarray(np.arange(acting.shape[1]) != self.agent, dtype=np.bool_)
-        misled = (acting != data.labels)[:, others].any(axis=1)
-        best, worst = np.where(legal, q, -np.inf).max(axis=1), np.where(legal, q, np.inf).min(axis=1)
-        better = misled & (best - _of(q, expert) > LEAST_GAIN * (best - worst))
-        labels = cast("Int", np.where(better, np.where(legal, q, -np.inf).argmax(axis=1), expert))
-        return Reply(labels, q, legal)
+        promised = np.maximum(0.0, self._usual - _of(self._usual, expert)[:, None])
+        gains = q - _of(q, expert)[:, None] - promised
+        margin = LEAST_GAIN * (_best(q, legal) + _best(-q, legal))
+        replied = np.where(legal, gains, -np.inf).argmax(axis=1)
+        labels = cast("Int", np.where(_best(gains, legal) > margin, replied, expert))
+        return Reply(labels, gains, margin, legal)
 
     def _values(self, acting: Int, data: Dataset, state: Any) -> Float64:
         """Q of each own action beside what the others do, [n, n_actions]."""
-        asked = acting.copy()
-        asked[:, self.agent] = 0
-        known = len(self._acting)
-        fresh: Bool = np.ones(len(asked), dtype=bool)
-        fresh[:known] = (self._acting != asked[:known]).any(axis=1)
-        q_values = np.concatenate([self._q, np.empty((len(asked) - known, len(self.joint)))])
-        rows = np.flatnonzero(fresh)
-        for part in parts(rows, len(asked), max(1, ROWS_AT_ONCE // len(self.joint))):
+        known, asked, experts = len(self._acting), acting.copy(), data.labels.copy()
+        asked[:, self.agent] = experts[:, self.agent] = 0
+        fresh = self._ask(experts, np.arange(known, len(experts)), data, state)
+        self._usual = np.concatenate([self._usual, fresh])
+        self._q = np.concatenate([self._q, fresh])
+        before = np.concatenate([self._acting, experts[known:]])
+        changed, misled = ((asked != other).any(axis=1) for other in (before, experts))
+        back, rows = changed & ~misled, np.flatnonzero(changed & misled)
+        self._q[back] = self._usual[back]
+        self._q[rows] = self._ask(asked, rows, data, state)
+        self._acting = asked
+        return self._q
+
+    def _ask(self, joint: Int, rows: Int, data: Dataset, state: Any) -> Float64:
+        """Q of each own action in some points, [len(rows), n_actions]. `joint`: [n, n_agents] what the others do."""
+        values = [np.empty((0, len(self.joint)))]
+        for part in parts(rows, len(joint), max(1, ROWS_AT_ONCE // len(self.joint))):
             seen = [each[part] for each in data.observations]
-            q_values[part] = self.expert.q(self.agent, seen, state[part], self.joint, asked[part])
-        self._acting, self._q = asked, q_values
-        return q_values
+            values.append(self.expert.q(self.agent, seen, state[part], self.joint, joint[part]))
+        return np.concatenate(values)
+
+
+def _best(values: Float64, legal: Bool) -> Float64:
+    """The largest value among legal actions, [n]."""
+    return np.where(legal, values, -np.inf).max(axis=1)
 
 
 def _of(q: Float64, actions: Int) -> Float64:

@@ -69,7 +69,7 @@ def test_the_learner_is_asked_of_the_same_experts_at_three_depths():
     assert sorted(set(claimed)) == sorted((game, LABELS, depth) for game in GAMES for depth in (2, 4, 6))
     assert len(claimed) == 3 * 6
     used = {seed for label in LABELS for seed in trained.tree_seeds_of(register, label)}
-    assert used == set(range(600, 616))
+    assert used == set(range(620, 636))
     others = [tomllib.loads(place.read_text()) for place in HERE.glob("*.toml") if place.stem != "learner-experts"]
     assert not {seed for other in others for seed in other.get("seeds", ())} & used
     for group in register["groups"]:
