@@ -68,6 +68,7 @@ ROUNDED = (
     "the claim fails within the errors of rules and of the agents' roundings, but no violating episode of their own "
     "sums was found"
 )
+NO_DECISION = "the claim fails within the agents' roundings, but no state that breaks it was found"
 OF_OBSERVATIONS = ("file", "region", "observations", "shared", "verdict_only")  # options
 OF_GAMES = ("names", "file", "region", "team", "parameters", "max_boxes", "verdict_only")  # options
 NOT_FOUND = {
@@ -243,9 +244,10 @@ class StatedWorld:
             attempt = partial(self._agents.look_drawn, question.claim)
         result = self._together.verify_question(self.claims.index(question.claim), confirm, beside, attempt, known)
         if result.reason == ENCLOSED and (self.statement.acting or self.variables in NOT_FOUND):
-            unfound = NOT_PLAYED if self.started is not None else NOT_FOUND.get(self.variables, ROUNDED)
-            result = replace(result, reason=unfound)
-            if self.variables in NOT_FOUND:
+            still = question.claim.about_decisions
+            unfound = NOT_PLAYED if self.started is not None else NO_DECISION if still else ROUNDED
+            result = replace(result, reason=NOT_FOUND.get(self.variables, unfound) if still else unfound)
+            if self.variables in NOT_FOUND or still:
                 result = replace(result, evidence=replace(result.evidence, helps=LOOSER))
         if result.verdict is Verdict.PROVED:
             _ = self._shown

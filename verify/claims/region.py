@@ -43,6 +43,11 @@ def goal_text(goal: str | None) -> str:
     return goal or ""
 
 
+def tell_of_goal(goal: str | None, words: str) -> str:
+    """What is said of a goal, which is named where there is one."""
+    return words if goal is None else f"goal {goal}: {words}"
+
+
 def goal_of(written: str) -> str | None:
     """The goal that `goal_text` wrote."""
     return written or None

@@ -16,7 +16,7 @@ from fractions import Fraction
 from itertools import chain
 from typing import Any
 
-from verify.claims.region import goal_text
+from verify.claims.region import goal_text, tell_of_goal
 from verify.counterexamples.search import SLACKS, shrink, violating_samples
 from verify.question import DecisionQuestion
 from verify.semantics import REAL
@@ -103,7 +103,7 @@ def unique(question: DecisionQuestion, state: State) -> Uniqueness:
         if exact.model is not None and question.semantics == REAL:
             return search.others(search.simplify_model(goal, exact.model))
         if exact.holds is None:
-            reasons.append(f"goal {goal or 'none'}: {exact.reason} after {exact.resources} resource units")
+            reasons.append(tell_of_goal(goal, f"{exact.reason} after {exact.resources:,} resource units"))
         if exact.holds:
             reasons.append(ONLY_REAL if search.exact else ONLY_ROUNDED)
     if reasons:

@@ -21,6 +21,7 @@ from codegen.dynamics import partners
 from codegen.ir import Float64
 from verify.checker.episodes.reading import ProofPart
 from verify.claims.episodes import EpisodeClaim
+from verify.claims.region import tell_of_goal
 from verify.claims.verifiable import read_by
 from verify.episodes.contacts import colliders, travels
 from verify.episodes.cuts import away, find_unmatched, too_near
@@ -41,7 +42,7 @@ MAX_ROUNDS = 20  # batches of failing zones of a group in which real starts are 
 SPENT = "more than the budget of {:,} zones is needed ({:,} were visited); a larger --max-zones may answer"
 UNDECIDED = (
     "{:,} zones are undecided: the claim may fail there for other opponents, or at starts that are not float64{}; no "
-    "start from which this profile fails was found"
+    "start from which this profile fails was found; fewer --steps or a smaller region may be decided"
 )
 PUSHED = ", or in contacts, which are over-approximated"
 MAX_LEFT = 200_000  # failing zones that are kept for the next group
@@ -178,7 +179,7 @@ class _Decider:
         state = None
         try:
             for goal in self.question.goals:
-                reasons += [f"goal {goal or 'none'}: {left.reason}" for left in self._for_goal(goal)]
+                reasons += [tell_of_goal(goal, left.reason) for left in self._for_goal(goal)]
         except _Violated as found:
             state = found.state
         verdict = Verdict.VIOLATED if state else Verdict.UNKNOWN if reasons else Verdict.PROVED

@@ -25,7 +25,7 @@ from verify.flows.search import PlanSearch
 from verify.flows.undefined import find_undefined
 from verify.question import Question
 from verify.reach.decide import ensure_stated
-from verify.reach.results import NO_STATE, ROOM, OpenState, ReachOutcome
+from verify.reach.results import OpenState, ReachOutcome, about_nothing
 from verify.reach.witnesses import inhabitant
 from verify.result import Verdict
 from verify.subjects import ClosedLoop
@@ -36,9 +36,7 @@ SETS_A_BOX = 120  # boxes of the budget that one set of a flow takes as long as
 STEP, LEAST_STEPS = 6_000, 400  # boxes of the budget that a step of a replay takes as long as; and how many at least
 FIRST_SAMPLES = 256
 MIDDLES = 64  # parts left open whose middles are played
-LEFT_OPEN = (
-    "some states may break the claim: no episode was found that surely does, nor a plan that shows that none does"
-)
+LEFT_OPEN = "some episodes may break the claim: none was found that surely does, nor a proof that none does"
 
 
 def decide(question: Question[SystemClaim]) -> ReachOutcome:
@@ -69,7 +67,7 @@ def _try_plans(question: Question[SystemClaim], search: PlanSearch) -> ReachOutc
     for candidate in search.plans():
         state = state or inhabitant(system, claim)
         if isinstance(state, Verdict):
-            return ReachOutcome(state, NO_STATE[state], helps=(ROOM,))
+            return about_nothing(claim, state)
         made = FlowCertificate(
             content_hash(profile),
             documents.content_hash(system),

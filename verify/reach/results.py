@@ -17,13 +17,21 @@ from verify.result import Verdict
 if TYPE_CHECKING:
     from verify.checker.covers.certificates import AnyCertificate
     from verify.checker.flows.certificates import FlowCertificate
+    from verify.systems.claims import SystemClaim
 
 Values = Mapping[str, Fraction]
-NO_STATE = {
-    Verdict.VACUOUS: "the claim is about no state: its region is empty",
-    Verdict.UNKNOWN: "it holds of all states, but no exact state was found to show that there is one",
+NOTHING = {  # by what a claim is about: why it is about nothing, and why nothing shows that it is about something
+    True: (
+        "the claim is about no state: its region is empty",
+        "it holds of all states, but no exact state was found to show that there is one",
+        "a region whose bounds lie further apart",
+    ),
+    False: (
+        "the claim is about no episode: no state is a start that it speaks of",
+        "it holds of all episodes, but no exact start was found to show that there is one",
+        "a start region whose bounds lie further apart",
+    ),
 }
-ROOM = "a region whose bounds lie further apart"
 
 
 @dataclass(frozen=True)
@@ -77,3 +85,9 @@ class ReachOutcome:
     states: int = 0  # symbolic states that were visited
     programs: int = 0  # linear programs that were solved
     boxes: int = 0  # that were tried, over all steps and attempts
+
+
+def about_nothing(claim: SystemClaim, verdict: Verdict) -> ReachOutcome:
+    """The answer to a claim that holds, of which no state was found: VACUOUS where there is none, else UNKNOWN."""
+    empty, unfound, helps = NOTHING[claim.about_decisions]
+    return ReachOutcome(verdict, empty if verdict is Verdict.VACUOUS else unfound, helps=(helps,))

@@ -22,7 +22,7 @@ from verify.checker.systems.walk import FollowedPart
 from verify.reach.parts import iterate_divisions, whole
 from verify.reach.play.shrinking import shrink_counterexample
 from verify.reach.replay import replay_course
-from verify.reach.results import NO_STATE, ROOM, OpenState, ReachOutcome, SystemCounterexample
+from verify.reach.results import OpenState, ReachOutcome, SystemCounterexample, about_nothing
 from verify.reach.search import Open, ReachBudgetError, SystemProver
 from verify.reach.unfolding import Merging, Unfolding
 from verify.reach.witnesses import inhabitant, witnesses
@@ -32,9 +32,11 @@ from verify.systems import documents
 from verify.systems.claims import SystemClaim
 from verify.systems.system import System
 
-LEFT_OPEN = (
-    "some states may break the claim: no episode into them was found that replays, nor a proof that none gets there"
-)
+LEFT_OPEN = {  # by what a claim is about: single decisions, or episodes
+    True: "some states may break the claim: no state was found that does, nor a proof that none does",
+    False: "some states may break the claim: no episode into them was found that replays, nor a proof that none gets "
+    "there",
+}
 UNSTATED = "an episode may leave the states for which dynamics are stated"
 NEAR = "a region that is a little larger or smaller, as its bounds may be met exactly"
 WIDER = "wider ranges or boxes of pieces, so that dynamics are stated of more states"
@@ -96,7 +98,7 @@ class SymbolicSearch:
             return ReachOutcome(Verdict.VIOLATED, counterexample=counterexample)
         if self._left:
             branch, stated = self._left[0]
-            reason, first = (LEFT_OPEN, NEAR) if stated else (UNSTATED, WIDER)
+            reason, first = (LEFT_OPEN[self._claim.about_decisions], NEAR) if stated else (UNSTATED, WIDER)
             return ReachOutcome(Verdict.UNKNOWN, reason, open_state(branch), helping(self._system, self._claim, first))
         return self._certify_parts([part])
 
@@ -140,7 +142,7 @@ class SymbolicSearch:
     def _certify_parts(self, parts: list[FollowedPart]) -> ReachOutcome:
         state = inhabitant(self._system, self._claim)
         if isinstance(state, Verdict):
-            return ReachOutcome(state, NO_STATE[state], helps=(ROOM,))
+            return about_nothing(self._claim, state)
         hashes = content_hash(self._profile), documents.content_hash(self._system)
         certificate = SystemCertificate(*hashes, self._claim, state, tuple(parts))
         closed = check_certificate(certificate, self._profile, self._system)

@@ -30,7 +30,7 @@ from verify.reach.formwise import formwise
 from verify.reach.play.samples import Starts, courses
 from verify.reach.play.shrinking import shrink_counterexample
 from verify.reach.replay import replay_course
-from verify.reach.results import NO_STATE, ROOM, OpenState, ReachOutcome
+from verify.reach.results import OpenState, ReachOutcome, about_nothing
 from verify.reach.symbolic import Allowed, SymbolicSearch, helping, open_state, start_of
 from verify.reach.unfolding import Merging
 from verify.reach.witnesses import inhabitant
@@ -134,7 +134,7 @@ class Together:
         state = self._inhabitant
         if isinstance(state, Verdict):
             for number in numbers:
-                self._settle(number, ReachOutcome(state, NO_STATE[state], helps=(ROOM,)))
+                self._settle(number, about_nothing(self.claims[number], state))
             return
         hashes = content_hash(self.profile), documents.content_hash(self.system)
         cuts = encode_numbers(covering.cuts)

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from verify.claims.formula import TRUE
+from verify.claims.region import tell_of_goal
 from verify.question import Case, DecisionQuestion
 from verify.result import Verdict
 from verify.solver.budget import beyond_any
@@ -71,7 +72,7 @@ def _open(question: DecisionQuestion, goal: str | None, answer: Answer, spent: i
     """Why there is no answer for a goal, whose parts share its budget. `answered`: how many of the parts were."""
     parts = len(question.parts)
     after = f" and {answered} of {parts} parts" if parts > 1 else ""
-    return f"goal {goal or 'none'}: {answer.reason or 'the budget ended'} after {spent:,} resource units{after}"
+    return tell_of_goal(goal, f"{answer.reason or 'the budget ended'} after {spent:,} resource units{after}")
 
 
 def about_nothing(question: DecisionQuestion) -> tuple[str, int]:

@@ -14,7 +14,7 @@ import numpy as np
 
 from codegen import ir
 from codegen.ir import AgentPolicy, PolicyProfile
-from verify.claims.region import Region
+from verify.claims.region import Region, tell_of_goal
 from verify.claims.uncertified.own import AliveLeaves
 from verify.question import Budgets, DecisionQuestion, Question
 from verify.result import Verdict
@@ -96,7 +96,7 @@ def _ask_leaf(question: DecisionQuestion, policy: AgentPolicy, leaf: int) -> tup
             continue
         if exact.holds is None:
             after = f"{exact.reason} after {exact.resources:,} resource units; {question.budgets.hint()}"
-            reasons.append(f"goal {goal or 'none'}: {after}")
+            reasons.append(tell_of_goal(goal, after))
             continue
         for answer in chain([exact], (ask(build_query(slack), budget) for slack in SLACKS)):
             spent += 0 if answer is exact else answer.resources

@@ -32,8 +32,9 @@ if TYPE_CHECKING:
     from verify.extent.found import Where
 
 UNIT = "resource units"
-ONLY_REAL = "a real-valued world state violates the claim; no float64 state near it was found that does"
-ONLY_ROUNDED = "rounding within sums may make the claim fail; no float64 state was found in which it does"
+SLIGHTLY = "a region that is a little smaller may be decided"
+ONLY_REAL = f"a real-valued world state violates the claim; no float64 state near it was found that does; {SLIGHTLY}"
+ONLY_ROUNDED = f"rounding within sums may make the claim fail; no float64 state was found in which it does; {SLIGHTLY}"
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from functools import cache
 from typing import TypeAlias
 
 from verify.claims.formula import Formula, agents
+from verify.claims.region import tell_of_goal
 from verify.question import DecisionQuestion
 from verify.result import Verdict
 from verify.zones.compiled import CompiledSearch, affordable, price, search
@@ -96,7 +97,7 @@ def decide(question: DecisionQuestion) -> Outcome:
         except BudgetError:
             spent, left[goal] = spent + query.limit, 0
             most = affordable(query.problem, budget)
-            reasons.append(f"goal {goal or 'none'}: not decided within {most:,} search nodes")
+            reasons.append(tell_of_goal(goal, f"not decided within {most:,} search nodes"))
             continue
         spent, left[goal] = spent + query.nodes, max(0, left[goal] - query.nodes * price(query.problem))
         if state is not None:

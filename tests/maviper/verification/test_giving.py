@@ -61,7 +61,9 @@ def test_verdicts_are_about_the_sums_as_they_are_computed(place):
     report = json.loads((place / "out" / "report.json").read_text())
     assert [result["verdict"] for result in report["results"]] == VERDICTS
     # at x = 1, v = 0 the sum may be above -1.25 by its rounding alone; the agent itself gives -1.25
-    assert "roundings" in report["results"][2]["reason"] and "AGENT.rounding_of_" in report["semantics"]
+    assert "no state that breaks it" in report["results"][2]["reason"]  # it is about single decisions: no episodes
+    assert not any("episode" in word or "step" in word for word in report["results"][2]["helps"])
+    assert "AGENT.rounding_of_" in report["semantics"]
 
 
 def test_certificates_are_accepted_and_say_what_was_asked(place):

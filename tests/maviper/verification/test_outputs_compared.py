@@ -97,6 +97,8 @@ def test_boxes_alone_prove_constants_alike():
     longer = ir.Tree(*split, numbers="float64", arithmetic="float64", vectors=vectors, gives="float64")
     first, second = (summed.profile(replace(one, tree=each)) for each in (tree, longer))
     assert maviper.diff(first, second).verdict is Verdict.PROVED
+    (ended,) = maviper.diff(first, second, max_cells=1).agents
+    assert ended.verdict is Verdict.UNKNOWN and "a larger --max-cells" in ended.reason
 
 
 def test_cells_cover_what_both_trees_do():

@@ -11,9 +11,12 @@ from maviper.files.profiles import find_profile
 from maviper.worlds.stated.systems import read
 from tests.support.system_cases import box, double_integrator, form, policy, stays, switching, team
 from tests.verify.reach import random_systems
+from verify.claims.formula import Acts, negate
 from verify.claims.region import UNBOUNDED
 from verify.progress import listening
 from verify.question import Budgets, Question
+from verify.reach import symbolic
+from verify.reach import together as deciding
 from verify.reach.decide import decide, together
 from verify.reach.play import shrinking
 from verify.reach.replay import Course, replay_course
@@ -49,6 +52,11 @@ def answers(questions):
         outcome = search.outcome(number)
         found.append((outcome.verdict, outcome.boxes, outcome.states, outcome.programs))
     return found
+
+
+def answers_in_full(questions):
+    search = together(questions)
+    return [search.outcome(number) for number in range(len(questions))]
 
 
 def world(name):
@@ -131,6 +139,37 @@ def test_an_end_names_the_option_and_what_was_spent():
         assert each.reason.startswith("stopped after ") and each.reason.endswith("--max-boxes is 50")
         assert "a larger --max-boxes than 50" in each.helps
     assert all(most == 50 and 0 <= done <= 50 for done, most, words in told if words.startswith("boxes of the budget"))
+
+
+@pytest.mark.parametrize("spent", [False, True])
+def test_what_is_said_of_no_answer_fits_what_the_claim_is_about(spent, monkeypatch):
+    """Of single decisions nothing is said of episodes, starts and steps."""
+    monkeypatch.setattr(symbolic, "witnesses", lambda *given: iter(()))
+    system, profile = drifting()
+    about = {
+        "episodes": stays(system, 8, x=(-1, 1)),
+        "decisions": SystemClaim(Pattern.DECIDES, (box(x=(0, 1)),), formula=negate(Acts("a", 0))),
+    }
+    for kind, claim in about.items():
+        budgets = {"max_boxes": 0 if spent else 10**6, "samples": 0, "covers": False}
+        (found,) = answers_in_full(asked(profile, system, [claim], **budgets))
+        words = " ".join((found.reason, *found.helps))
+        assert found.verdict is Verdict.UNKNOWN and ("stopped after" in words) == spent and found.helps
+        assert any(word in words for word in ("episode", "start", "step")) == (kind == "episodes"), words
+
+
+@pytest.mark.parametrize("empty", [True, False])
+def test_a_claim_about_nothing_says_of_what(empty, monkeypatch):
+    verdict = Verdict.VACUOUS if empty else Verdict.UNKNOWN
+    for module in (symbolic, deciding):
+        monkeypatch.setattr(module, "inhabitant", lambda *given: verdict)
+    system, profile = drifting()
+    moving = stays(system, 1, x=(-9, 9))
+    still = SystemClaim(Pattern.DECIDES, (box(x=(0, 1)),), formula=Acts("a", 0))
+    for claim, words in ((moving, "start"), (still, "state")):
+        (found,) = answers_in_full(asked(profile, system, [claim], samples=0))
+        assert found.verdict is verdict and words in found.reason and found.helps
+        assert ("episode" in found.reason) == (claim is moving)
 
 
 # --- counterexamples

@@ -21,7 +21,7 @@ from verify.checker.reading import RejectedError
 from verify.reach.forever.cells import Approach, CellSearch
 from verify.reach.forever.leaving import LeftError
 from verify.reach.forever.regions import RegionSearch
-from verify.reach.results import NO_STATE, ROOM, OpenState, ReachOutcome
+from verify.reach.results import OpenState, ReachOutcome, about_nothing
 from verify.reach.witnesses import inhabitant
 from verify.result import Verdict
 from verify.spending import Spending
@@ -163,7 +163,7 @@ def lasting(profile: PolicyProfile, system: System, claim: SystemClaim, most: in
     for parts in search.iterate_invariants():
         state = inhabitant(system, claim)
         if isinstance(state, Verdict):
-            return search.add_spending(ReachOutcome(state, NO_STATE[state], helps=(ROOM,)))
+            return search.add_spending(about_nothing(claim, state))
         made = InvariantCertificate(content_hash(profile), documents.content_hash(system), claim, state, parts)
         with suppress(RejectedError):
             sets = check_certificate(made, profile, system)
@@ -174,7 +174,7 @@ def lasting(profile: PolicyProfile, system: System, claim: SystemClaim, most: in
 def _unknown(search: InvariantSearch, most: int) -> ReachOutcome:
     """No answer, with the state that leaves and where it goes."""
     if inhabitant(search.system, search.claim) is Verdict.VACUOUS:
-        return search.add_spending(ReachOutcome(Verdict.VACUOUS, NO_STATE[Verdict.VACUOUS], helps=(ROOM,)))
+        return search.add_spending(about_nothing(search.claim, Verdict.VACUOUS))
     left = search.given or search.left
     helps = (*(CHANGED if search.given else ()), *HELPS)
     helps = (*helps, SPENT.format(most=most)) if search.spent >= most else helps
