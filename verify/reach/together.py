@@ -6,7 +6,8 @@ Assumes: a checked profile, system and claims.
 Does not: read or write files.
 
 The order does not depend on the budget, which only says when to stop. So whatever a budget answers, a larger one
-answers too, after the same work.
+answers too, after the same work. Where a claim has no answer at the end, a few episodes are played beyond the budget:
+what these break, a larger budget answers by them or before, and may take longer.
 """
 
 from __future__ import annotations
@@ -89,8 +90,8 @@ class Together:
             if self.budgets.covers:
                 yield from self._try_covers(moving)
             else:
-                self._play(moving, Starts(min(samples, FIRST_SAMPLES)))
-            self._play((*still, *ever), Starts(min(samples, FIRST_SAMPLES)))
+                self._play(moving, self._first)
+            self._play((*still, *ever), self._first)
             yield
             for number in ever:
                 self._for_ever(number)
@@ -99,6 +100,7 @@ class Together:
                 self._play(still if self.budgets.covers else (*still, *moving), Starts(samples))
             yield from self._symbolic()
         except BudgetSpentError:
+            self._play_last(tuple(self._left))
             for number in tuple(self._left):
                 self._settle(number, self._report_spent(number))
         yield
@@ -171,13 +173,25 @@ class Together:
         some = np.linspace(0, len(lows) - 1, min(len(lows), played)).astype(np.int64)
         self._play(tuple(open_), Starts(min(played, self.budgets.samples), (lows[some], highs[some])))
 
-    def _play(self, numbers: Sequence[int], at: Starts) -> None:
+    def _play_last(self, numbers: Sequence[int]) -> None:
+        """As `_play`, a few for each of the claims that would have no answer: whatever is left of the budget, so that a
+        claim that is plainly false is VIOLATED with any. They are played alone, so that all budgets play the same.
+        """
+        for number in numbers:
+            self._play((number,), self._first, whatever_is_left=True)
+
+    @property
+    def _first(self) -> Starts:
+        return Starts(min(self.budgets.samples, FIRST_SAMPLES))
+
+    def _play(self, numbers: Sequence[int], at: Starts, whatever_is_left: bool = False) -> None:
         """VIOLATED where one of so many random episodes breaks a claim."""
         asked = {number: self.claims[number] for number in numbers if number in self._left}
         if not asked or not at.episodes:
             return
         states = at.episodes * (1 + max(claim.steps for claim in asked.values()))
-        self.spending.ensure_left(states)
+        if not whatever_is_left:
+            self.spending.ensure_left(states)
         self.spending.played += states
         for number, course in courses(self.profile, self.system, asked, at):
             counterexample = replay_course(self.profile, self.system, self.claims[number], course)
@@ -199,6 +213,8 @@ class Together:
             self.spending.take(outcome.boxes)
             if outcome.verdict is Verdict.UNKNOWN:
                 self._play((number,), Starts(self.budgets.samples))
+        if outcome.verdict is Verdict.UNKNOWN:
+            self._play_last((number,))
         if number in self._left:
             self._settle(number, outcome)
 
@@ -213,8 +229,11 @@ class Together:
             for merging, states, programs in STAGES:
                 for number in tuple(self._left):
                     outcome = self._searches[number].try_stage(merging, Allowed(states * growth, programs * growth))
-                    if outcome is not None:
+                    if outcome is not None and outcome.verdict is Verdict.UNKNOWN:
+                        self._play_last((number,))
+                    if outcome is not None and number in self._left:
                         self._settle(number, outcome)
+                    if number not in self._left:
                         yield
             growth *= GROWTH
 

@@ -20,6 +20,7 @@ from verify.reach import together as deciding
 from verify.reach.decide import decide, together
 from verify.reach.play import shrinking
 from verify.reach.replay import Course, replay_course
+from verify.reach.together import Together
 from verify.result import Verdict
 from verify.subjects import ClosedLoop
 from verify.systems.claims import Pattern, SystemClaim
@@ -107,26 +108,34 @@ def test_claims_share_each_sweep():
 
 
 @pytest.mark.parametrize("name", ["corridor", "crossing", "pendulum", "pendulum_wide", "quadrotor", "quadrotor_wide"])
-def test_a_larger_budget_takes_no_longer_to_what_a_smaller_one_answered(name):
+def test_a_larger_budget_takes_no_longer_to_what_a_smaller_one_answered(name, monkeypatch):
+    """But for what is found at its end, by a few episodes beyond the budget."""
+    last = Together._play_last
+    monkeypatch.setattr(Together, "_play_last", lambda search, numbers: None)
     _ensure_monotone(name, (10, 1_000, 30_000, 300_000, 3_000_000))
+    monkeypatch.setattr(Together, "_play_last", last)
+    _ensure_monotone(name, (0, 10, 300_000), verdicts=True)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
-def test_budgets_of_all_sizes(name):
+def test_budgets_of_all_sizes(name, monkeypatch):
+    _ensure_monotone(name, [4**power for power in range(0, 14, 2)], verdicts=True)
+    monkeypatch.setattr(Together, "_play_last", lambda search, numbers: None)
     _ensure_monotone(name, [4**power for power in range(14)])
 
 
-def _ensure_monotone(name, budgets):
+def _ensure_monotone(name, budgets, *, verdicts=False):
+    """`verdicts`: that these stay, whatever it took."""
     profile, system, claims = world(name)
     before = []
     for most in budgets:
         now = answers(asked(profile, system, claims, max_boxes=most))
         for old, new in zip(before, now, strict=False):
             if old[0] is not Verdict.UNKNOWN:
-                assert new == old
+                assert (new[0] is old[0]) if verdicts else new == old
         before = now
-    assert all(verdict is not Verdict.UNKNOWN for verdict, *_ in before)
+    assert verdicts or all(verdict is not Verdict.UNKNOWN for verdict, *_ in before)
 
 
 def test_an_end_names_the_option_and_what_was_spent():
@@ -139,6 +148,23 @@ def test_an_end_names_the_option_and_what_was_spent():
         assert each.reason.startswith("stopped after ") and each.reason.endswith("--max-boxes is 50")
         assert "a larger --max-boxes than 50" in each.helps
     assert all(most == 50 and 0 <= done <= 50 for done, most, words in told if words.startswith("boxes of the budget"))
+
+
+@pytest.mark.parametrize("most", [0, 1, 100])
+def test_a_claim_that_is_plainly_false_is_violated_however_little_may_be_spent(most):
+    """By a few episodes, or states, at the end. Where none may be played, nothing is said."""
+    system, profile = drifting()
+    claims = [
+        stays(system, 8, x=(-1, 1)),
+        SystemClaim(Pattern.ALWAYS, (box(x=(-1, 1)),), 8),
+        SystemClaim(Pattern.DECIDES, (box(x=(0, 1)),), formula=negate(Acts("a", 0))),
+    ]
+    search = together(asked(profile, system, claims, max_boxes=most))
+    for number, claim in enumerate(claims):
+        found = search.outcome(number)
+        assert found.verdict is Verdict.VIOLATED and (found.counterexample.step == 0) == claim.about_decisions
+    silent = together(asked(profile, system, claims, max_boxes=most, samples=0))
+    assert {silent.outcome(number).verdict for number in range(3)} == {Verdict.UNKNOWN}
 
 
 @pytest.mark.parametrize("spent", [False, True])
