@@ -86,6 +86,7 @@ class Frame(NamedTuple):
     slack: tuple[Double, ...]
     most: Double
     well: tuple[Double, ...]
+    skew: tuple[tuple[Double, ...], ...] = ()
 
 
 class Grid(NamedTuple):
@@ -145,6 +146,21 @@ class Lookup:
         return any(grid.low != grid.high for grid in self.grids)
 
     @property
+    def alone(self) -> bool:
+        """Whether each list is one turned set, whose z alone nearly always tell."""
+        return self.inscribed and len(self.frames) == self.steps + 1 and not (self.tilts or self.tiles)
+
+    @property
+    def glances(self) -> bool:
+        """Whether something shows of nearly all states that they are in a list."""
+        return bool(self.tilts or self.cores or self.tiles or self.alone)
+
+    @property
+    def skewed(self) -> bool:
+        """Whether frames have a skew."""
+        return any(frame.skew for frame in self.frames)
+
+    @property
     def counter(self) -> str:
         """The type in C of a box, and of a place in `order`: the narrower, the more of them a cache holds."""
         return "unsigned short" if max(len(self.order), len(self.boxes)) <= NARROW else "int"
@@ -153,10 +169,10 @@ class Lookup:
     def comparisons(self) -> int:
         """The most that one step takes."""
         # of turned boxes: of the box twice, of z twice, of r and what is left both ends
-        each = 12 * self.width if self.frames else 2 * self.width
+        each = (14 if self.skewed else 12) * self.width if self.frames else 2 * self.width
         glance = len(self.tilts[0].first) if self.tilts else 0
         glance += 2 + 2 * len(self.cores.columns) if self.cores else 0
-        glance += 2 * self.width + 1 if self.tiles else 0
+        glance += 2 * self.width + 1 if self.tiles else 2 * self.width * self.alone
         glance += sum(len(each.terms) for each in self.sums) * (2 if self.cores else 1)  # of each term its size
         return glance + self.parts * (2 * len(self.axes[0]) + each * self.most)
 

@@ -167,7 +167,7 @@ class Watch:
     @property
     def glances(self) -> bool:
         """Whether code looks first whether a state is surely in a list, and asks all else only where it is not."""
-        return self.lookup is not None and bool(self.lookup.tilts or self.lookup.cores or self.lookup.tiles)
+        return self.lookup is not None and self.lookup.glances
 
     @property
     def region(self) -> Region:

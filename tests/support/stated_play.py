@@ -124,11 +124,12 @@ class Played:
     def _flowed(self, w, acted, rng):
         flow = self.system.flow
         held, h, now = {}, float(flow.period) / PARTS, self.at(w)
-        begun = now
         for policy in self.profile.agents:
             for number, action in enumerate(policy.actions):
                 for name, given in flow.held[policy.agent, action.name].items():
                     held.setdefault(name, np.zeros(len(w)))[acted[policy.agent] == number] = float(given)
+        now = now | {name: value(jump, now | held) for name, jump in flow.jumps.items()}
+        begun = now
         off = {name: rng.uniform(*map(float, bounds), len(w)) for name, bounds in flow.error.items()}
 
         def rates(at):
