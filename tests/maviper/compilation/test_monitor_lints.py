@@ -1,7 +1,6 @@
 """Monitors in Rust: clippy has nothing to say about them, and they need nothing of std, as they say."""
 
 import shutil
-import subprocess
 from pathlib import Path
 
 import pytest
@@ -10,22 +9,16 @@ from codegen.lowering.lower import lower
 from codegen.targets import monitor
 from maviper import load
 from maviper.compilation.monitors import load_proof, lower_monitor
+from tests.support.monitors import lint_rust
 
 GENERATED = Path(__file__).parents[3] / "generated"
 PROOFS = {
     "turned boxes": "arch/tora_reach/certificate-1-reaches_and_stays.json",
     "boxes": "worlds/crossing/certificate-1-stays_in.json",
+    "many boxes": "worlds/cart_pole/certificate-1-stays_in.json",
     "decisions of a game": "verdicts/physical_deception/certificate-1-distinct_targets.json",
     "episodes of a game": "verdicts/physical_deception/certificate-8-reaches.json",
 }
-
-
-def lint(text, folder):
-    """What clippy says of a library without std, and whether it found nothing."""
-    (folder / "monitor.rs").write_text(f"#![no_std]\n{text}")
-    command = ["clippy-driver", "--edition", "2021", "--crate-type", "lib", "--emit", "metadata", "-D", "warnings"]
-    done = subprocess.run([*command, "monitor.rs"], cwd=folder, capture_output=True, text=True, check=False)
-    return done.returncode == 0, done.stderr
 
 
 @pytest.mark.skipif(shutil.which("clippy-driver") is None, reason="no clippy")
@@ -35,7 +28,7 @@ def test_clippy_has_nothing_to_say(name, tmp_path):
     certificate = GENERATED / PROOFS[name]
     profile = load(certificate.parent / "profile.json")
     (text,) = monitor.emit(lower_monitor(profile, lower(profile), load_proof(certificate, profile)), ["rust"]).values()
-    quiet, said = lint(text, tmp_path)
+    quiet, said = lint_rust(text, tmp_path)
     assert quiet, said
-    quiet, said = lint(f"{text}\npub fn planted(step: usize) -> usize {{\n    step * 1\n}}\n", tmp_path)
+    quiet, said = lint_rust(f"{text}\npub fn planted(step: usize) -> usize {{\n    step * 1\n}}\n", tmp_path)
     assert not quiet and "identity_op" in said
