@@ -31,7 +31,7 @@ from maviper.worlds.stated.certified import Certificate, ensure_accepted, read_c
 from maviper.worlds.stated.observing import PLACE
 from verify.checker.covers.boxes import BoxList
 from verify.checker.covers.certificates import CoverCertificate
-from verify.checker.covers.forever import InvariantCertificate
+from verify.checker.covers.forever import InvariantCertificate, InvariantPart
 from verify.checker.covers.invariants import names_of
 from verify.checker.covers.rounding import ceiling, floor
 from verify.checker.flows.certificates import FlowCertificate
@@ -92,7 +92,7 @@ def load_cover(certificate: Path, profile: PolicyProfile) -> Covered:
         unmeasured |= _list_roundings_of(proof, game, statement, steps, where)
     measured, bounds = _drop_roundings(statement, ranges, steps, unmeasured)
     names, last = [one.name for one in measured], LONG if ever else claim.steps
-    bounds, sums = keep_sums(claim, names, bounds) if ever else (bounds, ())
+    bounds, sums = keep_sums(_list_regions(proof), names, bounds) if ever else (bounds, ())
 
     def visit() -> list[Float64]:
         if statement.gives or not statement.moves:
@@ -126,13 +126,19 @@ def _ensure_boxes(certificate: Certificate, where: str) -> None:
         raise InputError(what, where, "a monitor needs a claim about all states, such as reaches_and_stays")
 
 
-# A function for each form of certificate: what of it can be watched, and the parts of its steps.
+# A function for each form of certificate: what of it can be watched, whose sums boxes bound, the parts of its steps.
 
 
 @singledispatch
 def _ensure_watchable(certificate: Certificate, where: str) -> None:
     """InputError for sets that are no boxes."""
     raise TypeError(f"nobody watches a {type(certificate).__name__}")
+
+
+@singledispatch
+def _list_regions(proof: Certificate) -> list[Polytope]:
+    """The regions that name what boxes bound."""
+    return [*proof.claim.regions, *proof.claim.assuming]
 
 
 @singledispatch
@@ -145,12 +151,12 @@ def _list_steps(proof: Certificate, statement: Statement, ranges: Sequence[Varia
 def _(certificate: SystemCertificate, where: str) -> None:
     if not certificate.claim.about_decisions:
         raise InputError(SYMBOLIC, where, f"{ADVICE}: verify with a larger --max-boxes")
-    ensure_wide(certificate.claim, where)
+    ensure_wide(_list_regions(certificate), where)
 
 
 @_list_steps.register
 def _(proof: SystemCertificate, statement: Statement, ranges: Sequence[Variable], lists: Lists) -> Steps:
-    return [[_within(list_columns(statement, proof.claim), proof.claim.regions or ((),), ranges)]]
+    return [[_within(list_columns(statement, _list_regions(proof)), proof.claim.regions or ((),), ranges)]]
 
 
 @_ensure_watchable.register
@@ -177,22 +183,44 @@ def _(proof: FlowCertificate, statement: Statement, ranges: Sequence[Variable], 
 
 @_ensure_watchable.register
 def _(certificate: InvariantCertificate, where: str) -> None:
-    if any(part.regions for part in certificate.parts):
-        what = "the invariant is a region that may be left for some steps, and a monitor knows one state"
+    if any(part.regions and part.steps > 1 for part in certificate.parts):
+        what = "the invariant is a region of which several states in a row were asked, and a monitor knows one"
         raise InputError(what, where, "a monitor needs a proof by cells: leave `invariant` out of the claim")
-    ensure_wide(certificate.claim, where)
+    ensure_wide(_list_regions(certificate), where)
+
+
+@_list_regions.register
+def _(proof: InvariantCertificate) -> list[Polytope]:
+    own = [each.region for part in proof.parts for each in part.regions]
+    return [*proof.claim.regions, *proof.claim.assuming, *own]
 
 
 @_list_steps.register
 def _(proof: InvariantCertificate, statement: Statement, ranges: Sequence[Variable], lists: Lists) -> Steps:
-    claim, followed = proof.claim, [set(part.widths) for part in proof.parts]
-    parts = [_together(lists[at]) for at in range(len(followed))]
-    columns = list_columns(statement, claim)
-    steps = [[_meeting(columns, claim, part, of) for part, of in zip(parts, followed, strict=True)]]
+    claim, columns = proof.claim, list_columns(statement, _list_regions(proof))
+    anywhere = [one._replace(low=-np.inf, high=np.inf) for one in ranges]
+
+    def list_boxes(at: int, part: InvariantPart) -> Boxes:
+        if not part.regions:
+            return _meeting(columns, claim, _together(lists[at]), set(part.widths))
+        return _within(columns, [_without_roundings(statement, each.region) for each in part.regions], anywhere)
+
+    parts = [list_boxes(at, part) for at, part in enumerate(proof.parts)]
     if claim.assuming:  # of whatever it leaves out nothing is said, and from then on nothing
-        anywhere = [one._replace(low=-np.inf, high=np.inf) for one in ranges]
-        steps[0].append(_within(columns, claim.assuming, anywhere))
-    return steps
+        parts.append(_within(columns, claim.assuming, anywhere))
+    return [parts]
+
+
+def _without_roundings(statement: Statement, region: Polytope) -> Polytope:
+    """A region without the bounds that all roundings keep."""
+    ranges = {name: _range_of(statement, name) for name in list_roundings(statement)}
+    return tuple(
+        half
+        for half in region
+        if len(half.form.terms) != 1
+        or not (names_of(half) <= ranges.keys())
+        or not all(half.holds({name: end}) for name in names_of(half) for end in ranges[name])
+    )
 
 
 def _rests(statement: Statement) -> dict[str, str]:

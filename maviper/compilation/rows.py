@@ -1,11 +1,11 @@
-"""Sums that a claim's regions bound, as columns of boxes: after the variables of a state come its raised sums.
+"""Sums that regions bound, as columns of boxes: after the variables of a state come its raised sums.
 
-Does: which sums a claim names, with whole factors; narrows boxes to half spaces; leaves out bounds that say nothing.
+Does: which sums regions name, with whole factors; narrows boxes to half spaces; leaves out bounds that say nothing.
 Assumes: regions of half spaces, as files state them.
 Does not: know proofs, or add floats itself (codegen/lowering/parts.py raises sums by more than rounding can hide).
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 from itertools import chain
 from math import gcd, lcm
@@ -18,7 +18,6 @@ from codegen.lowering.covering import Boxes
 from codegen.lowering.parts import RaisedSum
 from codegen.lowering.turning import Turned
 from verify.checker.covers.cuts import end_of
-from verify.systems.claims import SystemClaim
 from verify.systems.statement import Statement
 from verify.systems.system import HalfSpace, Polytope
 
@@ -28,20 +27,20 @@ Columns = Mapping[Terms, int]  # of boxes: of each variable, and of each sum
 Parts = tuple[Boxes | Turned, ...]
 
 
-def list_columns(statement: Statement, claim: SystemClaim) -> Columns:
+def list_columns(statement: Statement, regions: Iterable[Polytope]) -> Columns:
     """The columns of boxes: all variables, then the sums."""
     variables: list[Terms] = [((one.name, 1),) for one in statement.system.variables]
-    return {terms: at for at, terms in enumerate([*variables, *_list_sums(claim)])}
+    return {terms: at for at, terms in enumerate([*variables, *_list_sums(regions)])}
 
 
-def ensure_wide(claim: SystemClaim, where: str) -> None:
+def ensure_wide(regions: Iterable[Polytope], where: str) -> None:
     """InputError for a region that is flat along a sum of variables, or that weighs them by far too unlike factors."""
-    for region in (*claim.regions, *claim.assuming):
+    for region in regions:
         bounds = dict[Terms, Fraction]()
         for terms, bound in map(_scale, region):
             bounds[terms] = min(bound, bounds.get(terms, bound))
             opposite = tuple((name, -factor) for name, factor in terms)
-            named = f"a condition of the claim's regions compares {' and '.join(name for name, _ in terms)}"
+            named = f"a condition of the regions compares {' and '.join(name for name, _ in terms)}"
             if len(terms) > 1 and bound + bounds.get(opposite, 1 - bound) <= 0:
                 what = f"{named} with one number, and rounding hides whether a sum is that"
                 raise InputError(what, where, "state a region that has some width")
@@ -70,12 +69,17 @@ def widen(boxes: Boxes, columns: Columns) -> Boxes:
 
 
 def keep_sums(
-    claim: SystemClaim, names: Sequence[str], steps: Sequence[Parts]
+    regions: Iterable[Polytope], names: Sequence[str], steps: Sequence[Parts]
 ) -> tuple[tuple[Parts, ...], tuple[RaisedSum, ...]]:
-    """The boxes of a claim's one list, without sums that are within their bounds all over a part; and the sums that are
-    left. `names`: of the variables.
+    """The boxes of the one list of a claim, without sums that are within their bounds all over a part; and the sums
+    that are left. `names`: of the variables. InputError for sums of others.
     """
-    sums = [RaisedSum(tuple((names.index(name), float(factor)) for name, factor in one)) for one in _list_sums(claim)]
+    columns = {name: at for at, name in enumerate(names)}
+    listed = _list_sums(regions)
+    if missing := [name for one in listed for name, _ in one if name not in columns]:
+        what = f"a region compares {missing[0]} with other variables, and it is a rounding, which no state has"
+        raise InputError(what, "--certificate", "leave it out of the regions; then verify again")
+    sums = [RaisedSum(tuple((columns[name], float(factor)) for name, factor in one)) for one in listed]
     kept, parts = set[int](), list[Boxes]()
     for part in chain.from_iterable(steps):
         high = part.high.copy()
@@ -88,14 +92,14 @@ def keep_sums(
             else:
                 kept.add(at)
         parts.append(Boxes(part.low, high))
-    columns = [*range(len(names)), *sorted(kept)]
-    narrowed = tuple(Boxes(part.low[:, columns], part.high[:, columns]) for part in parts)
+    left = [*range(len(names)), *sorted(kept)]
+    narrowed = tuple(Boxes(part.low[:, left], part.high[:, left]) for part in parts)
     return (narrowed,), tuple(sums[at - len(names)] for at in sorted(kept))
 
 
-def _list_sums(claim: SystemClaim) -> list[Terms]:
-    """The sums of several variables that a claim's regions bound."""
-    halves = chain.from_iterable((*claim.regions, *claim.assuming))
+def _list_sums(regions: Iterable[Polytope]) -> list[Terms]:
+    """The sums of several variables that regions bound."""
+    halves = chain.from_iterable(regions)
     return list(dict.fromkeys(terms for half in halves if len(terms := _scale(half)[0]) > 1))
 
 

@@ -10,6 +10,11 @@ from fractions import Fraction
 from itertools import product
 from typing import NamedTuple
 
+from codegen.importers.origin import Names, Said, profile_of
+from codegen.importers.python.source import from_python
+from codegen.policy_json import dumps
+from maviper.cli import main
+
 ONE = Fraction(1)
 
 
@@ -191,3 +196,53 @@ def _sum(form):
     parts = [f"{float(weight)!r} * {name}" for weight, name in ((form.a, "x"), (form.b, "v")) if weight]
     parts += [repr(float(form.c))] if form.c or not parts else []
     return " + ".join(parts)
+
+
+BOX = ((Fraction(-4), Fraction(4)), (Fraction(-3), Fraction(3)))
+WORLD = """
+name = "double integrator"
+steps = 12
+dt = "0.5 s"
+[variables]
+x = { unit = "m", range = [-4, 4] }
+v = { unit = "m/s", range = [-3, 3] }
+[agents.cart.features]
+x = "x"
+v = "v"
+[agents.cart.outputs]
+push = "m/s^2"
+[start]
+box = { x = [-1, 1], v = [-0.5, 0.5] }
+[dynamics.next]
+x = "x + dt*v + 0.5*dt**2*cart.push"
+v = "v + dt*cart.push"
+"""
+# within it no control is at a bound, and the linear law of the controller leads back into it
+LASTING = """
+[[property]]
+label = "stays for ever"
+name = "always"
+region = { box = { x = [-1, 1], v = [-1, 1] } }
+invariant = { box = { x = [-1, 1], v = [-1, 1] }, where = [
+  "0.9053*x + 1.3561[s]*v <= 1[m]", "-0.9053*x - 1.3561[s]*v <= 1[m]",
+] }
+"""
+
+
+def controller(horizon):
+    """A problem and the tree of its controller."""
+    problem = Problem(horizon)
+    text = "def cart(x, v):\n" + "\n".join(python(tree(regions(problem, BOX), corners(BOX)))) + "\n"
+    said = Said(arrays="float64", outputs=("push",))
+    return problem, profile_of(from_python(text.encode(), "cart.py", said), Names(outputs=("push",)))
+
+
+def prove_lasting(folder):
+    """The certificate that the controller stays in a region for ever, with profile and world file beside it."""
+    start, inside = "x = [-1, 1], v = [-0.5, 0.5]", "x = [-0.5, 0.5], v = [-0.2, 0.2]"
+    (folder / "cart.json").write_text(dumps(controller(2)[1]))
+    (folder / "world.toml").write_text(WORLD.replace(start, inside) + LASTING)
+    asked = ["verify", str(folder / "cart.json"), "--world", str(folder / "world.toml"), "--max-boxes", "300000"]
+    assert main.run([*asked, "-o", str(folder / "out")]) == 0
+    (path,) = (folder / "out").glob("certificate-*.json")
+    return path

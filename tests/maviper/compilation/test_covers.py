@@ -222,11 +222,11 @@ def test_what_one_state_does_not_show_is_refused_with_the_reason(why, tmp_path):
 def test_invariants_by_regions_and_symbolic_states_are_refused_with_the_reason(for_ever, monkeypatch):
     """Their sets are no boxes: the certificates are those of other proofs, with sets of these kinds in them."""
     ever, world = read_certificate(for_ever / "certificate-1-always.json")
-    regions = replace(ever, parts=tuple(part._replace(regions=(None,)) for part in ever.parts))
+    regions = replace(ever, parts=tuple(part._replace(regions=(None,), steps=2) for part in ever.parts))
     stays, tanks = read_certificate(WORLDS / "tanks" / "certificate-1-stays_in.json")
     decides, _ = read_certificate(WORLDS / "tanks" / "certificate-3-decides.json")
     symbolic = replace(decides, claim=stays.claim)
-    for found, statement, said in ((regions, world, "knows one state"), (symbolic, tanks, "symbolic states")):
+    for found, statement, said in ((regions, world, "knows one"), (symbolic, tanks, "symbolic states")):
         with monkeypatch.context() as patched, pytest.raises(InputError, match=said):
             patched.setattr(covers, "read_certificate", lambda _, answer=(found, statement): answer)
             covers.load_cover(for_ever / "certificate-1-always.json", load(for_ever / "profile.json"))

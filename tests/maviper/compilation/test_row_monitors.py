@@ -9,14 +9,17 @@ import pytest
 
 from codegen.agreement.compiled import find_compiler
 from codegen.errors import InputError
+from codegen.ir import outputs
 from codegen.lowering.lower import lower
 from codegen.lowering.parts import RaisedSum
 from codegen.targets import emit, monitor
 from maviper import load, verify_system
 from maviper.compilation import rows
 from maviper.compilation.monitors import load_proof, lower_monitor
+from maviper.files import profiles
 from maviper.worlds.stated.certified import read_certificate
 from tests.support import monitors
+from tests.support.explicit_mpc import prove_lasting
 from tests.support.generated import FOLDER
 from tests.support.monitors import INVALID, OK, OUTSIDE, asked_of_cover, said_of_cover
 from verify.checker.covers.cuts import end_of
@@ -209,6 +212,34 @@ def test_all_languages_say_the_same_word(name, languages, proofs, tmp_path):
         assert monitors.run_c(texts, watched, tmp_path / "fused", asked, fused) == said
 
 
+def test_a_region_that_was_proposed_is_watched(tmp_path):
+    """Of a controller that computes its output. Who is vouched for is in the region, exactly, and so one step on."""
+    certificate = prove_lasting(tmp_path)
+    profile, (proof, _) = profiles.load(tmp_path / "cart.json", sums=True), read_certificate(certificate)
+    cover = load_proof(certificate, profile).region
+    (region,) = [each.region for part in proof.parts for each in part.regions]
+    (policy,), names = profile.agents, [one.name for one in cover.variables]
+    assert names == ["x", "v"] and len(cover.sums) == 2
+    lower_monitor(profile, lower(profile), load_proof(certificate, profile))
+    half = next(half for half in region if len(half.form.terms) > 1)
+    w = np.random.default_rng(1).uniform(-1.1, 1.1, (600, 2))
+    terms = dict(half.form.terms)
+    w[::2, 0] = (float(-half.form.constant) - float(terms["v"]) * w[::2, 1]) / float(terms["x"])  # at a border
+    w[::2, 0] += np.random.default_rng(2).integers(-60, 60, 300) * 2.0**-53
+    held = cover.holds(w, 0)
+
+    def is_inside(states):
+        own = [half for half in region if {name for name, _ in half.form.terms} <= set(names)]
+        at = [dict(zip(names, map(Fraction, row), strict=True)) for row in states.tolist()]
+        return np.array([all(half.holds(state) for half in own) for state in at])
+
+    inside, push = is_inside(w), outputs(policy, w)[:, 0]
+    assert not (held & ~inside).any() and held[::2].sum() > 20 and (inside & ~held).sum() <= inside[::2].sum()
+    assert (held == inside)[1::2].all() and 50 < held[1::2].sum() < 250
+    after = np.column_stack([w[:, 0] + 0.5 * w[:, 1] + 0.125 * push, w[:, 1] + 0.5 * push])
+    assert is_inside(after[held]).all()
+
+
 def test_raised_sums_are_never_below_exact_ones():
     """Whole factors, also such as are no floats; numbers of all sizes, subnormal ones and those that overflow."""
     rng = np.random.default_rng(8)
@@ -244,8 +275,6 @@ def test_what_floats_cannot_tell_is_refused_with_the_reason(halves, said, proofs
         HalfSpace(Affine.of({name: Fraction(factor) for name, factor in terms.items()}, Fraction(constant)))
         for terms, constant in halves
     )
-    claim = type("Claim", (), {"regions": (region,), "assuming": ()})
     with pytest.raises(InputError, match=f"compares angle and spin.*{said}"):
-        rows.ensure_wide(claim, "here")
-    claim.regions = (region[:1],) if "one number" in said else ((),)
-    rows.ensure_wide(claim, "here")
+        rows.ensure_wide([region], "here")
+    rows.ensure_wide([region[:1] if "one number" in said else ()], "here")

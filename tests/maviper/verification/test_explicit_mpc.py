@@ -10,34 +10,12 @@ import pytest
 from scipy.optimize import lsq_linear
 
 from codegen import ir
-from codegen.importers.origin import Names, Said, profile_of
-from codegen.importers.python.source import from_python
 from codegen.policy_json import dumps
 from maviper.cli import main
 from maviper.verification.files.certificates import check_file
-from tests.support import explicit_mpc
-from tests.support.explicit_mpc import Problem
+from tests.support.explicit_mpc import WORLD, Problem, controller, prove_lasting
 
-BOX = ((Fraction(-4), Fraction(4)), (Fraction(-3), Fraction(3)))
-WORLD = """
-name = "double integrator"
-steps = 12
-dt = "0.5 s"
-[variables]
-x = { unit = "m", range = [-4, 4] }
-v = { unit = "m/s", range = [-3, 3] }
-[agents.cart.features]
-x = "x"
-v = "v"
-[agents.cart.outputs]
-push = "m/s^2"
-[start]
-box = { x = [-1, 1], v = [-0.5, 0.5] }
-[dynamics.next]
-x = "x + dt*v + 0.5*dt**2*cart.push"
-v = "v + dt*cart.push"
-
-[[property]]
+CLAIMS = """[[property]]
 label = "within its bounds"
 formula = "out(cart).push <= 1.000001 and out(cart).push >= -1.000001"
 [[property]]
@@ -51,14 +29,6 @@ name = "reaches_and_stays"
 by = 8
 region = { box = { x = [-0.001, 0.001], v = [-0.002, 0.002] } }
 """
-
-
-def controller(horizon):
-    problem = Problem(horizon)
-    found = explicit_mpc.tree(explicit_mpc.regions(problem, BOX), explicit_mpc.corners(BOX))
-    text = "def cart(x, v):\n" + "\n".join(explicit_mpc.python(found)) + "\n"
-    said = Said(arrays="float64", outputs=("push",))
-    return problem, profile_of(from_python(text.encode(), "cart.py", said), Names(outputs=("push",)))
 
 
 def test_the_forms_are_those_of_the_quadratic_program():
@@ -100,7 +70,7 @@ def test_the_tree_is_the_controller(horizon, leaves):
 def test_it_is_proved_to_come_near_and_stay(tmp_path):
     profile = controller(2)[1]
     (tmp_path / "cart.json").write_text(dumps(profile))
-    (tmp_path / "world.toml").write_text(WORLD)
+    (tmp_path / "world.toml").write_text(WORLD + CLAIMS)
     asked = ["verify", str(tmp_path / "cart.json"), "--world", str(tmp_path / "world.toml")]
     assert main.run([*asked, "--max-boxes", "300000", "-o", str(tmp_path / "out")]) == 1
     report = json.loads((tmp_path / "out" / "report.json").read_text())
@@ -109,25 +79,6 @@ def test_it_is_proved_to_come_near_and_stay(tmp_path):
         assert check_file(path).closed > 0
 
 
-# within it no control is at a bound, and the linear law of the controller leads back into it
-LASTING = """
-[[property]]
-label = "stays for ever"
-name = "always"
-region = { box = { x = [-1, 1], v = [-1, 1] } }
-invariant = { box = { x = [-1, 1], v = [-1, 1] }, where = [
-  "0.9053*x + 1.3561[s]*v <= 1[m]", "-0.9053*x - 1.3561[s]*v <= 1[m]",
-] }
-"""
-
-
 def test_it_is_proved_to_stay_for_ever(tmp_path):
     """The region that is proposed bounds the roundings too, which nobody has to name."""
-    start, inside = "x = [-1, 1], v = [-0.5, 0.5]", "x = [-0.5, 0.5], v = [-0.2, 0.2]"
-    world = WORLD[: WORLD.index("[[property]]")].replace(start, inside)
-    (tmp_path / "cart.json").write_text(dumps(controller(2)[1]))
-    (tmp_path / "world.toml").write_text(world + LASTING)
-    asked = ["verify", str(tmp_path / "cart.json"), "--world", str(tmp_path / "world.toml"), "--max-boxes", "300000"]
-    assert main.run([*asked, "-o", str(tmp_path / "out")]) == 0
-    (path,) = (tmp_path / "out").glob("certificate-*.json")
-    assert check_file(path).closed > 0
+    assert check_file(prove_lasting(tmp_path)).closed > 0
