@@ -1,7 +1,8 @@
 """Built-in properties: their formulas say what their definitions say, for actions and states of every kind."""
 
+from collections import Counter
 from fractions import Fraction
-from itertools import permutations
+from itertools import permutations, product
 
 import numpy as np
 import pytest
@@ -84,6 +85,38 @@ def test_formulas_say_what_definitions_say(profile, claim, at, actions):
     columns = {name: np.array([float(value)]) for name, value in at.items()}
     chosen = {agent: np.array([action]) for agent, action in actions.items()}
     assert bool(Batch(columns, 1).holds(stated, chosen)[0]) is wanted  # eighths are exact in float64
+
+
+@pytest.mark.parametrize("name", PLAIN)
+def test_margin_and_radius_count_wherever_a_claim_has_them(profile, name):
+    """A quarter and an eighth: landmarks lie nearer, at that and beyond, on both sides of agents in one place."""
+    claim = BUILT_IN[name](TEAM, margin=Fraction(1, 4), radius=Fraction(1, 8))
+    stated, told = formula(profile, claim), Counter()
+    offsets = [Fraction(n, 8) for n in (-3, -2, -1, 1, 2, 3)]
+    for first, second, *acting in product(offsets, offsets, range(5), range(5)):
+        at = dict.fromkeys(NAMES, Fraction(0)) | {"landmark_0.x": first, "landmark_1.x": second}
+        at |= {"landmark_0.y": Fraction(1, 8), "landmark_1.y": Fraction(1, 4)}
+        actions = dict(zip(AGENTS, acting, strict=True))
+        wanted = defined(profile, claim, at, actions)
+        assert holds(stated, at, actions) is wanted, (at, actions)
+        told[wanted] += 1
+    assert len(told) == 2 and min(told.values()) >= 4
+
+
+@pytest.mark.parametrize("kappa", [Fraction(1, 2), Fraction(2)])
+def test_aligned_asks_for_so_much_ahead_beside_what_is_sideways(profile, kappa):
+    """One agent is at its landmark, the other one's lies in any direction."""
+    claim = BUILT_IN["aligned"](TEAM, kappa=kappa)
+    stated, told = formula(profile, claim), Counter()
+    offsets = [Fraction(n, 8) for n in (-4, -2, -1, 1, 2, 4)]
+    for x, y, action in product(offsets, offsets, range(5)):
+        at = dict.fromkeys(NAMES, Fraction(0)) | {"landmark_0.x": x, "landmark_0.y": y, "agent_1.x": Fraction(9)}
+        at |= {"landmark_1.x": Fraction(9)}
+        actions = dict(zip(AGENTS, (action, 0), strict=True))
+        wanted = defined(profile, claim, at, actions)
+        assert holds(stated, at, actions) is wanted, (at, actions)
+        told[wanted] += 1
+    assert len(told) == 2 and min(told.values()) >= 20
 
 
 def test_fixed_roles_keep_their_own_target_everywhere(profile):
