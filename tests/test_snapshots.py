@@ -1,6 +1,7 @@
 """What users read, under test: every help text, every error message. `--update-golden` renews."""
 
 import re
+import shutil
 import sys
 from pathlib import Path
 
@@ -67,6 +68,11 @@ ERRORS = [
     ["compile", "profile.json", "--pass", "drop", "-o", "out"],
     ["replay", "missing.json"],
     ["replay", "profile.json"],
+    ["replay", "truncated.json"],
+    ["replay", "far/certificate.json"],
+    ["check", "far/certificate.json"],
+    ["repair", "profile.json", "--property", "reaches", "-o", "out"],
+    ["diff", "profile.json", "far/other.json"],
     ["check", "missing.json"],
     ["check", "profile.json"],
     ["check", "truncated.json"],
@@ -117,12 +123,15 @@ def test_error_messages(golden, capsys, monkeypatch, tmp_path):
         "claim.toml": '[[property]]\nlabel = "mine"\nformula = "acts(agent_0) == lft or agent_1.x > 0"\n',
         "powers.toml": '[[property]]\nformula = """\nacts(agent_0) == left\nimplies agent_0.x * agent_0.x > 1"""\n',
         "acting.toml": '[[property]]\nformula = "true"\nassume = "closes(agent_0, goal)"\n',
+        "far/other.json": hashless.replace("agent_", "cart_"),
         "certificate.json": to_json(Certificate("0" * 64, None, TRUE, Region({}, ()), "machine", {}, {"": b""})),
         "misspelt.toml": '[box]\n"agent_0.z" = [0, 1]\n',
     }
     for name, content in files.items():
         assert name == "profile.json" or content != text or not name.endswith(".json")
+        Path(name).parent.mkdir(exist_ok=True)
         Path(name).write_text(content)
+    shutil.copy("certificate.json", "far")
     said = ""
     for arguments in ERRORS:
         code = main.run(arguments)

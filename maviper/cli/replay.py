@@ -36,9 +36,11 @@ def replay(context: click.Context, counterexample: Path, profile: Path | None, w
     Exits with 1 if the claim fails there, and with 0 if it holds, as it should for a repaired profile.
     """
     from maviper.files.profiles import find_profile
+    from maviper.verification.files.counterexamples import ensure_counterexample
     from maviper.verification.files.counterexamples import replay as replayed
 
     console = console_of(context)
+    ensure_counterexample(counterexample)  # before the profile beside it, which need not be there
     outcome = replayed(counterexample, find_profile(profile, beside=counterexample, sums=True), world)
     if not outcome.same_policy:
         console.line("profile", "not the one that the counterexample was made from")

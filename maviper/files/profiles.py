@@ -7,6 +7,7 @@ Does not: write profiles.
 
 from pathlib import Path
 
+from codegen.errors import InputError
 from codegen.ir import PolicyProfile
 from codegen.profiles import loading
 from codegen.sum_rules import ensure_plain
@@ -35,7 +36,10 @@ def load(path: str | Path, *, sums: bool = False) -> PolicyProfile:
 def find_profile(profile: PolicyProfile | str | Path | None, beside: Path, *, sums: bool = False) -> PolicyProfile:
     """A profile that is given, or lies in a file; None: profile.json beside another file. `sums`: as for `load`."""
     if profile is None:
-        return load(beside.parent / runs.PROFILE_FILE, sums=sums)
+        place = beside.parent / runs.PROFILE_FILE
+        if not place.exists():
+            raise InputError(f"no {runs.PROFILE_FILE} lies beside the file", str(beside), "name it with --profile FILE")
+        return load(place, sums=sums)
     if isinstance(profile, str | Path):
         return load(profile, sums=sums)
     return profile if sums else ensure_plain(profile, READER)

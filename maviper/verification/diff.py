@@ -151,7 +151,8 @@ def _common(first: ir.PolicyProfile, second: ir.PolicyProfile) -> tuple[str, ...
     names, others = ([policy.agent for policy in profile.agents] for profile in (first, second))
     if set(names) != set(others):
         what = f"the profiles have different agents: {', '.join(names)} and {', '.join(others)}"
-        raise InputError(what, "", "name those to compare: --agent NAME")
+        both = "name those to compare: --agent NAME" if {*names} & {*others} else "compare profiles of one world"
+        raise InputError(what, "", both)
     return tuple(names)
 
 

@@ -36,6 +36,7 @@ from maviper.worlds import ParticleWorld
 from maviper.worlds.matching import UNREPAIRED, ensure_places, matching_places
 from verify.claims.catalogue import find_property
 from verify.claims.decisions import DecisionClaim
+from verify.claims.episodes import EPISODE_CLAIMS
 from verify.claims.region import Region
 from verify.claims.region_files import region_toml
 from verify.question import Budgets, Question
@@ -53,7 +54,7 @@ def request(claim: str | Claim, given: RepairOptions) -> Any:
     be used, and for an object of a claim that cannot be repaired.
     """
     options = complete_parameters(claim, given)
-    if not parameters_of(claim).keys() <= table_of(RepairOptions).keys():
+    if name_of(claim) in EPISODE_CLAIMS or not parameters_of(claim).keys() <= table_of(RepairOptions).keys():
         raise refuse_repair(name_of(claim))
     exact = {name: number(options.get(name), name) for name in ("margin", "radius")}
     asked = make_request(RepairOptions, {**options, **exact})

@@ -112,6 +112,13 @@ def document(profile: PolicyProfile, result: DecisionResult, example: Counterexa
     }
 
 
+def ensure_counterexample(path: Path) -> None:
+    """InputError for a file that is known to be something else, or nothing."""
+    any_ = (kinds.COUNTEREXAMPLE, kinds.EPISODE_COUNTEREXAMPLE, kinds.SYSTEM_COUNTEREXAMPLE)
+    kinds.ensure(runs.read(path, MAX_BYTES), str(path), kinds.COUNTEREXAMPLE.called, *any_)
+    runs.decode_file(path, MAX_BYTES, dict[str, Any], "not a counterexample", ADVICE)
+
+
 def replay(path: Path, profile: PolicyProfile, world: Path | None = None) -> Replayed:
     """The counterexample of a file, replayed with a profile: the one that it is about, or another of its world.
 

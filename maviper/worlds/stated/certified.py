@@ -52,8 +52,9 @@ def ensure_plays(profile: PolicyProfile, statement: Statement) -> None:
         where = f"{statement.system.name}: {policy.agent}"
         if policy.agent not in actions:
             unknown = UnknownNameError("agent", policy.agent, actions, statement.system.name)
-            advice = f"{unknown.next_step}; a tree of a file is one of them by --agents {next(iter(actions))}=FILE"
-            raise InputError(unknown.what, unknown.where, advice)
+            what = f"{unknown.what}: the profile has it, and the world file does not"
+            made = f"an imported tree is one of them by `maviper import --agents {next(iter(actions))}=FILE`"
+            raise InputError(what, unknown.where, f"{unknown.next_step}; {made}")
         for kind, names, known in (
             ("feature", [each.name for each in policy.features], statement.system.features[policy.agent]),
             ("action", [each.name for each in policy.actions], actions[policy.agent]),

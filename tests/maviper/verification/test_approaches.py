@@ -70,5 +70,5 @@ def test_a_claim_that_an_episode_fulfils_has_no_closest_approach(tmp_path):
 def test_a_tree_of_another_name_is_told_how_to_be_imported(tmp_path):
     (tmp_path / "walker.toml").write_text(f"{WORLD}\n[[property]]\nname = 'reaches'\nregion.box.x = [0.4, 3]\n")
     other = profile_of(from_python(LEGS.replace("legs", "feet").encode(), "feet.py"), Names(actions=["rest", "walk"]))
-    with pytest.raises(InputError, match=r"unknown agent 'feet'(.|\n)*known: legs; .* by --agents legs=FILE"):
+    with pytest.raises(InputError, match=r"unknown agent 'feet'(.|\n)*known: legs; .* --agents legs=FILE"):
         verify_world(other, VerifyOptions(world=tmp_path / "walker.toml"))
