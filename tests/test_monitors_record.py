@@ -41,3 +41,19 @@ def test_a_recorded_row_is_found_again(monkeypatch, tmp_path):
     assert json.loads((tmp_path / "table.json").read_text()) == [ROWS[name]]
     benchmark.record_rows(benchmark.STATES, name, new=True)  # nothing is missing: it is not measured again
     assert benchmark.read_record() == [ROWS[name]]
+
+
+@pytest.mark.slow
+@pytest.mark.compile
+def test_costs_of_all_kinds_of_monitors_are_measured_in_turn(monkeypatch):
+    """One of a stated system, one of a game, one of episodes, one of a proof that is made first."""
+    monkeypatch.setattr(benchmark, "TURNS", 2)
+    ratios = {"ratio", "ratio_called", "ratio_added", "ratio_by_hand"}
+    for name, more in (
+        ("worlds/crossing/certificate-1-stays_in", {*ratios, "ratio_flown"}),
+        ("worlds/crossing/always", {*ratios, "ratio_flown"}),
+        ("verdicts/predator_prey/certificate-1-formula", ratios),
+        ("verdicts/physical_deception/certificate-7-reaches", {"ratio"}),
+    ):
+        ((row, found),) = benchmark.costs(name).items()
+        assert row == name and more <= found.keys() and min(found.values()) > 0.0

@@ -120,7 +120,7 @@ class Lookup:
     most: int  # boxes of a cell, at most
     frames: tuple[Frame, ...] = ()  # of turned boxes: of each, also of the last, a state has to be in its frame too
     inscribed: bool = False  # whether what is well in a frame is in its box
-    tilts: tuple[Tilt, ...] = ()  # by step, where each list is one turned box: nearly all states of it pass
+    tilts: tuple[Tilt, ...] = ()  # of no step, then by step, where each list is one turned box: nearly all of it passes
     cores: Cores | None = None  # of lists of one part: nearly all states are in one
     tiles: Tiles | None = None  # of lists of turned boxes: nearly all states are in a cell that is
     sums: tuple[RaisedSum, ...] = ()  # which a state has after its variables
@@ -166,12 +166,17 @@ class Lookup:
         return "unsigned short" if max(len(self.order), len(self.boxes)) <= NARROW else "int"
 
     @property
+    def apart(self) -> bool:
+        """Whether a step must not be built into others, where compilers would not make four sums at once."""
+        return bool(self.tilts or self.tiles or self.alone or (self.cores and self.cores.lanes))
+
+    @property
     def comparisons(self) -> int:
         """The most that one step takes."""
         # of turned boxes: of the box twice, of z twice, of r and what is left both ends
         each = (14 if self.skewed else 12) * self.width if self.frames else 2 * self.width
         glance = len(self.tilts[0].first) if self.tilts else 0
-        glance += 2 + 2 * len(self.cores.columns) if self.cores else 0
+        glance += 2 + (1 if self.cores.single else 2) * len(self.cores.columns) if self.cores else 0
         glance += 2 * self.width + 1 if self.tiles else 2 * self.width * self.alone
         glance += sum(len(each.terms) for each in self.sums) * (2 if self.cores else 1)  # of each term its size
         return glance + self.parts * (2 * len(self.axes[0]) + each * self.most)

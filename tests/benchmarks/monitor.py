@@ -1,16 +1,17 @@
 """What a run-time monitor costs, how often it refuses noisy states, and whether its words hold.
 
-    python -m tests.benchmarks.monitor [--json] [--states N] [--only WORD] [--record [--new]]
+    python -m tests.benchmarks.monitor [--json] [--states N] [--only WORD] [--costs] [--record [--new]]
 
 Of all committed proofs that have a monitor, and of some about committed worlds, which are made first.
+With --costs the costs alone, of all of them in turn, TURNS times: of each figure the median.
 With --record what holds for all machines is written to generated/monitors, row by row; with --new what is missing.
 
 Cost: a step of the monitor beside the decision of all agents from the same state, in C, in turn, over states of
 episodes; the decision makes its observations from the state, too. Both are built into one loop over all states
-(ratio), both are functions that are called for each (ratio_called), and a control step that decides is a function that
-is called with a monitor and without (ratio_added: what it adds, as a multiple of the decision). No state comes twice,
-and steps of all episodes are mixed, so that no branch is foreseen. In ratio_flown they come as in flight, episode by
-episode. ratio_by_hand: the least that a monitor can be, called: one box for all states.
+(ratio), both are functions that are called for each by a loop that knows nothing of them (ratio_called), and a control
+step that decides is such a function with a monitor and without (ratio_added: what it adds, as a multiple of the
+decision). No state comes twice, and steps of all episodes are mixed, so that no branch is foreseen. In ratio_flown they
+come as in flight, episode by episode. ratio_by_hand: the least that a monitor can be, called: one box for all states.
 Refused: states of unperturbed episodes for which the monitor does not vouch (of games: states within the
 region). Words: episodes in which every state is pushed at random after each step. A word of a game is judged by numpy
 from the claim's formula; one of a stated system also by what the file makes of the state one step on: that must be
@@ -31,6 +32,7 @@ import math
 import shutil
 import tempfile
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
@@ -44,11 +46,12 @@ from maviper.compilation.monitors import load_proof
 from maviper.files.runs import read_unpacked
 from maviper.worlds.stated.certified import read_certificate
 from maviper.worlds.stated.observing import call_in_file
-from tests.support.followed import arriving
+from tests.support.costed import COSTED, cost_following, cost_game, cost_system, cost_watched
+from tests.support.followed import Followed, arriving
 from tests.support.lasting import lasting
 from tests.support.monitored import acting, compiled, formula_of, meets
 from tests.support.pushed import NOISE, STEPS, Watching, episodes, perturbed, unperturbed
-from tests.support.shadowed import flying
+from tests.support.shadowed import Shadowed, flying
 from verify.certificates.episodes import to_json
 from verify.checker.decisions.certificates import MAX_BYTES
 
@@ -68,6 +71,7 @@ EPISODES = (
     "verdicts/physical_deception/certificate-8-reaches",
 )
 FLOWN = "flight/certificate-1-reaches"  # with numbers that are off, in a closed loop
+BESIDE = GENERATED / "verdicts" / "physical_deception" / "profile.json"
 OFF = 0.007  # by how much its monitor lets numbers be off: 3.5 standard deviations of the noise
 SYSTEMS = (
     "worlds/cart_pole/certificate-1-stays_in",
@@ -120,7 +124,7 @@ region = { where = ["angle + 0.3[s]*spin > 0.2", "spin >= 0", "v*1[s]/3 + x/7 - 
 }
 STATES = 1_000_000
 SIDE = 2.0  # of the start region of games
-COSTED = 140_000  # states whose decisions are timed, each once
+TURNS = 5  # in which all costs are measured, with --costs
 RECORDED = (
     *("states", "vouched", "fails_while_vouched", "lost", "fails_elsewhere", "control_fails"),
     *("calm", "refused", "false_alarms", "warning"),
@@ -225,13 +229,8 @@ def system(certificate: Path, states: int, beside: str = "profile.json", share: 
         watching = Watching(certificate, made, proved, profile)
         calm, refused = unperturbed(watching, max(100, states // 200))
         calm = [watching.measured(w) for w in calm]
-        at = np.concatenate([np.full(len(w), 0 if watching.cover.ever else step) for step, w in enumerate(calm)])
-        order = np.random.default_rng(3).permutation(len(at))[:COSTED]
-        costs = made.costs(np.concatenate(calm)[order], at[order])
-        flown = np.arange(len(at)).reshape(len(calm), -1).T.ravel()[:COSTED]  # episode by episode
-        costs |= {"ratio_flown": made.costs(np.concatenate(calm)[flown], at[flown])["ratio_called"]}
-        costs |= {"calm": len(at), "refused": refused}
-        return costs | perturbed(watching, states, share)
+        figures = cost_watched(watching, calm)() | {"calm": sum(map(len, calm)), "refused": refused}
+        return figures | perturbed(watching, states, share)
 
 
 def made_anew(name: str, states: int) -> dict[str, Any]:
@@ -240,14 +239,18 @@ def made_anew(name: str, states: int) -> dict[str, Any]:
         return system(make_proof(name, Path(folder)), states)
 
 
+def make_lasting(folder: Path) -> Path:
+    """A certificate that the defenders stay within a radius for ever, made anew."""
+    found = verify(load(GENERATED / "proved_defenders" / "profile.json"), "stays_in", steps="always", radius=RADIUS)
+    (folder / "certificate.json").write_text(to_json(found.evidence.certificate))
+    return folder / "certificate.json"
+
+
 def made_lasting(states: int) -> dict[str, Any]:
     """The figures of a proof for ever about a game, made anew."""
-    profile = GENERATED / "proved_defenders" / "profile.json"
-    found = verify(load(profile), "stays_in", steps="always", radius=RADIUS)
     with tempfile.TemporaryDirectory(prefix="maviper-") as folder:
-        certificate = Path(folder) / "certificate.json"
-        certificate.write_text(to_json(found.evidence.certificate))
-        return lasting(certificate, profile, states, min(COSTED, states))
+        profile = GENERATED / "proved_defenders" / "profile.json"
+        return lasting(make_lasting(Path(folder)), profile, states, min(COSTED, states))
 
 
 def file_of(name: str) -> Path:
@@ -258,17 +261,46 @@ def file_of(name: str) -> Path:
 
 def rows() -> dict[str, Callable[[int], dict[str, Any]]]:
     """By the name of a proof what measures it over so many states."""
-    beside = GENERATED / "verdicts" / "physical_deception" / "profile.json"
     files = {name: file_of(name) for name in (*EPISODES, FLOWN, SUMS_FOLLOWED, THIN, *SYSTEMS)}
     return {
         **{name: partial(game, name) for name in (*GAMES, *SUMS)},
         **{name: partial(arriving, files[name]) for name in EPISODES},
-        FLOWN: lambda states: flying(files[FLOWN], beside, states, OFF, NOISE * SIDE),
+        FLOWN: lambda states: flying(files[FLOWN], BESIDE, states, OFF, NOISE * SIDE),
         LASTING: made_lasting,
         SUMS_FOLLOWED: lambda states: system(files[SUMS_FOLLOWED], states, "../profile.json", PUSHED),
         **{name: partial(system, files[name]) for name in SYSTEMS},
         THIN: lambda states: system(files[THIN], states, share=RARELY),
         **{f"worlds/{name}": partial(made_anew, name) for name in MADE},
+    }
+
+
+def ask_costs(name: str, kept: ExitStack) -> Callable[[], dict[str, float]]:
+    """What asks what the monitor of a proof costs."""
+    folder = Path(kept.enter_context(tempfile.TemporaryDirectory(prefix="maviper-")))
+    if name in EPISODES:
+        return cost_following(Followed(file_of(name), folder))
+    if name == FLOWN:
+        return cost_following(Shadowed(file_of(name), folder, BESIDE, OFF))
+    if name == LASTING:
+        return cost_game(kept, make_lasting(folder), GENERATED / "proved_defenders" / "profile.json")
+    if name in (*GAMES, *SUMS):
+        return cost_game(kept, file_of(name), file_of(name).parent / "profile.json")
+    if name.removeprefix("worlds/") in MADE:
+        return cost_system(kept, make_proof(name.removeprefix("worlds/"), folder), "profile.json")
+    return cost_system(kept, file_of(name), "../profile.json" if name == SUMS_FOLLOWED else "profile.json")
+
+
+def costs(only: str = "") -> dict[str, dict[str, float]]:
+    """What each monitor costs, by the name of its proof: the medians of all of them in turn."""
+    found: dict[str, list[dict[str, float]]] = {}
+    with ExitStack() as kept:
+        asked = {name: ask_costs(name, kept) for name in rows() if only in name}
+        for _ in range(TURNS):
+            for name, ask in asked.items():
+                found.setdefault(name, []).append(ask())
+    return {
+        name: {key: float(np.median([each[key] for each in turns])) for key in turns[0]}
+        for name, turns in found.items()
     }
 
 
@@ -336,6 +368,7 @@ def main() -> None:
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--states", type=int, default=STATES)
     parser.add_argument("--only", default="", metavar="WORD", help="proofs whose name holds it")
+    parser.add_argument("--costs", action="store_true", help="costs alone, of all monitors in turn")
     parser.add_argument("--record", action="store_true", help="renew generated/monitors, a row after the other")
     parser.add_argument("--new", action="store_true", help="of the record only rows that it lacks")
     given = parser.parse_args()
@@ -343,7 +376,7 @@ def main() -> None:
         record_rows(given.states, given.only, new=given.new)
         return
     if given.json:
-        found = dict(measured(given.states, given.only))
+        found = costs(given.only) if given.costs else dict(measured(given.states, given.only))
         targets = dict.fromkeys(("ratio", "ratio_called", "ratio_flown", "ratio_added"), 2.0)
         targets |= {"fails_while_vouched": 0, "refused": 0, "false_alarms": 0.05}
         figures = [
@@ -355,7 +388,7 @@ def main() -> None:
         print(json.dumps({"figures": figures}))
         return
     print(f"{'':50}" + "".join(f"{name:>20}" for name in FIGURES), flush=True)
-    for proof, row in measured(given.states, given.only):
+    for proof, row in costs(given.only).items() if given.costs else measured(given.states, given.only):
         print(f"{proof:50}" + "".join(f"{row.get(name, np.nan):20,.4g}" for name in FIGURES), flush=True)
 
 

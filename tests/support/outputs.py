@@ -19,13 +19,18 @@ void run(const double *given, long n, double *found)
     for (i = 0; i < n; i++) {{
         {p}_monitor m;
         {kind} y[{K}];
+        int word;
         {p}_monitor_start(&m);
-        {p}_monitor_renew_all(&m);
-        (void){p}_monitor_step(&m, x, {p_upper}_M_DT);
+        for (k = 0; k < 2; k++) {{
+            {p}_monitor_renew_all(&m);
+            (void){p}_monitor_step(&m, x, {p_upper}_M_DT);
+        }}
         for (k = 0; k < {K}; k++) {{
             y[k] = ({kind})given[i * {K} + k];
         }}
-        found[i * ({K} + 1)] = {p}_monitor_{agent}(&m, y);
+        word = {p}_monitor_{agent}(&m, y);
+        {p}_monitor_renew_all(&m);
+        found[i * ({K} + 1)] = ({p}_monitor_step(&m, x, {p_upper}_M_DT) == word) ? word : -1; /* it stays */
         for (k = 0; k < {K}; k++) {{
             found[i * ({K} + 1) + k + 1] = y[k];
         }}

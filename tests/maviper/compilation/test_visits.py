@@ -40,7 +40,7 @@ def test_most_of_what_episodes_visit_is_told_by_a_glance():
     visits = proved.region.visit()
     told = [
         ((states >= [float.fromhex(low.hex) for low in box.low]) & (states <= [float.fromhex(h.hex) for h in box.high]))
-        for states, box in zip(visits, cores.boxes, strict=True)
+        for states, box in zip(visits, cores.boxes[1:], strict=True)  # the first one is of no step
     ]
     assert cores.axis is None and len(told) == len(proved.region.steps)
     assert np.concatenate(told).all(axis=1).mean() > 0.95 and len(visits[0]) == EPISODES

@@ -19,20 +19,42 @@ def drawn(rng, size, far):
     return Boxes(far + middle - half, far + middle + half), far + states
 
 
-def look(cores, states, at):
-    """Which states are in a core of a list, in the operations of code."""
-    cells = np.zeros(len(states), dtype=int)
+def look(cores, states, at, numbers=None):
+    """Which states are in a core of a list, in the operations of code; with `numbers`, in float32 or float64."""
+    cells = np.full(len(states), at + 1)
     if cores.axis is not None:
-        low, high, scale = (float.fromhex(each.hex) for each in cores.rows[at])
+        low, high, scale, begin = (float.fromhex(each.hex) for each in cores.rows[at + 1])
         above = np.where(states[:, cores.axis] > low, states[:, cores.axis], low)
-        cells = ((np.where(above < high, above, high) - low) * scale).astype(int)
-        assert ((cells >= 0) & (cells < cores.size)).all()
-    boxes = cores.boxes[at * cores.size : (at + 1) * cores.size]
-    low, high = (
-        np.array([[float.fromhex(each.hex) for each in ends] for ends in of]) for of in zip(*boxes, strict=True)
-    )
+        cells = (np.where(above < high, above, high) * scale + begin).astype(int)
+        assert ((cells >= 0) & (cells < len(cores.boxes))).all()
+        assert len(cores.rows) == 1 + (len(cores.boxes) - 1) // cores.size
     of = states[:, list(cores.columns)]
+    if numbers is np.float32:
+        middle, square = (
+            np.array([[float.fromhex(each.removesuffix("F")) for each in row] for row in of_all])
+            for of_all in zip(*cores.centred, strict=True)
+        )
+        assert (middle.astype(np.float32) == middle).all() and (square.astype(np.float32) == square).all()
+        with np.errstate(over="ignore", invalid="ignore"):
+            off = of.astype(np.float32) - middle.astype(np.float32)[cells]
+            return np.asarray((off * off <= square.astype(np.float32)[cells]).all(axis=1))
+    low, high = (
+        np.array([[float.fromhex(each.hex) for each in ends] for ends in of_all])
+        for of_all in zip(*cores.boxes, strict=True)
+    )
     return np.asarray(((of >= low[cells]) & (of <= high[cells])).all(axis=1))
+
+
+def test_there_is_a_box_that_holds_no_state_for_no_list():
+    """Where there is no turn: its row leads to the last box, and without rows the first one is it."""
+    rng = np.random.default_rng(0)
+    boxes, states = drawn(rng, 2, 0.0)
+    rows, alone = find_cores([boxes], [states]), find_cores([boxes.take(np.arange(1))], [])
+    assert rows is not None and rows.axis is not None and alone is not None and alone.axis is None
+    for cores in (rows, alone):
+        assert not look(cores, states, -1).any()
+        with np.errstate(over="ignore"):
+            assert not look(cores, np.array([[np.nan, 0.5], [1e300, 0.5], [0.5, np.inf]]), -1).any()
 
 
 def at_the_borders(rng, cores, boxes, at, count):
@@ -44,7 +66,7 @@ def at_the_borders(rng, cores, boxes, at, count):
         moved = rng.random(count) < 0.5
         values = ends[rng.integers(len(ends), size=count), column]
         if column == cores.axis:
-            low, _, scale = (float.fromhex(each.hex) for each in cores.rows[at])
+            low, _, scale, _ = (float.fromhex(each.hex) for each in cores.rows[at + 1])
             values = np.where(rng.random(count) < 0.7, low + rng.integers(cores.size + 1, size=count) / scale, values)
         for _ in range(2):
             values = np.nextafter(values, rng.choice([-np.inf, np.inf], count))
@@ -66,6 +88,9 @@ def test_who_is_in_a_core_is_in_the_list(size, far, seen):
         borders = at_the_borders(rng, cores, boxes, at, 500)
         inside = look(cores, borders, at)
         assert boxes.holds(borders[inside]).all()
+        if cores.centred:
+            near = look(cores, borders, at, np.float32)
+            assert not (near & ~inside).any() and near.sum() > 0.6 * inside.sum()
         told += int(inside.sum())
         assert look(cores, states, at).mean() > ENOUGH - 0.1 or not seen
     assert told > 100  # of 1,000
@@ -150,3 +175,17 @@ def test_what_is_beyond_a_row_is_in_its_last_cell_where_boxes_are_a_few_floats_w
         assert scale == 0.0 == least == most or int((most - least) * scale) == size - 1
         laid += scale > 0.0
     assert laid > size or first == 0.0
+
+
+def test_boxes_that_float32_would_empty_are_compared_in_float64():
+    """A side that is a point, and one without an end, which is far from its middle."""
+    rng = np.random.default_rng(0)
+    boxes, states = drawn(rng, 2, 0.0)
+    most = float(np.finfo(np.float64).max)
+    for low, high, number in ((0.5, 0.5, 0.5), (-most, 0.7, 0.5), (0.3, most, 0.5)):
+        more = [np.full((len(of), 1), end) for of, end in ((boxes.low, low), (boxes.high, high), (states, number))]
+        wide = Boxes(np.hstack([boxes.low, more[0]]), np.hstack([boxes.high, more[1]]))
+        cores = find_cores([wide], [np.hstack([states, more[2]])])
+        assert cores is not None and cores.axis is not None and not cores.centred and not cores.single
+    cores = find_cores([boxes], [states])
+    assert cores is not None and cores.single

@@ -129,4 +129,6 @@ def test_nobody_passes_where_roundings_hide_too_much():
         assert not pass_of(tilt, made.centre).any()
     (tilt,) = tilt_sets(near)
     assert pass_of(tilt, near.centre).all()
-    assert len(tilt_alone([near] * 9 + [far])) == 10 and tilt_alone([near] * 8 + [far]) == ()
+    first, *tilts = tilt_alone([near] * 9 + [far])
+    assert len(tilts) == 10 and tilt_alone([near] * 8 + [far]) == ()
+    assert not pass_of(first, near.centre).any()  # of no step
