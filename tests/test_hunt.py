@@ -12,6 +12,7 @@ import pytest
 from codegen import ir
 from codegen.errors import InputError
 from codegen.policy_json import dumps
+from codegen.profiles.rules import ensure
 from maviper import manual
 from maviper.verification.join import question_files
 from tests import hunt
@@ -34,6 +35,7 @@ from tests.hunting import (
 from tests.hunting.planted import PLANTED
 from tests.hunting.record import Record
 from tests.support import summed
+from tests.support.giving import tamed
 from verify.claims.formula import TRUE
 from verify.kinds import Kind
 from verify.result import Verdict
@@ -186,6 +188,19 @@ def is_noticed(seed, kind):
         return bool(hunt.KINDS[kind](seed, False).wrong)
     except (AssertionError, InputError):
         return True
+
+
+def test_random_agents_are_ones_that_commands_take():
+    """Also where numbers that were too large are alike now, and where nothing is summed."""
+    sumless = alike = 0
+    for seed in range(240):
+        arithmetic, made = summed.ARITHMETICS[seed % 3], {"outputs": seed // 3 % 3, "levels": seed // 9 % 4}
+        drawn = summed.policy(seed, arithmetic, **made)
+        agent = tamed(drawn)
+        ensure(summed.profile(agent))
+        sumless += not agent.tree.arithmetic
+        alike += len(agent.tree.vectors) < len(drawn.tree.vectors) or len(agent.tree.sums) < len(drawn.tree.sums)
+    assert sumless > 20 and alike > 1
 
 
 def test_the_judge_of_outputs_computes_what_the_reference_does():

@@ -18,6 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from codegen.policy_json import dumps
+from codegen.profiles.rules import ensure
 from codegen.sums import DOUBLE_SUMS, FLOAT32_STEPS, FLOAT64_SUMS
 from maviper.verification.ask import VerifyOptions
 from maviper.verification.stated import StatedWorld
@@ -52,7 +53,7 @@ class Case:
         self.levels = int(rng.integers(0, 4))
         self.steps = int(rng.integers(1, 5))
         made = [self._agent(rng, place) for place in range(int(rng.integers(1, 3)))]
-        self.profile = summed.profile(*made)
+        self.profile = ensure(summed.profile(*made))
         self.plain = self._plain(rng)
         self.plant = Plant(json.loads(dumps(self.profile)), self.plain)
         self.claims = [self._claim(rng) for _ in range(TOGETHER)]

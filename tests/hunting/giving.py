@@ -26,8 +26,9 @@ class Agent:
         self.outputs = [each["name"] for each in agent.get("outputs", [])]
         self.bounds = [(each["low"], each["high"]) for each in agent.get("outputs", [])]
         self.actions = [each["name"] if isinstance(each, dict) else each for each in agent["actions"]]
-        self.seen = WIDE if agent["arithmetic"] == "float64" else NARROW
-        self.sums = NARROW if agent["arithmetic"] == "float32 steps" else WIDE
+        arithmetic = agent.get("arithmetic", "")  # "": there are no sums
+        self.seen = WIDE if "float64" in (arithmetic, agent.get("numbers")) else NARROW
+        self.sums = NARROW if arithmetic == "float32 steps" else WIDE
         self.gives = NARROW if agent.get("gives") == "float32" else WIDE
 
     def value(self, terms, rows):

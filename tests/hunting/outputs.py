@@ -12,11 +12,13 @@ import json
 import tempfile
 from fractions import Fraction
 from functools import lru_cache
+from itertools import count
 from pathlib import Path
 
 import numpy as np
 
 from codegen.policy_json import dumps
+from codegen.profiles.rules import ensure
 from codegen.sums import DOUBLE_SUMS, FLOAT32_STEPS, FLOAT64_SUMS
 from maviper.verification.ask import VerifyOptions
 from maviper.verification.stated import StatedWorld
@@ -46,13 +48,14 @@ class Case:
     def __init__(self, number):
         rng = np.random.default_rng([number, 34])
         arithmetic = (DOUBLE_SUMS, FLOAT32_STEPS, FLOAT64_SUMS)[int(rng.integers(3))]
-        acting, self.levels = rng.random() < 0.3, int(rng.integers(0, 5))
+        acting, levels = rng.random() < 0.3, int(rng.integers(0, 5))
+        self.levels = max(levels, int(acting))  # a leaf alone that takes an action has nothing to sum
         gives = "float32" if arithmetic == DOUBLE_SUMS and rng.random() < 0.4 else None
         given = {"outputs": 0 if acting else 2, "levels": self.levels, "n_features": int(rng.integers(3, 6))}
         given |= {"gives": None if acting else gives, "bounded": rng.random() < 0.4}
         seeds = [int(each) for each in rng.integers(1 << 30, size=2)]
-        made = [summed.policy(seed, arithmetic, **given, agent=f"agent_{n}") for n, seed in enumerate(seeds)]
-        self.profile = summed.profile(*map(tamed, made))
+        made = [_draw_agent(seed, arithmetic, {**given, "agent": f"agent_{n}"}) for n, seed in enumerate(seeds)]
+        self.profile = ensure(summed.profile(*made))
         self.box = {each.name: _ends(rng) for each in self.profile.agents[0].features}
         self.eps = float(rng.choice([1, 8, 64])) * 2.0**-8
         self.states = giving.States(json.loads(dumps(self.profile)), self.box, self.eps)
@@ -152,6 +155,12 @@ class Case:
         lower = f"{sides} >= -{FAR} and " if claim["both"] else ""
         when = "" if claim["when"] is None else "acts({}) == {} implies ".format(*claim["when"])
         return f'[[property]]\nformula = "{when}({lower}{sides} <= {bound})"\n'
+
+
+def _draw_agent(seed, arithmetic, given):
+    """The first random agent from a seed on that tests sums or gives numbers."""
+    drawn = (tamed(summed.policy(each, arithmetic, **given)) for each in count(seed))
+    return next(each for each in drawn if each.tree.arithmetic)
 
 
 def _word(kind, agent, name):

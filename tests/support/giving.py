@@ -2,6 +2,8 @@
 
 from dataclasses import replace
 
+import numpy as np
+
 from codegen.sums import Sum
 from tests.support import summed
 
@@ -62,11 +64,24 @@ def tree(seed, arithmetic, outputs, gives=None, bounded=True):
 
 
 def tamed(drawn):
-    """A random agent with numbers of such a size."""
+    """A random agent with numbers of such a size, as profiles have it: equal sums stand once, and a tree without sums
+    and outputs has no arithmetic.
+    """
 
     def tame(each):
         return Sum(tuple((weight if 2.0**-20 < abs(weight) < 2.0**20 else 0.5, place) for weight, place in each.terms))
 
-    made = drawn.tree
-    named = {"sums": tuple(map(tame, made.sums)), "vectors": tuple(tuple(map(tame, each)) for each in made.vectors)}
-    return replace(drawn, tree=replace(made, **named))
+    made, n = drawn.tree, len(drawn.features)
+    sums, vectors = tuple(map(tame, made.sums)), tuple(tuple(map(tame, each)) for each in made.vectors)
+    firsts = [
+        [next(k for k, one in enumerate(known) if repr(one) == repr(each)) for each in known]
+        for known in (sums, vectors)
+    ]
+    kept = [sorted(set(places)) for places in firsts]
+    feature = [f if f < n else n + kept[0].index(firsts[0][f - n]) for f in made.feature.tolist()]
+    action = made.action
+    if vectors:
+        action = np.array([a if a < 0 else kept[1].index(firsts[1][a]) for a in made.action.tolist()])
+    named = {"sums": tuple(sums[k] for k in kept[0]), "vectors": tuple(vectors[k] for k in kept[1])}
+    named |= {} if sums or vectors else {"arithmetic": ""}
+    return replace(drawn, tree=replace(made, feature=np.array(feature), action=action, **named))
