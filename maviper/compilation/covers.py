@@ -24,6 +24,7 @@ from codegen.lowering.turning import Turned, ensure_few_sets
 from codegen.numbers.rounding import nearest_double
 from codegen.region import RegionSpec
 from maviper.compilation.games import GameFile, ensure_anew, find_game, region_of
+from maviper.compilation.modes import split_modes
 from maviper.compilation.projecting import Frames, list_unread, turn_without
 from maviper.compilation.rows import Columns, ensure_wide, keep_sums, list_columns, narrow, widen
 from maviper.compilation.visits import list_visits
@@ -83,7 +84,10 @@ def load_cover(certificate: Path, profile: PolicyProfile) -> Covered:
     statement, profile = as_played(statement, profile)
     unread = _list_unread(proof, statement)
     ranges = [one for one in _ranges(statement) if one.name not in unread]
-    steps = _list_steps(proof, statement, ranges, lists)
+    steps = [
+        [part if isinstance(part, Turned) else split_modes(statement, part, where)[0] for part in parts]
+        for parts in _list_steps(proof, statement, ranges, lists)
+    ]
     ever = claim.about_decisions or claim.says.ever
     if not claim.about_decisions:
         ranges = _reaching(ranges, steps)
@@ -178,7 +182,7 @@ def _(proof: FlowCertificate, statement: Statement, ranges: Sequence[Variable], 
     ensure_few_sets(sum(len(_together(sets).low) for sets in samples), "the certificate")  # before frames are inverted
     watched = {one.name for one in ranges}
     unread = [at for at, one in enumerate(statement.system.variables) if one.name not in watched]
-    return [[_join_turned(sets, unread, f"sample {at}")] for at, sets in enumerate(samples)]
+    return [[_join_turned(statement, sets, unread, f"sample {at}")] for at, sets in enumerate(samples)]
 
 
 @_ensure_watchable.register
@@ -249,13 +253,14 @@ def _(proof: FlowCertificate, statement: Statement) -> list[str]:
     return [] if proof.widths or list_roundings(statement) else list_unread(statement.system, proof.claim)
 
 
-def _join_turned(lists: Sequence[Sets], unread: Sequence[int], where: str) -> Turned:
+def _join_turned(statement: Statement, lists: Sequence[Sets], unread: Sequence[int], where: str) -> Turned:
     """Sets with the frame of their start, without variables that nothing reads; ValueError if they have more frames,
     all of which would have to be asked.
     """
     frames = [frame for each in lists if isinstance(each, SetList) for (frame,) in (each.frames,)]
-    centre, matrix, rest, turned = (np.concatenate(of) for of in zip(*frames, strict=True))
-    return turn_without(Frames(_together(lists), centre, matrix, rest, turned), unread, where)
+    boxes, rows = split_modes(statement, _together(lists), where)
+    centre, matrix, rest, turned = (np.concatenate(of)[rows] for of in zip(*frames, strict=True))
+    return turn_without(Frames(boxes, centre, matrix, rest, turned), unread, where)
 
 
 def _ranges(statement: Statement) -> tuple[Variable, ...]:

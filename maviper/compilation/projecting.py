@@ -12,6 +12,7 @@ have a column too many. This makes a part of it that has a frame again: { c + A'
   MOST or more, keep u within its box for all z. Elsewhere those r count that do not move u, and z within a share.
 - Q is orthogonal and spans what columns of B do, one after the other. Y is such that the r of each y, S Q y, are within
   their bounds R: W Y <= R for W = |S Q|, where S inverts what is left of B. Of some such Y the largest is taken.
+- A set goes whose centre, which is in all of its parts, has a u out of its box.
 - Where A is flat, some Q D is added to it, of which y have to make up for: |D| 1 <= Y / 2.
 
 All bounds are taken for less than they are by KEPT, and W and |D| for more, by what rounding hides.
@@ -23,6 +24,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from codegen.errors import InputError
 from codegen.ir import Float64
 from codegen.lowering.searching import Boxes
 from codegen.lowering.turning import KEPT, ORDERS, Turned, turn_sets
@@ -68,13 +70,18 @@ def list_unread(system: System, claim: SystemClaim) -> list[str]:
 def turn_without(sets: Frames, unread: Sequence[int], where: str) -> Turned:
     """Sets without some of their variables. `where` is named in errors. InputError as `turn_sets`."""
     for at in sorted(unread, reverse=True):
-        sets = _drop(sets, at)
+        sets = _drop(sets, at, where)
     made = turn_sets(*sets, where)
     return made._replace(skew=np.array(list(map(_skew, sets.matrix, sets.rest, sets.turned)))) if unread else made
 
 
-def _drop(sets: Frames, at: int) -> Frames:
-    """Sets without a variable."""
+def _drop(sets: Frames, at: int, where: str) -> Frames:
+    """Sets without a variable; those are left out whose centre is none of their states."""
+    inside = (sets.boxes.low[:, at] <= sets.centre[:, at]) & (sets.centre[:, at] <= sets.boxes.high[:, at])
+    if not inside.any():
+        what = "what a sample sets anew is elsewhere in the sets of the proof than in the middle of their frames"
+        raise InputError(what, where, "verify the claim from a smaller start")
+    sets = Frames(sets.boxes.take(inside), *(of[inside] for of in sets[1:]))
     kept = [each for each in range(sets.centre.shape[1]) if each != at]
     boxes = Boxes(sets.boxes.low[:, kept], sets.boxes.high[:, kept])
     frames = [_drop_from_frame(sets, row, at, kept) for row in range(len(sets.centre))]

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from codegen.errors import InputError
 from codegen.lowering.lower import lower
 from codegen.lowering.searching import Boxes
 from codegen.targets import emit, monitor
@@ -88,6 +89,22 @@ def test_a_planted_fault_is_noticed(fault, monkeypatch):
     }[fault]
     monkeypatch.setattr(projecting, name, planted)
     assert not ask(25)[1]
+
+
+def test_a_set_whose_centre_is_none_of_its_states_is_left_out():
+    """What is left of a box that was cut may lie beside the middle of its frame: then so do all that are like this."""
+    rng = np.random.default_rng(3)
+    sets = [drawn(rng) for _ in range(8)]
+    for beyond in sets[::2]:
+        beyond.boxes.low[0, 2] = beyond.centre[0, 2] + 1e-9
+    both = Frames(
+        Boxes(*(np.concatenate(of) for of in zip(*(each.boxes for each in sets), strict=True))),
+        *(np.concatenate(of) for of in zip(*(each[1:] for each in sets), strict=True)),
+    )
+    made = turn_without(both, [2], "here")
+    assert made.holds(both.centre[:, :2]).tolist() == [False, True] * 4
+    with pytest.raises(InputError, match=r"elsewhere .* than in the middle of their frames"):
+        turn_without(sets[0], [2], "here")
 
 
 @pytest.fixture(scope="module")
