@@ -324,7 +324,7 @@ def test_the_committed_record_is_what_its_cells_say(committed):
 
 
 @pytest.mark.parametrize(
-    "name", ["steps", "splits", "learner", "factorial", "rows", "direct", "regret", "random-experts"]
+    "name", ["steps", "splits", "learner", "factorial", "rows", "direct", "regret", "random-experts", "learner-experts"]
 )
 def test_other_committed_records_are_what_their_cells_say(name):
     register, digest = published.read_register(name)
