@@ -9,7 +9,8 @@ with the same other variables. Without such a u, a set { c + A z + B r } with n 
 have a column too many. This makes a part of it that has a frame again: { c + A' z + Q y }, |z_j| <= 1, |y_i| <= Y_i.
 
 - Of A the least column goes: its z is 0. So does one of B with which u moves, where r within a share of their bounds,
-  MOST or more, keep u within its box for all z. Elsewhere those r count that do not move u, and z within a share.
+  MOST or more, keep u within its box for all z: all r do, or all others. Elsewhere those r count that do not move u,
+  and z within a share.
 - Q is orthogonal and spans what columns of B do, one after the other. Y is such that the r of each y, S Q y, are within
   their bounds R: W Y <= R for W = |S Q|, where S inverts what is left of B. Of some such Y the largest is taken.
 - A set goes whose centre, which is in all of its parts, has a u out of its box.
@@ -93,13 +94,16 @@ def _drop_from_frame(sets: Frames, row: int, at: int, kept: list[int]) -> tuple[
     """A', Y and Q of a set without a variable; all 0 where there are none."""
     matrix, turned, rest = sets.matrix[row], sets.turned[row], sets.rest[row]
     columns = sorted(np.argsort(-np.abs(matrix[kept]).sum(axis=0), kind="stable").tolist()[: len(kept)])
-    share, shrunk = _share_box(sets, row, at, columns)
     order, along = np.argsort(rest, kind="stable").tolist(), matrix[np.ix_(kept, columns)]
-    found = None
-    if share >= MOST:
-        moving = np.flatnonzero(np.abs(turned[at]) > LEAST).tolist()
+    share, shrunk = _share_box(sets, row, at, columns, [])
+    moved = np.flatnonzero(np.abs(turned[at]) > LEAST).tolist()
+    shares = {column: share if share >= MOST else _share_box(sets, row, at, columns, [column])[0] for column in moved}
+    moving, found = [column for column in moved if shares[column] >= MOST], None
+    if moving:
         ways = [turned[np.ix_(kept, [each for each in reversed(order) if each != column])] for column in moving]
-        rests = [share * KEPT * rest[[each for each in reversed(order) if each != column]] for column in moving]
+        rests = [
+            shares[column] * KEPT * rest[[each for each in reversed(order) if each != column]] for column in moving
+        ]
         fits = [_fit(way, range(len(kept)), way, of) for way, of in zip(ways, rests, strict=True)]
         found = max((fit for fit in fits if fit), key=lambda fit: _measure_volume(fit[0]), default=None)
         if found is not None:
@@ -110,17 +114,19 @@ def _drop_from_frame(sets: Frames, row: int, at: int, kept: list[int]) -> tuple[
     return (0.0 * along, np.zeros(len(kept)), np.eye(len(kept))) if found is None else (along, *found)
 
 
-def _share_box(sets: Frames, row: int, at: int, columns: list[int]) -> tuple[float, float]:
-    """Of what u may be off its centre: the share of all r for which z leave room; and the share of z without r."""
+def _share_box(sets: Frames, row: int, at: int, columns: list[int], gone: list[int]) -> tuple[float, float]:
+    """Of what u may be off its centre: the share of the r that are not gone for which z leave room; and that of z
+    without r.
+    """
     low, high, centre = float(sets.boxes.low[row, at]), float(sets.boxes.high[row, at]), float(sets.centre[row, at])
     side = min(high - centre, centre - low) - 2.0**-50 * (abs(low) + abs(high) + abs(centre))
     along = float(np.abs(sets.matrix[row, at, columns]).sum())
-    across = float(np.abs(sets.turned[row, at]) @ sets.rest[row])
+    across = float(np.delete(np.abs(sets.turned[row, at]) * sets.rest[row], gone).sum())
     if along + across == 0.0:
-        return float(low <= centre <= high), 0.0
+        return float(low <= centre <= high), 1.0
     room = side - along - 2.0**-46 * (side + along)
     share = min(1.0, max(0.0, room) / across) if across > 0.0 else float(room >= 0.0)
-    return share, min(1.0, max(0.0, side) / along * (1.0 - 2.0**-36)) if along > 0.0 else 0.0
+    return share, min(1.0, max(0.0, side) / along * (1.0 - 2.0**-36)) if along > 0.0 else 1.0
 
 
 def _measure_condition(matrix: Float64) -> float:

@@ -6,10 +6,13 @@ import numpy as np
 import pytest
 
 from codegen.errors import InputError
+from codegen.importers.origin import Names, Said, profile_of
+from codegen.importers.python.source import from_python
 from codegen.lowering.lower import lower
 from codegen.lowering.searching import Boxes
+from codegen.policy_json import dumps
 from codegen.targets import emit, monitor
-from maviper import load
+from maviper import load, verify_system
 from maviper.compilation import projecting
 from maviper.compilation.monitors import load_proof, lower_monitor
 from maviper.compilation.projecting import Frames, list_unread, turn_without
@@ -105,6 +108,46 @@ def test_a_set_whose_centre_is_none_of_its_states_is_left_out():
     assert made.holds(both.centre[:, :2]).tolist() == [False, True] * 4
     with pytest.raises(InputError, match=r"elsewhere .* than in the middle of their frames"):
         turn_without(sets[0], [2], "here")
+
+
+HELD = """
+name = "held"
+steps = 3
+[variables]
+x = { unit = "1", range = [-3, 3] }
+u = { unit = "1", range = [-9, 9] }
+[agents.a.features]
+x = "x"
+[agents.a.actions]
+down = { force = -0.3 }
+up = { force = 0.3 }
+[start]
+box = { x = [0.4, 0.6], u = [0, 1] }
+[dynamics]
+period = "0.25 s"
+flow = { x = "(u - x)/1[s]", u = 0 }
+next = { u = "a.force" }
+[[property]]
+name = "stays_in"
+region = { box = { x = [-2, 2] } }
+"""
+
+
+def test_episodes_are_vouched_for_though_a_sample_sets_one_number(tmp_path):
+    """A force that an action sets is a point of its own: what only it may be off takes nothing from the others."""
+    source = from_python(b"def a(x):\n    return 1 if x <= 0.0 else 0\n", "a.py", Said(arrays="float64"))
+    (tmp_path / "profile.json").write_text(dumps(profile_of(source, Names(actions=("down", "up")))))
+    (tmp_path / "world.toml").write_text(HELD)
+    profile = load(tmp_path / "profile.json")
+    ((_, text),) = verify_system(profile, tmp_path / "world.toml").certificates.items()
+    (tmp_path / "certificate.json").write_text(text)
+    cover = load_proof(tmp_path / "certificate.json", profile).region
+    played, rng = Played(read_certificate(tmp_path / "certificate.json")[1], profile), np.random.default_rng(2)
+    assert [one.name for one in cover.variables] == ["x"]
+    w = played.starts(rng, 50)
+    for step in range(len(cover.steps)):
+        assert cover.holds(w[:, :1], step).all()
+        w = played.moved(w, rng)
 
 
 @pytest.fixture(scope="module")
