@@ -187,7 +187,7 @@ def proved_for(folder, world, text):
     return made(folder, "certificate.json")
 
 
-ASSUMING = 'name = "always"\nregion = { box = { angle = [-0.15, 0.15] } }\nassuming = { box = { x = [-1, 1] } }'
+ASSUMING = 'name = "always"\nregion = { box = { angle = [-0.15, 0.15] } }\nassuming = { box = { x = [-0.3, 0.3] } }'
 
 
 def test_what_a_claim_assumes_is_watched(tmp_path):
@@ -197,14 +197,16 @@ def test_what_a_claim_assumes_is_watched(tmp_path):
     (text,) = monitor.emit(watched, ["python"]).values()
     space = {}
     exec(compile(text, "monitor", "exec"), space)
-    beyond = math.nextafter(1.0, 2.0)
+    beyond = math.nextafter(0.3, 1.0)
     said = []
-    for x in (0.0, 1.0, -1.0, beyond, -beyond):
+    for x in (0.0, 0.3, -0.3, beyond, -beyond):
         found = space["Monitor"]()
         found.renew_all()
         said.append(int(found.step([x, 0.0, 0.0, 0.0], 0.05)))
     assert said == [OK, OK, OK, OUTSIDE, OUTSIDE]
     assert proved.region.holds(np.array([[0.0, 0.0, 0.2, 0.0]]), 0).tolist() == [False]
+    single = np.array([0.3, 0.0, 0.0, 0.0], dtype=np.float32)
+    assert float(single[0]) > 0.3 and not space["within"](single) and space["within"]([0.3, 0.0, 0.0, 0.0])
 
 
 REFUSED = {
