@@ -177,6 +177,20 @@ def test_what_stays_as_it_is_may_be_given(place, monkeypatch):
     assert len(began) == 5
 
 
+@pytest.mark.solver
+def test_what_the_manual_says_is_replaced(place):
+    """A file that `-o` names, code, and pages beside the first of the results."""
+    for name in ("rules.txt", "watched.h", "report.html", "report.txt"):
+        (place / "out" / name).write_text("here first")
+    for line in (
+        "show cart.json -o out/rules.txt",
+        "compile cart.json --target c --prefix watched -o out",
+        "verify cart.json --properties claim -o out",
+    ):
+        assert run(line) != ExitCode.INPUT
+    assert not any(path.read_bytes() == b"here first" for path in (place / "out").iterdir())
+
+
 def test_networks_that_cannot_be_trained_are_known_before_a_tree_is_refined(place, monkeypatch):
     """Since torch is missing, or a file is in the way of their folder."""
     monkeypatch.setattr(exploiting, "refine_responder", lambda *_: pytest.fail("the work began"))
