@@ -122,12 +122,13 @@ class Store:
     def release(self, id_: str) -> None:
         """Gives a claim back, with those that it took over."""
         with self._lock:
-            mine = self._held.pop(id_, None)
+            mine = self._held.get(id_)
             if mine is None:
                 return
             for place in mine.parent.glob(CLAIM + "*"):
                 if _number(place) <= _number(mine):
                     place.unlink(missing_ok=True)
+            del self._held[id_]  # at last: an interrupt before leaves it to the end of the `with`
 
     def drop_claims(self, id_: str) -> None:
         """Takes away the claims on a finished cell, which whoever was killed before giving them back has left."""

@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
 
@@ -48,6 +49,22 @@ def test_the_claim_of_a_process_that_is_gone_is_taken_over_at_once(tmp_path):
         assert store.claim("a")
         store.release("a")
     assert not list(tmp_path.rglob("claim-*"))
+
+
+def test_an_interrupt_while_a_claim_is_given_back_leaves_none(tmp_path, monkeypatch):
+    real, told = Path.unlink, []
+
+    def interrupted(place, missing_ok=False):
+        told.append(place.name)
+        if len(told) == 1:
+            raise KeyboardInterrupt
+        real(place, missing_ok)
+
+    with pytest.raises(KeyboardInterrupt), Store(tmp_path) as store:
+        assert store.claim("a")
+        monkeypatch.setattr(Path, "unlink", interrupted)
+        store.release("a")
+    assert told == ["claim-0"] * 2 and not list(tmp_path.rglob("claim-*"))
 
 
 def test_a_claim_of_a_process_that_was_killed_before_it_wrote_its_name_is_stale_soon(tmp_path):
