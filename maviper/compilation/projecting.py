@@ -98,20 +98,20 @@ def _drop_from_frame(sets: Frames, row: int, at: int, kept: list[int]) -> tuple[
     share, shrunk = _share_box(sets, row, at, columns, [])
     moved = np.flatnonzero(np.abs(turned[at]) > LEAST).tolist()
     shares = {column: share if share >= MOST else _share_box(sets, row, at, columns, [column])[0] for column in moved}
-    moving, found = [column for column in moved if shares[column] >= MOST], None
+    moving, split = [column for column in moved if shares[column] >= MOST], None
     if moving:
         ways = [turned[np.ix_(kept, [each for each in reversed(order) if each != column])] for column in moving]
         rests = [
             shares[column] * KEPT * rest[[each for each in reversed(order) if each != column]] for column in moving
         ]
         fits = [_fit(way, range(len(kept)), way, of) for way, of in zip(ways, rests, strict=True)]
-        found = max((fit for fit in fits if fit), key=lambda fit: _measure_volume(fit[0]), default=None)
-        if found is not None:
-            return _thicken(along, *found)
+        split = max((fit for fit in fits if fit), key=lambda fit: _measure_volume(fit[0]), default=None)
+        if split is not None:
+            return _thicken(along, *split)
     elif _measure_condition(along) <= CONDITION:
         along = along * shrunk
-        found = _fit(turned, kept, turned[np.ix_(kept, order[: len(kept)])], KEPT * rest)
-    return (0.0 * along, np.zeros(len(kept)), np.eye(len(kept))) if found is None else (along, *found)
+        split = _fit(turned, kept, turned[np.ix_(kept, order[: len(kept)])], KEPT * rest)
+    return (0.0 * along, np.zeros(len(kept)), np.eye(len(kept))) if split is None else (along, *split)
 
 
 def _share_box(sets: Frames, row: int, at: int, columns: list[int], gone: list[int]) -> tuple[float, float]:

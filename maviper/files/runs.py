@@ -36,6 +36,8 @@ def write(path: Path, content: str | bytes) -> Path:
     """Writes a file atomically: a reader sees the old file or the new one, an interruption leaves the old one."""
     folder(ensure_visible(path).parent)
     try:
+        if path.exists() and not path.is_file() and not path.is_dir():  # for root, a rename would replace /dev/null
+            raise InputError(f"cannot write {path.name}", f"{path} is no file, but a device or a pipe", "choose a file")
         with scratch_file(path) as (place, file):
             _fill(file, content)
             place.replace(path)

@@ -1,6 +1,7 @@
 """Files and sets of files: whole, all or none, claimed once, and no scratch stays."""
 
 import lzma
+import os
 import signal
 import subprocess
 import sys
@@ -224,3 +225,12 @@ def test_a_packed_file_that_is_damaged_or_a_bomb_is_refused(tmp_path, name):
     path.write_bytes(make())
     with pytest.raises(InputError, match=said):
         runs.read_unpacked(path, 2**12)
+
+
+def test_what_is_no_file_is_not_replaced(tmp_path):
+    """For root a rename would put a file where a device was, such as /dev/null."""
+    place = tmp_path / "pipe"
+    os.mkfifo(place)
+    with pytest.raises(InputError, match="device or a pipe"):
+        runs.write(place, "text")
+    assert place.is_fifo() and [each.name for each in tmp_path.iterdir()] == ["pipe"]
