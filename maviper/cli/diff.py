@@ -67,8 +67,7 @@ def diff(
         runs.room(output)
         texts = {runs.PROFILE_FILE: dumps(one), AGAINST_FILE: dumps(other)}
         known = outputs.without_given(output, texts, given)
-        here = [path for name, path in given.items() if (output / name).resolve() != path.resolve()]
-        outputs.ensure_free(output, outputs.DIFF, known, [*here, Path(region)])
+        outputs.ensure_free(output, outputs.DIFF, known, [*outputs.list_elsewhere(output, given), Path(region)])
     with console.following("comparing") as listener, listening(listener):
         comparison = compare_profiles(one, other, region, request(**options))
     for label, text in comparison.lines:

@@ -151,9 +151,8 @@ def _ensure_free(
 
     texts = {runs.PROFILE_FILE: dumps(profile), **(stated.beside if stated else {})}
     known = outputs.without_given(folder, texts, given)
-    here = [path for name, path in given.items() if (folder / name).resolve() != path.resolve()]
-    written = file_names(asked, page=stated is None)
-    outputs.ensure_free(folder, outputs.VERIFY, known, [*here, *list_given(options)], written)
+    read = [*outputs.list_elsewhere(folder, given), *list_given(options)]
+    outputs.ensure_free(folder, outputs.VERIFY, known, read, file_names(asked, page=stated is None))
 
 
 def _folders(

@@ -114,8 +114,17 @@ def without_given(folder: Path, files: Mapping[str, str | bytes], given: Mapping
 
     `given`: name -> the file that the run read, whose content this is.
     """
-    there = {name for name, path in given.items() if (folder / name).resolve() == path.resolve()}
+    there = {name for name, path in given.items() if _is_there(folder / name, path)}
     return {name: content for name, content in files.items() if name not in there}
+
+
+def list_elsewhere(folder: Path, given: Mapping[str, Path]) -> list[Path]:
+    """The files given, as for `without_given`, that are not in the folder under that name."""
+    return [path for name, path in given.items() if not _is_there(folder / name, path)]
+
+
+def _is_there(place: Path, path: Path) -> bool:
+    return place.resolve() == path.resolve()
 
 
 def is_named(name: str, verb: Verb) -> bool:

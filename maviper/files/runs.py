@@ -36,14 +36,19 @@ def write(path: Path, content: str | bytes) -> Path:
     """Writes a file atomically: a reader sees the old file or the new one, an interruption leaves the old one."""
     folder(ensure_visible(path).parent)
     try:
-        if path.exists() and not path.is_file() and not path.is_dir():  # for root, a rename would replace /dev/null
-            raise InputError(f"cannot write {path.name}", f"{path} is no file, but a device or a pipe", "choose a file")
+        _ensure_no_device(path)
         with scratch_file(path) as (place, file):
             _fill(file, content)
             place.replace(path)
     except OSError as error:
         raise unwritten(path, error) from None
     return path
+
+
+def _ensure_no_device(path: Path) -> None:
+    """InputError for a device or a pipe: run by root, a rename would put a file in the place of /dev/null."""
+    if path.exists() and not path.is_file() and not path.is_dir():
+        raise InputError(f"cannot write {path.name}", f"{path} is no file, but a device or a pipe", "choose a file")
 
 
 def _fill(file: BinaryIO, content: str | bytes) -> None:
@@ -171,13 +176,15 @@ def ensure_other(path: Path, given: Iterable[Path]) -> Path:
 
 
 def target(path: Path, usual: str = PROFILE_FILE) -> Path:
-    """Makes sure that a file can be written at `path` later: its folder exists and is writable, it is no folder.
+    """Makes sure that a file can be written at `path` later: its folder exists and is writable, and it is no folder
+    or device.
 
     `usual`: a name that such a file may have, for the advice.
     """
     try:
         if ensure_visible(path).is_dir():
             raise InputError("the output is a folder, but a file is needed", str(path), f"-o {path / usual}")
+        _ensure_no_device(path)
     except OSError as error:
         raise InputError(
             f"cannot write {path.name}", f"{path}: {error.strerror}", "choose another file with -o"

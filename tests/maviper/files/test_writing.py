@@ -231,6 +231,7 @@ def test_what_is_no_file_is_not_replaced(tmp_path):
     """For root a rename would put a file where a device was, such as /dev/null."""
     place = tmp_path / "pipe"
     os.mkfifo(place)
-    with pytest.raises(InputError, match="device or a pipe"):
-        runs.write(place, "text")
+    for refuses in (lambda: runs.write(place, "text"), lambda: runs.target(place)):
+        with pytest.raises(InputError, match="device or a pipe"):
+            refuses()
     assert place.is_fifo() and [each.name for each in tmp_path.iterdir()] == ["pipe"]
