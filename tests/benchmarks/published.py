@@ -7,9 +7,9 @@ The register stands in NAME.toml: claims, cells in the order in which they are m
 default; `steps` undoes what the released code does besides its text, one by one, and has a figure; `splits` compares
 splits by every threshold with histograms; `factorial` combines what MAVIPER and IVIPER differ in; `learner` has our own
 algorithm beside the paper's; `rows` and `direct` have what others propose; `random-experts` has the expert as the unit,
-and `learner-experts` has our algorithm over the same experts; `regret` has it with other splits. Where a register has
-experts of its own they are trained first: --train makes those that are missing in the folder of --experts, and goes on
-with those that were interrupted.
+`more-experts` has MADDPG's so, and predator-prey, and `learner-experts` has our algorithm over experts; `regret` has it
+with other splits. Where a register has experts of its own they are trained first: --train makes those that are missing
+in the folder of --experts, and goes on with those that were interrupted.
 --plan prints a register with its cells, CPU time and power. Without an option the missing cells are made, one after the
 other, then the tables are printed; --tables only prints. Every cell is a file in the folder, so an interrupted run goes
 on where it was. --record writes what the finished cells come to, the tables and figures into a folder, in the form of
@@ -19,6 +19,7 @@ compact.py; a folder of cells may hold such a record, and its cells count as mad
 
 import argparse
 import time
+from collections import Counter
 from itertools import product
 from pathlib import Path
 
@@ -42,7 +43,7 @@ from tests.benchmarks.registered import (
     read_register,
     units_of,
 )
-from tests.benchmarks.trained import train_missing, tree_seeds_of
+from tests.benchmarks.trained import runs_of, train_missing, tree_seeds_of
 
 FOLDER = "/tmp/maviper-{}"
 RECORDS = Path(__file__).parents[2] / "generated" / "reproduction"
@@ -74,10 +75,11 @@ def plan_lines(register):
         rate = sum(group["seconds"][cell.algorithm] for cell in cells)
         lines.append(f"{len(cells):>6}{rate:>8.0f}  {group['name']}")
         total += rate
-    for name, recipe in register.get("trained", {}).items():
-        for game, seconds in recipe["seconds"].items():
-            lines.append(f"{len(recipe['seeds']):>6}{seconds * len(recipe['seeds']):>8.0f}  experts {name}, {game}")
-            total += seconds * len(recipe["seeds"])
+    trained = Counter((game, label.rpartition("-")[0]) for game, label in runs_of(register, register["groups"]))
+    for (game, name), count in trained.items():
+        seconds = register["trained"][name]["seconds"][game] * count
+        lines.append(f"{count:>6}{seconds:>8.0f}  experts {name}, {game}")
+        total += seconds
     lines += [f"{total / 3600:.1f} CPU hours in all, by the register's seconds", "", "effect seen with power .8"]
     counts = {family: sum(each[0] == family for each in comparisons_of(register)) for family in families(register)}
     for family, claim, expert, depth in comparisons_of(register):
@@ -319,7 +321,8 @@ def main():
     parser.add_argument(
         "--register",
         default="published",
-        help="published, steps, splits, factorial, learner, rows, direct, regret, random-experts or learner-experts",
+        help="published, steps, splits, factorial, learner, rows, direct, regret, random-experts, more-experts or "
+        "learner-experts",
     )
     parser.add_argument("--plan", action="store_true", help="print cells, CPU time and power")
     parser.add_argument("--tables", action="store_true", help="make nothing")
@@ -340,8 +343,8 @@ def main():
         return
     wanted = given.groups.split(",") if given.groups else [group["name"] for group in register["groups"]]
     if given.train:
-        games = dict.fromkeys(group["game"] for group in register["groups"] if group["name"] in wanted)
-        for game, label, card in train_missing(register, given.experts, games):
+        groups = [group for group in register["groups"] if group["name"] in wanted]
+        for game, label, card in train_missing(register, given.experts, groups):
             print(f"{time.strftime('%H:%M:%S')}  {game} {label}, {card['seconds']:.0f} s", flush=True)
         return
     with threadpool_limits(1):

@@ -20,17 +20,22 @@ def recipe_of(register, label):
     return (recipe, int(seed)) if recipe and seed.isdecimal() and int(seed) in recipe["seeds"] else None
 
 
-def labels_of(register, name):
-    """All experts of a recipe."""
-    return [f"{name}-{seed}" for seed in register["trained"][name]["seeds"]]
+def labels_of(register):
+    """All experts of all recipes."""
+    return [f"{name}-{seed}" for name, recipe in register.get("trained", {}).items() for seed in recipe["seeds"]]
 
 
 def tree_seeds_of(register, expert):
     """The seeds of an expert's trees: each trained expert has its own, and so its own held-out episodes."""
-    seeds = register["seeds"]
-    known = recipe_of(register, expert)
-    place = known[0]["seeds"].index(known[1]) if known else 0
+    seeds, labels = register["seeds"], labels_of(register)
+    place = labels.index(expert) if expert in labels else 0
     return [seed + place * len(seeds) for seed in seeds]
+
+
+def runs_of(register, groups):
+    """The runs that groups play, as (game, label), each once."""
+    known = labels_of(register)
+    return list(dict.fromkeys((each["game"], label) for each in groups for label in each["experts"] if label in known))
 
 
 def run_of(folder, game, label):
@@ -48,11 +53,10 @@ def find_trained(folder, game, label):
     return find_expert(str(run))
 
 
-def train_missing(register, folder, games):
-    """Trains what is missing, one after the other; yields the game, the label and the card of each expert."""
-    for game in games:
-        for name, recipe in register["trained"].items():
-            for label, seed in zip(labels_of(register, name), recipe["seeds"], strict=True):
-                run, options = run_of(folder, game, label), recipe["options"][game]
-                told = Console(quiet=True)
-                yield game, label, train_expert(game, run, told, **options, seed=seed, resume=runs.holds_run(run))
+def train_missing(register, folder, groups):
+    """Trains what is missing in groups, one after the other; yields the game, the label and the card of each expert."""
+    for game, label in runs_of(register, groups):
+        recipe, seed = recipe_of(register, label)
+        run, options = run_of(folder, game, label), recipe["options"][game]
+        resume = runs.holds_run(run)
+        yield game, label, train_expert(game, run, Console(quiet=True), **options, seed=seed, resume=resume)

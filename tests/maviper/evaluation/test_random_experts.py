@@ -78,6 +78,22 @@ def test_the_learner_is_asked_of_the_same_experts_at_three_depths():
         assert [cell.expert for cell in cells_of(register, group)] == whole
 
 
+def test_more_experts_are_those_of_the_paper_and_of_predator_prey():
+    """Every expert that is trained is compared, each with seeds of its own; all have what their game's recipe says."""
+    register, _ = published.read_register("more-experts")
+    compared = {(claim["game"], label) for _, claim, experts, _ in comparisons_of(register) for label in experts}
+    assert compared == set(trained.runs_of(register, register["groups"])) and len(compared) == 8 + 8 + 5 + 5
+    used = [seed for label in trained.labels_of(register) for seed in trained.tree_seeds_of(register, label)]
+    assert used == list(range(700, 726))
+    others = [tomllib.loads(place.read_text()) for place in HERE.glob("*.toml") if place.stem != "more-experts"]
+    assert not {seed for other in others for seed in other.get("seeds", ())} & set(used)
+    assert register["presets"] == REGISTER["presets"] and register["algorithms"] == REGISTER["algorithms"]
+    for game, label in compared:
+        recipe, _ = trained.recipe_of(register, label)
+        assert set(recipe["options"][game]) <= set(TrainOptions.__annotations__) and recipe["seconds"][game]
+        assert recipe["options"][game]["algorithm"] == label.partition("-")[0]
+
+
 def test_the_unit_is_the_expert(tmp_path):
     """Its seeds give one number; half of an expert gives none."""
     ours = {"maviper-every-round": lambda place, seed: 0.1 + 0.01 * place + 0.06 * seed}
@@ -133,7 +149,7 @@ def test_missing_experts_are_trained_and_begun_ones_resumed(tmp_path, monkeypatc
     begun = trained.run_of(tmp_path, "physical-deception", LABELS[3])
     begun.mkdir()
     (begun / "config.json").write_text("{}")
-    labels = [label for _, label, _ in trained.train_missing(REGISTER, tmp_path, ["physical-deception"])]
+    labels = [label for _, label, _ in trained.train_missing(REGISTER, tmp_path, REGISTER["groups"][:1])]
     assert labels == list(LABELS)
     assert [options["seed"] for _, _, options in asked] == list(range(200, 208))
     assert [options["resume"] for _, _, options in asked] == [place == 3 for place in range(8)]
