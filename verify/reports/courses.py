@@ -48,7 +48,7 @@ def draw_courses(
     ready = {**counterexample, "runs": {agent: runs(actions) for agent, actions in counterexample["actions"].items()}}
     ready["chosen"] = {name: runs(taken) for name, taken in counterexample.get("choices", {}).items()}
     named = in_modes(counterexample["start_float64"], result)
-    ready |= {"began": counterexample["start_float64"] | named, "begun_in": named}
+    ready |= {"began": tell_start(result) | named, "begun_in": named}
     ready["start"] = {name: value for name, value in counterexample["start"].items() if name not in named}
     if not is_still(result):
         units = {each["name"]: each["unit"] for each in variables}
@@ -56,7 +56,7 @@ def draw_courses(
             name for name in counterexample["states"] if any(name in region["box"] for region in result["regions"])
         ]
         rest = [*named, *(name for name in counterexample["states"] if name not in named)]
-        last = {name: values[-1] for name, values in counterexample["states"].items()}
+        last = tell_end(counterexample)
         shown = [name for name in rest if all(_drawable(value) for value in counterexample["states"][name])]
         ready |= {
             "plots": [_plot(result, name, units[name], dt) for name in shown[:MAX_DRAWN]],
@@ -68,6 +68,19 @@ def draw_courses(
             "errs": _errors(counterexample["errors"]),
         }
     return {**result, "counterexample": ready}
+
+
+def tell_start(result: Mapping[str, Any]) -> dict[str, float | str]:
+    """The start of a counterexample, or the state that breaks a claim about decisions, as closely as that takes."""
+    counterexample = result["counterexample"]
+    closely = counterexample.get("closely", {}) if is_still(result) else {}
+    return {**counterexample["start_float64"], **closely}
+
+
+def tell_end(counterexample: Mapping[str, Any]) -> dict[str, float | str]:
+    """The last state of an episode, as closely as it takes to see that it breaks the claim."""
+    last = {name: values[-1] for name, values in counterexample["states"].items()}
+    return {**last, **counterexample.get("closely", {})}
 
 
 def in_modes(state: Mapping[str, float | str], result: Mapping[str, Any]) -> dict[str, str]:

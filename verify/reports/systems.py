@@ -19,9 +19,9 @@ from codegen.wording import format_count, visible
 from verify.decimals import plain
 from verify.language.units import unit_of
 from verify.reports import flows, trusted
-from verify.reports.courses import DECISIONS, draw_courses, in_modes, is_still, runs, within
+from verify.reports.courses import DECISIONS, draw_courses, in_modes, is_still, runs, tell_end, tell_start, within
 from verify.reports.telling import Telling, describe_sets, sets
-from verify.reports.trajectories import counterexample, moment, nearness, number
+from verify.reports.trajectories import counterexample, moment, nearness, number, tell_closely
 from verify.result import Result, Verdict
 from verify.subjects import ClosedLoop, Subject
 from verify.systems import documents
@@ -248,9 +248,9 @@ def facts(result: Result[SystemClaim, Any], place: int) -> dict[str, Any]:
             "checker": "accepted",
         }
     if evidence.counterexample is not None:
-        document["counterexample"] = {"file": counterexample_name(place, claim)} | counterexample(
-            evidence.counterexample
-        )
+        shown = evidence.counterexample
+        closely = tell_closely(result.question.subject, claim, shown)
+        document["counterexample"] = {"file": counterexample_name(place, claim)} | counterexample(shown) | closely
     return (
         document
         | _modes(result.question.subject, document)
@@ -276,11 +276,11 @@ def lines(told: Mapping[str, Any]) -> list[str]:
     written += _open(told)
     if "counterexample" in told:
         broken = told["counterexample"]
-        written.append(f"{'in' if is_still(told) else 'from'} {_state(broken['start_float64'], told)}")
+        written.append(f"{'in' if is_still(told) else 'from'} {_state(tell_start(told), told)}")
         written += [f"{agent}: {runs(actions)}" for agent, actions in broken["actions"].items()]
         written += [f"choice of {name}: {runs(taken)}" for name, taken in broken.get("choices", {}).items()]
         if broken["step"]:
-            last = {name: values[-1] for name, values in broken["states"].items()}
+            last = tell_end(broken)
             when = f"{broken['seconds']} s" if "seconds" in broken else moment(broken["step"], told.get("dt"))
             written.append(f"at {when}: {_state(last, told)}")
         written += [told["replay"]] if "replay" in told else []

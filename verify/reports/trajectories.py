@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from math import isfinite
 from typing import TYPE_CHECKING, Any
@@ -19,10 +19,13 @@ from codegen.floats import rational_literal
 from codegen.lowering.render import brief
 from codegen.numbers.rounding import nearest_double
 from codegen.wording import format_count
+from verify.claims.formula import holds
 from verify.decimals import plain
+from verify.subjects import ClosedLoop, Subject
 
 if TYPE_CHECKING:
-    from verify.reach.results import SystemCounterexample
+    from verify.reach.results import SystemCounterexample, Values
+    from verify.systems.claims import SystemClaim
 
 
 def counterexample(episode: SystemCounterexample) -> dict[str, Any]:
@@ -49,6 +52,48 @@ def counterexample(episode: SystemCounterexample) -> dict[str, Any]:
 def _alone(values: Sequence[str] | Sequence[int]) -> Any:
     """What stays as one value, what changes from period to period as a list."""
     return values[0] if len(values) == 1 else list(values)
+
+
+def tell_closely(subject: Subject, claim: SystemClaim, shown: SystemCounterexample) -> dict[str, dict[str, str]]:
+    """`closely`: by variable, numbers of the state that breaks a claim which six digits tell too coarsely, since with
+    those it breaks nothing. They have the digits of the nearest float64; where these break nothing either, what they
+    are beside them. Nothing where six digits do.
+    """
+    from verify.reach.replay import Course, replay_course
+
+    assert isinstance(subject, ClosedLoop)
+    profile, system, excluded = subject.profile, subject.system, claim.violation_at(shown.step)
+
+    def breaks(state: Values) -> bool:
+        if claim.about_decisions:
+            return replay_course(profile, system, claim, Course(state)) is not None
+        return holds(excluded, state, {})
+
+    closely = _tell_closely(shown.states[-1], breaks)
+    return {"closely": closely} if closely else {}
+
+
+def _tell_closely(state: Values, breaks: Callable[[Values], bool]) -> dict[str, str]:
+    """As above, of a state; nothing where it breaks nothing itself."""
+    if not breaks(state) or not all(isfinite(nearest_double(value)) for value in state.values()):
+        return {}
+    kept, told = dict(state), dict[str, str]()
+    for name, value in state.items():
+        texts = _texts(value)
+        text, shown = next(pair for pair in texts if breaks({**kept, name: pair[1]}))
+        kept[name] = shown
+        told |= {} if text == texts[0][0] else {name: text}
+    return told
+
+
+def _texts(value: Fraction) -> list[tuple[str, Fraction]]:
+    """What may be told in place of a number, the shortest first, and what each says; the last says the number."""
+    nearest = nearest_double(value)
+    texts = [brief(nearest), repr(nearest)]
+    off = value - Fraction(texts[1])
+    least = nearest_double(abs(off))
+    beside = f"{texts[1]} {'-' if off < 0 else '+'} {brief(least) if least else 'less than 5e-324'}"
+    return [*((text, Fraction(text)) for text in texts), (beside, value)]
 
 
 def number(value: Fraction | float) -> float | str:

@@ -45,8 +45,8 @@ class _MeasuredBorder(NamedTuple):
 
 
 def closest(profile: PolicyProfile, system: System, claim: SystemClaim) -> ClosestApproach | None:
-    """Among random episodes; None for claims that an episode fulfils at a step of its own, and where all that is
-    played leaves what is stated.
+    """Among random episodes; None for claims that an episode fulfils at a step of its own, where all that is played
+    leaves what is stated, and where an episode goes beyond the border, by errors of enclosures that no rule has.
     """
     if claim.about_decisions or claim.says.once or system.flow is not None:
         return None
@@ -61,7 +61,9 @@ def closest(profile: PolicyProfile, system: System, claim: SystemClaim) -> Close
                 continue
             levels, borders = _levels(system, claim, state)
             place = int(np.argmin(np.where(alive & np.isfinite(levels), levels, np.inf)))
-            if alive[place] and 0 <= levels[place] < least:
+            if alive[place] and levels[place] < 0:
+                return None
+            if alive[place] and levels[place] < least:
                 least = levels[place]
                 approach = _approach(system, claim, int(borders[place]), float(least), step, count)
     return approach

@@ -1,5 +1,7 @@
 """How near episodes come to the border of a claim: against what a sum by hand gives."""
 
+from fractions import Fraction
+
 import pytest
 
 from codegen.errors import InputError
@@ -7,6 +9,7 @@ from codegen.importers.origin import Names, profile_of
 from codegen.importers.python.source import from_python
 from maviper.verification.ask import VerifyOptions
 from maviper.verification.run import verify_world
+from verify.reports.systems import lines
 
 WORLD = """
 name = "walker"
@@ -29,10 +32,10 @@ y = "y"
 LEGS = "def legs(place):\n    return 'walk' if place < 100 else 'rest'\n"
 
 
-def told(folder, text):
+def told(folder, text, world=WORLD, legs=LEGS):
     """The facts and the report about one claim: the walker goes 0.1 m each step."""
-    (folder / "walker.toml").write_text(f"{WORLD}\n[[property]]\n{text}\n")
-    profile = profile_of(from_python(LEGS.encode(), "legs.py"), Names(actions=["rest", "walk"]))
+    (folder / "walker.toml").write_text(f"{world}\n[[property]]\n{text}\n")
+    profile = profile_of(from_python(legs.encode(), "legs.py"), Names(actions=["rest", "walk"]))
     done = verify_world(profile, VerifyOptions(world=folder / "walker.toml"))
     return done.document["results"][0], done.files["report.txt"]
 
@@ -65,6 +68,39 @@ def test_the_closest_approach_is_the_one_that_sums_by_hand_give(tmp_path, claim,
 def test_a_claim_that_an_episode_fulfils_has_no_closest_approach(tmp_path):
     facts, text = told(tmp_path, 'name = "reaches"\nregion = { box = { x = [0.4, 3] } }')
     assert facts["verdict"] == "PROVED" and "approach" not in facts and "border" not in text
+
+
+def test_episodes_with_errors_that_no_rule_has_tell_of_no_closest_approach(tmp_path):
+    squared = WORLD.replace('y = "y"', 'y = "y*y/1[m]"')
+    facts, text = told(tmp_path, 'name = "stays_in"\nregion = { box = { y = [-1, 2] } }', squared)
+    assert facts["verdict"] == "UNKNOWN" and "within the enclosure error" in facts["reason"]
+    assert "approach" not in facts and "border" not in text
+
+
+@pytest.mark.parametrize(
+    ("formula", "split", "place"),
+    [
+        ("x > 0.1 and x <= 0.5 implies acts(legs) == rest", "<= 0.1", "0.1 + "),
+        ("x > 0.0999999999999 implies acts(legs) == rest", "< 0.1", "0.0999999999999"),
+        ("x > 0.0999999999999 implies acts(legs) == rest", "<= 0.1", "0.1"),
+    ],
+    ids=["between floats", "many digits", "six digits"],
+)
+def test_a_counterexample_is_told_as_closely_as_the_claim_needs(tmp_path, formula, split, place):
+    legs = f"def legs(place):\n    return 'walk' if place {split} else 'rest'\n"
+    facts, text = told(tmp_path, f'formula = "{formula}"', legs=legs)
+    assert facts["verdict"] == "VIOLATED", text
+    closely = facts["counterexample"].get("closely", {}).get("x", "0.1")
+    assert closely.startswith(place) and (len(closely) > len("0.1")) == (len(place) > len("0.1"))
+    assert f"x = {closely}\n" in text and f"in x {closely}, y " in "\n".join(lines(facts))
+
+
+def test_the_last_state_of_an_episode_is_told_as_closely_as_the_claim_needs(tmp_path):
+    facts, text = told(tmp_path, 'name = "avoids"\nregion = { box = { x = [0.5499999999, 0.5499999999999] } }')
+    assert facts["verdict"] == "VIOLATED"
+    closely = facts["counterexample"]["closely"]["x"]
+    assert Fraction("0.5499999999") <= Fraction(closely) <= Fraction("0.5499999999999")
+    assert f"x = {closely}\n" in text and f": x {closely}, y " in "\n".join(lines(facts))
 
 
 def test_a_tree_of_another_name_is_told_how_to_be_imported(tmp_path):
