@@ -1,7 +1,7 @@
 """The frontier of trees: how well a team of trees plays, by the trees' depth and by what they observe.
 
     python tests/benchmarks/frontier.py [--kept FILE] [--experts NAME,...] [--features none,coasting,...]
-        [--depths 3,4,5,6,7,8] [--measure D] [--team agents] [--seeds 1] [--full] [--json]
+        [--depths 3,4,5,6,7,8] [--measure D] [--team agents] [--seeds 1] [--full | --regret] [--json]
 
 One row for each expert and groups of features, one column for each depth: the measure against the expert's opponents
 and, in brackets, the mean number of leaves an agent; means over seeds, 2,000 held-out episodes each. `none`: what the
@@ -11,6 +11,8 @@ file, and a later call does not run it again. Predators with the paper's signs, 
 
     python tests/benchmarks/frontier.py --experts predator-prey@clone --features none,coasting --depths 6 --full
         --team predators --measure touches
+
+--regret: best responses that split by regret, 50 rounds of 48 and the preset's refinement, in place of MAVIPER.
 """
 
 import argparse
@@ -24,7 +26,7 @@ from codegen import ir
 from codegen.errors import InputError
 from maviper.episodes.measures import MEASUREMENT_SEEDS, evaluate
 from maviper.episodes.play import tree_policies
-from maviper.experts.finding import NONE, find_expert
+from maviper.experts.finding import LEARNED, NONE, find_expert
 from maviper.extraction.algorithms import extract
 from maviper.extraction.settings import Settings
 
@@ -32,6 +34,9 @@ EXPERTS = "cooperative-navigation@clone,cooperative-navigation,cooperative-navig
 GROUPS = "none,differences,ahead,ahead+differences,coasting,coasting+differences"
 COARSE = {"iterations": 3, "rollouts": 200, "refinement": 20_000}
 FULL = {"iterations": 8, "rollouts": 400}
+REGRET = {"algorithm": "best-response", "weights": "regret", "splits": "histogram", "patience": 1_000_000}
+REGRET |= {"iterations": 50, "rollouts": 48, "selection_episodes": 198}
+KINDS = {"coarse": COARSE, "full": FULL, "regret": REGRET}
 HELD_OUT = range(MEASUREMENT_SEEDS, MEASUREMENT_SEEDS + 2_000)
 REACH, STRETCH, LEAVES = 0.85, 0.75, 64  # of D in navigation, with at most so many leaves an agent
 
@@ -40,12 +45,13 @@ def measured(expert, groups, depth, seed, options):
     """One extraction: the team's measure, its expert's, and its leaves; None where the groups add nothing."""
     started = time.process_time()
     try:
-        teacher, world = find_expert(expert, NONE, features="" if groups == "none" else groups)
+        critic = LEARNED if options.kind == "regret" else NONE
+        teacher, world = find_expert(expert, critic, features="" if groups == "none" else groups)
     except InputError as error:
         if "add nothing" not in str(error):
             raise
         return None
-    given = {"max_depth": depth, "seed": seed, "measure": options.measure, **(FULL if options.full else COARSE)}
+    given = {"max_depth": depth, "seed": seed, "measure": options.measure, **KINDS[options.kind]}
     profile = extract(world, teacher, Settings.of(given, world))
     trees = tree_policies(profile.agents)
     lineup = [trees if world.team_of(agent) == options.team else teacher for agent in world.agents]
@@ -63,7 +69,7 @@ def measured(expert, groups, depth, seed, options):
 
 def run(expert, groups, depth, seed, options):
     """A run, or what was kept of it."""
-    key = [expert, groups, depth, seed, options.team, options.measure, "full" if options.full else "coarse"]
+    key = [expert, groups, depth, seed, options.team, options.measure, options.kind]
     if options.kept is not None and options.kept.exists():
         for line in options.kept.read_text(encoding="utf-8").splitlines():
             if json.loads(line)["key"] == key:
@@ -118,7 +124,9 @@ def main() -> None:
     parser.add_argument("--measure", default="D")
     parser.add_argument("--team", default="agents")
     parser.add_argument("--seeds", type=int, default=1)
-    parser.add_argument("--full", action="store_true")
+    kind = parser.add_mutually_exclusive_group()
+    for name in ("full", "regret"):
+        kind.add_argument(f"--{name}", action="store_const", dest="kind", const=name, default="coarse")
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
     figures = []
