@@ -43,7 +43,7 @@ def _environment() -> Environment:
         "sampled": format_share,
         "shown": escape_text,
     }
-    filters |= {"brief": brief, "rounded": shorten_number, "visible": visible}
+    filters |= {"brief": brief, "exact": exact, "rounded": shorten_number, "visible": visible}
     environment.filters.update(filters)  # pyright: ignore[reportUnknownMemberType]
     return environment
 
@@ -63,6 +63,12 @@ def render(template: str, **values: Any) -> str:
 def brief(number: float | str) -> str:
     """A number as lines show it: with six digits; a fraction that is no float64 number comes as a text, and stays."""
     return number if isinstance(number, str) else f"{number:g}"
+
+
+def exact(number: float | str) -> str:
+    """A number with as many digits as it has: six, or those of its shortest decimal."""
+    text = brief(number)
+    return text if isinstance(number, str) or float(text) == number else repr(number)
 
 
 def shorten_number(exact: float | str) -> str:

@@ -73,8 +73,8 @@ def draw_courses(
 def tell_start(result: Mapping[str, Any]) -> dict[str, float | str]:
     """The start of a counterexample, or the state that breaks a claim about decisions, as closely as that takes."""
     counterexample = result["counterexample"]
-    closely = counterexample.get("closely", {}) if is_still(result) else {}
-    return {**counterexample["start_float64"], **closely}
+    closely: Mapping[str, str] = counterexample.get("closely", {})
+    return {**counterexample["start_float64"], **(closely if is_still(result) else {})}
 
 
 def tell_end(counterexample: Mapping[str, Any]) -> dict[str, float | str]:

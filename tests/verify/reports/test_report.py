@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from codegen import ir
+from codegen.lowering.render import exact, render
 from codegen.profiles.loading import loads
 from codegen.targets import emit
 from maviper.verification.join import verify_claims
@@ -132,3 +133,11 @@ def test_where_two_come_too_near_is_drawn():
     for meeting, way in zip(drawing["meetings"], near, strict=True):
         gap = max(abs(a - b) for a, b in zip(meeting["from"], meeting["to"], strict=True))
         assert gap < scale * float(claim.radius) + 0.1 and meeting["says"] == f"step {way.step}"
+
+
+def test_a_terminal_shows_all_digits_of_a_state_that_has_more_than_six():
+    position = {"angle": 0.09999999999, "spin": -2.0, "left": "1/3", "far": 2e30}
+    found = {"position": position, "agents": [], "replayed_by": ["reference"], "explanation": None}
+    text = render("report/lines-counterexample.txt.j2", result={"counterexample": found, "observations": "all"})
+    assert text.startswith("at angle 0.09999999999, spin -2, left 1/3, far 2e+30\n")
+    assert [exact(number) for number in (0.1, 1e6, 1234567.0, -0.0)] == ["0.1", "1e+06", "1234567.0", "-0"]
