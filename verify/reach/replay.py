@@ -18,8 +18,6 @@ from verify.systems.claims import SystemClaim
 from verify.systems.observing import choose_actions
 from verify.systems.system import Piece, State, System, ensure_in_steps
 
-ZERO = (Fraction(0), Fraction(0))
-
 
 @dataclass(frozen=True)
 class Course:
@@ -28,7 +26,6 @@ class Course:
     start: Values
     errors: Sequence[Values] = ()  # what is not named is the bound nearest to 0
     pieces: Sequence[int] = ()
-    rank: int = 0  # which of the pieces that hold a state is taken where `pieces` names none of them
 
 
 def replay_course(
@@ -70,7 +67,7 @@ def _play_course(
         if step == claim.steps or holds(claim.fulfilment_at(step), state, {}):
             return None
         wanted = course.pieces[step] if step < len(course.pieces) else None
-        piece = piece_of(system, state, wanted, course.rank)
+        piece = piece_of(system, state, wanted)
         if piece is None:
             return None
         given: Values = course.errors[step] if step < len(course.errors) else {}
@@ -83,12 +80,10 @@ def _play_course(
     return None
 
 
-def piece_of(system: System, state: State, wanted: int | None = None, rank: int = 0) -> int | None:
-    """The piece of that rank among those that hold a state, or the one wanted if it does; None where nothing is stated.
-    A rank beyond the last stands for the last.
-    """
+def piece_of(system: System, state: State, wanted: int | None = None) -> int | None:
+    """The first piece that holds a state, or the one wanted if it does; None where nothing is stated."""
     holding = [number for number, piece in enumerate(system.pieces) if piece.holds(state)]
-    return wanted if wanted in holding else holding[min(rank, len(holding) - 1)] if holding else None
+    return wanted if wanted in holding else next(iter(holding), None)
 
 
 def within(piece: Piece, given: Values) -> dict[str, Fraction]:

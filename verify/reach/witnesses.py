@@ -7,23 +7,19 @@ Does not: replay.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from fractions import Fraction
-from itertools import product
 
-from codegen.ir import Float64
 from verify.checker.systems.reading import SystemReading
 from verify.checker.systems.rows import UNIT, Branch, Row
 from verify.reach.programs import Middle, Programs, gap, multipliers, solve_equations
 from verify.reach.replay import Course, is_start
 from verify.result import Verdict
-from verify.systems.claims import MAX_STEPS, SystemClaim
+from verify.systems.claims import SystemClaim
 from verify.systems.system import System
 
 BITS = (4, 8, 14, 24, 40)  # of rounded starts
 NEAR = 1e-7
-MAX_RANKS = 3  # of the values of a choice
-FAR = 10**18  # beyond the bounds of any error, to which a replay cuts it
 Exactly = Mapping[int, Fraction]  # by unknown
 
 
@@ -36,19 +32,6 @@ def witnesses(system: System, branch: Branch, start: Branch) -> Iterator[Course]
     for exact in (_on_rows(branch, middle), near, _within(branch, near), _corner(branch, near)):
         if exact is not None:
             yield _course(system, branch, start, exact, None)
-
-
-def starts(system: System, boxes: Sequence[tuple[Float64, Float64]]) -> Iterator[Course]:
-    """Courses from the middles and two corners of boxes of starts, with all errors at one end or nearest to 0, and
-    always the same of the values of a choice.
-    """
-    names, widest = [one.name for one in system.variables], {name for piece in system.pieces for name in piece.error}
-    ranks = range(MAX_RANKS if any(piece.choice for piece in system.pieces) else 1)
-    for low, high in boxes:
-        for point in (0.5 * low + 0.5 * high, low, high):
-            start = {name: Fraction(float(value)) for name, value in zip(names, point, strict=True)}
-            for rank, end in product(ranks, (0, -FAR, FAR) if widest else (0,)):
-                yield Course(start, [dict.fromkeys(widest, Fraction(end))] * MAX_STEPS, rank=rank)
 
 
 def inhabitant(system: System, claim: SystemClaim) -> Mapping[str, Fraction] | Verdict:

@@ -35,12 +35,6 @@ def write_values(values: Mapping[str, Value]) -> dict[str, float | str]:
     return {name: write_value(value) for name, value in values.items()}
 
 
-def format_value(value: Value) -> str:
-    """A number as lines show it: a float64 number with six digits, another rational exactly."""
-    plain = write_value(value)
-    return plain if isinstance(plain, str) else f"{plain:g}"
-
-
 def measure_feature(meaning: Meaning, at: Mapping[str, Fraction], error: Fraction = Fraction(0)) -> Fraction:
     """What a feature measures in a state, exactly. `at`: every coordinate; `error`: added to the sum."""
     total = sum((Fraction(weight) * at[name] for weight, name in meaning.terms), error)

@@ -14,9 +14,6 @@ from codegen.importers.python.values import Part
 from codegen.importers.reading import MAX_FEATURES
 from codegen.importers.symbolic.program import Described
 
-ORDER = "say in which order an observation has them: --features a,b,c"
-
-
 Path: TypeAlias = tuple[int | str, ...]  # of keys, from a parameter on
 
 

@@ -180,8 +180,7 @@ FAULTS = [
     (SOLVER, unrolled, "_in_box", unconditioned),
     (JUDGED, observing, "measure_feature", plainly),
     (JUDGED, Piece, "holds", unconditioned),
-    (JUDGED, replay, "piece_of", lambda f: lambda system, state, wanted=None, rank=0: f(system, state)),
-    (JUDGED, replay, "piece_of", lambda f: lambda system, state, wanted=None, rank=0: f(system, state, wanted)),
+    (JUDGED, replay, "piece_of", lambda f: lambda system, state, wanted=None: f(system, state)),
 ]  # fmt: skip
 
 
@@ -198,8 +197,6 @@ def episodes():
         (fast(), Course({"x": F(0), "m": F(2)}), True),
         ((chosen, profile, falls), Course(start), True),
         ((chosen, profile, falls), Course(start, pieces=(1,)), False),
-        ((chosen, profile, falls), Course(start, rank=1), False),
-        ((chosen, profile, falls), Course(start, rank=7), False),
     ]
 
 
