@@ -56,10 +56,6 @@ def headers():
     return [ROOT / FOLDER / "physical_deception.h", ROOT / "generated/physical_deception/physical_deception.h"]
 
 
-def model_of(header):
-    return lower(loads((header.parent / f"{header.stem}.json").read_text()))
-
-
 @pytest.mark.compile
 @pytest.mark.parametrize("style", [style for style in STYLES if style != AUTO])
 @pytest.mark.parametrize("compiler", COMPILERS)

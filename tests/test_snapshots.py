@@ -12,7 +12,6 @@ from verify.checker.decisions.certificates import Certificate
 from verify.claims.formula import TRUE
 from verify.claims.region import Region
 
-ROOT = Path(__file__).parent.parent
 FOLDER = "tests/golden"
 
 

@@ -110,12 +110,6 @@ def float_in(line):
     return None
 
 
-def point_in(line):
-    """A number in a part, exactly; its ends where they belong to it."""
-    low, has_low, high, has_high = line
-    return low if has_low else high if has_high else (low + high) / 2
-
-
 def gap(line, value):
     """(distance of a part from a number, whether no number of it is as near as that)."""
     low, has_low, high, has_high = line

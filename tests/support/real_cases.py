@@ -125,10 +125,6 @@ def within(region, position):
     )
 
 
-def is_float(value):
-    return Fraction(float(value)) == value
-
-
 def is_short(value):
     """A float64 number of at most 44 bits behind the point: sums of such are float64 numbers too."""
     return (value * 2**44).denominator == 1

@@ -13,7 +13,7 @@ from tests.support.teams import team, towards
 from verify.claims.formula import agents
 from verify.claims.region import Region
 from verify.claims.uncertified.own import BUILT_IN, OwnFormula
-from verify.claims.uncertified.starts import everywhere, start_region
+from verify.claims.uncertified.starts import everywhere
 from verify.question import Budgets, Question
 from verify.semantics import MACHINE
 from verify.solver import encode
@@ -269,8 +269,3 @@ def grid_points(rng, region, count):
 def everyone(region):
     """The goals to try."""
     return region.goal_cases
-
-
-def narrowed(profile, region):
-    """The region without coordinates beyond the start region, for worlds whose velocities nobody reads."""
-    return replace(region, box={name: region.box[name] for name in start_region(profile.world).box})

@@ -14,13 +14,12 @@ from codegen.agreement.build import build
 from codegen.errors import InputError
 from codegen.lowering import names
 from codegen.lowering.lower import lower
-from codegen.targets import TARGETS, c, emit
+from codegen.targets import c, emit
 from maviper.compilation import compile
 from tests.support.chains import chain, renamed
 from tests.support.games import NAMES, random_profile
 from tests.support.strategies import profiles
 
-TEXTS = [target for target in TARGETS if not target.startswith("onnx")]
 FEW = 1_000  # random observations; the boundary ones are what counts
 
 MORE = ("javascript", "rust", "smt", "svg")

@@ -212,17 +212,6 @@ def compared(name, statistics, label):
     return [row for row in rows if row["label"].startswith(label)]
 
 
-def absolute(name, algorithm, measure):
-    """The mean over seeds of a team of trees of depth 4 (or of the expert: ""), absolute, as grown for all seeds."""
-    found = [
-        float(row["mean"])
-        for row in rows(RECORDS / name)
-        if row["algorithm"] == algorithm and row["measure"] == measure and row["splits"] != "exact"
-        if row["kind"] == "expert" or (row["depth"] == "4" and row["lineup"].startswith("joint:"))
-    ]
-    return sum(found) / len(found)
-
-
 def seeds(name):
     return {row["seed"] for row in rows(RECORDS / name) if row["kind"] == "extraction" and row["depth"] == "4"}
 
