@@ -2,6 +2,10 @@
 
 import numpy as np
 
+from codegen import ir
+from codegen.agreement import sum_probes
+from codegen.sums import among
+
 N = 5  # features
 
 
@@ -105,3 +109,16 @@ def c_file(seeds, kind, *, short):
     writers = {seed: Writer(seed, kind, 1 + seed % 3, c=True, short=short) for seed in seeds}
     lines = [writer.c_function(f"act_{seed}") for seed, writer in writers.items()]
     return "\n".join(["#include <math.h>", "#pragma STDC FP_CONTRACT OFF", "", *lines])
+
+
+def rows_of(policy):
+    """Observations for which the policy is to give the bits of its source: no sum in a test is NaN, which goes right
+    here, whatever the source does.
+    """
+    spans = tuple(ir.FeatureSpec(each.name, "none", -3.0, 3.0, None) for each in policy.features)
+    about = ir.AgentPolicy(policy.agent, policy.team, spans, policy.actions, policy.tree, outputs=policy.outputs)
+    rng = np.random.default_rng(0)
+    rows = np.concatenate(list(sum_probes.parts(about, rng)))
+    rows = rows[np.isfinite(rows).all(axis=1)]
+    rows = rows[~np.isnan(among(rows, policy.tree.sums, policy.tree.arithmetic)).any(axis=1)]
+    return rows[rng.permutation(len(rows))[:600]]

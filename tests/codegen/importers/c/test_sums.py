@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 
 from codegen import ir
-from codegen.agreement import sum_probes
 from codegen.errors import InputError
 from codegen.importers.c.source import from_c
 from codegen.importers.origin import Names, profile_of
-from codegen.sums import among
 from tests.support import sum_sources
 from tests.support.c_libraries import library
+from tests.support.sum_sources import rows_of
 
 FEW, MANY, AT_ONCE = 8, 1_000, 50  # functions a kind
 CASES = [(short, kind) for short in (True, False) for kind in ("numbers", "labels")]
@@ -29,16 +28,6 @@ def policies_of(text):
         except InputError as error:
             assert error.next_step and error.where
     return found
-
-
-def rows_of(policy):
-    spans = tuple(ir.FeatureSpec(each.name, "none", -3.0, 3.0, None) for each in policy.features)
-    about = ir.AgentPolicy(policy.agent, policy.team, spans, policy.actions, policy.tree, outputs=policy.outputs)
-    rng = np.random.default_rng(0)
-    rows = np.concatenate(list(sum_probes.parts(about, rng)))
-    rows = rows[np.isfinite(rows).all(axis=1)]
-    rows = rows[~np.isnan(among(rows, policy.tree.sums, policy.tree.arithmetic)).any(axis=1)]  # NaN goes right here
-    return rows[rng.permutation(len(rows))[:500]]
 
 
 def compared(seeds, short, kind, folder):

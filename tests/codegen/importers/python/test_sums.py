@@ -4,12 +4,11 @@ import numpy as np
 import pytest
 
 from codegen import ir
-from codegen.agreement import sum_probes
 from codegen.errors import InputError
 from codegen.importers.origin import Names, Said, profile_of
 from codegen.importers.python.source import from_python
-from codegen.sums import among
 from tests.support import sum_sources
+from tests.support.sum_sources import rows_of
 from tests.support.summed import bits
 
 FEW, MANY = 12, 1_000  # files a kind
@@ -28,17 +27,6 @@ def told(text, rows):
     exec(compile(text, "policy.py", "exec"), space)
     with np.errstate(all="ignore"):
         return [space["act"](row) for row in rows]
-
-
-def rows_of(policy):
-    spans = tuple(ir.FeatureSpec(each.name, "none", -3.0, 3.0, None) for each in policy.features)
-    about = ir.AgentPolicy(policy.agent, policy.team, spans, policy.actions, policy.tree, outputs=policy.outputs)
-    rng = np.random.default_rng(0)
-    rows = np.concatenate(list(sum_probes.parts(about, rng)))
-    rows = rows[np.isfinite(rows).all(axis=1)]
-    # NaN goes right here, whatever Python does
-    rows = rows[~np.isnan(among(rows, policy.tree.sums, policy.tree.arithmetic)).any(axis=1)]
-    return rows[rng.permutation(len(rows))[:600]]
 
 
 def compared(seed, arrays, kind):
