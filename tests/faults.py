@@ -57,6 +57,16 @@ class Fault:
     style: str = "auto"
 
 
+def planting(owner, attribute: str, change: Callable[[Callable], Callable], wrong: Callable[..., bool]):
+    """Changes something of ours, and asks whether that is noticed."""
+
+    def plant(profile, patch):
+        patch.setattr(owner, attribute, change(getattr(owner, attribute)))
+        return wrong(profile)
+
+    return plant
+
+
 # --- in the emitted text: the agreement check
 
 
@@ -380,11 +390,7 @@ ENTITIES = ("adversary_0", "agent_0", "agent_1", "landmark_0", "landmark_1")
 
 
 def encoder_fault(name: str, attribute: str, change: Callable[[Callable], Callable], owner=encode) -> Fault:
-    def plant(profile, patch):
-        patch.setattr(owner, attribute, change(getattr(owner, attribute)))
-        return encoder_wrong(profile)
-
-    return Fault(f"encoder: {name}", "referee at ties", plant)
+    return Fault(f"encoder: {name}", "referee at ties", planting(owner, attribute, change, encoder_wrong))
 
 
 SUM = ("landmark_0.x", "agent_0.x", "landmark_0.y", "agent_0.y")  # with signs + - + -
@@ -451,12 +457,11 @@ def verdicts_wrong(profile: ir.PolicyProfile) -> bool:
 
 def verdict_fault(module, name: str, attribute: str, change: Callable[[Callable], Callable]) -> Fault:
     """Caught by the verdicts of teams whose answer is known."""
-
-    def plant(profile, patch):
-        patch.setattr(module, attribute, change(getattr(module, attribute)))
-        return verdicts_wrong(profile)
-
-    return Fault(f"{module.__name__.split('.')[-1]}: {name}", "teams with a known verdict", plant)
+    return Fault(
+        f"{module.__name__.split('.')[-1]}: {name}",
+        "teams with a known verdict",
+        planting(module, attribute, change, verdicts_wrong),
+    )
 
 
 def steady_wrong(profile: ir.PolicyProfile) -> bool:
@@ -501,22 +506,14 @@ def assuming_wrong(profile: ir.PolicyProfile) -> bool:
 
 def assuming_fault(owner, name: str, attribute: str, change: Callable[[Callable], Callable]) -> Fault:
     """Caught by the verdicts of claims with assumptions."""
-
-    def plant(profile, patch):
-        patch.setattr(owner, attribute, change(getattr(owner, attribute)))
-        return assuming_wrong(profile)
-
-    return Fault(f"assumption: {name}", "claims with a known verdict", plant)
+    return Fault(
+        f"assumption: {name}", "claims with a known verdict", planting(owner, attribute, change, assuming_wrong)
+    )
 
 
 def steady_fault(owner, name: str, attribute: str, change: Callable[[Callable], Callable]) -> Fault:
     """Caught by the verdicts of teams whose answer with errors is known."""
-
-    def plant(profile, patch):
-        patch.setattr(owner, attribute, change(getattr(owner, attribute)))
-        return steady_wrong(profile)
-
-    return Fault(f"encoder: {name}", "teams with a known verdict", plant)
+    return Fault(f"encoder: {name}", "teams with a known verdict", planting(owner, attribute, change, steady_wrong))
 
 
 THRESHOLD = [
@@ -570,12 +567,7 @@ def starts_lost(profile: ir.PolicyProfile) -> bool:
 
 def zones_fault(module, name: str, attribute: str, change: Callable[[Callable], Callable], guard=starts_lost) -> Fault:
     said = "episodes of single starts" if guard is starts_lost else "teams with a known verdict"
-
-    def plant(profile, patch):
-        patch.setattr(module, attribute, change(getattr(module, attribute)))
-        return guard(profile)
-
-    return Fault(f"zones: {name}", said, plant)
+    return Fault(f"zones: {name}", said, planting(module, attribute, change, guard))
 
 
 def hasty(f: Callable) -> Callable:
@@ -613,11 +605,7 @@ def courses_stray(profile: ir.PolicyProfile) -> bool:
 
 
 def contacts_fault(owner, name: str, attribute: str, change: Callable) -> Fault:
-    def plant(profile, patch):
-        patch.setattr(owner, attribute, change(getattr(owner, attribute)))
-        return courses_stray(profile)
-
-    return Fault(f"contacts: {name}", "episodes of single starts", plant)
+    return Fault(f"contacts: {name}", "episodes of single starts", planting(owner, attribute, change, courses_stray))
 
 
 CONTACTS = [
