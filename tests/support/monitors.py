@@ -169,13 +169,17 @@ class TrackTwin:
         step = self.world.dt
         if not 0.5 * step <= dt <= 1.5 * step or not ((self.age <= 1.5 * step) & (np.abs(w) <= 1e9)).all():
             self.word = INVALID
-        elif self.at > self.proved.steps or not (self.follows(w) if self.at else self.starts(w)):
+        elif (at := None if self.at > self.proved.steps else self.reached(w)) is None:
             self.word = OUTSIDE
         else:
             self.word = OK if self.at < self.proved.steps else LEAVING
-            self.at, self.last = self.at + 1, w
+            self.at, self.last = self.at + 1, at
         self.stays = self.word in (OUTSIDE, INVALID)
         return self.word
+
+    def reached(self, w):
+        """The state of the proof's episode in which a state is; None where it is in none."""
+        return w if (self.follows(w) if self.at else self.starts(w)) else None
 
     def starts(self, w):
         resting = all(w[at] == 0.0 for at, name in enumerate(self.names) if ".v" in name)

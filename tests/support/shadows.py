@@ -5,7 +5,7 @@ from itertools import product
 
 import numpy as np
 
-from tests.support.monitors import INVALID, LEAVING, OK, OUTSIDE, TrackTwin, asked_of
+from tests.support.monitors import TrackTwin, asked_of
 
 
 class ShadowTwin(TrackTwin):
@@ -15,22 +15,10 @@ class ShadowTwin(TrackTwin):
         self.near = 2.0 * start.noise
         super().__init__(profile, start)
 
-    def step(self, w, fresh, dt):
-        self.age = np.where(fresh, 0.0, self.age + dt)
-        if self.stays:
-            return self.word
-        step = self.world.dt
-        if not 0.5 * step <= dt <= 1.5 * step or not ((self.age <= 1.5 * step) & (np.abs(w) <= 1e9)).all():
-            self.word = INVALID
-        else:
-            at = None if self.at > self.proved.steps else self.after(w) if self.at else self.begun(w)
-            if at is None or not (np.abs(w - at) <= self.near).all():
-                self.word = OUTSIDE
-            else:
-                self.word = OK if self.at < self.proved.steps else LEAVING
-                self.at, self.last = self.at + 1, at
-        self.stays = self.word in (OUTSIDE, INVALID)
-        return self.word
+    def reached(self, w):
+        """As in the other twin: the nearest state, if it is near."""
+        at = self.after(w) if self.at else self.begun(w)
+        return None if at is None or not (np.abs(w - at) <= self.near).all() else at
 
     def begun(self, w):
         """The start of the region that is next to a state, at rest, with its goal at a landmark."""
