@@ -14,6 +14,7 @@ from maviper.verification.files.states import read_failing
 from maviper.worlds import find
 from tests.support.ready_tests import outcomes
 from tests.support.teams import RIGHT, STAY, UP, team, towards, tree
+from tests.support.verifying import ensure_told, run
 from verify.claims.region_files import read_region
 from verify.question import from_start
 from verify.semantics import REAL
@@ -32,12 +33,6 @@ default = [0, 0]
 "landmark_1.x" = [1, 1]
 "landmark_1.y" = [1, 1]
 """
-
-
-def run(capsys, *arguments):
-    code = main.run([str(argument) for argument in arguments])
-    out, err = capsys.readouterr()
-    return code, out, err
 
 
 @pytest.fixture(scope="module")
@@ -168,17 +163,7 @@ def test_what_is_learned_fails_in_the_deployed_arithmetic(folder):
     ],
 )
 def test_a_damaged_file_is_told(folder, tmp_path, change, said):
-    document = json.loads((folder / "third" / NAMED).read_text())
-    for place, value in change.items():
-        outer, _, inner = place.partition("/")
-        if inner:
-            document[outer][inner] = value
-        else:
-            document[outer] = value
-    (tmp_path / "damaged.json").write_text(json.dumps(document))
-    with pytest.raises(InputError, match=said) as caught:
-        maviper.replay(tmp_path / "damaged.json", folder / "same.json")
-    assert "damaged.json" in caught.value.where
+    ensure_told(folder / "third" / NAMED, folder / "same.json", tmp_path, change, said)
 
 
 def test_a_file_of_the_deployed_arithmetic_holds_no_fractions(folder, tmp_path):

@@ -13,6 +13,7 @@ from maviper.cli.main import cli
 from tests.support.episode_cases import arriving
 from tests.support.ready_tests import outcomes
 from tests.support.teams import team, towards
+from tests.support.verifying import ensure_told
 
 pytestmark = [pytest.mark.solver, pytest.mark.usefixtures("few_states_throughout")]
 NAMED = "counterexample-1-distinct_targets.json"
@@ -118,7 +119,7 @@ def test_the_ready_test_fails_until_the_policy_is_mended(folder, tmp_path):
     ],
 )
 def test_a_damaged_file_is_told(folder, tmp_path, change, said):
-    ensure_told(folder, NAMED, tmp_path, change, said)
+    ensure_told(folder / NAMED, folder / "same.json", tmp_path, change, said)
 
 
 @pytest.mark.parametrize(
@@ -149,22 +150,7 @@ def test_a_damaged_file_is_told(folder, tmp_path, change, said):
     ],
 )
 def test_a_damaged_episode_is_told(folder, tmp_path, change, said):
-    ensure_told(folder, EPISODES[0], tmp_path, change, said)
-
-
-def ensure_told(folder, name, tmp_path, change, said):
-    """A file with changes (member or member/member -> value) ends in exit code 2 with the file's path."""
-    document = json.loads((folder / name).read_text())
-    for place, value in change.items():
-        outer, _, inner = place.partition("/")
-        if inner:
-            document[outer][inner] = value
-        else:
-            document[outer] = value
-    (tmp_path / "damaged.json").write_text(json.dumps(document))
-    with pytest.raises(InputError, match=said) as caught:
-        maviper.replay(tmp_path / "damaged.json", folder / "same.json")
-    assert caught.value.exit_code == 2 and "damaged.json" in caught.value.where
+    ensure_told(folder / EPISODES[0], folder / "same.json", tmp_path, change, said)
 
 
 def test_an_episode_of_another_world_is_told(folder, tmp_path):
