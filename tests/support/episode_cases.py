@@ -20,9 +20,11 @@ from verify.subjects import Game
 ROOM = 64  # units of 1 / SCALE that float64 arithmetic in this check may lose; tests are relaxed by 2^14 of them
 
 
-def arriving(k):
-    """Goes to landmark k: first in y while that is far, then in x, then in y. Arrives from every start."""
-    dx, dy = 2 + 2 * k, 3 + 2 * k
+def arriving(k, first=2):
+    """Goes to landmark k: first in y while that is far, then in x, then in y. Arrives from every start. `first`: the
+    feature that tells how far landmark 0 is in x.
+    """
+    dx, dy = first + 2 * k, first + 1 + 2 * k
     return tree(
         (dy, -0.8, 1, 2), DOWN, (dy, 0.8, 3, 10), (dx, -0.3, 4, 5), LEFT, (dx, 0.3, 6, 9), (dy, 0.0, 7, 8), DOWN, UP,
         RIGHT, UP,

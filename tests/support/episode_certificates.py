@@ -1,7 +1,18 @@
-"""What several tests use of `verify.episodes.test_certificates`."""
+"""What several tests of episodes use: samples that fail a claim, certificates, replays."""
+
+from contextlib import contextmanager
+from dataclasses import replace
 
 import numpy as np
 
+from codegen.agreement.build import build
+from codegen.errors import InputError
+from codegen.policy_json import content_hash
+from maviper.verification.replays import rollouts
+from maviper.worlds.matching import matching_world
+from verify.certificates.episodes import to_json
+from verify.checker.episodes.certificates import check_certificate, from_json
+from verify.checker.reading import RejectedError
 from verify.episodes.certificates import build_certificate
 from verify.episodes.composition import decide
 from verify.question import Question
@@ -23,3 +34,18 @@ def certified(profile, claim, region):
     found = decide(Question(Game(profile), claim, region))
     assert found.verdict is Verdict.PROVED, found
     return build_certificate(Question(Game(profile), claim, region), found.parts)
+
+
+def stands(certificate, profile):
+    """Whether a certificate of any content, its hashes made to fit, is accepted."""
+    certificate = replace(certificate, profile=content_hash(profile))
+    try:
+        return check_certificate(from_json(to_json(certificate)), profile) >= 0
+    except (RejectedError, InputError):
+        return False
+
+
+@contextmanager
+def replays_of(profile):
+    with build(profile, ["c"]) as made:
+        yield rollouts(made, matching_world(profile))

@@ -20,7 +20,7 @@ from codegen.lowering.deploy import deploy_tree
 from codegen.policy_json import content_hash
 from maviper import load
 from tests.support.episode_cases import arriving, on_lattice
-from tests.support.episode_certificates import certified, failures
+from tests.support.episode_certificates import certified, failures, stands
 from tests.support.strategies import grown_trees, with_trees
 from tests.support.teams import DOWN, LEFT, RIGHT, STAY, UP, team, towards, tree
 from verify.certificates.episodes import to_json
@@ -262,15 +262,6 @@ def tight(profile):
 
 def _holds(profile, name, steps, region):
     return decide(Question(Game(profile), find_claim(name, profile, steps=steps), region)).verdict is Verdict.PROVED
-
-
-def stands(certificate, profile):
-    """Whether a certificate of any content, its hashes made to fit, is accepted."""
-    certificate = replace(certificate, profile=content_hash(profile))
-    try:
-        return check_certificate(from_json(to_json(certificate)), profile) >= 0
-    except (RejectedError, InputError):
-        return False
 
 
 def mutated(rng, profile, certificate):

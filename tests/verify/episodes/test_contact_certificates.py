@@ -8,11 +8,10 @@ import pytest
 
 from codegen import ir
 from codegen.errors import InputError
-from codegen.policy_json import content_hash
 from tests.support import contact_readings as faults
 from tests.support.contact_teams import HALF, HOMING, LANES, SPREAD, TAG, going
 from tests.support.contacts import around
-from tests.support.episode_certificates import certified, failures
+from tests.support.episode_certificates import certified, failures, stands
 from tests.support.strategies import with_trees
 from tests.support.teams import LEFT, RIGHT, STAY
 from verify.certificates.episodes import to_json
@@ -89,15 +88,6 @@ def test_opponents_as_in_the_profile_are_followed_in_the_proof():
 
 
 # --- mutations
-
-
-def stands(certificate, profile):
-    """Whether a certificate of any content, its hashes made to fit, is accepted."""
-    certificate = replace(certificate, profile=content_hash(profile))
-    try:
-        return check_certificate(from_json(to_json(certificate)), profile) >= 0
-    except (RejectedError, InputError):
-        return False
 
 
 def other_world(rng, profile):

@@ -1,6 +1,5 @@
 """Claims about episodes where entities collide: bounds of pushes against play, verdicts against samples and mpe2."""
 
-from contextlib import contextmanager
 from dataclasses import replace
 from fractions import Fraction
 
@@ -8,14 +7,12 @@ import numpy as np
 import pytest
 
 from codegen import ir
-from codegen.agreement.build import build
 from codegen.dynamics import contact_force, partners
 from codegen.errors import DisagreementError, InputError, UnknownNameError
-from maviper.verification.replays import rollouts
 from maviper.worlds import find
-from maviper.worlds.matching import matching_world
 from tests.support.contact_teams import HALF, HOMING, LANES, SPREAD, TAG, going
 from tests.support.contacts import around, escaped, played, random_team
+from tests.support.episode_certificates import failures, replays_of
 from tests.support.teams import LEFT, RIGHT, STAY, team, tree
 from verify.checker.episodes.certificates import check_certificate
 from verify.claims.catalogue import find_claim, sentence
@@ -28,7 +25,7 @@ from verify.episodes.zones import SCALE, Zones, starts
 from verify.question import Budgets, Question
 from verify.reports import report
 from verify.result import Verdict
-from verify.states.episodes import at_rest, coinciding, courses, fails, meets_claim, play
+from verify.states.episodes import at_rest, coinciding, courses, fails, play
 from verify.states.state import State, sample, state_at
 from verify.subjects import Game
 from verify.verdicts.episodes import verify_episodes
@@ -38,18 +35,7 @@ pytestmark = [pytest.mark.solver, pytest.mark.usefixtures("few_states_throughout
 WORLDS = (SPREAD, TAG, f"{SPREAD},agents=2", f"{TAG},predators=1,prey=1,obstacles=1")
 
 
-@contextmanager
-def replays_of(profile):
-    with build(profile, ["c"]) as made:
-        yield rollouts(made, matching_world(profile))
-
-
 TURNING = tree((0, 0.3, 1, 2), RIGHT, LEFT)
-
-
-def failures(profile, claim, region, count, seed):
-    coordinates, _ = sample(at_rest(region), profile.world, count, seed)
-    return int((~meets_claim(profile, claim, play(profile, coordinates, claim.steps)[0])).sum())
 
 
 def escapes(seed):

@@ -1,6 +1,5 @@
 """Claims about episodes: verdicts against simulation, Z3 and known teams; courses that replay bit for bit."""
 
-from contextlib import contextmanager
 from dataclasses import replace
 from fractions import Fraction
 
@@ -10,13 +9,11 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from codegen import ir
-from codegen.agreement.build import build
 from codegen.errors import DisagreementError, InputError, UnknownNameError
 from codegen.lowering.deploy import deploy_tree
-from maviper.verification.replays import rollouts
-from maviper.worlds.matching import matching_world
 from tests.benchmarks.closed_loop import unrolled
 from tests.support.episode_cases import arriving, lost, on_lattice, verdicts_wrong
+from tests.support.episode_certificates import failures, replays_of
 from tests.support.strategies import grown_trees, with_trees
 from tests.support.teams import LEFT, RIGHT, STAY, UP, team, towards, tree
 from verify.claims.catalogue import find_claim
@@ -28,7 +25,7 @@ from verify.episodes.composition import _Arrive, _Decider, _Task, _Violated, dec
 from verify.episodes.zones import starts
 from verify.question import Budgets, Question
 from verify.result import Verdict
-from verify.states.episodes import Episode, at_rest, courses, fails, meets_claim, play
+from verify.states.episodes import Episode, courses, fails
 from verify.states.state import State, inside, sample
 from verify.subjects import Game
 from verify.verdicts.episodes import verify_episodes
@@ -53,17 +50,6 @@ def centred(profile, half, middles, goals=None):
     return Region(box, goals or start.goals)
 
 
-@contextmanager
-def replays_of(profile):
-    with build(profile, ["c"]) as made:
-        yield rollouts(made, matching_world(profile))
-
-
-def sampled_failures(profile, claim, region, count, seed):
-    coordinates, _ = sample(at_rest(region), profile.world, count, seed)
-    return int((~meets_claim(profile, claim, play(profile, coordinates, claim.steps)[0])).sum())
-
-
 # --- teams whose answers are known
 
 
@@ -74,7 +60,7 @@ def test_a_team_that_arrives_is_proved_from_everywhere_agent_by_agent(arrivers):
     assert result.evidence.followed == (("agent_0",), ("agent_1",))
     assert result.evidence.control is Verdict.VIOLATED
     assert result.evidence.violating.hits == 0 and result.evidence.idle.value < 0.03
-    assert sampled_failures(arrivers, claim, result.region, 10_000, 1) == 0
+    assert failures(arrivers, claim, result.region, 10_000, 1) == 0
 
 
 def test_the_same_team_does_not_stay_there(arrivers):
@@ -159,9 +145,9 @@ def test_random_teams_on_small_boxes(profile, first, second, steps, seed, side):
     for name in ("reaches", "covers"):
         claim = find_claim(name, random, steps=steps)
         found = decide(Question(Game(random), claim, region, budgets=Budgets(max_zones=20_000)))
-        failures = sampled_failures(random, claim, region, 2_000, seed)
+        failed = failures(random, claim, region, 2_000, seed)
         if found.verdict is Verdict.PROVED:
-            assert failures == 0
+            assert failed == 0
         if found.verdict is Verdict.VIOLATED:
             assert inside(region, found.state)
             assert fails(random, claim, courses(random, [found.state], steps)[0][:, 0])
@@ -280,7 +266,7 @@ def test_the_adversary_may_do_anything(profile):
     far = find_claim("reaches", pair, steps=12, radius=Fraction(1, 5))
     above = centred(pair, Fraction(1, 100), {**places, "landmark_0": (0, 0.5)})
     right = replace(above, box={**above.box, "adversary_0.x": (Fraction(1, 2), Fraction(1))})
-    assert sampled_failures(pair, far, right, 1_000, 0) == 0
+    assert failures(pair, far, right, 1_000, 0) == 0
     found = decide(Question(Game(pair), far, right))
     assert found.verdict is Verdict.PROVED and ("adversary_0", "agent_0", "agent_1") in found.followed
     assert decide(Question(Game(pair), far, right, budgets=Budgets(max_zones=500))).verdict is Verdict.UNKNOWN
@@ -407,7 +393,7 @@ def test_speed_limits_and_observed_velocities(profile):
     for steps in range(14, 22):
         claim = find_claim("reaches", limited, steps=steps)
         verdicts.append(decide(Question(Game(limited), claim, region)).verdict)
-        assert (sampled_failures(limited, claim, region, 500, 1) > 0) >= (verdicts[-1] is not Verdict.PROVED)
+        assert (failures(limited, claim, region, 500, 1) > 0) >= (verdicts[-1] is not Verdict.PROVED)
     assert verdicts[0] is Verdict.VIOLATED and verdicts[-1] is Verdict.PROVED
 
 
