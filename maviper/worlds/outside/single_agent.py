@@ -46,7 +46,7 @@ def find_registered(name: str) -> Callable[..., gymnasium.Env]:
     """What makes the environment with that Gymnasium id, `[MODULE:][NAMESPACE/]NAME-v1`; options are passed on.
 
     InputError for what is no id. What it makes raises InputError too where there is no such environment, or an old one,
-    and MissingToolError where it needs a package that is not installed.
+    or where the name leaves the version open, and MissingToolError where it needs a package that is not installed.
     """
     if not ID.fullmatch(name):
         raise InputError("not a Gymnasium id", f"gymnasium:{name}", "write it as in gymnasium:CartPole-v1")
@@ -55,12 +55,28 @@ def find_registered(name: str) -> Callable[..., gymnasium.Env]:
         import gymnasium
 
         given = {key: value_of(value) for key, value in options.items()}
+        _ensure_version(name)
         try:
-            return gymnasium.make(name, disable_env_checker=True, **given)
+            env = gymnasium.make(name, disable_env_checker=True, **given)
         except (gymnasium.error.Error, ImportError) as error:
             raise _make_name_error(name, error) from error
+        _ensure_version(name)  # of a package that was imported by now
+        return env
 
     return make
+
+
+def _ensure_version(name: str) -> None:
+    """InputError for a name that says no version although there are some: Gymnasium would take the latest that is
+    installed, and a profile would be of another game elsewhere.
+    """
+    from gymnasium import registry
+
+    module, _, own = name.rpartition(":")
+    versions = [int(each.rpartition("-v")[2]) for each in registry if re.fullmatch(rf"{re.escape(own)}-v[0-9]+", each)]
+    if versions and own not in registry:
+        latest = ":".join(filter(None, ("gymnasium", module, f"{own}-v{max(versions)}")))
+        raise InputError("the name of the environment says no version", f"gymnasium:{name}", f"write {latest}")
 
 
 def _make_name_error(name: str, error: Exception) -> InputError | MissingToolError:

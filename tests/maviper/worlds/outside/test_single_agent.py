@@ -122,6 +122,23 @@ def test_what_is_refused_and_the_way_out(name, said):
     assert not name.startswith("gymnasium:CartPole,") or name in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    ("name", "latest"),
+    [("CartPole", "CartPole-v1"), ("gymnasium.envs.toy_text:Taxi", "gymnasium.envs.toy_text:Taxi-v4")],
+)
+def test_a_name_without_a_version_names_the_latest_one(name, latest):
+    with pytest.raises(InputError, match=f"says no version(.|\n)*write gymnasium:{latest}$"):
+        find(f"gymnasium:{name}")
+
+
+def test_an_environment_that_was_registered_without_a_version_is_itself():
+    gymnasium.register("Alone", entry_point="gymnasium.envs.classic_control.mountain_car:MountainCarEnv")
+    try:
+        assert find("gymnasium:Alone").agents == ("agent",)
+    finally:
+        del gymnasium.registry["Alone"]
+
+
 @pytest.mark.filterwarnings("ignore:.*out of date")
 @pytest.mark.parametrize(("name", "new"), [("LunarLander-v2", "LunarLander-v3"), ("Taxi-v3", "Taxi-v4")])
 def test_a_deprecated_version_names_the_new_one(name, new):
