@@ -165,7 +165,11 @@ def _tree_of(agent: str, origin: Origin, n_features: int, numbers: str) -> ir.Tr
     """The tree of an origin that tests sums or gives numbers. InputError for another arithmetic than its own."""
     if numbers != origin.numbers:
         what = f"sums of {origin.numbers} numbers would be others as {numbers}"
-        raise InputError(what, agent, "leave --numbers out; --arrays float32 says what if/else Python is given")
+        advice = (
+            "games and --numbers float32 need float32: C of float has it, and if/else Python with --arrays float32; "
+            "else leave --numbers out, or give --world a name that is no game"
+        )
+        raise InputError(what, agent, advice)
     ensure_alike(origin, agent)
     given = Given(origin.sums, origin.vectors, origin.arithmetic, origin.gives)
     return with_given(origin.grown, given, n_features, SUMS, origin.numbers)

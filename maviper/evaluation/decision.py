@@ -6,14 +6,16 @@ Does not: say why the tree was grown so.
 """
 
 from collections.abc import Iterator
+from math import isnan
 
 from codegen import ir
 from codegen.errors import InputError, UnknownNameError
 from codegen.floats import observations
+from codegen.importers.names import format_first
 from codegen.ir import GOAL
 from codegen.observe import observe
 from codegen.sums import among
-from codegen.wording import NO_UNIT, describe_sum
+from codegen.wording import NO_UNIT, describe_sum, format_count
 from maviper.evaluation.show import cut
 from verify.claims.uncertified.starts import positions
 from verify.states.path import Step, path
@@ -31,7 +33,8 @@ def lines(policy: ir.AgentPolicy, observation: ir.Floats) -> Iterator[str]:
     chosen = int(policy.tree.action[leaf])
     does = ", ".join(_format_outputs(policy, observation)) if policy.outputs else policy.actions[chosen].name
     yield f"{policy.agent}, team {policy.team}: {does} (leaf {leaf})"
-    yield from (f"  {step}, by {room(step):.3g}" for step in path(policy, compute_operands(policy, observation)))
+    for step in path(policy, compute_operands(policy, observation)):
+        yield f"  {step}" if isnan(float(step.value)) else f"  {step}, by {room(step):.3g}"
     if policy.outputs:
         names = [feature.name for feature in policy.features]
         for output, each in zip(policy.outputs, policy.tree.vectors[chosen], strict=True):
@@ -57,6 +60,9 @@ def observation_of(policy: ir.AgentPolicy, text: str) -> ir.Floats:
     """
     parts = [part.strip() for part in text.split(",")]
     names = [feature.name for feature in policy.features]
+    if "=" not in text and len(parts) != len(names):
+        what = f"{format_count(len(parts), 'number')} for {format_count(len(names), 'feature')} of {policy.agent}"
+        raise InputError(what, "--obs", f"in order: {format_first(names)}")
     if "=" not in text:
         return observations([[_number(part, "--obs") for part in parts]], len(names), policy.agent, policy.numbers)[0]
     given = _parse_values(parts, names, "feature", "--obs")
@@ -74,6 +80,11 @@ def observe_state(profile: ir.PolicyProfile, text: str) -> dict[str, ir.Floats]:
     goals = [part.partition("=")[2].strip() for part in parts if part.partition("=")[0].strip() == GOAL]
     places = [part for part in parts if part.partition("=")[0].strip() != GOAL]
     known = [name for name in world.coordinates() if not name.startswith(f"{GOAL}.")]
+    for policy in profile.agents:
+        for feature in policy.features:
+            if feature.meaning is None:
+                what = f"feature {feature.name} of {policy.agent} has no meaning"
+                raise InputError(what, "--state", f"give its observation: --agent {policy.agent} --obs ...")
     given = _parse_values(places, known, "coordinate", "--state")
     missing = [name for name in positions(world) if name not in given]
     missing += [GOAL] if world.goals and not goals else []
@@ -82,11 +93,6 @@ def observe_state(profile: ir.PolicyProfile, text: str) -> dict[str, ir.Floats]:
     for goal in goals:
         if goal not in world.goals:
             raise UnknownNameError("goal", goal, world.goals, "--state")
-    for policy in profile.agents:
-        for feature in policy.features:
-            if feature.meaning is None:
-                what = f"feature {feature.name} of {policy.agent} has no meaning"
-                raise InputError(what, "--state", f"give its observation: --agent {policy.agent} --obs ...")
     at = State(given, goals[-1] if goals else None).coordinates(profile)
     return {policy.agent: observe(policy.features, at, world, policy.numbers)[0] for policy in profile.agents}
 

@@ -168,7 +168,8 @@ def _features(origin: Origin, agent: str, known: list[str], given: Renaming) -> 
         for name, there in zip(own, inside, strict=True):
             if not there:
                 raise UnknownNameError("feature", escape_text(name), known, f"{agent}: {MAP.format(kind='feature')}")
-        return _Features(replace(origin, features=tuple(own), keyed=True), known)
+        notes = origin.notes if origin.keyed else (*_note_order(own, keys), *origin.notes)
+        return _Features(replace(origin, features=tuple(own), keyed=True, notes=notes), known)
     if own or origin.n_features:
         _ensure_count(len(own) or origin.n_features, known, agent, "feature")
     read = max(origin.n_named, origin.n_read)
@@ -177,6 +178,16 @@ def _features(origin: Origin, agent: str, known: list[str], given: Renaming) -> 
         raise InputError(what, agent, f"the world shows {', '.join(known)}")
     names = own if own and _is_numbered(known) else known
     return _Features(replace(origin, features=(), n_features=len(known)), names)
+
+
+def _note_order(own: Sequence[str], keys: Mapping[str, str]) -> list[str]:
+    """That a source has features in another order than the world, which hands them over by place: whoever wrote it may
+    have meant either. `keys`: those of the world, in its order.
+    """
+    order = [list(keys).index(identifier(legal(each, "x"))) for each in own]
+    if order == sorted(order):
+        return []
+    return [f"features are tied by name: the source has them in the order {', '.join(map(escape_text, own[:30]))}"]
 
 
 def _call_anew(known: Sequence[str], names: Sequence[str], agent: str, kind: str) -> list[str]:

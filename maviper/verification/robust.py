@@ -183,18 +183,21 @@ def read_observations(path: Path, policy: AgentPolicy) -> tuple[tuple[float, ...
         text = runs.read(path, MAX_BYTES).decode("utf-8-sig")  # spreadsheets begin a file with a mark
     except UnicodeDecodeError:
         raise InputError("not a table of observations", f"{path}: not UTF-8 text", ADVICE) from None
-    rows = _from_json(text, path) if text.lstrip().startswith("[") else _from_csv(text, path)
+    names = [feature.name for feature in policy.features]
+    rows = _from_json(text, path) if text.lstrip().startswith("[") else _from_csv(text, names, path)
     if not 1 <= len(rows) <= MAX_ROWS:
         raise InputError(f"{len(rows)} observations; 1 to {MAX_ROWS} are read", str(path), ADVICE)
-    names = [feature.name for feature in policy.features]
     return tuple(_row(each, names, f"{path}: row {row}") for row, each in enumerate(rows, 1))
 
 
-def _from_csv(text: str, path: Path) -> list[Any]:
+def _from_csv(text: str, known: Sequence[str], path: Path) -> list[Any]:
     table = csv.DictReader(io.StringIO(text), skipinitialspace=True)
     names = list(table.fieldnames or ())
     if len(set(names)) < len(names):
         raise InputError("a feature is named twice", f"{path}: first line", ADVICE)
+    for name in names:
+        if name not in known:
+            raise UnknownNameError("feature", escape_text(name), known, f"{path}: first line")
     try:
         return list(table)
     except csv.Error as error:

@@ -7,6 +7,7 @@ Does not: say why the tree was grown so.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import isnan
 
 from codegen import ir
 from codegen.wording import describe_sum, fails, holds, is_zero, number
@@ -26,6 +27,8 @@ class Step:
     def __str__(self) -> str:
         value, near = float(self.value), is_zero(float(self.value)) and self.value != 0
         told = holds(self.threshold) if self.left else fails(self.threshold)
+        if isnan(value):
+            return f"{self.feature} = nan, not {holds(self.threshold)}"
         if near or (f"{value:.6g}" == number(self.threshold) and self.value not in (self.threshold, 0)):
             return f"{self.feature} = {self.value} {'<=' if self.left else '>'} {self.threshold!r}"
         return f"{self.feature} = {value:.6g} {told}"

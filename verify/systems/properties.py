@@ -275,7 +275,7 @@ def _times(table: Mapping[str, object], statement: Statement, where: Place) -> b
 def _read_formula(table: Mapping[str, object], where: Place) -> str:
     """What is claimed of variables and actions."""
     if "formula" not in table:
-        raise InputError("a property needs a name or a formula", where, f"names: {', '.join(PATTERNS)}")
+        raise InputError("a property needs a name or a formula", where, f"names: {', '.join((*PATTERNS, robust.NAME))}")
     return text(table["formula"], where / "formula")
 
 

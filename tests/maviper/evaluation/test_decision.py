@@ -1,5 +1,7 @@
 """One decision explained: the leaf is the reference's, and each test turns where its room says."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -62,6 +64,21 @@ def test_a_state_is_observed_as_everywhere(profile):
 def test_what_is_no_observation_is_refused(profile, text):
     with pytest.raises(InputError):
         observation_of(profile.agents[0], text)
+
+
+def test_nan_is_said_to_fail_a_test_and_has_no_room(profile):
+    policy = profile.agents[0]
+    for line in list(lines(policy, np.full(len(policy.features), np.nan, np.float32)))[1:]:
+        assert " = nan, not " in line and "by" not in line and ">" not in line.replace("not >", "")
+    with pytest.raises(InputError, match=f"2 numbers for {len(policy.features)} features of {policy.agent}"):
+        observation_of(policy, "1,2")
+
+
+def test_without_meanings_no_coordinate_is_asked_for(profile):
+    features = [replace(each, meaning=None) for each in profile.agents[0].features]
+    bare = replace(profile, agents=(replace(profile.agents[0], features=tuple(features)), *profile.agents[1:]))
+    with pytest.raises(InputError, match=rf"has no meaning(.|\n)*--agent {bare.agents[0].agent} --obs"):
+        observe_state(bare, "speed=1")
 
 
 @pytest.mark.parametrize("text", ["agent_0.x=0", "goal=nowhere", "agent_9.x=0", "agent_0.x", ""])

@@ -54,6 +54,12 @@ def test_features_are_tied_by_name_or_by_place(bring):
     for profile in (by_name, by_place, keyed):
         assert act(profile.agents[0], rows).tolist() == [0, 2, 0, 2]
         assert [each.name for each in profile.agents[0].features] == ["position", "velocity"]
+    note = "features are tied by name: the source has them in the order velocity, position"
+    assert by_name.provenance.training["agent notes"] == note
+    unpacked = bring(NUMBERS.replace("position, velocity", "velocity, position"))
+    assert unpacked.provenance.training["agent notes"] == note
+    for profile in (by_place, keyed, bring(NUMBERS)):
+        assert "agent notes" not in profile.provenance.training
 
 
 def test_names_that_a_user_ties(bring):

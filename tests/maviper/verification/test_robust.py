@@ -91,7 +91,7 @@ def test_one_action_has_no_radius(place):
         ("angle,spin\n0,fast\n", "not a finite number"),
         ("angle,spin\n0\n", "no number for spin"),
         ("angle,spin\n0,1,2\n", "unknown feature"),
-        ("angle,speed\n0,1\n", "unknown feature 'speed'"),
+        ("angle,speed\n0,1\n", "seen.csv: first line\n  known: angle"),
         ("angle,angle\n0,1\n", "named twice"),
         ("angle,spin\n", "0 observations"),
         ("", "0 observations"),

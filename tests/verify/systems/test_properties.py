@@ -81,6 +81,11 @@ def test_claims_of_every_kind():
     assert claims_in(ALL, statement, PROFILE, "g") == (near, far, there, slow, acts)
 
 
+def test_a_property_without_a_name_is_told_all_names():
+    with pytest.raises(InputError, match=r"names: decides, .*, always, robust$"):
+        claims_in("[[property]]\n", statement_of(CART, "f"), PROFILE, "g")
+
+
 @pytest.mark.parametrize(
     ("text", "what"),
     [
