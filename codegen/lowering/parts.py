@@ -26,6 +26,11 @@ class Double:
     hex: str
     decimal: str
 
+    @classmethod
+    def of(cls, value: float) -> "Double":
+        """A number as languages write it, minus zero as zero."""
+        return cls(short_hex(value + 0.0), decimal_literal(value + 0.0))
+
 
 @dataclass(frozen=True)
 class Feature:
@@ -135,13 +140,12 @@ class RaisedSum(NamedTuple):
     @property
     def factors(self) -> tuple[tuple[int, Double], ...]:
         """The terms as languages write them."""
-        return tuple((column, Double(short_hex(factor), decimal_literal(factor))) for column, factor in self.terms)
+        return tuple((column, Double.of(factor)) for column, factor in self.terms)
 
     @property
     def share(self) -> Double:
         """Of the sizes of all terms together."""
-        share = self._share
-        return Double(short_hex(share), decimal_literal(share))
+        return Double.of(self._share)
 
     @property
     def _share(self) -> float:

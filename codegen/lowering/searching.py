@@ -30,10 +30,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from codegen.floats import short_hex
 from codegen.ir import Bool, Float64, Int64
 from codegen.lowering.parts import Cores, Double, Ends, RaisedSum, Tiles, Tilt
-from codegen.numbers.literals import decimal_literal
 
 AXES = 2  # variables along which grids are laid
 CELLS = 1_024  # of a grid, at most
@@ -207,7 +205,7 @@ def search_of(steps: Sequence[Sequence[Boxes]], columns: Sequence[Sequence[int]]
     order, rests = _place_rests([each[1:] for each in cells])
     firsts = tuple(each[0] if each else len(boxes) for each in cells)
     width = len(columns[0])
-    boxes.append(Ends((_double(1.0),) * width, (_double(-1.0),) * width))
+    boxes.append(Ends((Double.of(1.0),) * width, (Double.of(-1.0),) * width))
     most = max(1, *map(len, cells))
     return Lookup(tuple(map(tuple, columns)), chosen, tuple(grids), firsts, rests, order, tuple(boxes), most)
 
@@ -384,8 +382,4 @@ def draw_points(boxes: Boxes) -> Float64:
 
 def doubles_of(values: Float64) -> tuple[Double, ...]:
     """Numbers as languages write them."""
-    return tuple(_double(value) for value in values.tolist())
-
-
-def _double(value: float) -> Double:
-    return Double(short_hex(value + 0.0), decimal_literal(value + 0.0))
+    return tuple(Double.of(value) for value in values.tolist())

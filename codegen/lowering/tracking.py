@@ -11,10 +11,8 @@ from dataclasses import dataclass
 from codegen import ir
 from codegen.dynamics import accelerations, partners
 from codegen.errors import InputError
-from codegen.floats import short_hex
 from codegen.lowering.lower import region_of
 from codegen.lowering.model import Agent, Double, Model, Place
-from codegen.numbers.literals import decimal_literal
 from codegen.region import RegionSpec
 
 OFF = 2.0**-40  # by which a number may be off: proofs leave 2^-30 for all that adds up in an episode
@@ -127,8 +125,8 @@ def track(profile: ir.PolicyProfile, model: Model, start: Start) -> Track:
         steps=start.steps,
         agents=agents,
         still=still,
-        kept=_double(1.0 - world.damping),
-        off=_double(near),
+        kept=Double.of(1.0 - world.damping),
+        off=Double.of(near),
         dt=world.dt,
         noise=start.noise,
         near=near,
@@ -146,7 +144,7 @@ def _track_agent(profile: ir.PolicyProfile, model: Model, number: int, start: St
     policy, world = profile.agents[number], profile.world
     (entity,) = (one for one in world.agents if one.name == policy.agent)
     added = accelerations(entity, policy.actions) * world.dt
-    pushes = tuple((_double(x), _double(y)) for x, y in added.tolist())
+    pushes = tuple((Double.of(x), Double.of(y)) for x, y in added.tolist())
     positions, velocities = (_places(model, policy.agent, name) for name in (("x", "y"), ("vx", "vy")))
     followed = policy.agent in start.followed
     return Tracked(model.agents[number], number, positions, velocities, pushes, followed)
@@ -155,7 +153,3 @@ def _track_agent(profile: ir.PolicyProfile, model: Model, number: int, start: St
 def _places(model: Model, agent: str, axes: Sequence[str]) -> tuple[Place, Place]:
     by_name = {place.name: place for place in model.places.values()}
     return by_name[f"{agent}.{axes[0]}"], by_name[f"{agent}.{axes[1]}"]
-
-
-def _double(value: float) -> Double:
-    return Double(short_hex(value + 0.0), decimal_literal(value + 0.0))

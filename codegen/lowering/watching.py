@@ -14,7 +14,6 @@ import numpy as np
 from codegen import ir
 from codegen.check import identifier
 from codegen.errors import InputError
-from codegen.floats import short_hex
 from codegen.lowering.covering import Cover, Lookup, look_up
 from codegen.lowering.lower import region_of
 from codegen.lowering.model import Agent, Double, Model, Place, Region
@@ -216,7 +215,7 @@ def watch(profile: ir.PolicyProfile, model: Model, spec: RegionSpec, certificate
     velocities = {each.velocity.upper for each in moved}
     ranges = _ranges(profile.world)
     watched = tuple(
-        Watched(place, _double(ranges[place.name][0]), _double(ranges[place.name][1]))
+        Watched(place, Double.of(ranges[place.name][0]), Double.of(ranges[place.name][1]))
         for upper, place in model.places.items()
         if place.readers or upper in asked or upper in velocities
     )
@@ -234,7 +233,7 @@ def watch_start(profile: ir.PolicyProfile, model: Model, start: Start, certifica
     made = watch(profile, model, start.region, certificate, claim)
     ranges = _ranges(profile.world)
     watched = tuple(
-        Watched(place, _double(ranges[place.name][0]), _double(ranges[place.name][1]))
+        Watched(place, Double.of(ranges[place.name][0]), Double.of(ranges[place.name][1]))
         for place in model.places.values()
     )
     early = decimal_literal(EARLY * profile.world.dt)
@@ -245,7 +244,7 @@ def watch_start(profile: ir.PolicyProfile, model: Model, start: Start, certifica
 
 def watch_edges(profile: ir.PolicyProfile, model: Model, edges: Edges, certificate: str, claim: str) -> Watch:
     """The monitor of a profile for edges that agents never cross. InputError as `watch`."""
-    made, time = watch(profile, model, edges.region, certificate, claim), _double(edges.coasting)
+    made, time = watch(profile, model, edges.region, certificate, claim), Double.of(edges.coasting)
     moved = tuple(replace(each, time=time) for each in made.moved)
     return replace(made, moved=moved, coasts=True, early=decimal_literal(EARLY * profile.world.dt))
 
@@ -301,7 +300,7 @@ def watch_cover(profile: ir.PolicyProfile, model: Model, cover: Cover, certifica
             raise InputError(what, "--target monitor", "rename one of them in the world file")
         places[upper] = Place(at, one.name, upper, f"{model.prefix.upper()}_S_{upper}", ())
     ranges = zip(places.values(), cover.variables, strict=True)
-    watched = tuple(Watched(place, _double(one.low), _double(one.high)) for place, one in ranges)
+    watched = tuple(Watched(place, Double.of(one.low), Double.of(one.high)) for place, one in ranges)
     watched, open_ = _order_watched(
         watched, {place.upper: cover.bounds(at) for at, place in enumerate(places.values())}
     )
@@ -337,7 +336,7 @@ def watch_inputs(profile: ir.PolicyProfile, model: Model) -> Watch:
         for feature in agent.features:
             name = f"{agent.lower.upper()}_{feature.upper}"
             places[name] = Place(len(places), f"{agent.name}: {feature.name}", name, f"{upper}_I_{name}", ())
-            ends = (_double(_finite(float(end))) for end in (feature.low_seen, feature.high_seen))
+            ends = (Double.of(_finite(float(end))) for end in (feature.low_seen, feature.high_seen))
             watched.append(Watched(places[name], *ends))
     dt = profile.world.dt or 1.0
     claim = "nothing: ranges, ages and finiteness are checked"
@@ -366,7 +365,7 @@ def _make_fallback(agent: Agent, policy: ir.AgentPolicy) -> Fallback:
         low = -most if output.low is None else float(output.low)
         high = most if output.high is None else float(output.high)
         rest = min(max(0.0, low), high)
-        outputs.append(Given(f"{name}_FALLBACK", _double(low), _double(high), _double(rest)))
+        outputs.append(Given(f"{name}_FALLBACK", Double.of(low), Double.of(high), Double.of(rest)))
     return Fallback(agent, 0 if outputs else _at_rest(policy), tuple(outputs))
 
 
@@ -394,7 +393,3 @@ def _ranges(world: ir.WorldSpec) -> dict[str, tuple[float, float]]:
 def _at_rest(policy: ir.AgentPolicy) -> int:
     """The first action that pushes nobody, else the first."""
     return next((i for i, action in enumerate(policy.actions) if action.effect in (None, (0.0, 0.0))), 0)
-
-
-def _double(value: float) -> Double:
-    return Double(short_hex(value + 0.0), decimal_literal(value + 0.0))
