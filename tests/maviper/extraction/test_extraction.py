@@ -14,7 +14,7 @@ from sklearn.tree import DecisionTreeClassifier
 
 from codegen import ir, policy_json
 from codegen.agreement import probes, selfcheck
-from codegen.errors import InputError, UnknownNameError
+from codegen.errors import InputError
 from codegen.intervals import Share
 from codegen.lowering.deploy import deploy_tree
 from codegen.profiles import loading
@@ -339,11 +339,6 @@ def test_a_negative_return_is_no_divisor():
 def test_bad_settings_are_refused(settings):
     with pytest.raises(InputError):
         Settings(**settings).complete()
-
-
-def test_unknown_preset():
-    with pytest.raises(UnknownNameError, match="did you mean 'paper'"):
-        Settings(preset="papper").complete()
 
 
 class Recorder:
