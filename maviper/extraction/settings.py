@@ -154,7 +154,10 @@ class Settings:
         unrefined = (world is not None and world.games is not None) or said.get("max_leaves") or said.get("share")
         unrefined = unrefined or summed
         usual |= {"refinement": 0} if unrefined else {}
-        if said.get("budget"):
+        if "budget" in said:
+            if not 1 <= said["budget"] <= MAX_EPISODES:
+                what = f"{option_of('budget')} must be from 1 to {MAX_EPISODES}, not {said['budget']}"
+                raise InputError(what, option_of("budget"), "leave it out for the counts of the preset")
             both = [option_of(name) for name in DEALT if name in said]
             if both:
                 raise InputError(
@@ -263,10 +266,11 @@ class Settings:
         self._check_names({"weights": WEIGHTS, "selection_by": SELECTION_BY})
         for name in ("refinement", "budget"):
             if not 0 <= getattr(self, name) <= MAX_EPISODES:
-                raise InputError(f"{name} must be from 0 to {MAX_EPISODES}, not {getattr(self, name)}", option_of(name))
+                what = f"{option_of(name)} must be from 0 to {MAX_EPISODES}, not {getattr(self, name)}"
+                raise InputError(what, option_of(name))
         for name in ("max_depth", "iterations", "rollouts", "max_samples", "selection_episodes", "patience"):
             if not 1 <= getattr(self, name) <= MAX_NUMBER:
-                what = f"{name} must be at least 1 and at most {MAX_NUMBER}, not {getattr(self, name)}"
+                what = f"{option_of(name)} must be at least 1 and at most {MAX_NUMBER}, not {getattr(self, name)}"
                 raise InputError(what, option_of(name))
         if not VOTES.fullmatch(self.least_right):
             what = f"'{self.least_right[:40]}' is no number of right predictions"

@@ -134,6 +134,12 @@ REFUSALS = (
     ),
     Refusal(("explore",), {"algorithm": AllBut([FITTED_Q])}, "only fitted-q explores", "leave it out"),
     Refusal(
+        ("agent",),
+        {"algorithm": AllBut([VIPER])},
+        "only viper extracts one agent alone",
+        "choose --algorithm viper, or leave it out",
+    ),
+    Refusal(
         ("preset",),
         {"algorithm": (RGMDT,)},
         "the authors' code has no RGMDT, which is built after its description",

@@ -49,7 +49,7 @@ def ensure_about(stated: str, actual: str, what: str, option: str = "") -> None:
         raise InputError(
             f"the certificate is about another {what}",
             f"it names {escape_text(stated[:16])}..., the {what} is {actual[:16]}...",
-            f"name the {what} that it was made for" + (f" with {option}" if option else ""),
+            f"give the {what} that it was made for" + (f" (`maviper check {option} FILE`)" if option else ""),
         )
 
 
