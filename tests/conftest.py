@@ -18,6 +18,7 @@ from hypothesis import settings
 from codegen import ir
 from codegen.agreement import compiled
 from codegen.agreement.compiled import find_compiler
+from codegen.policy_json import dumps
 from tests import seconds
 from tests.support.kept import keep_profile
 
@@ -349,6 +350,13 @@ def extracted_quickly(world, expert) -> ir.PolicyProfile:
 
     settings = Settings(max_depth=3, iterations=4, rollouts=30, selection_episodes=30)
     return keep_profile(f"{world.name} {expert.hash}", lambda: extract(world, expert, settings))
+
+
+@pytest.fixture
+def profile_file(profile, tmp_path) -> Path:
+    path = tmp_path / "profile.json"
+    path.write_text(dumps(profile))
+    return path
 
 
 @pytest.fixture

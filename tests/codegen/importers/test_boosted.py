@@ -17,16 +17,6 @@ pytestmark = pytest.mark.interop
 SEEDS = pytest.mark.parametrize("seed", range(10))
 
 
-@pytest.fixture(scope="module")
-def xgboost():
-    return pytest.importorskip("xgboost", reason="xgboost is not installed")
-
-
-@pytest.fixture(scope="module")
-def lightgbm():
-    return pytest.importorskip("lightgbm", reason="lightgbm is not installed")
-
-
 def saved(model, tmp_path):
     model.save_model(tmp_path / "tree.json")
     return (tmp_path / "tree.json").read_bytes()

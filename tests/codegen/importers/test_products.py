@@ -21,16 +21,6 @@ COUNTS = [3, pytest.param(150, marks=pytest.mark.slow), pytest.param(1_000, mark
 ROWS = 400  # of those at thresholds and neighbours, beside random ones
 
 
-@pytest.fixture(scope="module")
-def xgboost():
-    return pytest.importorskip("xgboost", reason="xgboost is not installed")
-
-
-@pytest.fixture(scope="module")
-def lightgbm():
-    return pytest.importorskip("lightgbm", reason="lightgbm is not installed")
-
-
 def drawn(seed, kind):
     """Data whose numbers lie on a coarse grid, so that trees share thresholds; and how many trees of what depth."""
     rng = np.random.default_rng(seed)

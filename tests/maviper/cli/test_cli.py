@@ -9,19 +9,7 @@ import pytest
 from codegen import policy_json
 from codegen.errors import ExitCode
 from maviper.cli import main
-
-
-@pytest.fixture
-def profile_file(profile, tmp_path):
-    path = tmp_path / "profile.json"
-    path.write_text(policy_json.dumps(profile))
-    return path
-
-
-def run(capsys, *arguments):
-    code = main.run([str(argument) for argument in arguments])
-    captured = capsys.readouterr()
-    return code, captured.out, captured.err
+from tests.support.verifying import run
 
 
 def names(folder):

@@ -25,16 +25,10 @@ from maviper.worlds import Measure, find
 from maviper.worlds.outside.pettingzoo import PettingZooWorld
 from tests.support.environments import Line
 from tests.support.teams import tree
+from tests.support.verifying import run
 
 FEW = 5
 SEEDS = range(metrics.MEASUREMENT_SEEDS, metrics.MEASUREMENT_SEEDS + FEW)
-
-
-@pytest.fixture
-def profile_file(profile, tmp_path):
-    path = tmp_path / "profile.json"
-    path.write_text(policy_json.dumps(profile))
-    return path
 
 
 @pytest.fixture(scope="module", params=["cooperative-navigation", "predator-prey,prey=1"])
@@ -46,9 +40,7 @@ def other(request):
 
 
 def command(capsys, *arguments):
-    code = main.run(["evaluate", *map(str, arguments)])
-    captured = capsys.readouterr()
-    return code, captured.out, captured.err
+    return run(capsys, "evaluate", *arguments)
 
 
 # --- numbers, against loops
