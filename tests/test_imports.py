@@ -145,3 +145,10 @@ def test_what_is_imported_is_declared():
     }
     for module in asked - sys.stdlib_module_names - set(PACKAGES) - EXTRAS:
         assert declared & {name.lower() for name in distributions[module]}, f"{module} is imported and not declared"
+
+
+def test_benchmarks_know_each_other_by_whole_names():
+    """So that `python -m` finds them too."""
+    paths = list((ROOT / "tests/benchmarks").glob("*.py"))
+    asked = {target for path in paths for node in imports_of(path) for target in imported(node)}
+    assert not asked & {path.stem for path in paths}

@@ -21,13 +21,13 @@ import time
 from pathlib import Path
 
 import numpy as np
-import peers
 
 from codegen import ir
 from codegen.agreement import readback
 from codegen.importers import scikit
 from codegen.profiles.rules import ensure
 from codegen.targets import emit
+from tests.benchmarks import peers
 
 FEATURES, ACTIONS, AGENTS = 18, 5, 4
 STYLES = ("nested", "ordered", "walk")
