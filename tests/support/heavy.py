@@ -11,6 +11,7 @@ ASIDE = {
     "maviper.worlds.outside.pettingzoo",
     "verify.extent.found",
     "verify.extent.starts",
+    "verify.reach.replay",
     "verify.reports.code",
     "verify.reports.episodes",
     "verify.reports.systems",
