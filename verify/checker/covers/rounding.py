@@ -123,10 +123,6 @@ class Factor:
             exact |= self._shifts & (size > TINY) & (size < np.inf)
         return np.where(exact, product, lower(product, 3.0))
 
-    def times_up(self, values: Float64) -> Float64:
-        """A float at least the product with each value."""
-        return -self.times_down(-values)
-
     def into_down(self, values: Float64) -> Float64:
         """A float at most the quotient of each value by this number."""
         quotients = np.minimum(values / self.low, values / self.high)

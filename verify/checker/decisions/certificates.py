@@ -8,7 +8,7 @@ Does not: prove, or write (verify/certificates).
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from fractions import Fraction
-from typing import Any, TypeAlias
+from typing import Any
 
 import msgspec
 
@@ -47,7 +47,6 @@ NOISY = ("eps", "of")  # and of steady
 COMPARED = tuple(dict.fromkeys(name for kind in RELATIONS.values() for name in kind.reads))  # of those that compare
 TYPES = {each.name: each.type for kind in (*BY_NAME.values(), *RELATIONS.values()) for each in fields(kind)}
 UNREAD = {"kappa": KAPPA, "landmarks": ()}  # what it states of a property that does not read them
-_Parameter: TypeAlias = str | Fraction | tuple[str, ...]  # of a named property
 
 
 @dataclass(frozen=True)

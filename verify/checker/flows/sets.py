@@ -63,11 +63,6 @@ def build_sets(boxes: BoxList, kept: int) -> SetList:
     return SetList(box, tuple(build_frames(box) for _ in range(kept)), boxes.part, boxes.joint)
 
 
-def empty(like: SetList) -> SetList:
-    """No sets."""
-    return like.take(np.zeros(0, dtype=np.int64))
-
-
 def beside(lists: Sequence[SetList]) -> SetList:
     """The sets of some lists in one."""
     if len(lists) == 1:
