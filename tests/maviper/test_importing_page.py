@@ -16,6 +16,8 @@ from sklearn.tree import DecisionTreeClassifier, DecisionTreeRegressor
 import maviper
 from codegen.errors import InputError
 from codegen.importers.kinds import KINDS
+from codegen.profiles.loading import loads
+from codegen.targets import emit
 from tests.support.importing_page import EXACT, PAGE, REFUSED, ROOT
 
 HEADER = ROOT / "generated/physical_deception/physical_deception.h"
@@ -106,6 +108,11 @@ def dtcontrol(*labels):
     return "default.json", json.dumps({"actual_label": None, "children": sides, "split": split})
 
 
+def summing():
+    (header,) = emit(loads((ROOT / "generated/differences/profile.json").read_bytes()), ["c"]).values()
+    return header
+
+
 CASES = [  # from, what, what happens, what it is: a file's name and content, or an object
     ("if/else Python", "`if`, `elif`, `else`, `match`, `a if test else b`, loops over literals", EXACT,
      lambda: python("if x[0] < 0.1:", "    if x[1] >= 2: return 1", "elif x[2] == 0: return 2",
@@ -141,7 +148,9 @@ CASES = [  # from, what, what happens, what it is: a file's name and content, or
     ("ONNX", "operators that mix features, or may both rise and fall", REFUSED,
      lambda: onnx(PCA(2), DecisionTreeClassifier(max_depth=3))),
     ("our own C header", "every style, with all agents", EXACT, lambda: ("team.h", HEADER.read_text())),
-    ("our own C header", "one that was changed", REFUSED, lambda: ("team.h", HEADER.read_text().replace("<= ", "< "))),
+    ("our own C header", "agents that test sums or give numbers", REFUSED, lambda: ("sums.h", summing())),
+    ("our own C header", "one with other lines or tests than ours", REFUSED,
+     lambda: ("team.h", HEADER.read_text().replace("<= ", "< "))),
     ("if/else C", "arrays, parameters, structs of numbers; `enum`, `#define`, headers", EXACT,
      lambda: ("tree.c", "#include <stdbool.h>\n#define LOW 0.1f\nenum { GO, HALT };\n"
               "struct seen { float v; bool on; };\n"
@@ -230,3 +239,17 @@ def test_what_the_page_says_happens(case, tmp_path):
         assert case[2] == REFUSED and error.next_step
         return
     assert case[2] == EXACT and (profile.agents[0].actions or profile.agents[0].outputs)
+
+
+def test_a_header_with_sums_says_why_it_is_not_read(tmp_path):
+    (tmp_path / "sums.h").write_text(summing())
+    with pytest.raises(InputError, match=r"agents that test sums or give numbers, which are not read back(.|\n)*hash"):
+        maviper.from_file(tmp_path / "sums.h")
+
+
+def test_an_action_that_was_changed_in_a_header_is_read_as_it_stands(tmp_path):
+    changed = re.sub(r"return (\w+_AGENT_0)_UP;", r"return \1_DOWN;", HEADER.read_text())
+    (tmp_path / "team.h").write_text(changed)
+    policy = next(each for each in maviper.from_file(tmp_path / "team.h").agents if each.agent == "agent_0")
+    names = {policy.actions[action].name for action in policy.tree.action[policy.tree.action >= 0]}
+    assert changed != HEADER.read_text() and "down" in names and "up" not in names

@@ -2,7 +2,8 @@
 
 Does: reads each `PREFIX_AGENT_act` in any of its styles, with the names of features and actions.
 Assumes: what pycparser reads is what a compiler reads.
-Does not: read any other C, run a compiler, or know the profile that the header was made from.
+Does not: read any other C, agents that test sums or give numbers, run a compiler, or know the profile that the header
+  was made from: a threshold or an action that somebody changed is read as it stands.
 
 A tree is taken only if the function's syntax tree is then proved to be that tree (equivalence/structure.py). Names come
 back in lower case, as the header has no others.
@@ -31,6 +32,7 @@ from codegen.lowering.deploy import deploy_tree
 
 KIND, PROVED_BY = "our own C header", "a second reading of the file, and a proof of its structure"
 PREFIX = re.compile(r'^#define (\w+)_PROFILE "[0-9a-f]{64}"$', re.MULTILINE)
+SUMS = re.compile(r'^#error "sums are ', re.MULTILINE)  # in headers with agents that test sums or give numbers
 ADVICE = "give a header that maviper compile wrote, as it is"
 
 
@@ -40,6 +42,9 @@ def from_header(content: bytes, where: str) -> dict[str, Origin]:
     prefix = PREFIX.search(text)
     if prefix is None:
         raise InputError("the header names no profile", where, ADVICE)
+    if SUMS.search(text):
+        what = "the header has agents that test sums or give numbers, which are not read back"
+        raise InputError(what, where, "import what it was made from, or use the profile that its hash names")
     for odd in structure.odd_lines(text)[:1]:
         raise InputError(f"a line is not ours: {escape_text(odd[:80])}", where, ADVICE)
     try:
