@@ -77,7 +77,7 @@ NOT_FOUND = {
 }
 LOOSER = ("a bound that is looser by a little more than a rounding", "a smaller region")
 ABOUT = {
-    Variables.OBSERVED: "over observations: any combination of numbers in the ranges of world.toml",
+    Variables.OBSERVED: "over observations, region {region}: any combination of numbers in the ranges of world.toml",
     Variables.COORDINATES: "over states of the game, roundings included: world.toml states what agents observe",
 }
 PLAYED = "over episodes of the game, roundings included: world.toml states how it moves and what agents observe"
@@ -99,6 +99,7 @@ class StatedWorld:
     variables: Variables = Variables.STATED
     started: game_episodes.Started | None = None  # of claims about episodes of a game: from where
     again: str = ""  # the command that asks once more, where that is not by the world file
+    region: str = ""  # of observations: what their ranges are
 
     @staticmethod
     def of(profile: PolicyProfile, options: VerifyOptions) -> StatedWorld:
@@ -129,7 +130,8 @@ class StatedWorld:
         source = world_of(profile, viewed.view, region, errors)
         statement = statement_of(source, WORLD_FILE)
         beside = {WORLD_FILE: source, **beside}
-        return StatedWorld._join_parts(profile, statement, given, beside, options, Variables.OBSERVED)
+        made = StatedWorld._join_parts(profile, statement, given, beside, options, Variables.OBSERVED)
+        return replace(made, region=region.name or "given")
 
     @staticmethod
     def of_game(profile: PolicyProfile, options: VerifyOptions) -> StatedWorld:
@@ -212,7 +214,8 @@ class StatedWorld:
         """What verdicts are about."""
         if self.started is not None:
             return PLAYED
-        return ABOUT.get(self.variables) or report.sentence(self.statement.system)
+        about = ABOUT.get(self.variables)
+        return report.sentence(self.statement.system) if about is None else about.format(region=self.region)
 
     @property
     def form(self) -> ModuleType:

@@ -53,6 +53,18 @@ def place(tmp_path_factory):
     return folder
 
 
+@pytest.mark.parametrize(("region", "named"), [("region.toml", "region.toml"), (None, "seen"), ("ranges", "ranges")])
+def test_the_command_says_which_region_the_ranges_are(place, tmp_path, capsys, region, named):
+    """What was seen may be so little that no claim speaks of it: then each is proved."""
+    profile = load(place / "cart.json", sums=True)
+    seen = tuple((-0.1, -0.1, 0.1, 0.1) for _ in profile.agents[0].features)
+    (tmp_path / "cart.json").write_text(dumps(replace(profile, agents=(replace(profile.agents[0], seen=seen),))))
+    asked = ["verify", str(tmp_path / "cart.json"), "--properties", str(written(tmp_path, HARDER))]
+    within = [] if region is None else ["--region", str(place / region) if region.endswith("toml") else region]
+    assert run([*asked, *within]) == (0 if named == "seen" else 1)
+    assert f"over observations, region {named}: " in capsys.readouterr().err
+
+
 def test_a_copy_observes_what_it_copies(place, tmp_path, capsys):
     """The words name the features that are off: all others are the agent's own."""
     claims = written(tmp_path, JUMPS)
