@@ -9,8 +9,9 @@ Numbers that a source gives are the world's outputs, in their order, cut to the 
 its experts cut them.
 
 Features are tied by name where the source knows some by the world's names, else by place. A whole number that a source
-returns is the action of that number. Where the world calls its features feature_0, feature_1, ... or its actions
-action_0, ..., the names that the source has for them are kept.
+returns is the action of that number, in the environment's own count, which may begin elsewhere than at 0. Where the
+world calls its features feature_0, feature_1, ... or its actions action_0, ..., the names that the source has for them
+are kept.
 """
 
 import re
@@ -34,6 +35,7 @@ from maviper.worlds.world import find_misplaced
 
 EPISODES = 100  # that the trees play, so that the ranges of what they observe are known
 ONE_VALUE = re.compile(r"(^|_)is_(minus_)?[0-9]+$")  # a feature of `wrap=flatten`
+COUNTED = re.compile(r"action_(minus_)?[0-9]+")
 MAP = "write --{kind}s NEW=OLD for each that the world calls otherwise"
 
 
@@ -223,10 +225,12 @@ def _is_numbered(names: Sequence[str]) -> bool:
 
 def _numbers(origin: Origin, agent: str, known: list[str], given: Renaming) -> list[int]:
     """The number in the world of each action that a source returns."""
+    own = {identifier(legal(each, "action")): k for k, each in enumerate(known)}
+    counted = own if all(map(COUNTED.fullmatch, own)) else {}
     if given.plain is not None:
         known = _call_anew(known, given.plain, agent, "action")
     keys = {identifier(legal(each, "action")): k for k, each in enumerate(known)}
-    indices = [_number(label, str(origin.called.get(label, "")), keys, given) for label in origin.labels]
+    indices = [_number(label, str(origin.called.get(label, "")), keys, counted, given) for label in origin.labels]
     for label, number in zip(origin.labels, indices, strict=True):
         if number is None or number >= len(known):
             what = f"the source returns {escape_text(str(label))}, which is no action of {agent}"
@@ -238,14 +242,22 @@ def _numbers(origin: Origin, agent: str, known: list[str], given: Renaming) -> l
     return numbers
 
 
-def _number(label: Any, called: str, keys: Mapping[str, int], given: Renaming) -> int | None:
-    """The number of one action: as the user says, as the number that it is, or by its name."""
+def _number(
+    label: Any, called: str, keys: Mapping[str, int], counted: Mapping[str, int], given: Renaming
+) -> int | None:
+    """The number of one action: as the user says, as the number that it is, or by its name. `counted`: the world's own
+    names, where they say what it calls the actions itself, perhaps from 1 on.
+    """
     plain = label.item() if hasattr(label, "item") else label
     for old in (str(plain), called):
         if old in given.pairs:
             return keys.get(identifier(legal(given.pairs[old], "action")))
     if isinstance(plain, int | float):
-        return int(plain) if plain >= 0 and plain == plain // 1 else None
+        if plain != plain // 1:
+            return None
+        if counted:
+            return counted.get(identifier(legal(int(plain), "action")))
+        return int(plain) if plain >= 0 else None
     return keys.get(identifier(legal(plain, "action"))) if isinstance(plain, str) else None
 
 

@@ -154,14 +154,14 @@ def _iterate_names(space: spaces.Space, under: str) -> Iterator[Named]:
             yield from _iterate_names(part, f"{under}_{name}" if under else name)
         return
     if isinstance(space, Discrete):
-        yield from ((f"{_before(under)}is_{_spell_number(space.start + k)}", FLAG) for k in range(int(space.n)))
+        yield from ((f"{_before(under)}is_{spell_number(space.start + k)}", FLAG) for k in range(int(space.n)))
         return
     places = product(*map(range, space.shape or ()))
     if isinstance(space, MultiDiscrete):  # one number per value of each part, side by side
         sizes, starts = np.ravel(space.nvec), np.ravel(space.start)
         for place, size, first in zip(places, sizes, starts, strict=True):
             where = _before("_".join(filter(None, (under, *map(str, place)))))
-            yield from ((f"{where}is_{_spell_number(int(first) + k)}", FLAG) for k in range(int(size)))
+            yield from ((f"{where}is_{spell_number(int(first) + k)}", FLAG) for k in range(int(size)))
         return
     kind, unit = ("feature", "none") if isinstance(space, Box) else ("bit", FLAG)
     single = bool(under) and int(np.prod(space.shape or ())) == 1
@@ -172,5 +172,6 @@ def _before(under: str) -> str:
     return f"{under}_" if under else ""
 
 
-def _spell_number(number: int) -> str:
+def spell_number(number: int) -> str:
+    """A whole number as names have it."""
     return f"{number}".replace("-", "minus_")

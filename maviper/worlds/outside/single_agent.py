@@ -19,8 +19,8 @@ from codegen.errors import InputError, MissingToolError
 from codegen.ir import FeatureSpec, OutputSpec
 from maviper.worlds.outside.acting import NUMBERED, bounds_of, taking, width
 from maviper.worlds.outside.described import DESCRIBED
-from maviper.worlds.outside.flattening import OWN, ensure_small, names_of, specs_of, vector, vector_space
-from maviper.worlds.outside.sources import Source, value_of
+from maviper.worlds.outside.flattening import OWN, ensure_small, names_of, specs_of, spell_number, vector, vector_space
+from maviper.worlds.outside.sources import MAX_ACTIONS, Source, value_of
 
 if TYPE_CHECKING:
     import gymnasium
@@ -133,6 +133,8 @@ class SingleAgent(ParallelEnv[str, Any, Any]):
         called = _find_description(env)
         choices = getattr(self._choices, "n", 0)
         self.action_names = {AGENT: called.actions} if called and len(called.actions) == choices else {}
+        if self._first and not self.action_names and choices <= MAX_ACTIONS:  # its own numbers, which are not ours
+            self.action_names = {AGENT: [f"action_{spell_number(self._first + k)}" for k in range(choices)]}
         self.outputs: dict[str, list[OutputSpec]] = {}
         if called and width(self._choices) and len(called.outputs) == width(self._choices):
             named = zip(called.outputs.items(), bounds_of(self._choices), strict=True)

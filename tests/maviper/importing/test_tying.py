@@ -208,3 +208,44 @@ def test_where_each_value_is_a_feature_the_way_out_is_named(bring):
     with pytest.raises(InputError, match=r"3 features for agent, who has 45") as caught:
         bring(CARDS, "gymnasium:Blackjack-v1,wrap=flatten,max_steps=20")
     assert "and 15 more" in caught.value.next_step and "wrap=numbers shows" in caught.value.next_step
+
+
+COUNTING = """
+import gymnasium
+import numpy as np
+
+class Walk(gymnasium.Env):
+    observation_space = gymnasium.spaces.Box(-9, 9, (1,))
+
+    def __init__(self, first=1):
+        self.action_space = gymnasium.spaces.Discrete(3, start=first)
+
+    def reset(self, seed=None, options=None):
+        super().reset(seed=seed)
+        self.x, self.time = 0.5, 0
+        return np.array([self.x], np.float32), {}
+
+    def step(self, action):
+        assert self.action_space.contains(action), action
+        self.x, self.time = self.x + 0.25 * (action - self.action_space.start - 1), self.time + 1
+        return np.array([self.x], np.float32), self.x, False, self.time == 4, {}
+
+def make(first=1):
+    return Walk(first)
+"""
+
+
+@pytest.mark.parametrize(("first", "down", "stay"), [(1, 1, 2), (-1, -1, 0), (-1, 0, 1), (0, 0, 1)])
+def test_numbers_are_those_that_the_environment_counts(bring, tmp_path, monkeypatch, first, down, stay):
+    """Of actions that are counted from 1, what returns 1 is the first: by its place it would be the second."""
+    (tmp_path / "counting.py").write_text(COUNTING)
+    monkeypatch.chdir(tmp_path)
+    name = f"counting:make,first={first}"
+    source = f"def car(x):\n    return {down} if x[0] > 0.1 else {stay}\n"
+    (policy,) = bring(source, name).agents
+    assert act(policy, np.array([[1.0], [0.0]])).tolist() == [down - first, stay - first]
+    assert [each.name for each in policy.actions] == [f"action_{first + k}".replace("-", "minus_") for k in range(3)]
+    (renamed,) = bring(source, name, action_names=["a", "b", "c"]).agents
+    assert act(renamed, np.array([[1.0], [0.0]])).tolist() == [down - first, stay - first]
+    with pytest.raises(InputError, match=f"the source returns {first + 3}, which is no action"):
+        bring(f"def car(x):\n    return {first + 3} if x[0] > 0.1 else {stay}\n", name)
