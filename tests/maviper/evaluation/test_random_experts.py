@@ -18,7 +18,13 @@ REGISTER, DIGEST = published.read_register("random-experts")
 LABELS = tuple(f"mappo-{seed}" for seed in range(200, 208))
 FIRST = Cell("physical-deception", LABELS[0], "paper", "maviper-every-round", 4, 500)
 GAMES = {"physical-deception": "deception", "cooperative-navigation": "navigation"}
-EXPERTS_OF = {"deception": "eight such experts", "navigation": "[eight fresh experts]"}  # in README's words
+EXPERTS_OF = {"deception": "eight such", "navigation": "[eight fresh experts]"}  # in README's words
+EXPERTS_OF |= {"deception, MADDPG": "eight fresh ones"}
+TOLD_UNDER = {"random-experts": "### Experts as a random level", "more-experts": "### MADDPG experts as a random level"}
+CALLED = {**{name: name for name in GAMES.values()}, "deception-maddpg": "deception, MADDPG"}
+CALLED |= {"navigation-maddpg": "navigation, MADDPG", "predators-mappo": "predators, MAPPO"}
+CALLED |= {"predators-maddpg": "predators, MADDPG"}
+OVER = {"iviper": "over IVIPER", "imitation": "over imitation", "return": "prey's return", "touches": "prey's touches"}
 DEFENDERS, ADVERSARIES = "defenders success r=0.316", "adversaries success r=0.316"
 
 
@@ -172,37 +178,64 @@ def test_the_plan_counts_experts_and_their_training():
     assert "experts mappo, cooperative-navigation" in text and "experts-navigation-iviper, 8 experts" in text
 
 
-def test_the_manual_says_what_the_record_found():
+def rows_of(text):
+    """The rows of the tables of a text, without the space that aligns them."""
+    return [" | ".join(map(str.strip, line.strip("| ").split("|"))) for line in text.splitlines() if line[:1] == "|"]
+
+
+@pytest.mark.parametrize("name", ["random-experts", "more-experts"])
+def test_the_manual_says_what_the_record_found(name):
     """How many experts there are, what each algorithm keeps of them; words where a family is whole, and only there."""
-    record = published.RECORDS / "random-experts"
-    found = Found(REGISTER, DIGEST, record)
+    register, digest = published.read_register(name)
+    found = Found(register, digest, published.RECORDS / name)
     manual = (HERE.parents[1] / "maviper" / "manual" / "reproduce.md").read_text()
-    said = manual.partition("### Experts as a random level")[2].partition("\n#")[0]
-    rows = [" | ".join(map(str.strip, line.strip("| ").split("|"))) for line in said.splitlines() if line[:1] == "|"]
-    for group in REGISTER["groups"]:
+    said = manual.partition(TOLD_UNDER[name])[2].partition("\n#")[0]
+    rows = rows_of(said)
+    for group in register["groups"]:
         means, counts = [], set()
         for algorithm in group["algorithms"]:
             claim = {"game": group["game"], "measure": group["measures"][0]}
             side = {"preset": group["preset"], "algorithm": algorithm}
-            ratios = list(found.ratios({**claim, "row": side}, "row", LABELS, 4).values())
+            ratios = list(found.ratios({**claim, "row": side}, "row", tuple(group["experts"]), 4).values())
             counts.add(len(ratios))
             means += [f"{np.mean(ratios):.3f}".removeprefix("0")] if ratios else []
         (count,) = counts
-        row = f"{GAMES[group['game']]} | {count} of 8 | {' | '.join(means)}"
+        row = f"{CALLED[group['name']]} | {count} of {len(group['experts'])} | {' | '.join(means)}"
         assert not count or row in rows, row
-    for family in published.families(REGISTER):
-        for line in published.family_lines(REGISTER, found, family)[2:]:
-            name, _, told = line.partition(": ")
+    for family in published.families(register):
+        for line in published.family_lines(register, found, family)[2:]:
+            claim, _, told = line.strip().partition(": ")
             if "]" not in told:
                 continue
             interval, _, words = told.partition("]  ")
             mean, low, high = (number.strip("+,") for number in interval.replace("[", "").split())
             lead = f"{mean} [{low}, {high}]".replace("0.", ".")
-            over = {"iviper": "IVIPER", "imitation": "imitation"}[name.partition(",")[0].rpartition("-")[2]]
+            over = OVER[claim.partition(",")[0].partition("-")[2].partition("-")[2]]
             word, size = words.partition(" against")[0].split("; ")
-            row = f"{family}, over {over} | {lead} | {word.replace(' the rule of the ceiling', '')} | {size}"
+            row = f"{family}, {over} | {lead} | {word.replace(' the rule of the ceiling', '')} | {size}"
             assert row in rows, row
-            if over == "IVIPER":
+            if family in EXPERTS_OF and over == "over IVIPER":
                 readme = " ".join((HERE.parents[1] / "README.md").read_text().split())
                 assert f"{lead} over {EXPERTS_OF[family]}" in readme
-    assert ("is partial" in said) == (len(found.documents) < 96)
+    whole = sum(len(cells_of(register, group)) for group in register["groups"])
+    assert ("is partial" in said) == (len(found.documents) < whole)
+
+
+def test_the_manual_has_the_table_of_the_learner():
+    """What each algorithm keeps over eight experts, and the lead over the best of the others, at each depth."""
+    register, digest = published.read_register("learner-experts")
+    found = Found(register, digest, published.RECORDS / "learner-experts")
+    manual = rows_of((HERE.parents[1] / "maviper" / "manual" / "extraction.md").read_text())
+    for game, called in GAMES.items():
+        measure = {"physical-deception": DEFENDERS}.get(game, "agents D")
+        for depth in (2, 4, 6):
+            means = {}
+            for algorithm in ("best-response", "maviper", "iviper", "imitation"):
+                claim = {"game": game, "measure": measure, "row": {"preset": "equal", "algorithm": algorithm}}
+                means[algorithm] = float(np.mean(list(found.ratios(claim, "row", LABELS, depth).values())))
+            best = max((name for name in means if name != "best-response"), key=means.__getitem__)
+            (claim,) = (one for one in register["claims"] if one["id"] == f"experts-{called}-{best}")
+            pair = found.paired(claim, LABELS, depth)
+            numbers = [f"{called}, {depth}", *(f"{mean:.3f}" for mean in means.values())]
+            lead = "{:.3f} [{:.3f}, {:.3f}]".format(pair.mean, *pair.interval())
+            assert " | ".join([*numbers, lead]).replace("0.", ".") in manual
