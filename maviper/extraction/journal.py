@@ -19,6 +19,7 @@ from maviper.extraction.dataset import Met
 from maviper.files import runs
 
 MAX_BYTES = 2**31
+EXPERT_STEP = "expert"  # the expert's own play, before there is a tree
 Arrays = Mapping[str, np.ndarray]
 
 

@@ -31,7 +31,7 @@ from maviper.extraction import refitting
 from maviper.extraction.algorithms import check, extract
 from maviper.extraction.choosing import helpful_features
 from maviper.extraction.extraction import Running
-from maviper.extraction.journal import NOTHING_KEPT, Journal
+from maviper.extraction.journal import EXPERT_STEP, NOTHING_KEPT, Journal
 from maviper.extraction.outcome import finalist_score
 from maviper.extraction.selection.progress import EXTRACTING, Progress, Underway
 from maviper.extraction.selection.selection import explain_stop
@@ -185,11 +185,30 @@ def _run(task: _Task, console: Console | None = None, jobs: int = 1) -> ir.Polic
         | {name: metadata.version(name) for name in PACKAGES},
         "settings": asdict(asked.settings),
     }
-    runs.claim(task.folder, config, SAME, task.resume)
+    goes_on = runs.claim(task.folder, config, SAME, task.resume)
+    told = console or Console(task.quiet, f"seed {asked.settings.seed}")
     with working_alone(task.folder):
-        profile = extract_live(asked, console or Console(task.quiet, f"seed {asked.settings.seed}"), jobs, task.folder)
+        try:
+            profile = extract_live(asked, told, jobs, task.folder)
+        except InputError:
+            if not goes_on:
+                _withdraw(task.folder)
+            raise
         runs.write(task.folder / runs.PROFILE_FILE, policy_json.dumps(profile))
     return profile
+
+
+def _withdraw(folder: Path) -> None:
+    """Takes back a run that failed on what it was given before it had a tree: what is asked for next is another run,
+    and may have the folder. A run with more than the expert's own play stays.
+    """
+    steps = folder / STEPS
+    play = steps / f"{EXPERT_STEP}.safetensors"
+    if {*steps.rglob("*")} <= {play}:
+        play.unlink(missing_ok=True)
+        if steps.exists():
+            steps.rmdir()
+        (folder / runs.CONFIG_FILE).unlink()
 
 
 def _write_profile(

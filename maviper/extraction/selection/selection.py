@@ -14,7 +14,7 @@ from codegen.wording import format_count
 from maviper.episodes import measures
 from maviper.extraction.bundles import AGENT, TEAM, UNIFORM, group_agents
 from maviper.extraction.extraction import Extraction, Running
-from maviper.extraction.journal import Arrays
+from maviper.extraction.journal import EXPERT_STEP, Arrays
 from maviper.extraction.selection.choices import Choice, common, kind_of
 from maviper.extraction.selection.progress import EXTRACTING, Progress, Underway, count_leaves
 
@@ -33,7 +33,7 @@ class Selection:
     def __init__(self, asked: Extraction, agents: Sequence[int], running: Running) -> None:
         self.asked, self.agents, self.running = asked, list(agents), running
         settings = asked.settings
-        experts = asked.journal.arrays("expert", self._experts)
+        experts = asked.journal.arrays(EXPERT_STEP, self._experts)
         units = group_agents(asked.world, settings.selection_by, agents)
         names = [""] if len(units) == 1 else [f"-{place}" for place in range(len(units))]
         kind = kind_of(settings)

@@ -1,6 +1,7 @@
 """Experts of a user's own: what they do wrongly is told as theirs, in three lines, with the place."""
 
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -44,12 +45,12 @@ def extract(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", [*sys.path])
 
-    def run(*options, **parts):
+    def run(*options, into="p.json", **parts):
         sys.modules.pop("somebody", None)
         (tmp_path / "somebody.py").write_text(EXPERT.format(**{**GOOD, **parts}))
         small = ("--iterations", "1", "--rollouts", "3", "--selection-episodes", "3", "--refinement-episodes", "0")
-        code = main.run(["-q", "extract", "somebody:make", *small, *options, "-o", str(tmp_path / "p.json")])
-        assert (tmp_path / "p.json").exists() == (code == ExitCode.DONE)
+        code = main.run(["-q", "extract", "somebody:make", *small, *options, "-o", into])
+        assert Path(into if into.endswith(".json") else f"{into}/profile.json").exists() == (code == ExitCode.DONE)
         said = capsys.readouterr()
         run.out = [line for line in said.out.splitlines() if line]
         return code, said.err
@@ -109,6 +110,21 @@ def test_what_q_does_wrongly(extract, case):
     code, told = extract(q=q)
     assert code == ExitCode.INPUT and says in told and advice in told and "Traceback" not in told, told
     assert extract(*UNMEASURED, q=q)[0] == ExitCode.DONE
+
+
+def test_a_run_that_q_ends_before_it_has_a_tree_leaves_its_folder_free(extract):
+    """What is advised, --critic none, is another run. One that has a tree stays."""
+    without = {"q": "raise NotImplementedError('none')"}
+    assert extract(into="run", **without)[0] == ExitCode.INPUT and not [*Path("run").iterdir()]
+    Path("run/mine.txt").write_text("kept")
+    assert extract(into="run", **without)[0] == ExitCode.INPUT
+    assert extract(*UNMEASURED, into="run", **without)[0] == ExitCode.DONE and Path("run/mine.txt").exists()
+    several = ("--seeds", "2")
+    assert extract(*several, into="two", **without)[0] == ExitCode.INPUT
+    assert extract(*UNMEASURED, *several, into="two", **without)[0] == ExitCode.DONE
+    late = "self.told = getattr(self, 'told', 0) + 1; return np.zeros((len(given), len(joint) if self.told < 9 else 1))"
+    code, told = extract("--iterations", "3", into="late", q=late)
+    assert code == ExitCode.INPUT and "returns shape" in told and Path("late/config.json").exists(), told
 
 
 MADE = {
