@@ -36,6 +36,9 @@ class FolderPath(click.Path):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """The path, checked."""
+        if not str(value):
+            flag = param.opts[0] if param else "-o"
+            raise InputError(f"{flag} names no folder", "an empty name", f"write {flag} . for this folder")
         path = cast("Path", super().convert(value, param, ctx))
         if path.suffix.lower() in FILES - {*self._files} and not os.path.isdir(path):  # noqa: PTH112 - also too long
             flag = param.opts[0] if param else "-o"

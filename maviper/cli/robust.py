@@ -85,11 +85,17 @@ def robust(
 
 
 def _ensure_asked(gives: bool, least: Fraction | None, most: Fraction | None) -> None:
-    """InputError for a bound of what the other kind of agent has: known before anything is proved."""
+    """InputError for a bound of what the other kind of agent has, or one that decides nothing: known before anything is
+    proved.
+    """
     if most is not None and not gives:
         raise InputError("--most is for agents that give numbers", "--most", "write --least, of radii")
     if least is not None and gives:
         raise InputError("--least is for agents that take actions", "--least", "write --most, of changes of outputs")
+    if least is not None and least <= 0:
+        raise InputError(f"no radius is below {least}, so this cannot fail", "--least", "write a number above 0")
+    if most is not None and most < 0:
+        raise InputError("no output changes by less than 0, so this cannot hold", "--most", "write 0 or more")
 
 
 def _tell_radii(console: "Console", table: "Radii", least: Fraction | None, certify: bool) -> ExitCode:

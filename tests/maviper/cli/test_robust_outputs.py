@@ -81,6 +81,7 @@ def test_a_run_replaces_its_table(place, capsys):
         (["--error", "v=much"], "not a number"),
         (["--error", "0.1", "--certify"], "leave it out; `maviper verify` proves"),
         (["--error", "0.1", "--least", "1"], "write --most"),
+        (["--error", "0.1", "--most", "-1"], "so this cannot hold"),
     ],
 )
 def test_what_is_refused(place, options, said, capsys):

@@ -8,6 +8,7 @@ import pytest
 
 import maviper
 from codegen import policy_json
+from codegen.errors import ExitCode
 from maviper.cli import main
 from tests.support.observations import blind
 from tests.support.teams import tree
@@ -67,6 +68,21 @@ def test_a_radius_below_the_least_one_exits_with_1(place, capsys):
     assert main.run([*arguments, "--least", "0.2"]) == 0
     assert main.run([*arguments, "--least", "0.3"]) == 1
     assert json.loads(capsys.readouterr().out.split("}\n{")[0] + "}")["agent"] == "cart"
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--least", "0"], "no radius is below 0, so this cannot fail"),
+        (["--least", "-1/2"], "no radius is below -1/2"),
+        (["-o", ""], "-o names no folder"),
+    ],
+)
+def test_bounds_and_places_that_say_nothing_are_refused(place, options, said, capsys):
+    """Every radius is at least 0; without a name, results would lie in whatever folder one is in."""
+    before = sorted(place.iterdir())
+    assert main.run(["robust", str(place / "profile.json"), str(place / "seen.csv"), *options]) == ExitCode.INPUT
+    assert said in capsys.readouterr().err and sorted(place.iterdir()) == before
 
 
 def test_lists_and_tables_in_json_are_read(place):
