@@ -34,8 +34,8 @@ from maviper.worlds.matching import OWN_NAMES
 from maviper.worlds.world import find_misplaced
 
 EPISODES = 100  # that the trees play, so that the ranges of what they observe are known
+MINUS = "minus_"
 ONE_VALUE = re.compile(r"(^|_)is_(minus_)?[0-9]+$")  # a feature of `wrap=flatten`
-COUNTED = re.compile(r"action_(minus_)?[0-9]+")
 MAP = "write --{kind}s NEW=OLD for each that the world calls otherwise"
 
 
@@ -98,8 +98,9 @@ def _tie_agent(
     features = _features(origin, agent, [each.name for each in specs], renaming(said.features))
     if origin.vectors or world.outputs:
         return _giving(features, agent, world, place)
-    numbers = _numbers(origin, agent, [each.name for each in choices], renaming(said.actions))
-    actions = _action_names(origin, numbers, [each.name for each in choices], renaming(said.actions))
+    known, first = [each.name for each in choices], world.counted_from[place] if world.counted_from else 0
+    numbers = _numbers(origin, agent, known, first, renaming(said.actions))
+    actions = _action_names(origin, numbers, known, first, renaming(said.actions))
     source = replace(features.origin, labels=tuple(numbers), called={})
     profile = profile_of({agent: source}, Names(features.names, actions), FLOAT32)
     (policy,) = profile.agents
@@ -214,27 +215,28 @@ def _ensure_count(count: int, known: Sequence[str], agent: str, kind: str) -> No
         raise InputError(what, agent, advice)
 
 
-def _is_numbered(names: Sequence[str]) -> bool:
-    """Whether names say no more than places."""
+def _is_numbered(names: Sequence[str], first: int = 0) -> bool:
+    """Whether names say no more than places, which are counted from `first` on."""
     parts = [NUMBERED.fullmatch(each) for each in names]
-    return all(part is not None and int(part[2]) == k for k, part in enumerate(parts))
+    return all(
+        part is not None and int(part[2]) * (-1 if part[1].endswith(MINUS) else 1) == k
+        for k, part in enumerate(parts, first)
+    )
 
 
 # --- actions
 
 
-def _numbers(origin: Origin, agent: str, known: list[str], given: Renaming) -> list[int]:
-    """The number in the world of each action that a source returns."""
-    own = {identifier(legal(each, "action")): k for k, each in enumerate(known)}
-    counted = own if all(map(COUNTED.fullmatch, own)) else {}
+def _numbers(origin: Origin, agent: str, known: list[str], first: int, given: Renaming) -> list[int]:
+    """The number in the world of each action that a source returns. `first`: what the environment calls number 0."""
     if given.plain is not None:
         known = _call_anew(known, given.plain, agent, "action")
     keys = {identifier(legal(each, "action")): k for k, each in enumerate(known)}
-    indices = [_number(label, str(origin.called.get(label, "")), keys, counted, given) for label in origin.labels]
+    indices = [_number(label, str(origin.called.get(label, "")), keys, first, given) for label in origin.labels]
     for label, number in zip(origin.labels, indices, strict=True):
         if number is None or number >= len(known):
             what = f"the source returns {escape_text(str(label))}, which is no action of {agent}"
-            all_of = ", ".join(f"{k} {name}" for k, name in enumerate(known[:30]))
+            all_of = ", ".join(f"{k} {name}" for k, name in enumerate(known[:30], first))
             raise InputError(what, f"{agent}: its actions are {all_of}", MAP.format(kind="action"))
     numbers = [number for number in indices if number is not None]
     if len(set(numbers)) < len(numbers):
@@ -242,30 +244,22 @@ def _numbers(origin: Origin, agent: str, known: list[str], given: Renaming) -> l
     return numbers
 
 
-def _number(
-    label: Any, called: str, keys: Mapping[str, int], counted: Mapping[str, int], given: Renaming
-) -> int | None:
-    """The number of one action: as the user says, as the number that it is, or by its name. `counted`: the world's own
-    names, where they say what it calls the actions itself, perhaps from 1 on.
-    """
+def _number(label: Any, called: str, keys: Mapping[str, int], first: int, given: Renaming) -> int | None:
+    """The number of one action: as the user says, as the number that the environment has for it, or by its name."""
     plain = label.item() if hasattr(label, "item") else label
     for old in (str(plain), called):
         if old in given.pairs:
             return keys.get(identifier(legal(given.pairs[old], "action")))
     if isinstance(plain, int | float):
-        if plain != plain // 1:
-            return None
-        if counted:
-            return counted.get(identifier(legal(int(plain), "action")))
-        return int(plain) if plain >= 0 else None
+        return int(plain) - first if plain >= first and plain == plain // 1 else None
     return keys.get(identifier(legal(plain, "action"))) if isinstance(plain, str) else None
 
 
-def _action_names(origin: Origin, numbers: Sequence[int], known: list[str], given: Renaming) -> list[str]:
+def _action_names(origin: Origin, numbers: Sequence[int], known: list[str], first: int, given: Renaming) -> list[str]:
     """What the world's actions are called: as the user says, or the source where the world has numbers."""
     if given.plain is not None:
         return list(given.plain)
-    if not _is_numbered(known):
+    if not _is_numbered(known, first):
         return known
     called = dict(zip(numbers, (origin.called.get(label, "") for label in origin.labels), strict=True))
     return [str(called.get(k) or name) for k, name in enumerate(known)]

@@ -121,6 +121,7 @@ class World(ABC):
     features: tuple[tuple[FeatureSpec, ...], ...]  # per agent
     actions: tuple[tuple[ActionSpec, ...], ...]  # per agent; each () where agents give numbers
     outputs: tuple[tuple[OutputSpec, ...], ...] = ()  # per agent, the numbers that it gives; (): agents have actions
+    counted_from: tuple[int, ...] = ()  # per agent, the environment's own number of its first action; (): 0
     measures: tuple[Measure, ...]  # the first of each team is its primary one, if `judge_by` names no other
     beside: tuple[Measure, ...] = ()  # told beside these where teams are evaluated; nothing is chosen by them
     return_first: tuple[str, ...] = ()  # teams that are to be read by their return first

@@ -83,6 +83,7 @@ class PettingZooWorld(OutsideWorld):
         names = legal_names([str(agent) for agent in self.env_agents], "agent")
         called = dict(zip(self.env_agents, names, strict=True))
         self.actions = tuple(_actions(env, agent, self.source) for agent in self.env_agents)
+        self.counted_from = tuple(_first_action(env, agent) for agent in self.env_agents)
         outputs = tuple(outputs_of(env, agent, self.source) for agent in self.env_agents)
         self.outputs = outputs if any(outputs) else ()
         self.teams = _teams(env, called, self.source)
@@ -315,6 +316,13 @@ def _actions(env: Any, agent: Any, source: Source) -> tuple[ActionSpec, ...]:
         what = f"`legal` names {len(legal)} features for the {len(names)} actions of {agent}"
         raise InputError(what, source.text, 'name one for each action, "" where it is always legal')
     return tuple(ActionSpec(name, None, feature) for name, feature in zip(names, legal, strict=True))
+
+
+def _first_action(env: Any, agent: Any) -> int:
+    """The environment's own number of an agent's first action, as our wrappers say."""
+    counted = getattr(env, "counted_from", None)
+    first = counted.get(agent, 0) if is_mapping(counted) else 0
+    return first if isinstance(first, int) else 0
 
 
 def _within(bounds: Any) -> list[float]:

@@ -133,6 +133,7 @@ class SingleAgent(ParallelEnv[str, Any, Any]):
         called = _find_description(env)
         choices = getattr(self._choices, "n", 0)
         self.action_names = {AGENT: called.actions} if called and len(called.actions) == choices else {}
+        self.counted_from = {AGENT: self._first}
         if self._first and not self.action_names and choices <= MAX_ACTIONS:  # its own numbers, which are not ours
             self.action_names = {AGENT: [f"action_{spell_number(self._first + k)}" for k in range(choices)]}
         self.outputs: dict[str, list[OutputSpec]] = {}

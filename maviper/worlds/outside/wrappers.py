@@ -134,6 +134,7 @@ class Flattened(ParallelEnv[Any, Any, Any]):
         self._boxes: dict[Any, Box] = {}
         self._legal: dict[Any, int] = {}
         self.action_names: dict[Any, Sequence[str]] = {}
+        self.counted_from = env.counted_from if isinstance(env, SingleAgent) else {}
         self.legal: dict[Any, tuple[str, ...]] = {}  # agent -> the feature that says whether an action is legal
         self.features: dict[Any, list[FeatureSpec]] = {}
         for agent in self.possible_agents:

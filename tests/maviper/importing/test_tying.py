@@ -232,6 +232,34 @@ class Walk(gymnasium.Env):
 
 def make(first=1):
     return Walk(first)
+
+class Named:
+    # counts actions from 0, and calls the first one action_1
+
+    metadata, possible_agents = {"name": "named"}, ["car"]
+    action_names = {"car": ["action_1", "action_2", "action_3"]}
+
+    def __init__(self):
+        self.env, self.agents = Walk(0), []
+
+    def observation_space(self, agent):
+        return self.env.observation_space
+
+    def action_space(self, agent):
+        return self.env.action_space
+
+    def reset(self, seed=None, options=None):
+        self.agents = ["car"]
+        return tuple({"car": each} for each in self.env.reset(seed=seed))
+
+    def step(self, actions):
+        seen = self.env.step(actions["car"])
+        self.agents = [] if seen[3] else self.agents
+        return tuple({"car": each} for each in seen)
+
+def named():
+    import pettingzoo
+    return type("Car", (Named, pettingzoo.ParallelEnv), {})()
 """
 
 
@@ -249,3 +277,26 @@ def test_numbers_are_those_that_the_environment_counts(bring, tmp_path, monkeypa
     assert act(renamed, np.array([[1.0], [0.0]])).tolist() == [down - first, stay - first]
     with pytest.raises(InputError, match=f"the source returns {first + 3}, which is no action"):
         bring(f"def car(x):\n    return {first + 3} if x[0] > 0.1 else {stay}\n", name)
+
+
+@pytest.mark.parametrize("wrap", ["", ",wrap=flatten"])
+@pytest.mark.parametrize("first", [1, -1])
+def test_names_of_a_source_are_kept_whatever_the_environment_counts_from(bring, tmp_path, monkeypatch, first, wrap):
+    (tmp_path / "counting.py").write_text(COUNTING)
+    monkeypatch.chdir(tmp_path)
+    source = f"from enum import IntEnum\n\nclass Go(IntEnum):\n    DOWN = {first}\n    UP = {first + 2}\n\n"
+    source += "def car(x):\n    return Go.DOWN if x[0] > 0.1 else Go.UP\n"
+    name = f"counting:make,first={first}{wrap}"
+    profile = bring(source, name)
+    (policy,) = profile.agents
+    assert [each.name for each in policy.actions] == ["DOWN", f"action_{first + 1}", "UP"]
+    assert act(policy, np.array([[1.0], [0.0]])).tolist() == [0, 2] and plays(profile, find(name))
+
+
+def test_numbers_in_names_of_actions_are_no_count(bring, tmp_path, monkeypatch):
+    """An environment that counts from 0 is given 0 and 1, whatever number is in the names that it has for them."""
+    (tmp_path / "counting.py").write_text(COUNTING)
+    monkeypatch.chdir(tmp_path)
+    (policy,) = bring("def car(x):\n    return 1 if x[0] > 0.1 else 0\n", "counting:named").agents
+    assert act(policy, np.array([[1.0], [0.0]])).tolist() == [1, 0]
+    assert [each.name for each in policy.actions] == ["action_1", "action_2", "action_3"]
