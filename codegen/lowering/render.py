@@ -68,7 +68,7 @@ def brief(number: float | str) -> str:
 def exact(number: float | str) -> str:
     """A number with as many digits as it has: six, or those of its shortest decimal."""
     text = brief(number)
-    return text if isinstance(number, str) or float(text) == number else repr(number)
+    return text if isinstance(number, str) or float(text) == number else repr(float(number))
 
 
 def shorten_number(exact: float | str) -> str:

@@ -98,7 +98,8 @@ def _tie_agent(
     features = _features(origin, agent, [each.name for each in specs], renaming(said.features))
     if origin.vectors or world.outputs:
         return _giving(features, agent, world, place)
-    known, first = [each.name for each in choices], world.counted_from[place] if world.counted_from else 0
+    known = [each.name for each in choices]
+    first = world.counted_from[place] if world.counted_from and not origin.by_place else 0
     numbers = _numbers(origin, agent, known, first, renaming(said.actions))
     actions = _action_names(origin, numbers, known, first, renaming(said.actions))
     source = replace(features.origin, labels=tuple(numbers), called={})

@@ -76,6 +76,7 @@ class OnnxTree(NamedTuple):
     nan: bool  # whether a NaN, which goes right, goes where the model sends it
     double: bool = False  # whether observations are float64
     gives: Float32 | None = None  # what a regressor gives at each leaf, [n_leaves, n_targets]
+    ours: bool = False  # whether it says that it was made from a profile, whose actions it numbers from 0 on
 
 
 def decision_tree(model: bytes, n_features: int = 0) -> OnnxTree:
@@ -105,7 +106,9 @@ def decision_tree(model: bytes, n_features: int = 0) -> OnnxTree:
         raise make_error(flow.tree, f"the tree tests feature {last}, the input has {n_columns}", "export it again")
     whole = _fold_columns(grown, flow.before) if flow.before else Folded(grown, True)
     nan = whole.nan and flow.nan
-    return OnnxTree(whole.tree, labels, flow.width, flow.input, flow.output, nan, flow.double, gives)
+    said = {each.key for each in loaded.metadata_props}
+    ours = {"profile", "agent", "actions"} <= said and "labels" not in said
+    return OnnxTree(whole.tree, labels, flow.width, flow.input, flow.output, nan, flow.double, gives, ours)
 
 
 def _fold_columns(grown: GrownTree, columns: Columns) -> Folded:

@@ -9,6 +9,7 @@ import maviper
 from codegen.errors import ExitCode, InputError, UnknownNameError
 from codegen.ir import act, outputs
 from codegen.policy_json import dumps
+from codegen.targets import emit
 from maviper.importing import tying
 from maviper.page.page import contents_of, page
 from maviper.worlds import find
@@ -291,6 +292,20 @@ def test_names_of_a_source_are_kept_whatever_the_environment_counts_from(bring, 
     (policy,) = profile.agents
     assert [each.name for each in policy.actions] == ["DOWN", f"action_{first + 1}", "UP"]
     assert act(policy, np.array([[1.0], [0.0]])).tolist() == [0, 2] and plays(profile, find(name))
+
+
+def test_onnx_of_ours_gives_places_of_actions(bring, tmp_path, monkeypatch):
+    """Whatever the environment counts from: 0 is the first action, as in all generated code."""
+    pytest.importorskip("onnxruntime", reason="onnxruntime is not installed")
+    (tmp_path / "counting.py").write_text(COUNTING)
+    monkeypatch.chdir(tmp_path)
+    profile = bring("def car(x):\n    return -1 if x[0] > 0.1 else 0\n", "counting:make,first=-1")
+    (model,) = emit(profile, ["onnx"]).values()
+    (tmp_path / "car.onnx").write_bytes(model)
+    again = maviper.from_file(tmp_path / "car.onnx", name="counting:make,first=-1")
+    rows = np.array([[1.0], [0.0]])
+    assert act(again.agents[0], rows).tolist() == act(profile.agents[0], rows).tolist() == [0, 1]
+    assert again.agents[0].actions == profile.agents[0].actions
 
 
 def test_numbers_in_names_of_actions_are_no_count(bring, tmp_path, monkeypatch):

@@ -257,6 +257,7 @@ def test_a_property_file_with_both_kinds_of_claims(capsys, place):
         (["--property", "own_target", "--landmarks", "landmark_0,landmrk_1"], "did you mean 'landmark_1'"),
         (["--property", "steady", "--eps", "0"], "eps above 0"),
         (["--property", "stedy"], "did you mean 'steady'"),
+        (["--semantics", "reel"], "machine or real"),
         (["--properties", "none.toml"], "cannot read the file"),
         (["--properties", "bad.toml"], "not a readable property file"),
         (["--properties", "bytes.toml"], "not UTF-8"),

@@ -5,6 +5,7 @@ from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from codegen import ir
@@ -141,3 +142,4 @@ def test_a_terminal_shows_all_digits_of_a_state_that_has_more_than_six():
     text = render("report/lines-counterexample.txt.j2", result={"counterexample": found, "observations": "all"})
     assert text.startswith("at angle 0.09999999999, spin -2, left 1/3, far 2e+30\n")
     assert [exact(number) for number in (0.1, 1e6, 1234567.0, -0.0)] == ["0.1", "1e+06", "1234567.0", "-0"]
+    assert exact(np.float64(0.12345678)) == "0.12345678"
