@@ -22,6 +22,7 @@ from verify.systems.claims import SystemClaim
 from verify.systems.system import HalfSpace, System
 
 EPISODES, SEED = 1_000, 1
+ROUNDED = 2.0**-40  # of the ranges: a state no farther beyond a border is on it, but for the rounding of float64
 
 
 @dataclass(frozen=True)
@@ -61,10 +62,10 @@ def closest(profile: PolicyProfile, system: System, claim: SystemClaim) -> Close
                 continue
             levels, borders = _levels(system, claim, state)
             place = int(np.argmin(np.where(alive & np.isfinite(levels), levels, np.inf)))
-            if alive[place] and levels[place] < 0:
+            if alive[place] and levels[place] < -ROUNDED:
                 return None
-            if alive[place] and levels[place] < least:
-                least = levels[place]
+            if alive[place] and max(levels[place], 0.0) < least:
+                least = max(levels[place], 0.0)
                 approach = _approach(system, claim, int(borders[place]), float(least), step, count)
     return approach
 

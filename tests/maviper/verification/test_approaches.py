@@ -70,6 +70,14 @@ def test_a_claim_that_an_episode_fulfils_has_no_closest_approach(tmp_path):
     assert facts["verdict"] == "PROVED" and "approach" not in facts and "border" not in text
 
 
+def test_an_episode_that_ends_on_the_border_comes_as_near_as_that(tmp_path):
+    """Three steps of 0.1 are beyond 0.3 in float64, by a rounding."""
+    world = WORLD.replace("steps = 5", "steps = 3").replace("x = [0, 0.05]", "x = [0, 0]")
+    facts, text = told(tmp_path, 'name = "stays_in"\nregion = { box = { x = [-1, 0.3] } }', world)
+    near = facts["approach"]
+    assert facts["verdict"] == "PROVED" and (near["border"], near["gap"], near["step"]) == ("x = 0.3", 0.0, 3), text
+
+
 def test_episodes_with_errors_that_no_rule_has_tell_of_no_closest_approach(tmp_path):
     squared = WORLD.replace('y = "y"', 'y = "y*y/1[m]"')
     facts, text = told(tmp_path, 'name = "stays_in"\nregion = { box = { y = [-1, 2] } }', squared)
