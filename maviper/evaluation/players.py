@@ -115,7 +115,8 @@ def _ensure_plays(profile: ir.PolicyProfile, played: World, at: str) -> None:
             raise InputError(what, at, "import the tree with --world: its observations are float32 then")
     if not plays(profile, played):
         theirs = world_name(profile.world)
-        mismatch = f"{theirs}, not {played.name}" if theirs != played.name else f"{theirs} in another version"
+        other = theirs != played.name and profile.world != played.spec
+        mismatch = f"{theirs}, not {played.name}" if other else f"{played.name} in another version"
         raise InputError("the profile plays another world", f"{at}: {mismatch}", _ADVICE)
 
 

@@ -294,6 +294,20 @@ def test_names_of_a_source_are_kept_whatever_the_environment_counts_from(bring, 
     assert act(policy, np.array([[1.0], [0.0]])).tolist() == [0, 2] and plays(profile, find(name))
 
 
+def test_a_profile_from_before_the_actions_had_their_numbers_is_of_another_version(
+    bring, tmp_path, monkeypatch, capsys
+):
+    (tmp_path / "counting.py").write_text(COUNTING)
+    monkeypatch.chdir(tmp_path)
+    profile = bring("def car(x):\n    return 1 if x[0] > 0.1 else 2\n", "counting:make")
+    (policy,) = profile.agents
+    before = tuple(replace(each, name=f"action_{k}") for k, each in enumerate(policy.actions))
+    old = replace(profile, agents=(replace(policy, actions=before),))
+    (tmp_path / "old.json").write_text(dumps(old))
+    code, _, err = run(capsys, "evaluate", "old.json", "--world", "counting:make", "--episodes", "1")
+    assert code == ExitCode.INPUT and "old.json: counting:make in another version" in err
+
+
 def test_onnx_of_ours_gives_places_of_actions(bring, tmp_path, monkeypatch):
     """Whatever the environment counts from: 0 is the first action, as in all generated code."""
     pytest.importorskip("onnxruntime", reason="onnxruntime is not installed")
