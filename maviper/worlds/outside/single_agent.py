@@ -8,6 +8,7 @@ Does not: choose actions for people.
 from __future__ import annotations
 
 import re
+import warnings
 from collections.abc import Callable, Mapping
 from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any
@@ -57,7 +58,9 @@ def find_registered(name: str) -> Callable[..., gymnasium.Env]:
         given = {key: value_of(value) for key, value in options.items()}
         _ensure_version(name)
         try:
-            env = gymnasium.make(name, disable_env_checker=True, **given)
+            with warnings.catch_warnings():
+                warnings.filterwarnings("ignore", ".*Using the latest versioned environment")  # it is refused below
+                env = gymnasium.make(name, disable_env_checker=True, **given)
         except (gymnasium.error.Error, ImportError) as error:
             raise _make_name_error(name, error) from error
         _ensure_version(name)  # of a package that was imported by now

@@ -131,6 +131,20 @@ def test_a_name_without_a_version_names_the_latest_one(name, latest):
         find(f"gymnasium:{name}")
 
 
+def test_a_name_without_a_version_is_refused_where_its_module_was_not_imported_yet(tmp_path, monkeypatch):
+    """The versions are known once Gymnasium has imported the module, which is when it makes one."""
+    registers = "gymnasium.register('Late-v{}', entry_point='gymnasium.envs.toy_text.taxi:TaxiEnv')"
+    (tmp_path / "latecomers.py").write_text("\n".join(["import gymnasium", registers.format(2), registers.format(10)]))
+    monkeypatch.syspath_prepend(tmp_path)
+    try:
+        with pytest.raises(InputError, match=r"says no version(.|\n)*write gymnasium:latecomers:Late-v10$"):
+            find("gymnasium:latecomers:Late")
+    finally:
+        for version in (2, 10):
+            gymnasium.registry.pop(f"Late-v{version}", None)
+        sys.modules.pop("latecomers", None)
+
+
 def test_an_environment_that_was_registered_without_a_version_is_itself():
     gymnasium.register("Alone", entry_point="gymnasium.envs.classic_control.mountain_car:MountainCarEnv")
     try:
