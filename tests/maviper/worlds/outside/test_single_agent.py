@@ -15,7 +15,7 @@ from maviper.worlds import find
 from maviper.worlds.checking import check, usable
 from maviper.worlds.outside.pettingzoo import GAMES_HERE
 from maviper.worlds.outside.processes import Copy
-from maviper.worlds.outside.single_agent import SingleAgent
+from maviper.worlds.outside.single_agent import SingleAgent, find_registered
 from maviper.worlds.outside.sources import parse_source
 from maviper.worlds.outside.together import Together
 from maviper.worlds.seeds import fold_seed
@@ -138,7 +138,7 @@ def test_a_name_without_a_version_is_refused_where_its_module_was_not_imported_y
     monkeypatch.syspath_prepend(tmp_path)
     try:
         with pytest.raises(InputError, match=r"says no version(.|\n)*write gymnasium:latecomers:Late-v10$"):
-            find("gymnasium:latecomers:Late")
+            find_registered("latecomers:Late")()
     finally:
         for version in (2, 10):
             gymnasium.registry.pop(f"Late-v{version}", None)
