@@ -34,7 +34,7 @@ class Facts:
     keyed: bool = False  # whether it looks features up by these names, wherever they are
     notes: tuple[str, ...] = ()  # what of the source was skipped or assumed, in words
     called: Mapping[Any, str] = field(default_factory=dict[Any, str])  # what it calls some of the labels
-    by_place: bool = False  # whether labels are the places of a profile's actions, whatever a game counts from
+    placed: tuple[str, ...] = ()  # the names of a profile's actions, where labels are their places
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -35,6 +35,7 @@ from maviper.worlds.world import find_misplaced
 
 EPISODES = 100  # that the trees play, so that the ranges of what they observe are known
 MINUS = "minus_"
+COUNTED = re.compile(rf"action_({MINUS})?[0-9]+")
 ONE_VALUE = re.compile(r"(^|_)is_(minus_)?[0-9]+$")  # a feature of `wrap=flatten`
 MAP = "write --{kind}s NEW=OLD for each that the world calls otherwise"
 
@@ -99,7 +100,7 @@ def _tie_agent(
     if origin.vectors or world.outputs:
         return _giving(features, agent, world, place)
     known = [each.name for each in choices]
-    first = world.counted_from[place] if world.counted_from and not origin.by_place else 0
+    first = world.counted_from[place] if world.counted_from and not _is_placed(origin.placed, known) else 0
     numbers = _numbers(origin, agent, known, first, renaming(said.actions))
     actions = _action_names(origin, numbers, known, first, renaming(said.actions))
     source = replace(features.origin, labels=tuple(numbers), called={})
@@ -214,6 +215,12 @@ def _ensure_count(count: int, known: Sequence[str], agent: str, kind: str) -> No
         if count < len(known) and sum(map(bool, map(ONE_VALUE.search, known))) > 1:
             advice += "; these are values of whole numbers, which wrap=numbers shows as they are"
         raise InputError(what, agent, advice)
+
+
+def _is_placed(names: Sequence[str], known: Sequence[str]) -> bool:
+    """Whether the places of a profile's actions are those of the world: so many, and none has another one's number."""
+    fits = (name == own or not COUNTED.fullmatch(name) for name, own in zip(names, known, strict=False))
+    return len(names) == len(known) and all(fits)
 
 
 def _is_numbered(names: Sequence[str], first: int = 0) -> bool:

@@ -76,7 +76,7 @@ class OnnxTree(NamedTuple):
     nan: bool  # whether a NaN, which goes right, goes where the model sends it
     double: bool = False  # whether observations are float64
     gives: Float32 | None = None  # what a regressor gives at each leaf, [n_leaves, n_targets]
-    ours: bool = False  # whether it says that it was made from a profile, whose actions it numbers from 0 on
+    actions: tuple[str, ...] = ()  # of the profile that it says it was made from, whose places its labels are
 
 
 def decision_tree(model: bytes, n_features: int = 0) -> OnnxTree:
@@ -106,9 +106,10 @@ def decision_tree(model: bytes, n_features: int = 0) -> OnnxTree:
         raise make_error(flow.tree, f"the tree tests feature {last}, the input has {n_columns}", "export it again")
     whole = _fold_columns(grown, flow.before) if flow.before else Folded(grown, True)
     nan = whole.nan and flow.nan
-    said = {each.key for each in loaded.metadata_props}
-    ours = {"profile", "agent", "actions"} <= said and "labels" not in said
-    return OnnxTree(whole.tree, labels, flow.width, flow.input, flow.output, nan, flow.double, gives, ours)
+    said = {each.key: each.value for each in loaded.metadata_props}
+    ours = {"profile", "agent", "actions"} <= said.keys() and "labels" not in said
+    actions = tuple(said["actions"].split(",")) if ours else ()
+    return OnnxTree(whole.tree, labels, flow.width, flow.input, flow.output, nan, flow.double, gives, actions)
 
 
 def _fold_columns(grown: GrownTree, columns: Columns) -> Folded:

@@ -72,7 +72,7 @@ def origin_of(content: bytes, feature_names: Sequence[str] | None = None) -> Ori
         nan=tree.nan,
         numbers=numbers,
         given=f"{numbers}, the type of its input",
-        by_place=tree.ours,
+        placed=tree.actions,
     )
     if tree.gives is None:
         return origin

@@ -322,6 +322,18 @@ def test_onnx_of_ours_gives_places_of_actions(bring, tmp_path, monkeypatch):
     assert again.agents[0].actions == profile.agents[0].actions
 
 
+def test_onnx_of_ours_from_a_tree_without_a_game_gives_its_numbers(tmp_path, monkeypatch):
+    """Without a game, an action has the number that the tree returned: there is no other place."""
+    pytest.importorskip("onnxruntime", reason="onnxruntime is not installed")
+    (tmp_path / "counting.py").write_text(COUNTING)
+    (tmp_path / "car.py").write_text("def car(x):\n    return 1 if x[0] > 0.1 else 2\n")
+    monkeypatch.chdir(tmp_path)
+    (model,) = emit(maviper.from_file(tmp_path / "car.py", arrays="float32"), ["onnx"]).values()
+    (tmp_path / "car.onnx").write_bytes(model)
+    (policy,) = maviper.from_file(tmp_path / "car.onnx", name="counting:make").agents
+    assert act(policy, np.array([[1.0], [0.0]])).tolist() == [0, 1]
+
+
 def test_numbers_in_names_of_actions_are_no_count(bring, tmp_path, monkeypatch):
     """An environment that counts from 0 is given 0 and 1, whatever number is in the names that it has for them."""
     (tmp_path / "counting.py").write_text(COUNTING)
