@@ -146,7 +146,7 @@ def test_the_factorial_has_both_algorithms_at_its_ends_and_equal_episodes():
     assert len({tuple(getattr(each, part) for part in PARTS) for each in found.values()}) == 16
 
 
-@pytest.mark.parametrize("name", ["learner", "learner-experts"])
+@pytest.mark.parametrize("name", ["learner", "learner-experts", "learner-more-experts"])
 def test_the_learner_has_the_episodes_of_what_it_is_compared_with(name):
     register, _ = published.read_register(name)
     known = {cell for group in register["groups"] for cell in cells_of(register, group)}

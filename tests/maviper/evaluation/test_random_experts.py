@@ -67,20 +67,32 @@ def test_every_comparison_has_its_cells_and_every_expert_seeds_of_its_own():
         assert settings.preset == "paper" and settings.splits == "histogram" and not settings.refinement
 
 
-def test_the_learner_is_asked_of_the_same_experts_at_three_depths():
-    """Cells of deception and navigation are all compared; seeds of trees are fresh, and each expert's own."""
-    register, _ = published.read_register("learner-experts")
-    assert register["trained"] == REGISTER["trained"]
+@pytest.mark.parametrize("name", ["learner-experts", "learner-more-experts"])
+def test_the_learner_is_asked_of_the_same_experts_at_three_depths(name):
+    """Experts are those of the registers that compare the paper's algorithms, and both ask for 18 cells, each once."""
+    register, _ = published.read_register(name)
+    learner, _ = published.read_register("learner-experts")
+    more, _ = published.read_register("more-experts")
+    assert learner["trained"] == REGISTER["trained"] and register["algorithms"] == learner["algorithms"]
+    games = GAMES if register is learner else (*GAMES, "predator-prey")
+    asked = {(game, "mappo" if register is learner else "maddpg") for game in games}
+    if register is not learner:
+        asked.add(("predator-prey", "mappo"))
+        for recipe, trained_ in more["trained"].items():
+            assert {**trained_, "seeds": None} == {**register["trained"][recipe], "seeds": None}
+            assert set(trained_["seeds"]) <= set(register["trained"][recipe]["seeds"])
+    of = {(game, name): [f"{name}-{seed}" for seed in register["trained"][name]["seeds"]] for game, name in asked}
     claimed = [(claim["game"], experts, depth) for _, claim, experts, depth in comparisons_of(register)]
-    assert sorted(set(claimed)) == sorted((game, LABELS, depth) for game in GAMES for depth in (2, 4, 6))
-    assert len(claimed) == 3 * 6
-    used = {seed for label in LABELS for seed in trained.tree_seeds_of(register, label)}
-    assert used == set(range(620, 636))
-    others = [tomllib.loads(place.read_text()) for place in HERE.glob("*.toml") if place.stem != "learner-experts"]
+    assert sorted(claimed) == sorted(
+        (game, tuple(labels), depth) for (game, _), labels in of.items() for depth in (2, 4, 6) for _ in range(3)
+    )
+    labels = trained.labels_of(register)
+    used = {seed for label in labels for seed in trained.tree_seeds_of(register, label)}
+    assert used == set(range(register["seeds"][0], register["seeds"][0] + 2 * len(labels)))
+    others = [tomllib.loads(place.read_text()) for place in HERE.glob("*.toml") if place.stem != name]
     assert not {seed for other in others for seed in other.get("seeds", ())} & used
     for group in register["groups"]:
-        labels = LABELS if group["game"] in GAMES else ("maddpg", "mappo")
-        whole = [label for label in labels for _ in range(2 * len(group["depths"]) * 4)]
+        whole = [label for label in group["experts"] for _ in range(2 * len(group["depths"]) * 4)]
         assert [cell.expert for cell in cells_of(register, group)] == whole
 
 
