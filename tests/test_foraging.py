@@ -1,5 +1,6 @@
 """generated/foraging/: a game of another package that demands coordination, from its adapter to a compiled header."""
 
+import hashlib
 import sys
 from importlib.util import find_spec
 
@@ -100,14 +101,15 @@ def test_the_committed_trees_keep_the_success_of_their_expert(script, greedy, ex
 
 
 @pytest.mark.compile
-def test_the_committed_header_is_the_profiles(tmp_path):
+def test_the_header_has_the_hash_that_its_page_tells(tmp_path):
     if find_compiler() is None:
         pytest.skip("no C compiler")
     assert (
         main.run(["compile", str(PLACE / "profile.json"), "--target", "c", "--prefix", "foraging", "-o", str(tmp_path)])
         == 0
     )
-    assert (tmp_path / "foraging.h").read_bytes() == (PLACE / "foraging.h").read_bytes()
+    digest = hashlib.sha256((tmp_path / "foraging.h").read_bytes()).hexdigest()
+    assert digest in (PLACE / "README.md").read_text()
 
 
 @pytest.mark.slow

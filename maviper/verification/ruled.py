@@ -5,30 +5,52 @@ Assumes: a world file whose agents are those of the profile.
 Does not: decide: the episode is played again in exact numbers, which judge the claim.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
-from itertools import pairwise
+from itertools import chain, pairwise
+
+import numpy as np
 
 from codegen.ir import PolicyProfile
-from maviper.worlds.stated.written import episodes
+from maviper.worlds.stated.written import WrittenPlay
 from verify.claims.formula import holds
+from verify.reach.play.samples import Starts, courses
 from verify.reach.replay import Course, piece_of, replay_course
 from verify.reach.results import SystemCounterexample
 from verify.systems.claims import SystemClaim
 from verify.systems.observing import choose_actions
 from verify.systems.statement import Statement
+from verify.systems.system import State
+
+ANYWHERE, BESIDE = 4_096, 256  # starts that are played: of the whole region, and of each box around a known one
+NEAR = tuple(2.0**-power for power in (4, 8, 12, 16))  # of a variable's range: how far starts lie from the known one
 
 
 def find_by_rules(
     statement: Statement, profile: PolicyProfile, claim: SystemClaim, counterexample: SystemCounterexample
 ) -> SystemCounterexample | None:
     """An episode by the rules as they are written, with errors that the file states, that breaks the claim too."""
-    for states in episodes(statement, profile, claim.steps, counterexample.states):
+    play = WrittenPlay(statement, profile, claim.steps)
+    drawn = map(play.follow, _courses(statement, profile, claim, counterexample.start))
+    for states in chain([play.keep_near(counterexample.states)], drawn):
         if _breaks(claim, states):
             again = replay_course(profile, statement.system, claim, _course(statement, profile, states))
             if again is not None:
                 return again
     return None
+
+
+def _courses(statement: Statement, profile: PolicyProfile, claim: SystemClaim, start: State) -> Iterator[Course]:
+    """Courses of the rules that seem to break the claim: from anywhere, then from ever nearer to a start."""
+    ranges = [one.range for one in statement.system.variables]
+    lowest, highest = (np.array([float(end) for end in ends]) for ends in zip(*ranges, strict=True))
+    near = np.array([float(start[one.name]) for one in statement.system.variables])
+    offs = [part * (highest - lowest) for part in NEAR]
+    boxes = [(np.maximum(near - off, lowest), np.minimum(near + off, highest)) for off in offs]
+    beside = [Starts(BESIDE, (low[None], high[None])) for low, high in boxes]
+    for each in (Starts(ANYWHERE), *beside):
+        found = courses(profile, statement.system, {0: claim}, each, statement.rules)
+        yield from (course for _, course in found)
 
 
 def _breaks(claim: SystemClaim, states: Sequence[Mapping[str, Fraction]]) -> bool:

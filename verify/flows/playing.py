@@ -7,7 +7,7 @@ Does not: bound anything.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from typing import NamedTuple
 
@@ -17,14 +17,13 @@ from codegen.ir import AgentPolicy, Bool, Float64, Int64, PolicyProfile, act
 from codegen.numbers.rounding import nearest_double
 from verify.claims.uncertified.values import Batch
 from verify.systems.claims import SystemClaim
-from verify.systems.language.expressions import Call, Expression, Name, Number, Pi, Power, Product, Quotient, Sum
+from verify.systems.language.vectorising import vectorise
 from verify.systems.system import Feature, FlowCase, HalfSpace, Interval, Measure, System
 
 PARTS = 8  # of a period
 MAX_FOUND = 16
 SEED = 0
 Planes = dict[str, Float64]  # variable -> [batch]
-Evaluated = Callable[[Mapping[str, Float64]], Float64]
 
 
 class FlowCourse(NamedTuple):
@@ -310,30 +309,3 @@ def _measure_feature(feature: Feature, state: Planes, count: int) -> Float64:
             return np.clip(value, nearest_double(low), nearest_double(high))
         case _:
             return value
-
-
-def vectorise(expression: Expression) -> Evaluated:
-    """An expression as a function of arrays by name."""
-    match expression:
-        case Number(value):
-            number = np.asarray(nearest_double(value))
-            return lambda known: number
-        case Pi():
-            return lambda known: np.asarray(np.pi)
-        case Name(name):
-            return lambda known: known[name]
-        case Sum(left, right):
-            one, other = vectorise(left), vectorise(right)
-            return lambda known: one(known) + other(known)
-        case Product(left, right):
-            one, other = vectorise(left), vectorise(right)
-            return lambda known: one(known) * other(known)
-        case Quotient(left, right):
-            one, other = vectorise(left), vectorise(right)
-            return lambda known: one(known) / other(known)
-        case Power(base, exponent):
-            under = vectorise(base)
-            return lambda known: under(known) ** exponent
-        case Call(function, argument, _):
-            inner, named = vectorise(argument), getattr(np, function)
-            return lambda known: named(inner(known))

@@ -174,11 +174,12 @@ class Together:
         self._play(tuple(open_), Starts(min(played, self.budgets.samples), (lows[some], highs[some])))
 
     def _play_last(self, numbers: Sequence[int]) -> None:
-        """As `_play`, a few for each of the claims that would have no answer: whatever is left of the budget, so that a
-        claim that is plainly false is VIOLATED with any. They are played alone, so that all budgets play the same.
+        """As `_play`, all samples for each of the claims that would have no answer: whatever is left of the budget, so
+        that a claim that is plainly false is VIOLATED with any. They are played alone, so that all budgets play the
+        same.
         """
         for number in numbers:
-            self._play((number,), self._first, whatever_is_left=True)
+            self._play((number,), Starts(self.budgets.samples), whatever_is_left=True)
 
     @property
     def _first(self) -> Starts:
@@ -211,8 +212,6 @@ class Together:
             self.spending.states += outcome.states
             self.spending.programs += outcome.programs
             self.spending.take(outcome.boxes)
-            if outcome.verdict is Verdict.UNKNOWN:
-                self._play((number,), Starts(self.budgets.samples))
         if outcome.verdict is Verdict.UNKNOWN:
             self._play_last((number,))
         if number in self._left:

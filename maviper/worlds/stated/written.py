@@ -1,51 +1,63 @@
 """Episodes by the rules of a world file as they are written, in float64, sines and products included.
 
-Does: plays from near the states of an episode of the enclosures, then from anywhere in the start region.
+Does: plays near the states of an episode of the enclosures, or along a course of the rules.
 Assumes: a checked file and a profile of its agents.
-Does not: judge episodes. Each operation of a rule rounds.
+Does not: judge episodes, or choose where they start. Each operation of a rule rounds.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 
-import numpy as np
-
 from codegen.ir import PolicyProfile
-from maviper.worlds.stated.systems import AnyRule, Floats, Moving, box, draw_rule, start
-from verify.reach.replay import piece_of
+from maviper.worlds.stated.systems import AnyRule, Floats, Moving
+from verify.reach.replay import Course, piece_of
 from verify.systems.observing import choose_actions
 from verify.systems.statement import Statement
 from verify.systems.system import ensure_in_steps
 
-EPISODES = 256
-SEED = 0
 State = Mapping[str, Fraction]
+# the step, the rules that hold, the state and the joint action -> the next state
+Move = Callable[[int, Sequence[AnyRule], Floats, Mapping[str, str]], Floats]
 
 
-def episodes(statement: Statement, profile: PolicyProfile, steps: int, near: Sequence[State]) -> Iterator[list[State]]:
-    """The states of episodes, each as far as something is stated. A start is exact, what follows is float64.
+class WrittenPlay:
+    """Plays episodes of at most so many steps. InputError for a system in continuous time."""
 
-    `near`: states that the first episode keeps to as closely as the errors that the file states allow.
-    """
-    ensure_in_steps(statement.system, "the search for episodes by rules")
-    play, rng = _Play(statement, profile, steps), np.random.default_rng(SEED)
-    yield play.states(near[0], near, rng)
-    bounds = box(statement)
-    for _ in range(EPISODES):
-        begun = {name: Fraction(number) for name, number in start(statement, rng).items()}
-        kept = {name: min(max(number, bounds[name][0]), bounds[name][1]) for name, number in begun.items()}
-        yield play.states(kept, (), rng)
-
-
-class _Play:
     def __init__(self, statement: Statement, profile: PolicyProfile, steps: int) -> None:
+        ensure_in_steps(statement.system, "the search for episodes by rules")
         self._system, self._profile, self._steps = statement.system, profile, steps
         self._moving = Moving(statement)
 
-    def states(self, begun: State, near: Sequence[State], rng: np.random.Generator) -> list[State]:
-        """The states of an episode."""
+    def keep_near(self, near: Sequence[State]) -> list[State]:
+        """The states of the episode that keeps to others as closely as the errors that the file states allow, as far as
+        something is stated. The start is exact, what follows is float64.
+        """
+
+        def move(step: int, rules: Sequence[AnyRule], state: Floats, joint: Mapping[str, str]) -> Floats:
+            ahead = near[step + 1] if step + 1 < len(near) else None
+            rule = rules[0] if ahead is None else _nearest(rules, state, joint, ahead)
+            after = rule.move_state(state, joint)
+            if ahead is None:
+                return after
+            off = {name: float(ahead[name]) - after[name] for name in rule.error}
+            return _with_errors(rule, after, off)
+
+        return self._play(near[0], move)
+
+    def follow(self, course: Course) -> list[State]:
+        """The states of an episode whose rules and errors are given, as far as something is stated."""
+
+        def move(step: int, rules: Sequence[AnyRule], state: Floats, joint: Mapping[str, str]) -> Floats:
+            told = self._moving.rule(course.pieces[step]) if step < len(course.pieces) else rules[0]
+            rule = told if told in rules else rules[0]  # on a border, rounding may choose otherwise
+            off = {name: float(number) for given in course.errors[step : step + 1] for name, number in given.items()}
+            return _with_errors(rule, rule.move_state(state, joint), off)
+
+        return self._play(course.start, move)
+
+    def _play(self, begun: State, move: Move) -> list[State]:
         exact, played = begun, list[State]()
         try:
             for step in range(self._steps + 1):
@@ -54,10 +66,7 @@ class _Play:
                 rules = self._moving.find_rules(state)
                 if piece_of(self._system, exact) is None or not rules:
                     break
-                ahead = near[step + 1] if step + 1 < len(near) else None
-                joint = self._joint(exact)
-                rule = draw_rule(rules, rng) if ahead is None else _nearest(rules, state, joint, ahead)
-                state = _off(rule, rule.move_state(state, joint), ahead, rng)
+                state = move(step, rules, state, self._joint(exact))
                 exact = {name: Fraction(number) for name, number in state.items()}
         except (OverflowError, ZeroDivisionError, ValueError):  # no float64 is near, or sin of such a number
             pass
@@ -77,10 +86,9 @@ def _nearest(rules: Sequence[AnyRule], state: Floats, joint: Mapping[str, str], 
     return rules[0] if len(rules) == 1 else min(rules, key=off)
 
 
-def _off(rule: AnyRule, after: Floats, near: Mapping[str, Fraction] | None, rng: np.random.Generator) -> Floats:
-    """The next state with errors that the file states: as close as they come to a state, else drawn."""
+def _with_errors(rule: AnyRule, after: Floats, errors: Mapping[str, float]) -> Floats:
+    """The next state with errors, each cut to what the file states."""
     shifted = dict(after)
     for name, (low, high) in rule.error.items():
-        error = rng.uniform(low, high) if near is None else min(max(float(near[name]) - after[name], low), high)
-        shifted[name] += error
+        shifted[name] += min(max(errors.get(name, 0.0), low), high)
     return shifted

@@ -12,7 +12,7 @@ from tests.support.system_cases import box, policy, team
 from verify.checker.flows.sweep import NOT_SHOWN, FlowSweep, Plan
 from verify.claims.region import UNBOUNDED
 from verify.flows import decide as flows
-from verify.flows.playing import FlowCourse, FlowPlay, vectorise
+from verify.flows.playing import FlowCourse, FlowPlay
 from verify.flows.replay import replay_course
 from verify.flows.search import PlanSearch
 from verify.flows.undefined import find_undefined
@@ -20,6 +20,7 @@ from verify.question import Budgets, Question
 from verify.result import Verdict
 from verify.subjects import ClosedLoop
 from verify.systems.claims import Pattern
+from verify.systems.language.vectorising import vectorise
 
 
 def asked(text, profile, claim, **changes):

@@ -9,7 +9,7 @@ from codegen.policy_json import content_hash
 from maviper.worlds.stated.deviation import deviation
 from maviper.worlds.stated.environment import StatedEnv
 from maviper.worlds.stated.integrating import check_integration
-from maviper.worlds.stated.written import episodes
+from maviper.worlds.stated.written import WrittenPlay
 from tests.support.flows import PENDULUM
 from tests.support.system_cases import policy, team
 from verify.checker.covers.certificates import CoverCertificate
@@ -118,7 +118,7 @@ def test_what_knows_only_steps_refuses_a_flow():
         lambda: SystemCertificate(*of, ()).check(LEAF, system),
         lambda: CoverCertificate(*of, {}, b"\0").check(LEAF, system),
         lambda: deviation(statement),
-        lambda: next(episodes(statement, LEAF, 3, [start])),
+        lambda: WrittenPlay(statement, LEAF, 3),
     ]
     for ask in asks:
         with pytest.raises(InputError, match=r"(?s)does not know continuous time.*pendulum: dynamics\.flow"):

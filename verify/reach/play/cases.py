@@ -1,4 +1,4 @@
-"""The piece that moves each state of a batch, where pieces have conditions or rules have choices.
+"""The piece, or the rule, that moves each state of a batch, where these have conditions or rules have choices.
 
 Does: finds the first case that a float64 state lies in, and one of the pieces that share it.
 Assumes: bounds and factors as their nearest float64; the answers are proposals, like all random play.
@@ -7,12 +7,13 @@ Does not: replay.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from codegen.ir import Bool, Float64, Int64
 from codegen.numbers.rounding import nearest_double
+from verify.systems.statement import Rule
 from verify.systems.system import HalfSpace, Piece, System
 
 Planes = Mapping[str, Float64]  # variable -> [batch]
@@ -24,13 +25,13 @@ def has_cases(system: System) -> bool:
 
 
 class Cases:
-    """The cases of a system: each with the numbers of the pieces that share its box and conditions."""
+    """The cases of pieces, or rules: each with the numbers of those that share its box and conditions."""
 
-    def __init__(self, system: System) -> None:
+    def __init__(self, pieces: Sequence[Piece | Rule]) -> None:
         cases: dict[object, list[int]] = {}
-        for number, piece in enumerate(system.pieces):
+        for number, piece in enumerate(pieces):
             cases.setdefault((tuple(sorted(piece.where.items())), piece.when), []).append(number)
-        self._cases = [(system.pieces[numbers[0]], np.array(numbers, dtype=np.int64)) for numbers in cases.values()]
+        self._cases = [(pieces[numbers[0]], np.array(numbers, dtype=np.int64)) for numbers in cases.values()]
 
     def holding(self, state: Planes, count: int, which: Float64) -> Int64:
         """The number of a piece that holds each of `count` states, [count]; -1 where none does. `which`: in [0, 1], the
@@ -44,7 +45,7 @@ class Cases:
         return holder
 
 
-def _holds(piece: Piece, state: Planes, count: int) -> Bool:
+def _holds(piece: Piece | Rule, state: Planes, count: int) -> Bool:
     inside = np.ones(count, dtype=np.bool_)
     for name, (low, high) in piece.where.items():
         inside &= (state[name] >= nearest_double(low)) & (state[name] <= nearest_double(high))

@@ -1,7 +1,7 @@
 """Starts and errors that may break claims: played in float64, many at a time.
 
-Does: plays random episodes of a stated system, with starts and errors at bounds among them; the courses that break
-  claims. Starts lie anywhere, or in boxes that were left open.
+Does: plays random episodes of a stated system, with starts and errors at bounds among them, by its pieces or by rules
+  as they are written; the courses that break claims. Starts lie anywhere, or in boxes that were left open.
 Assumes: nothing of what it finds is believed before it is replayed exactly.
 Does not: replay.
 """
@@ -25,6 +25,9 @@ from verify.reach.play.boxes import Boxes
 from verify.reach.play.cases import Cases, has_cases
 from verify.reach.replay import Course
 from verify.systems.claims import SystemClaim
+from verify.systems.language.expressions import Expression
+from verify.systems.language.vectorising import vectorise
+from verify.systems.statement import Rule
 from verify.systems.system import Affine, Feature, Interval, Measure, Piece, System
 
 MAX_COURSES = 16
@@ -46,10 +49,15 @@ class Starts(NamedTuple):
 
 
 def courses(
-    profile: PolicyProfile, system: System, claims: Mapping[int, SystemClaim], starts: Starts
+    profile: PolicyProfile,
+    system: System,
+    claims: Mapping[int, SystemClaim],
+    starts: Starts,
+    rules: Sequence[Rule] = (),
 ) -> Iterator[Found]:
     """Courses that break claims in float64, at most MAX_COURSES of each, the short ones first. `claims`: by number;
-    whoever reads the courses takes claims out that need no more.
+    whoever reads the courses takes claims out that need no more. `rules`: those that move the state, in place of the
+    system's pieces; then a course numbers rules, and its errors are theirs.
     """
     random = np.random.default_rng(0)
     for group in ([number for number in claims if claims[number].about_decisions is still] for still in (True, False)):
@@ -57,13 +65,13 @@ def courses(
         start = random_starts(system, asked, starts, random) if group else None
         if start is None:
             continue
-        with np.errstate(over="ignore", invalid="ignore"):  # a state beyond float64 is a proposal like any other
+        with np.errstate(all="ignore"):  # a state beyond float64 is a proposal like any other
             if asked[group[0]].about_decisions:
                 breaking = chain.from_iterable(
                     _sample_decisions(profile, system, number, asked[number], start) for number in group
                 )
             else:
-                breaking = _sample_courses(Play(profile, system), claims, group, start, random)
+                breaking = _sample_courses(Play(profile, system, rules), claims, group, start, random)
             counts = Counter[int]()
             for each in breaking:
                 counts[each.claim] += 1
@@ -139,10 +147,14 @@ def _sample_courses(
 class Play:
     """Episodes, a batch at a time."""
 
-    def __init__(self, profile: PolicyProfile, system: System) -> None:
+    def __init__(self, profile: PolicyProfile, system: System, rules: Sequence[Rule] = ()) -> None:
+        """`rules`: as in `courses`."""
         self.profile, self.system = profile, system
+        self._moving = rules or system.pieces
         self._boxes = Boxes(system)
-        self._cases = Cases(system) if has_cases(system) else None
+        self._cases = Cases(self._moving) if rules or has_cases(system) else None
+        stated = system.variables if rules else ()
+        self._ranges = {one.name: (nearest_double(one.range[0]), nearest_double(one.range[1])) for one in stated}
         self._errors: list[Planes] = []
         self._pieces: list[Int64] = []
 
@@ -169,11 +181,14 @@ class Play:
             piece_of = self._boxes.holding(state, count)
         else:
             piece_of = self._cases.holding(state, count, _shares(extreme, random))
-        draws = _Draws(random, self.system, count)
+        if self._ranges:  # a rule without a box holds beyond them too
+            inside = [(low <= state[name]) & (state[name] <= high) for name, (low, high) in self._ranges.items()]
+            piece_of = np.where(np.logical_and.reduce(inside), piece_of, -1)
+        draws = _Draws(random, self._moving, count)
         held: set[int] = set(piece_of.tolist())
         for number in sorted(held - {-1}):
             draws.ahead_to(number)
-            piece, here = self.system.pieces[number], piece_of == number
+            piece, here = self._moving[number], piece_of == number
             stated = {name: values[here] for name, values in state.items()}
             for name, form in piece.move.items():
                 error = _errors(piece.error.get(name), extreme, random)[here]
@@ -181,12 +196,14 @@ class Play:
                 after[name][here] = value(form, stated) + error
             for policy in self.profile.agents:
                 self._act(policy, actions[policy.agent], piece, here, state, after)
-        draws.ahead_to(len(self.system.pieces))
+        draws.ahead_to(len(self._moving))
         self._errors.append(errors)
         self._pieces.append(piece_of)
         return after, piece_of >= 0
 
-    def _act(self, policy: AgentPolicy, actions: Int32, piece: Piece, here: Bool, state: Planes, after: Planes) -> None:
+    def _act(
+        self, policy: AgentPolicy, actions: Int32, piece: Piece | Rule, here: Bool, state: Planes, after: Planes
+    ) -> None:
         """Adds what an agent does to the states that a piece moves."""
         for action, spec in enumerate(policy.actions):
             effect = piece.effect.get((policy.agent, spec.name), {})
@@ -210,10 +227,10 @@ class _Draws:
     So what is played does not depend on where other episodes are.
     """
 
-    def __init__(self, random: np.random.Generator, system: System, count: int) -> None:
+    def __init__(self, random: np.random.Generator, pieces: Sequence[Piece | Rule], count: int) -> None:
         assert isinstance(random.bit_generator, np.random.PCG64)
         self._bits = random.bit_generator
-        self._drawn = [0, *accumulate(count * len(piece.move) for piece in system.pieces)]
+        self._drawn = [0, *accumulate(count * len(piece.move) for piece in pieces)]
         self._next = 0  # the first piece that has not drawn
 
     def ahead_to(self, piece: int) -> None:
@@ -255,8 +272,10 @@ def _measure_feature(feature: Feature, state: Planes) -> Float64:
     return values
 
 
-def value(form: Affine, state: Planes) -> Float64:
-    """What a form is in states, [batch]."""
+def value(form: Affine | Expression, state: Planes) -> Float64:
+    """What a form, or an expression, is in states, [batch]."""
+    if not isinstance(form, Affine):
+        return np.broadcast_to(vectorise(form)(state), len(next(iter(state.values()))))
     total = np.full(len(next(iter(state.values()))), nearest_double(form.constant))
     for name, factor in form.terms:
         total = total + nearest_double(factor) * state[name]

@@ -2,12 +2,14 @@
 
 from fractions import Fraction as F
 
+import numpy as np
 import pytest
 
 from maviper.verification.ask import VerifyOptions
 from maviper.verification.run import verify_world
-from maviper.worlds.stated.written import episodes
+from maviper.worlds.stated.written import WrittenPlay
 from tests.support.system_cases import policy, team
+from verify.reach.play.samples import Play
 from verify.result import Verdict
 from verify.systems.files import statement_of
 from verify.verdicts.systems import ENCLOSED
@@ -55,7 +57,7 @@ def test_verdicts_are_of_the_rules_and_the_stated_errors(tmp_path, old, new, ver
 
 def test_an_episode_ends_where_nothing_is_stated():
     grows = statement_of(SINE.replace("sin(x)", "x + 2*x*x").replace("steps = 1\n", "steps = 40\n"), "f")
-    assert next(episodes(grows, GOES, 40, [{"x": F(1)}])) == [{"x": 1}, {"x": 3}]
+    assert WrittenPlay(grows, GOES, 40).keep_near([{"x": F(1)}]) == [{"x": 1}, {"x": 3}]
 
 
 def test_starts_that_are_no_float64_stay_as_they_are(tmp_path):
@@ -65,3 +67,32 @@ def test_starts_that_are_no_float64_stay_as_they_are(tmp_path):
     (result,) = verify_world(GOES, VerifyOptions(world=tmp_path / "sine.toml")).results
     assert result.verdict is Verdict.VIOLATED and result.counterexample.start == {"x": F(1, 10)}
     assert abs(result.counterexample.states[-1]["x"] - F("0.0998334166")) < F(1, 10**9)
+
+
+def test_a_counterexample_of_few_starts_is_found(tmp_path):
+    """The next state is at most .9 but where x is within .001 of .618, which 256 random starts miss."""
+    rule = 'x = "1 / (1 + 100000 * (x - 0.618)**2)"'
+    text = SINE.replace('x = "sin(x)"', rule).replace("0.85", "0.9")
+    (tmp_path / "sine.toml").write_text(text)
+    (result,) = verify_world(GOES, VerifyOptions(world=tmp_path / "sine.toml")).results
+    assert result.verdict is Verdict.VIOLATED
+    assert abs(result.counterexample.start["x"] - F("0.618")) < F("0.0011")
+
+
+def test_rules_in_batches_move_as_they_do_one_by_one():
+    """Two rules that choices and boxes tell apart, errors, and a cut; a course is followed to the states it had."""
+    text = SINE.replace("steps = 1", "steps = 5").replace("[-2, 2]", "[-4, 4]")
+    text = text.replace("go = {}", "go = { push = 0.1 }").replace(
+        "[dynamics.next]",
+        """[dynamics.error]
+x = 0.01
+[dynamics.next]""",
+    )
+    statement = statement_of(text.replace("sin(x)", "max(sin(3*x), x*x - 1) + a.push*clip(x, 0, 1)"), "f")
+    play = Play(GOES, statement.system, statement.rules)
+    start = {"x": np.linspace(-1.5, 1.5, 50)}
+    states = [state["x"] for _, state, going in play.walk(start, np.random.default_rng(0), 5) if going.all()]
+    assert len(states) == 6
+    for place in range(50):
+        again = WrittenPlay(statement, GOES, 5).follow(play.course(start, place))
+        assert np.allclose([float(state["x"]) for state in again], [each[place] for each in states], rtol=1e-12)
