@@ -2,19 +2,21 @@
 
     python -m tests.benchmarks.physics [--episodes 2000] [--json]
     python -m tests.benchmarks.physics --train FOLDER [--worlds NAME;...] [--seeds K,...]
+    python -m tests.benchmarks.physics --spread FOLDER [--json]
     python -m tests.benchmarks.physics --plan
 
 The first prints the rows of physics.toml: mpe2's physics, accelerations that count twice, velocities that change first,
 and both, which is what the option `physics=released` means. Each with the standard error over episodes. The second
 trains the experts that physics.toml fixes, seed by seed, one run folder each; finished ones are left alone, begun ones
-go on.
-The third says what that takes.
+go on. The third plays those that are there, and prints what each of them reaches beside what is published. The last
+says what the training takes.
 """
 
 import argparse
 import json
 import tomllib
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +27,7 @@ from codegen.ir import FORK, PHYSICS
 from maviper.episodes import measures
 from maviper.experts.finding import find_expert
 from maviper.experts.scripted import build_script
+from maviper.experts.training.train import CARD_FILE
 from maviper.worlds import find
 
 REGISTER = tomllib.loads(Path(__file__).with_suffix(".toml").read_text())
@@ -77,13 +80,49 @@ def plan_lines():
     return [*lines, f"{total:.0f} CPU hours in all, judgements not counted"]
 
 
+def run_of(folder, name, seed):
+    """The run folder of an expert."""
+    return folder / f"{name.partition(',')[0]}-{seed}"
+
+
+def spread_over(folder, episodes):
+    """The rows of the spread, each with what the finished experts reach, by seed."""
+    reached = {}
+    for name, seed in product(REGISTER["training"]["worlds"], REGISTER["training"]["seeds"]):
+        run = run_of(folder, name, seed)
+        if (run / CARD_FILE).exists():
+            expert, world = find_expert(str(run))
+            values = measures.values(world, [expert] * len(world.agents), range(FIRST, FIRST + episodes))
+            reached[name, seed] = {each.label: float(np.mean(column)) for each, column in values.items()}
+    return [
+        {**row, "reached": {seed: of[row["measure"]] for (name, seed), of in reached.items() if name == row["world"]}}
+        for row in REGISTER["spread"]
+    ]
+
+
+def spread_lines(rows):
+    """Mean, deviation and range over experts, beside the published number, then each expert's by seed."""
+    lines = [f"{'experts':>7}{'mean':>8}{'sd':>8}{'least':>8}{'most':>8}{'paper':>8}  measure"]
+    for row in rows:
+        numbers = list(row["reached"].values())
+        if not numbers:
+            lines.append(f"{0:>7}{'':>40}  {row['world']}: {row['measure']}")
+            continue
+        spread = np.std(numbers, ddof=1) if len(numbers) > 1 else np.nan
+        told = "".join(f"{each:>8.3f}" for each in (np.mean(numbers), spread, min(numbers), max(numbers)))
+        paper = f"{row['published']:.2f}" if "published" in row else "-"
+        each = ", ".join(f"{seed}: {number:.3f}" for seed, number in row["reached"].items())
+        lines.append(f"{len(numbers):>7}{told}{paper:>8}  {row['world']}: {row['measure']} ({each})")
+    return lines
+
+
 def trained(folder, worlds, seeds):
     """Trains what is missing."""
     asked = REGISTER["training"]
     for seed in seeds or asked["seeds"]:
         for name in worlds or asked["worlds"]:
-            place = folder / f"{name.partition(',')[0]}-{seed}"
-            if (place / "expert.safetensors").exists():
+            place = run_of(folder, name, seed)
+            if (place / CARD_FILE).exists():
                 continue
             maviper.train(
                 name,
@@ -100,6 +139,7 @@ def main() -> None:
     parser.add_argument("--episodes", type=int, default=REGISTER["episodes"])
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--train", type=Path, help="where run folders lie")
+    parser.add_argument("--spread", type=Path, help="where run folders lie, whose experts are played")
     parser.add_argument("--plan", action="store_true", help="print what the training takes")
     parser.add_argument("--worlds", default="", help="some of those of physics.toml, separated by semicolons")
     parser.add_argument("--seeds", default="", help="some of those of physics.toml, separated by commas")
@@ -109,6 +149,10 @@ def main() -> None:
         return
     if given.train:
         trained(given.train, [*filter(None, given.worlds.split(";"))], [int(k) for k in given.seeds.split(",") if k])
+        return
+    if given.spread:
+        rows = spread_over(given.spread, given.episodes)
+        print(json.dumps({"rows": rows}, indent=1) if given.json else "\n".join(spread_lines(rows)))
         return
     table = [{**row, "values": row_of(row, given.episodes)} for row in REGISTER["rows"]]
     if given.json:

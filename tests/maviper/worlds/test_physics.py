@@ -182,7 +182,7 @@ def test_training_is_what_is_registered(tmp_path, monkeypatch):
     monkeypatch.setattr(physics.maviper, "train", lambda *given, **more: asked.append((given, more)))
     done = tmp_path / "predator-prey-0"
     done.mkdir()
-    (done / "expert.safetensors").touch()
+    (done / physics.CARD_FILE).touch()
     physics.trained(tmp_path, [], [])
     assert len(asked) == 3 * 8 - 1 and {more["recipe"] for _, more in asked} == {"paper"}
     assert [more["seed"] for _, more in asked] == [0] * 2 + [seed for seed in range(1, 8) for _ in range(3)]
@@ -196,3 +196,19 @@ def test_the_plan_has_all_registered_experts_and_the_manual_its_hours():
     assert len(lines) == len(asked["worlds"]) + 2 and set(asked["hours"]) == set(asked["worlds"])
     hours = last.partition(" CPU hours")[0]
     assert int(hours) <= 12 and f"take {hours} hours" in " ".join(manual.page("games").split())
+
+
+def test_the_spread_is_of_all_trained_experts(tmp_path, monkeypatch):
+    """Two seeds of a game are there, and another game has none."""
+    name = f"physical-deception,{FORK}"
+    for seed in (0, 3):
+        run = physics.run_of(tmp_path, name, seed)
+        run.mkdir()
+        (run / physics.CARD_FILE).write_text("{}")
+    monkeypatch.setattr(physics, "find_expert", lambda text: find_expert(f"{name}@maddpg"))
+    rows = physics.spread_over(tmp_path, 6)
+    assert [set(row["reached"]) for row in rows] == [{0, 3}, {0, 3}, set(), set()]
+    first, second, *others = physics.spread_lines(rows)[1:]
+    number = rows[0]["reached"][0]
+    assert first.split()[:6] == ["2", f"{number:.3f}", "0.000", f"{number:.3f}", f"{number:.3f}", "0.90"]
+    assert "0.62" in second and all(line.split()[0] == "0" for line in others)
