@@ -2,14 +2,14 @@
 
     python -m tests.benchmarks.physics [--episodes 2000] [--json]
     python -m tests.benchmarks.physics --train FOLDER [--worlds NAME;...] [--seeds K,...]
-    python -m tests.benchmarks.physics --spread FOLDER [--json]
+    python -m tests.benchmarks.physics --spread FOLDER [--record]
     python -m tests.benchmarks.physics --plan
 
 The first prints the rows of physics.toml: mpe2's physics, accelerations that count twice, velocities that change first,
 and both, which is what the option `physics=released` means. Each with the standard error over episodes. The second
 trains the experts that physics.toml fixes, seed by seed, one run folder each; finished ones are left alone, begun ones
-go on. The third plays those that are there, and prints what each of them reaches beside what is published. The last
-says what the training takes.
+go on. The third prints what experts reach beside what is published: those whose runs are there, which it plays, and
+those of the record, which --record adds to. The last says what the training takes.
 """
 
 import argparse
@@ -28,9 +28,11 @@ from maviper.episodes import measures
 from maviper.experts.finding import find_expert
 from maviper.experts.scripted import build_script
 from maviper.experts.training.train import CARD_FILE
+from maviper.files import runs
 from maviper.worlds import find
 
 REGISTER = tomllib.loads(Path(__file__).with_suffix(".toml").read_text())
+RECORD = Path(__file__).parents[2] / "generated" / "reproduction" / "physics.json"
 FIRST = 13_000_000  # of the held-out episodes; nothing else uses them
 VARIANTS = {
     "mpe2": (False, False),
@@ -85,33 +87,32 @@ def run_of(folder, name, seed):
     return folder / f"{name.partition(',')[0]}-{seed}"
 
 
-def spread_over(folder, episodes):
-    """The rows of the spread, each with what the finished experts reach, by seed."""
-    reached = {}
+def reached_by(folder, episodes):
+    """World -> seed -> what the finished experts reach, with their hashes: those of a folder, and of the record."""
+    known = json.loads(RECORD.read_text()) if RECORD.exists() else {}
     for name, seed in product(REGISTER["training"]["worlds"], REGISTER["training"]["seeds"]):
         run = run_of(folder, name, seed)
         if (run / CARD_FILE).exists():
             expert, world = find_expert(str(run))
             values = measures.values(world, [expert] * len(world.agents), range(FIRST, FIRST + episodes))
-            reached[name, seed] = {each.label: float(np.mean(column)) for each, column in values.items()}
-    return [
-        {**row, "reached": {seed: of[row["measure"]] for (name, seed), of in reached.items() if name == row["world"]}}
-        for row in REGISTER["spread"]
-    ]
+            means = {each.label: float(np.mean(column)) for each, column in values.items()}
+            known.setdefault(name, {})[str(seed)] = {"expert": expert.hash, "episodes": episodes, "reached": means}
+    return known
 
 
-def spread_lines(rows):
+def spread_lines(known):
     """Mean, deviation and range over experts, beside the published number, then each expert's by seed."""
     lines = [f"{'experts':>7}{'mean':>8}{'sd':>8}{'least':>8}{'most':>8}{'paper':>8}  measure"]
-    for row in rows:
-        numbers = list(row["reached"].values())
+    for row in REGISTER["spread"]:
+        reached = {seed: of["reached"][row["measure"]] for seed, of in known.get(row["world"], {}).items()}
+        numbers = list(reached.values())
         if not numbers:
             lines.append(f"{0:>7}{'':>40}  {row['world']}: {row['measure']}")
             continue
         spread = np.std(numbers, ddof=1) if len(numbers) > 1 else np.nan
         told = "".join(f"{each:>8.3f}" for each in (np.mean(numbers), spread, min(numbers), max(numbers)))
         paper = f"{row['published']:.2f}" if "published" in row else "-"
-        each = ", ".join(f"{seed}: {number:.3f}" for seed, number in row["reached"].items())
+        each = ", ".join(f"{seed}: {number:.3f}" for seed, number in reached.items())
         lines.append(f"{len(numbers):>7}{told}{paper:>8}  {row['world']}: {row['measure']} ({each})")
     return lines
 
@@ -140,6 +141,7 @@ def main() -> None:
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--train", type=Path, help="where run folders lie")
     parser.add_argument("--spread", type=Path, help="where run folders lie, whose experts are played")
+    parser.add_argument("--record", action="store_true", help=f"keep what they reach in {RECORD.name}")
     parser.add_argument("--plan", action="store_true", help="print what the training takes")
     parser.add_argument("--worlds", default="", help="some of those of physics.toml, separated by semicolons")
     parser.add_argument("--seeds", default="", help="some of those of physics.toml, separated by commas")
@@ -151,8 +153,10 @@ def main() -> None:
         trained(given.train, [*filter(None, given.worlds.split(";"))], [int(k) for k in given.seeds.split(",") if k])
         return
     if given.spread:
-        rows = spread_over(given.spread, given.episodes)
-        print(json.dumps({"rows": rows}, indent=1) if given.json else "\n".join(spread_lines(rows)))
+        known = reached_by(given.spread, given.episodes)
+        print("\n".join(spread_lines(known)))
+        if given.record:
+            runs.write(RECORD, json.dumps(known, indent=1) + "\n")
         return
     table = [{**row, "values": row_of(row, given.episodes)} for row in REGISTER["rows"]]
     if given.json:

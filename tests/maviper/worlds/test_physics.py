@@ -1,5 +1,7 @@
 """The physics of the authors' fork: bit for bit those of a plain referee, and refused where they do not count."""
 
+import json
+
 import numpy as np
 import pytest
 
@@ -199,16 +201,19 @@ def test_the_plan_has_all_registered_experts_and_the_manual_its_hours():
 
 
 def test_the_spread_is_of_all_trained_experts(tmp_path, monkeypatch):
-    """Two seeds of a game are there, and another game has none."""
+    """Two seeds of a game are there, another one is on the record, and two games have none."""
     name = f"physical-deception,{FORK}"
     for seed in (0, 3):
         run = physics.run_of(tmp_path, name, seed)
         run.mkdir()
         (run / physics.CARD_FILE).write_text("{}")
     monkeypatch.setattr(physics, "find_expert", lambda text: find_expert(f"{name}@maddpg"))
-    rows = physics.spread_over(tmp_path, 6)
-    assert [set(row["reached"]) for row in rows] == [{0, 3}, {0, 3}, set(), set()]
-    first, second, *others = physics.spread_lines(rows)[1:]
-    number = rows[0]["reached"][0]
-    assert first.split()[:6] == ["2", f"{number:.3f}", "0.000", f"{number:.3f}", f"{number:.3f}", "0.90"]
+    monkeypatch.setattr(physics, "RECORD", tmp_path / "record.json")
+    known = physics.reached_by(tmp_path, 6)
+    number = known[name]["0"]["reached"]["defenders success r=0.316"]
+    assert known[name]["0"] == known[name]["3"] and list(known) == [name]
+    once = {**known[name]["0"], "reached": dict.fromkeys(known[name]["0"]["reached"], number)}
+    physics.RECORD.write_text(json.dumps({name: {"5": once}}))
+    first, second, *others = physics.spread_lines(physics.reached_by(tmp_path, 6))[1:]
+    assert first.split()[:6] == ["3", f"{number:.3f}", "0.000", f"{number:.3f}", f"{number:.3f}", "0.90"]
     assert "0.62" in second and all(line.split()[0] == "0" for line in others)
