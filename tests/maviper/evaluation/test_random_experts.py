@@ -3,6 +3,7 @@
 import json
 import tomllib
 from dataclasses import replace
+from itertools import product
 from types import SimpleNamespace
 
 import numpy as np
@@ -18,8 +19,8 @@ REGISTER, DIGEST = published.read_register("random-experts")
 LABELS = tuple(f"mappo-{seed}" for seed in range(200, 208))
 FIRST = Cell("physical-deception", LABELS[0], "paper", "maviper-every-round", 4, 500)
 GAMES = {"physical-deception": "deception", "cooperative-navigation": "navigation"}
-EXPERTS_OF = {"deception": "eight such", "navigation": "[eight fresh experts]"}  # in README's words
-EXPERTS_OF |= {"deception, MADDPG": "eight fresh ones", "navigation, MADDPG": "eight fresh ones"}
+EXPERTS_OF = {"deception": "eight such", "navigation": "eight fresh experts"}  # in README's words
+EXPERTS_OF |= {"deception, MADDPG": "eight fresh ones", "navigation, MADDPG": "eight"}
 TOLD_UNDER = {"random-experts": "### Experts as a random level", "more-experts": "### MADDPG experts as a random level"}
 CALLED = {**{name: name for name in GAMES.values()}, "deception-maddpg": "deception, MADDPG"}
 CALLED |= {"navigation-maddpg": "navigation, MADDPG", "predators-mappo": "predators, MAPPO"}
@@ -229,6 +230,25 @@ def test_the_manual_says_what_the_record_found(name):
                 assert f"{lead} over {EXPERTS_OF[family]}" in readme
     whole = sum(len(cells_of(register, group)) for group in register["groups"])
     assert ("is partial" in said) == (len(found.documents) < whole)
+
+
+def test_the_manual_has_all_leads_over_iviper_in_one_table():
+    """Of each team and kind of expert: with one expert, with fresh ones, and the paper's, by the registers."""
+    rows = rows_of((HERE.parents[1] / "maviper" / "manual" / "reproduce.md").read_text())
+    for team, kind in product(("deception", "navigation", "predators"), ("maddpg", "mappo")):
+        name = "random-experts" if kind == "mappo" and team != "predators" else "more-experts"
+        one = "rounds-predators" if team == "predators" else f"rounds-{team}-{kind}"
+        fresh = f"experts-{team}-iviper" if name == "random-experts" else f"{kind}-{team}-iviper"
+        told = []
+        for register_name, wanted in (("published", one), (name, fresh)):
+            register, digest = published.read_register(register_name)
+            found = Found(register, digest, published.RECORDS / register_name)
+            (claim,) = (each for each in register["claims"] if each["id"] == wanted)
+            experts = tuple(claim["experts"]) if register_name == name else kind
+            pair = found.paired(claim, experts, 4)
+            told.append("{:.3f} [{:.3f}, {:.3f}]".format(pair.mean, *pair.interval()))
+        paper = f"{claim['effect']:.3f}" if kind == "maddpg" and claim["from"].startswith("table") else "-"
+        assert " | ".join([f"{team}, {kind.upper()}", *told, paper]).replace("0.", ".") in rows
 
 
 def test_the_manual_has_the_table_of_the_learner():
