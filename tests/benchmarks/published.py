@@ -19,7 +19,7 @@ compact.py; a folder of cells may hold such a record, and its cells count as mad
 
 import argparse
 import time
-from collections import Counter
+from collections import Counter, defaultdict
 from itertools import product
 from pathlib import Path
 
@@ -27,9 +27,9 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from maviper.files import runs
-from maviper.reproduction import figures
-from maviper.reproduction.statistics import holm, of_differences, size
+from maviper.reproduction.statistics import holm, size
 from tests.benchmarks import compact
+from tests.benchmarks.drawings import absolute_of, drawn, levels
 from tests.benchmarks.paired import BETTER, NOT_DECIDED, WORSE, detectable
 from tests.benchmarks.registered import (
     Cell,
@@ -48,18 +48,9 @@ from tests.benchmarks.trained import runs_of, train_missing, tree_seeds_of
 FOLDER = "/tmp/maviper-{}"
 RECORDS = Path(__file__).parents[2] / "generated" / "reproduction"
 TEXT, README, FIGURE = "tables.txt", "README.md", "figure.svg"
-PRIMARY, EXPERT, UNTESTABLE = "primary", "expert", "UNTESTABLE"
-LEVELS = {
-    "maviper-every-round": "MAVIPER, all rounds",
-    "maviper": "MAVIPER, stops early",
-    "iviper": "IVIPER",
-    "iviper-equal-episodes": "IVIPER, equal data",
-    "imitation": "imitation",
-}
-MEASURED = {
-    "defenders success r=0.316": "share of episodes in which the defenders succeed",
-    "agents D": "summed distance to the targets that is left",
-}
+UNTESTABLE = "UNTESTABLE"
+BEST, WORST = "better than all", "worse than one"
+MANY = 3  # algorithms beside one, from which on a register asks whether it is better than all of them
 TITLE = "MAVIPER with all of its rounds, and the released code"
 
 
@@ -98,8 +89,10 @@ def families(register):
     return list(dict.fromkeys(claim["family"] for claim in register["claims"]))
 
 
-def table_lines(register, found):
-    """Ratios and rounds of every row, then the comparisons of each family."""
+def table_lines(register, found, each=False):
+    """Ratios and rounds of every row, then the comparisons of each family. `each`: where experts are the units, the
+    ratios of each expert too.
+    """
     total = sum(len(cells_of(register, group)) for group in register["groups"])
     over = "experts, or an expert's seeds" if by_expert(register) else "seeds"
     lines = [
@@ -108,12 +101,13 @@ def table_lines(register, found):
         f"joint ratio to the expert, mean and deviation over {over}",
     ]
     for group in register["groups"]:
-        experts = [tuple(group["experts"]), *group["experts"]] if by_expert(register) else group["experts"]
+        alone = group["experts"] if each or not by_expert(register) else []
+        experts = [tuple(group["experts"]), *alone] if by_expert(register) else alone
         for expert, depth, algorithm in product(experts, group["depths"], group["algorithms"]):
             lines += row_lines(register, found, group, expert, depth, algorithm)
     for family in families(register):
         lines += family_lines(register, found, family)
-    return lines
+    return lines + cell_lines(register, found)
 
 
 def row_lines(register, found, group, expert, depth, algorithm):
@@ -137,18 +131,18 @@ def row_lines(register, found, group, expert, depth, algorithm):
     return lines
 
 
-def absolute_of(document, label):
-    """The team's mean, and the expert's."""
-    team = label.partition(" ")[0]
-    return [document["values"][lineup][label]["mean"] for lineup in (f"joint:{team}", "expert")]
+def judged(register, found, family):
+    """The comparisons of a family, their pairs and their words, which are empty until all of the family is there."""
+    named = [each for each in comparisons_of(register) if each[0] == family]
+    pairs = [found.paired(*each[1:]) for each in named]
+    whole = all(len(pair.differences) == units_of(register, each[2]) for pair, each in zip(pairs, named, strict=True))
+    return named, pairs, words_of(pairs, register["alpha"], register["margin"]) if whole else [""] * len(pairs)
 
 
 def family_lines(register, found, family):
     """Comparisons with interval and size; words only once the whole family has all of its seeds, or experts."""
-    named = [each for each in comparisons_of(register) if each[0] == family]
-    pairs = [found.paired(*each[1:]) for each in named]
-    whole = all(len(pair.differences) == units_of(register, each[2]) for pair, each in zip(pairs, named, strict=True))
-    words = words_of(pairs, register["alpha"], register["margin"]) if whole else [""] * len(pairs)
+    named, pairs, words = judged(register, found, family)
+    whole = any(words)
     lines = ["", f"family {family}" + ("" if whole else ": not whole, so no word is given yet")]
     for (_, claim, expert, depth), pair, word in zip(named, pairs, words, strict=True):
         name = f"{claim['id']}, {called(expert)}, depth {depth}"
@@ -163,6 +157,37 @@ def family_lines(register, found, family):
             word, beside = f"{UNTESTABLE} ({word or 'no word yet'} without the rule of the ceiling)", ""
         lines.append(f"  {name}: {pair.mean:+.3f} [{low:+.3f}, {high:+.3f}]  {word or 'no word yet'}; {told}{beside}")
     return lines
+
+
+def cell_lines(register, found):
+    """What a register asks that compares one algorithm with several others over experts: for each family and depth
+    that is whole, whether it is better than all of them, or worse than one.
+    """
+    if not by_expert(register) or len({claim["first"]["algorithm"] for claim in register["claims"]}) > 1:
+        return []
+    lines = []
+    for family in families(register):
+        told = defaultdict(list)
+        for (_, claim, experts, depth), pair, word in zip(*judged(register, found, family), strict=True):
+            if word and word != WORSE and found.ceiling(claim, experts, depth):
+                word = UNTESTABLE
+            if word:
+                told[claim["measure"], depth].append((pair.mean, word))
+        for (_, depth), others in told.items():
+            means, words = zip(*others, strict=True)
+            if len(others) >= MANY:
+                lines.append(
+                    f"  {family}, depth {depth}: {min(means):+.3f} over the best of {len(others)}; {told_of(words)}"
+                )
+    counts = ", ".join(f"{sum(line.endswith(word) for line in lines)} {word}" for word in (BEST, WORST, UNTESTABLE))
+    return ["", f"{len(lines)} cells: {counts}", *lines] if lines else []
+
+
+def told_of(words):
+    """What the words of a cell say together."""
+    if WORSE in words or UNTESTABLE in words:
+        return WORST if WORSE in words else UNTESTABLE
+    return BEST if set(words) == {BETTER} else "neither"
 
 
 def words_of(pairs, alpha, margin):
@@ -191,72 +216,6 @@ def recorded(register, digest, found, place):
         runs.write(place / name, text)
 
 
-def levels(register, found):
-    """A figure for each game of the primary claims, by file name: what experts and their trees reach, absolute, mean
-    and 95 % interval over seeds.
-    """
-    drawings = {}
-    primary = [
-        claim for claim in register["claims"] if claim["family"] == PRIMARY and claim["first"]["preset"] == "paper"
-    ]
-    for (game, label), depth in dict.fromkeys(((c["game"], c["measure"]), c["depths"][0]) for c in primary):
-        rows = []
-        for group in register["groups"]:
-            if group["game"] == game and group["preset"] == "paper" and depth in group["depths"]:
-                for expert in group["experts"]:
-                    rows += level_rows(register, found, group, expert, depth, label)
-        if rows:
-            title = f"{game.replace('-', ' ').capitalize()}, trees of depth {depth}"
-            drawings[f"{game}.svg"] = figures.dots(title, MEASURED[label], rows)
-    return drawings
-
-
-def level_rows(register, found, group, expert, depth, label):
-    """The rows of one expert: itself, then what its trees reach by each algorithm that has all seeds."""
-    whole = {}
-    for algorithm in LEVELS:
-        cells = [Cell(group["game"], expert, group["preset"], algorithm, depth, seed) for seed in register["seeds"]]
-        documents = [found.document(cell) for cell in cells]
-        if all(documents):
-            whole[algorithm] = np.array([absolute_of(document, label) for document in documents])
-    columns = {name: values[:, 0] for name, values in whole.items()}
-    if whole:  # every algorithm has the expert in the same episodes
-        columns = {EXPERT: next(iter(whole.values()))[:, 1], **columns}
-    return [
-        (
-            LEVELS.get(name, f"expert by {expert.upper()}"),
-            name.partition("-")[0],
-            figures.Point(np.mean(values), *of_differences(list(values)).interval()),
-        )
-        for name, values in columns.items()
-    ]
-
-
-def drawn(register, found):
-    """The figure that a register describes: rows with a printed number, a ratio, or a ratio less another; rows without
-    their cells are left out.
-    """
-    about = register["figure"]
-    rows = []
-    for row in about["rows"]:
-        values = [row["value"]] if "value" in row else row_values(register, found, about, row)
-        if len(values) == 1:
-            rows.append((row["label"], row["mark"], figures.Point(values[0], np.nan, np.nan)))
-        elif values:
-            rows.append((row["label"], row["mark"], figures.Point(np.mean(values), *of_differences(values).interval())))
-    return figures.dots(about["title"], about["x"], rows)
-
-
-def row_values(register, found, about, row):
-    """By seed, once all are there: the ratios of a row, less those of `less`."""
-    claim = {"game": about["game"], "measure": about["measure"], **row}
-    sides = [found.ratios(claim, side, about["expert"], about["depth"]) for side in ("of", "less") if side in row]
-    seeds = [seed for seed in register["seeds"] if all(seed in side for side in sides)]
-    if len(seeds) < len(register["seeds"]):
-        return []
-    return [sides[0][seed] - (sides[1][seed] if len(sides) > 1 else 0.0) for seed in seeds]
-
-
 def page(register, digest, found):
     """README.md: what is here, what is not yet, and how to go on."""
     lines = []
@@ -275,7 +234,9 @@ def page(register, digest, found):
         f"\n- `{file}`: what experts and their trees reach, absolute." for file in levels(register, found)
     )
     option = "" if name == "published" else f" --register {name}"
-    experts = ""
+    experts = each = ""
+    if by_expert(register):
+        each = f"\n  Those of each expert: `--register {name} --tables --cells generated/reproduction/{name}`."
     if "trained" in register:
         experts = f"    python -m tests.benchmarks.published{option} --experts RUNS --train\n"
         option += " --experts RUNS"
@@ -291,7 +252,7 @@ It was committed before the first cell was made.
 |---|---|
 {chr(10).join(lines)}
 
-- `{TEXT}`: ratios to the expert, then every comparison with its interval and words.
+- `{TEXT}`: ratios to the expert, then every comparison with its interval and words.{each}
 - `{compact.FILE}`: of every cell its training, and of every line-up and measure the number of episodes and their mean.
   {compact.TOLD}{figure}{drawings}
 
@@ -354,7 +315,7 @@ def main():
                     make(register, digest, cell, folder, given.experts)
                     print(f"{time.strftime('%H:%M:%S')}  {cell.name}", flush=True)
     found = Found(register, digest, folder)
-    print("\n".join(table_lines(register, found)))
+    print("\n".join(table_lines(register, found, each=True)))
     if given.record:
         recorded(register, digest, found, given.record)
 

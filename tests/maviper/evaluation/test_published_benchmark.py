@@ -326,7 +326,7 @@ def test_the_committed_record_is_what_its_cells_say(committed):
 OTHERS = ["steps", "splits", "learner", "factorial", "rows", "direct", "regret"]
 
 
-@pytest.mark.parametrize("name", [*OTHERS, "random-experts", "more-experts", "learner-experts"])
+@pytest.mark.parametrize("name", [*OTHERS, "random-experts", "more-experts", "learner-experts", "learner-more-experts"])
 def test_other_committed_records_are_what_their_cells_say(name):
     register, digest = published.read_register(name)
     place = RECORD.parent / name
