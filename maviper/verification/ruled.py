@@ -6,16 +6,19 @@ Does not: decide: the episode is played again in exact numbers, which judge the 
 """
 
 from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Set as AbstractSet
+from dataclasses import replace
 from fractions import Fraction
 from itertools import chain, pairwise
 
 import numpy as np
 
 from codegen.ir import PolicyProfile
+from maviper.worlds.stated.systems import box
 from maviper.worlds.stated.written import WrittenPlay
-from verify.claims.formula import holds
+from verify.claims.formula import And, Formula, Linear, Not, Or
 from verify.reach.play.samples import Starts, courses
-from verify.reach.replay import Course, piece_of, replay_course
+from verify.reach.replay import Course, replay_course, within
 from verify.reach.results import SystemCounterexample
 from verify.systems.claims import SystemClaim
 from verify.systems.observing import choose_actions
@@ -23,17 +26,22 @@ from verify.systems.statement import Statement
 from verify.systems.system import State
 
 ANYWHERE, BESIDE = 4_096, 256  # starts that are played: of the whole region, and of each box around a known one
-NEAR = tuple(2.0**-power for power in (4, 8, 12, 16))  # of a variable's range: how far starts lie from the known one
+NEAR = tuple(
+    2.0**-power for power in (4, 8, 12, 16)
+)  # of what a start ranges over: how far they lie from the known one
+ROOM = Fraction(1, 2**36)  # of the numbers of an inequality: so far beyond its bound a float64 state breaks it
 
 
 def find_by_rules(
     statement: Statement, profile: PolicyProfile, claim: SystemClaim, counterexample: SystemCounterexample
 ) -> SystemCounterexample | None:
-    """An episode by the rules as they are written, with errors that the file states, that breaks the claim too."""
+    """An episode by the rules as they are written, with errors that the file states, that breaks the claim too, by more
+    than rounding may.
+    """
     play = WrittenPlay(statement, profile, claim.steps)
     drawn = map(play.follow, _courses(statement, profile, claim, counterexample.start))
     for states in chain([play.keep_near(counterexample.states)], drawn):
-        if _breaks(claim, states):
+        if _breaks(statement, claim, states):
             again = replay_course(profile, statement.system, claim, _course(statement, profile, states))
             if again is not None:
                 return again
@@ -42,35 +50,65 @@ def find_by_rules(
 
 def _courses(statement: Statement, profile: PolicyProfile, claim: SystemClaim, start: State) -> Iterator[Course]:
     """Courses of the rules that seem to break the claim: from anywhere, then from ever nearer to a start."""
-    ranges = [one.range for one in statement.system.variables]
-    lowest, highest = (np.array([float(end) for end in ends]) for ends in zip(*ranges, strict=True))
-    near = np.array([float(start[one.name]) for one in statement.system.variables])
+    bounds = box(statement)
+    lowest, highest = (np.array([float(end) for end in ends]) for ends in zip(*bounds.values(), strict=True))
+    near = np.array([float(start[name]) for name in bounds])
     offs = [part * (highest - lowest) for part in NEAR]
     boxes = [(np.maximum(near - off, lowest), np.minimum(near + off, highest)) for off in offs]
     beside = [Starts(BESIDE, (low[None], high[None])) for low, high in boxes]
     for each in (Starts(ANYWHERE), *beside):
-        found = courses(profile, statement.system, {0: claim}, each, statement.rules)
-        yield from (course for _, course in found)
+        for _, course in courses(profile, statement.system, {0: claim}, each, statement.rules):
+            exact = {name: min(max(course.start[name], low), high) for name, (low, high) in bounds.items()}
+            yield replace(course, start=exact)  # a bound that is no float64 is met exactly
 
 
-def _breaks(claim: SystemClaim, states: Sequence[Mapping[str, Fraction]]) -> bool:
+def _breaks(statement: Statement, claim: SystemClaim, states: Sequence[State]) -> bool:
+    """Whether states break a claim surely: what follows the start is rounded, but for modes."""
+    modes = frozenset(one.name for one in statement.system.variables if one.modes)
     for step, state in enumerate(states):
-        if holds(claim.violation_at(step), state, {}):
+        exact = modes if step else state.keys()
+        if _surely(claim.violation_at(step), state, exact, True):
             return True
-        if holds(claim.fulfilment_at(step), state, {}):
+        if not _surely(claim.fulfilment_at(step), state, exact, False):
             return False
     return False
 
 
-def _course(statement: Statement, profile: PolicyProfile, states: Sequence[Mapping[str, Fraction]]) -> Course:
-    """How an episode of the pieces goes through given states, as far as their errors allow."""
-    errors: list[Mapping[str, Fraction]] = []
+def _surely(formula: Formula, state: State, exact: AbstractSet[str], wanted: bool) -> bool:
+    """Whether a formula surely holds in a state, or surely does not, where numbers that are not exact are rounded."""
+    if isinstance(formula, Linear):
+        parts = [weight * state[name] for weight, name in formula.terms]
+        left = formula.bound - sum(parts, Fraction(0))
+        if all(name in exact for _, name in formula.terms):
+            return (left > 0 or (not formula.strict and left == 0)) is wanted
+        room = ROOM * (abs(formula.bound) + sum(map(abs, parts), Fraction(0)))
+        return left > room if wanted else left < -room
+    if isinstance(formula, Not):
+        return _surely(formula.part, state, exact, not wanted)
+    assert isinstance(formula, (And, Or)), formula
+    told = (_surely(part, state, exact, wanted) for part in formula.parts)
+    return all(told) if isinstance(formula, And) is wanted else any(told)
+
+
+def _course(statement: Statement, profile: PolicyProfile, states: Sequence[State]) -> Course:
+    """How an episode of the pieces goes through given states, as far as their errors allow: of several pieces that hold
+    a state, as where there is a choice, by the one that comes nearest to the next.
+    """
+    errors, pieces = list[Mapping[str, Fraction]](), list[int]()
     for state, after in pairwise(states):
-        number = piece_of(statement.system, state)
-        if number is None:
+        holding = [number for number, piece in enumerate(statement.system.pieces) if piece.holds(state)]
+        if not holding:
             break
-        piece, actions = statement.system.pieces[number], choose_actions(statement.system, profile, state)
+        actions = choose_actions(statement.system, profile, state)
         joint = {policy.agent: policy.actions[actions[policy.agent]].name for policy in profile.agents}
-        exact = piece.step(state, joint, {})
-        errors.append({name: after[name] - exact[name] for name in piece.error})
-    return Course(states[0], errors)
+        ways: list[tuple[Fraction, int, Mapping[str, Fraction]]] = []
+        for number in holding:
+            piece = statement.system.pieces[number]
+            exact = piece.step(state, joint, {})
+            asked = {name: after[name] - exact[name] for name in exact}
+            cut = {name: asked[name] - error for name, error in within(piece, asked).items()}
+            ways.append((sum(map(abs, ({**asked, **cut}).values()), Fraction(0)), number, asked))
+        _, number, asked = min(ways, key=lambda way: way[:2])
+        errors.append({name: asked[name] for name in statement.system.pieces[number].error})
+        pieces.append(number)
+    return Course(states[0], errors, pieces)

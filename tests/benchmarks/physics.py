@@ -97,7 +97,7 @@ def reached_by(folder, episodes):
             values = measures.values(world, [expert] * len(world.agents), range(FIRST, FIRST + episodes))
             means = {each.label: float(np.mean(column)) for each, column in values.items()}
             known.setdefault(name, {})[str(seed)] = {"expert": expert.hash, "episodes": episodes, "reached": means}
-    return known
+    return {name: dict(sorted(of.items(), key=lambda item: int(item[0]))) for name, of in sorted(known.items())}
 
 
 def spread_lines(known):
@@ -152,6 +152,8 @@ def main() -> None:
     if given.train:
         trained(given.train, [*filter(None, given.worlds.split(";"))], [int(k) for k in given.seeds.split(",") if k])
         return
+    if given.spread and given.json:
+        parser.error("--spread prints no JSON: choose --record")
     if given.spread:
         known = reached_by(given.spread, given.episodes)
         print("\n".join(spread_lines(known)))

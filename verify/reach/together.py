@@ -6,8 +6,8 @@ Assumes: a checked profile, system and claims.
 Does not: read or write files.
 
 The order does not depend on the budget, which only says when to stop. So whatever a budget answers, a larger one
-answers too, after the same work. Where a claim has no answer at the end, a few episodes are played beyond the budget:
-what these break, a larger budget answers by them or before, and may take longer.
+answers too, after the same work. Where a claim has no answer at the end, episodes are played beyond the budget: what
+these break, a larger budget answers by them or before, and may take longer.
 """
 
 from __future__ import annotations

@@ -45,6 +45,14 @@ def fill(folder, lifts):
         (folder / cell.name).write_text(json.dumps(document(0.6 + lift, f"network {place}")))
 
 
+def tree_seeds_beside(name):
+    """The seeds of trees of all other registers."""
+    others = [tomllib.loads(place.read_text()) for place in HERE.glob("*.toml") if place.stem != name]
+    registers = [other for other in others if "seeds" in other]
+    labels = [(register, label) for register in registers for label in trained.labels_of(register) or [""]]
+    return {seed for register, label in labels for seed in trained.tree_seeds_of(register, label)}
+
+
 def lines_of(folder):
     return published.family_lines(REGISTER, Found(REGISTER, DIGEST, folder), "deception")
 
@@ -61,8 +69,7 @@ def test_every_comparison_has_its_cells_and_every_expert_seeds_of_its_own():
         assert [cell.expert for cell in cells_of(REGISTER, group)] == [label for label in LABELS for _ in range(6)]
     used = [seed for label in LABELS for seed in trained.tree_seeds_of(REGISTER, label)]
     assert used == list(range(500, 516))
-    others = [tomllib.loads(place.read_text()) for place in HERE.glob("*.toml") if place.stem != "random-experts"]
-    assert not {seed for other in others for seed in other.get("seeds", ())} & set(used)
+    assert not tree_seeds_beside("random-experts") & set(used)
     for cell in {replace(cell, expert=LABELS[0], seed=500) for cell in cells}:
         settings = settings_of(REGISTER, world_of(REGISTER, cell.game, cell.expert), cell)
         assert settings.preset == "paper" and settings.splits == "histogram" and not settings.refinement
@@ -70,7 +77,7 @@ def test_every_comparison_has_its_cells_and_every_expert_seeds_of_its_own():
 
 @pytest.mark.parametrize("name", ["learner-experts", "learner-more-experts"])
 def test_the_learner_is_asked_of_the_same_experts_at_three_depths(name):
-    """Experts are those of the registers that compare the paper's algorithms, and both ask for 18 cells, each once."""
+    """Experts are those of registers that compare the paper's algorithms; one asks for 6 cells, one for 12 others."""
     register, _ = published.read_register(name)
     learner, _ = published.read_register("learner-experts")
     more, _ = published.read_register("more-experts")
@@ -90,8 +97,7 @@ def test_the_learner_is_asked_of_the_same_experts_at_three_depths(name):
     labels = trained.labels_of(register)
     used = {seed for label in labels for seed in trained.tree_seeds_of(register, label)}
     assert used == set(range(register["seeds"][0], register["seeds"][0] + 2 * len(labels)))
-    others = [tomllib.loads(place.read_text()) for place in HERE.glob("*.toml") if place.stem != name]
-    assert not {seed for other in others for seed in other.get("seeds", ())} & used
+    assert not tree_seeds_beside(name) & set(used)
     for group in register["groups"]:
         whole = [label for label in group["experts"] for _ in range(2 * len(group["depths"]) * 4)]
         assert [cell.expert for cell in cells_of(register, group)] == whole
@@ -104,8 +110,7 @@ def test_more_experts_are_those_of_the_paper_and_of_predator_prey():
     assert compared == set(trained.runs_of(register, register["groups"])) and len(compared) == 8 + 8 + 5 + 5
     used = [seed for label in trained.labels_of(register) for seed in trained.tree_seeds_of(register, label)]
     assert used == list(range(700, 726))
-    others = [tomllib.loads(place.read_text()) for place in HERE.glob("*.toml") if place.stem != "more-experts"]
-    assert not {seed for other in others for seed in other.get("seeds", ())} & set(used)
+    assert not tree_seeds_beside("more-experts") & set(used)
     assert register["presets"] == REGISTER["presets"] and register["algorithms"] == REGISTER["algorithms"]
     for game, label in compared:
         recipe, _ = trained.recipe_of(register, label)

@@ -31,6 +31,7 @@ from verify.systems.statement import Rule
 from verify.systems.system import Affine, Feature, Interval, Measure, Piece, System
 
 MAX_COURSES = 16
+ENOUGH, REDRAWS = 256, 24  # starts that meet all conditions; how often more are drawn until there are so many
 Planes = dict[str, Float64]  # variable -> [batch]
 
 
@@ -82,32 +83,46 @@ def courses(
 def random_starts(
     system: System, claims: Mapping[int, SystemClaim], starts: Starts, random: np.random.Generator
 ) -> Planes | None:
-    """Random starts, half of the numbers at a bound in half of them; None where none was found."""
+    """Random starts, half of the numbers at a bound in half of them; None where none was found. Where conditions leave
+    few of those that are drawn, more are.
+    """
     (still, *_), count = {claim.about_decisions for claim in claims.values()}, starts.episodes
     polytope = () if still else system.start
     reading = SystemReading(system, [one.name for one in system.variables])
     branch = reading.start(polytope)
     if branch is None:
         return None
-    planes: Planes = {}
-    columns = {one.name: column for column, one in enumerate(system.variables)}
-    for name in reading.order:
-        where = random.random(count)
-        rounded = random.random(count) < np.where(np.arange(count) % 2, 0.5, 0.0)
-        where = np.where(rounded, np.round(where), where)
-        if starts.boxes is None:
-            width = sum(map(float, branch.motion.weights[name].values()))
-            planes[name] = float(branch.at[name]) + width * where
-        else:
-            low, high = (ends[np.arange(count) % len(ends), columns[name]] for ends in starts.boxes)
-            planes[name] = np.where(where == 1, high, low + (high - low) * where)  # a bound is met exactly
-    kept = np.ones(count, dtype=np.bool_)
-    for half in polytope:
-        kept &= value(half.form, planes) <= 0
-    if still and all(claim.regions for claim in claims.values()):
-        inside = [Batch(planes, count).holds(claim.inside, {}) for claim in claims.values()]
-        kept &= np.logical_or.reduce(inside)
-    return {name: values[kept] for name, values in planes.items()} if kept.any() else None
+    asked = (
+        [claim.inside for claim in claims.values()] if still and all(each.regions for each in claims.values()) else []
+    )
+
+    def draw() -> Planes:
+        planes: Planes = {}
+        columns = {one.name: column for column, one in enumerate(system.variables)}
+        for name in reading.order:
+            where = random.random(count)
+            rounded = random.random(count) < np.where(np.arange(count) % 2, 0.5, 0.0)
+            where = np.where(rounded, np.round(where), where)
+            if starts.boxes is None:
+                width = sum(map(float, branch.motion.weights[name].values()))
+                planes[name] = float(branch.at[name]) + width * where
+            else:
+                low, high = (ends[np.arange(count) % len(ends), columns[name]] for ends in starts.boxes)
+                planes[name] = np.where(where == 1, high, low + (high - low) * where)  # a bound is met exactly
+        kept = np.ones(count, dtype=np.bool_)
+        for half in polytope:
+            kept &= value(half.form, planes) <= 0
+        if asked:
+            kept &= np.logical_or.reduce([Batch(planes, count).holds(inside, {}) for inside in asked])
+        return {name: values[kept] for name, values in planes.items()}
+
+    drawn = draw()
+    for _ in range(REDRAWS):
+        if len(next(iter(drawn.values()))) >= min(count, ENOUGH):
+            break
+        more = draw()
+        drawn = {name: np.concatenate([values, more[name]])[:count] for name, values in drawn.items()}
+    return drawn if len(next(iter(drawn.values()))) else None
 
 
 def _sample_decisions(
@@ -153,8 +168,6 @@ class Play:
         self._moving = rules or system.pieces
         self._boxes = Boxes(system)
         self._cases = Cases(self._moving) if rules or has_cases(system) else None
-        stated = system.variables if rules else ()
-        self._ranges = {one.name: (nearest_double(one.range[0]), nearest_double(one.range[1])) for one in stated}
         self._errors: list[Planes] = []
         self._pieces: list[Int64] = []
 
@@ -177,13 +190,7 @@ class Play:
         actions = {
             policy.agent: act(policy, observe_planes(self.system, policy, state)) for policy in self.profile.agents
         }
-        if self._cases is None:
-            piece_of = self._boxes.holding(state, count)
-        else:
-            piece_of = self._cases.holding(state, count, _shares(extreme, random))
-        if self._ranges:  # a rule without a box holds beyond them too
-            inside = [(low <= state[name]) & (state[name] <= high) for name, (low, high) in self._ranges.items()]
-            piece_of = np.where(np.logical_and.reduce(inside), piece_of, -1)
+        piece_of = self._holding(state, count, _shares(extreme, random) if self._cases is not None else extreme)
         draws = _Draws(random, self._moving, count)
         held: set[int] = set(piece_of.tolist())
         for number in sorted(held - {-1}):
@@ -200,6 +207,13 @@ class Play:
         self._errors.append(errors)
         self._pieces.append(piece_of)
         return after, piece_of >= 0
+
+    def _holding(self, state: Planes, count: int, which: Float64) -> Int64:
+        """The number of what moves each state, [count]; -1 where nothing is stated."""
+        if self._cases is None:
+            return self._boxes.holding(state, count)
+        held = self._cases.holding(state, count, which)  # a rule without a box holds where no piece does
+        return held if self._moving is self.system.pieces else np.where(self._boxes.holding(state, count) < 0, -1, held)
 
     def _act(
         self, policy: AgentPolicy, actions: Int32, piece: Piece | Rule, here: Bool, state: Planes, after: Planes

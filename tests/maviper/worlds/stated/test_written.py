@@ -8,8 +8,8 @@ import pytest
 from maviper.verification.ask import VerifyOptions
 from maviper.verification.run import verify_world
 from maviper.worlds.stated.written import WrittenPlay
-from tests.support.system_cases import policy, team
-from verify.reach.play.samples import Play
+from tests.support.system_cases import policy, stays, team
+from verify.reach.play.samples import Play, Starts, random_starts
 from verify.result import Verdict
 from verify.systems.files import statement_of
 from verify.verdicts.systems import ENCLOSED
@@ -96,3 +96,62 @@ x = 0.01
     for place in range(50):
         again = WrittenPlay(statement, GOES, 5).follow(play.course(start, place))
         assert np.allclose([float(state["x"]) for state in again], [each[place] for each in states], rtol=1e-12)
+
+
+PEAK = """
+name = "peak"
+steps = 6
+[variables]
+x = { range = [-4, 4] }
+y = { range = [-1, 1] }
+p = { range = [-1, 1] }
+[agents.a.features]
+f = "x"
+[agents.a.actions]
+go = {}
+[start]
+box = { x = 0.1, y = [-1, 1], p = 0.1 }
+[dynamics.let]
+noise = "choice(0, 0.3, 1)"
+[dynamics.cuts]
+y = 8
+[dynamics.error]
+x = 0.1
+[dynamics.next]
+x = "RULE"
+y = "y"
+p = "p + 0.5"
+[[property]]
+name = "stays_in"
+region = REGION
+"""
+RARE = "1/(1 + 4000*(y - 0.318)**2)"
+
+
+@pytest.mark.parametrize(
+    ("rule", "region", "verdict"),
+    [
+        (RARE, "{ box = { x = [-4, 1] } }", Verdict.VIOLATED),  # x starts at a tenth, which is no float64
+        (RARE, "[{ box = { p = [-10, 2.5] } }, { box = { x = [-4, 0.9] } }]", Verdict.VIOLATED),  # p beyond its range
+        ("sin(3*y)/4 + noise", "{ box = { x = [-4, 1.2] } }", Verdict.VIOLATED),  # by the last of three choices
+        ("0.2*y*y", "{ box = { x = [-4, 0.3] } }", Verdict.UNKNOWN),  # true: x is .3 at most, and rounds to more
+        ("sin(3*y)**2 + cos(3*y)**2", "{ box = { x = [-4, 1.1] } }", Verdict.UNKNOWN),  # true: the sum is 1
+        ("0.2*y*y", "{ box = { x = [-4, 0.299] } }", Verdict.VIOLATED),
+    ],
+)
+def test_drawn_episodes_meet_starts_ranges_choices_and_roundings(tmp_path, rule, region, verdict):
+    text = PEAK.replace("RULE", rule).replace("REGION", region)
+    (tmp_path / "peak.toml").write_text(text if "noise" in rule else text.replace('noise = "choice(0, 0.3, 1)"', ""))
+    (result,) = verify_world(GOES, VerifyOptions(world=tmp_path / "peak.toml")).results
+    assert result.verdict is verdict
+    if verdict is Verdict.VIOLATED:
+        assert result.counterexample.start["x"] == F(1, 10)
+
+
+def test_where_conditions_leave_few_starts_more_are_drawn():
+    thin = SINE.replace("box = { x = [0, 1] }", 'box = { x = [0, 1], y = [0, 1] }\nwhere = ["x + 0.99 <= y"]')
+    thin = thin.replace("x = { range = [-2, 2] }", "x = { range = [-2, 2] }\ny = { range = [-2, 2] }")
+    system = statement_of(thin.replace('x = "sin(x)"', 'x = "sin(x)"\ny = "y"'), "f").system
+    (claim,) = [stays(system, 1, x=(-1, 1))]
+    start = random_starts(system, {0: claim}, Starts(4_096), np.random.default_rng(0))
+    assert 256 <= len(start["x"]) <= 4_096 and (start["x"] + 0.99 <= start["y"]).all()
