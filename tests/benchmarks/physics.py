@@ -27,7 +27,7 @@ from codegen.ir import FORK, PHYSICS
 from maviper.episodes import measures
 from maviper.experts.finding import find_expert
 from maviper.experts.scripted import build_script
-from maviper.experts.training.train import CARD_FILE
+from maviper.experts.training.train import CARD_FILE, METRICS_FILE
 from maviper.files import runs
 from maviper.worlds import find
 
@@ -96,21 +96,31 @@ def reached_by(folder, episodes):
             expert, world = find_expert(str(run))
             values = measures.values(world, [expert] * len(world.agents), range(FIRST, FIRST + episodes))
             means = {each.label: float(np.mean(column)) for each, column in values.items()}
-            known.setdefault(name, {})[str(seed)] = {"expert": expert.hash, "episodes": episodes, "reached": means}
+            told = {"expert": expert.hash, "episodes": episodes, "reached": means, "last": last_of(run)}
+            known.setdefault(name, {})[str(seed)] = told
     return {name: dict(sorted(of.items(), key=lambda item: int(item[0]))) for name, of in sorted(known.items())}
 
 
+def last_of(run):
+    """What the networks reached at the end of a training, in the episodes by which its checkpoints were judged."""
+    judged = json.loads((run / METRICS_FILE).read_text().splitlines()[-1])
+    return {row["measure"]: judged[row["measure"]][0] for row in REGISTER["spread"] if row["measure"] in judged}
+
+
 def spread_lines(known):
-    """Mean, deviation and range over experts, beside the published number, then each expert's by seed."""
-    lines = [f"{'experts':>7}{'mean':>8}{'sd':>8}{'least':>8}{'most':>8}{'paper':>8}  measure"]
+    """Mean, deviation and range over experts, each the best of its checkpoints, beside the mean at the end of training
+    and the published number; then each expert's by seed.
+    """
+    lines = [f"{'experts':>7}{'mean':>8}{'sd':>8}{'least':>8}{'most':>8}{'at end':>8}{'paper':>8}  measure"]
     for row in REGISTER["spread"]:
         reached = {seed: of["reached"][row["measure"]] for seed, of in known.get(row["world"], {}).items()}
         numbers = list(reached.values())
         if not numbers:
-            lines.append(f"{0:>7}{'':>40}  {row['world']}: {row['measure']}")
+            lines.append(f"{0:>7}{'':>48}  {row['world']}: {row['measure']}")
             continue
-        spread = np.std(numbers, ddof=1) if len(numbers) > 1 else np.nan
-        told = "".join(f"{each:>8.3f}" for each in (np.mean(numbers), spread, min(numbers), max(numbers)))
+        spread = np.std(numbers, ddof=1) if len(numbers) > 1 else np.nan  # of one expert there is none
+        last = np.mean([of["last"][row["measure"]] for of in known[row["world"]].values()])
+        told = "".join(f"{each:>8.3f}" for each in (np.mean(numbers), spread, min(numbers), max(numbers), last))
         paper = f"{row['published']:.2f}" if "published" in row else "-"
         each = ", ".join(f"{seed}: {number:.3f}" for seed, number in reached.items())
         lines.append(f"{len(numbers):>7}{told}{paper:>8}  {row['world']}: {row['measure']} ({each})")

@@ -207,6 +207,8 @@ def test_the_spread_is_of_all_trained_experts(tmp_path, monkeypatch):
         run = physics.run_of(tmp_path, name, seed)
         run.mkdir()
         (run / physics.CARD_FILE).write_text("{}")
+        ends = {"defenders success r=0.316": [0.75, 0.7, 0.8], "adversaries success r=0.316": [0.5, 0.4, 0.6]}
+        (run / physics.METRICS_FILE).write_text("{}\n" + json.dumps(ends) + "\n")
     monkeypatch.setattr(physics, "find_expert", lambda text: find_expert(f"{name}@maddpg"))
     monkeypatch.setattr(physics, "RECORD", tmp_path / "record.json")
     known = physics.reached_by(tmp_path, 6)
@@ -215,5 +217,17 @@ def test_the_spread_is_of_all_trained_experts(tmp_path, monkeypatch):
     once = {**known[name]["0"], "reached": dict.fromkeys(known[name]["0"]["reached"], number)}
     physics.RECORD.write_text(json.dumps({name: {"5": once}}))
     first, second, *others = physics.spread_lines(physics.reached_by(tmp_path, 6))[1:]
-    assert first.split()[:6] == ["3", f"{number:.3f}", "0.000", f"{number:.3f}", f"{number:.3f}", "0.90"]
+    assert first.split()[:7] == ["3", f"{number:.3f}", "0.000", f"{number:.3f}", f"{number:.3f}", "0.750", "0.90"]
     assert "0.62" in second and all(line.split()[0] == "0" for line in others)
+
+
+def test_the_manual_has_the_experts_of_the_record():
+    """How many there are of each measure, what they reach on average, also at the end, and what is published."""
+    known = json.loads(physics.RECORD.read_text())
+    rows = [[cell.strip() for cell in line.strip("| ").split("|")] for line in manual.page("games").splitlines()]
+    for row in physics.REGISTER["spread"]:
+        experts = known.get(row["world"], {}).values()
+        means = [np.mean([of[which][row["measure"]] for of in experts]) for which in ("reached", "last") if experts]
+        told = [f"{mean:.3f}".removeprefix("0") for mean in means] or ["-", "-"]
+        paper = f"{row['published']:.2f}".removeprefix("0") if "published" in row else "-"
+        assert [row["measure"], f"{len(experts)} of 8", *told, paper] in rows
