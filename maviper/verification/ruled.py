@@ -7,14 +7,17 @@ Does not: decide: the episode is played again in exact numbers, which judge the 
 
 from collections.abc import Iterator, Mapping, Sequence
 from collections.abc import Set as AbstractSet
+from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
 from itertools import chain, pairwise
 
 import numpy as np
 
+from codegen.errors import InputError
 from codegen.ir import PolicyProfile
 from maviper.worlds.stated.systems import box
+from maviper.worlds.stated.systems import start as draw_start
 from maviper.worlds.stated.written import WrittenPlay
 from verify.claims.formula import And, Formula, Linear, Not, Or
 from verify.reach.play.samples import Starts, courses
@@ -56,10 +59,21 @@ def _courses(statement: Statement, profile: PolicyProfile, claim: SystemClaim, s
     offs = [part * (highest - lowest) for part in NEAR]
     boxes = [(np.maximum(near - off, lowest), np.minimum(near + off, highest)) for off in offs]
     beside = [Starts(BESIDE, (low[None], high[None])) for low, high in boxes]
-    for each in (Starts(ANYWHERE), *beside):
+    for each in (Starts(ANYWHERE), *_thin(statement), *beside):
         for _, course in courses(profile, statement.system, {0: claim}, each, statement.rules):
             exact = {name: min(max(course.start[name], low), high) for name, (low, high) in bounds.items()}
             yield replace(course, start=exact)  # a bound that is no float64 is met exactly
+
+
+def _thin(statement: Statement) -> Iterator[Starts]:
+    """Some starts that meet all conditions where some are about several variables: of numbers drawn at once most may
+    fail these, and those that pass may all lie at bounds.
+    """
+    if any(len(half.form.terms) > 1 for half in statement.system.start):
+        random = np.random.default_rng(0)
+        with suppress(InputError):  # no start was found
+            drawn = [list(draw_start(statement, random).values()) for _ in range(BESIDE)]
+            yield Starts(BESIDE, (np.array(drawn), np.array(drawn)))
 
 
 def _breaks(statement: Statement, claim: SystemClaim, states: Sequence[State]) -> bool:

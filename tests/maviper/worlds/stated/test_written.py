@@ -155,3 +155,21 @@ def test_where_conditions_leave_few_starts_more_are_drawn():
     (claim,) = [stays(system, 1, x=(-1, 1))]
     start = random_starts(system, {0: claim}, Starts(4_096), np.random.default_rng(0))
     assert 256 <= len(start["x"]) <= 4_096 and (start["x"] + 0.99 <= start["y"]).all()
+
+
+def test_a_thin_start_region_is_searched_where_it_lies(tmp_path):
+    """Of numbers drawn at once hardly any meet the conditions but at corners."""
+    text = PEAK.replace("RULE", "1/(1 + 400*(y - 0.318)**2)").replace("REGION", "{ box = { x = [-4, 0.95] } }")
+    text = text.replace(
+        "box = { x = 0.1, y = [-1, 1], p = 0.1 }",
+        """box = { x = [-1, 1], y = [-1, 1], p = [-1, 1] }
+where = ["x - y <= 0.02", "y - x <= 0.02", "y - p <= 0.02", "p - y <= 0.02"]""",
+    )
+    text = (
+        text.replace("x = 0.1\n", "x = 0\n")
+        .replace('noise = "choice(0, 0.3, 1)"', "")
+        .replace("steps = 6", "steps = 1")
+    )
+    (tmp_path / "peak.toml").write_text(text)
+    (result,) = verify_world(GOES, VerifyOptions(world=tmp_path / "peak.toml")).results
+    assert result.verdict is Verdict.VIOLATED
