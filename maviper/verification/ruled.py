@@ -1,6 +1,6 @@
 """Episodes by the rules of a world file as they are written.
 
-Does: finds one that breaks a claim beside an episode of the pieces that enclose the rules.
+Does: finds one that breaks a claim where an episode of the pieces that enclose the rules does: beside it, or elsewhere.
 Assumes: a world file whose agents are those of the profile.
 Does not: decide: the episode is played again in exact numbers, which judge the claim.
 """
@@ -29,9 +29,7 @@ from verify.systems.statement import Statement
 from verify.systems.system import State
 
 ANYWHERE, BESIDE = 4_096, 256  # starts that are played: of the whole region, and of each box around a known one
-NEAR = tuple(
-    2.0**-power for power in (4, 8, 12, 16)
-)  # of what a start ranges over: how far they lie from the known one
+NEAR = tuple(2.0**-power for power in (4, 8, 12, 16))  # half a box's width, as a share of what starts range over
 ROOM = Fraction(1, 2**36)  # of the numbers of an inequality: so far beyond its bound a float64 state breaks it
 
 

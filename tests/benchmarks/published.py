@@ -165,7 +165,7 @@ def cell_lines(register, found):
     """
     if not by_expert(register) or len({claim["first"]["algorithm"] for claim in register["claims"]}) > 1:
         return []
-    lines = []
+    lines, said = [], []
     for family in families(register):
         told = defaultdict(list)
         for (_, claim, experts, depth), pair, word in zip(*judged(register, found, family), strict=True):
@@ -176,10 +176,9 @@ def cell_lines(register, found):
         for (_, depth), others in told.items():
             means, words = zip(*others, strict=True)
             if len(others) >= MANY:
-                lines.append(
-                    f"  {family}, depth {depth}: {min(means):+.3f} over the best of {len(others)}; {told_of(words)}"
-                )
-    counts = ", ".join(f"{sum(line.endswith(word) for line in lines)} {word}" for word in (BEST, WORST, UNTESTABLE))
+                said.append(told_of(words))
+                lines.append(f"  {family}, depth {depth}: {min(means):+.3f} over the best of {len(others)}; {said[-1]}")
+    counts = ", ".join(f"{said.count(word)} {word}" for word in (BEST, WORST, UNTESTABLE))
     return ["", f"{len(lines)} cells: {counts}", *lines] if lines else []
 
 

@@ -190,7 +190,7 @@ class Play:
         actions = {
             policy.agent: act(policy, observe_planes(self.system, policy, state)) for policy in self.profile.agents
         }
-        piece_of = self._holding(state, count, _shares(extreme, random) if self._cases is not None else extreme)
+        piece_of = self._holding(state, count, extreme, random)
         draws = _Draws(random, self._moving, count)
         held: set[int] = set(piece_of.tolist())
         for number in sorted(held - {-1}):
@@ -208,12 +208,16 @@ class Play:
         self._pieces.append(piece_of)
         return after, piece_of >= 0
 
-    def _holding(self, state: Planes, count: int, which: Float64) -> Int64:
+    def _holding(self, state: Planes, count: int, extreme: Float64, random: np.random.Generator) -> Int64:
         """The number of what moves each state, [count]; -1 where nothing is stated."""
         if self._cases is None:
             return self._boxes.holding(state, count)
-        held = self._cases.holding(state, count, which)  # a rule without a box holds where no piece does
-        return held if self._moving is self.system.pieces else np.where(self._boxes.holding(state, count) < 0, -1, held)
+        held = self._cases.holding(state, count, _shares(extreme, random))
+        if self._moving is self.system.pieces:
+            return held
+        return np.where(
+            self._boxes.holding(state, count) < 0, -1, held
+        )  # a rule without a box holds where no piece does
 
     def _act(
         self, policy: AgentPolicy, actions: Int32, piece: Piece | Rule, here: Bool, state: Planes, after: Planes

@@ -80,7 +80,7 @@ def test_a_counterexample_of_few_starts_is_found(tmp_path):
 
 
 def test_rules_in_batches_move_as_they_do_one_by_one():
-    """Two rules that choices and boxes tell apart, errors, and a cut; a course is followed to the states it had."""
+    """Two rules that `max` tells apart, errors, and an effect with a `clip`: a course is followed to its states."""
     text = SINE.replace("steps = 1", "steps = 5").replace("[-2, 2]", "[-4, 4]")
     text = text.replace("go = {}", "go = { push = 0.1 }").replace(
         "[dynamics.next]",
@@ -152,8 +152,7 @@ def test_where_conditions_leave_few_starts_more_are_drawn():
     thin = SINE.replace("box = { x = [0, 1] }", 'box = { x = [0, 1], y = [0, 1] }\nwhere = ["x + 0.99 <= y"]')
     thin = thin.replace("x = { range = [-2, 2] }", "x = { range = [-2, 2] }\ny = { range = [-2, 2] }")
     system = statement_of(thin.replace('x = "sin(x)"', 'x = "sin(x)"\ny = "y"'), "f").system
-    (claim,) = [stays(system, 1, x=(-1, 1))]
-    start = random_starts(system, {0: claim}, Starts(4_096), np.random.default_rng(0))
+    start = random_starts(system, {0: stays(system, 1, x=(-1, 1))}, Starts(4_096), np.random.default_rng(0))
     assert 256 <= len(start["x"]) <= 4_096 and (start["x"] + 0.99 <= start["y"]).all()
 
 
