@@ -2,11 +2,10 @@
 
 Does: finds one that breaks a claim where an episode of the pieces that enclose the rules does: beside it, or elsewhere.
 Assumes: a world file whose agents are those of the profile.
-Does not: decide: the episode is played again in exact numbers, which judge the claim.
+Does not: decide: verify/reach/play/written.py says what surely breaks a claim. The episode is played again by pieces.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from collections.abc import Set as AbstractSet
 from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
@@ -18,9 +17,8 @@ from codegen.errors import InputError
 from codegen.ir import PolicyProfile
 from maviper.worlds.stated.systems import box
 from maviper.worlds.stated.systems import start as draw_start
-from maviper.worlds.stated.written import WrittenPlay
-from verify.claims.formula import And, Formula, Linear, Not, Or
 from verify.reach.play.samples import Starts, courses
+from verify.reach.play.written import WrittenReplay
 from verify.reach.replay import Course, replay_course, within
 from verify.reach.results import SystemCounterexample
 from verify.systems.claims import SystemClaim
@@ -30,19 +28,16 @@ from verify.systems.system import State
 
 ANYWHERE, BESIDE = 4_096, 256  # starts that are played: of the whole region, and of each box around a known one
 NEAR = tuple(2.0**-power for power in (4, 8, 12, 16))  # half a box's width, as a share of what starts range over
-ROOM = Fraction(1, 2**36)  # of the numbers of an inequality: so far beyond its bound a float64 state breaks it
 
 
 def find_by_rules(
     statement: Statement, profile: PolicyProfile, claim: SystemClaim, counterexample: SystemCounterexample
 ) -> SystemCounterexample | None:
-    """An episode by the rules as they are written, with errors that the file states, that breaks the claim too, by more
-    than rounding may.
-    """
-    play = WrittenPlay(statement, profile, claim.steps)
-    drawn = map(play.follow, _courses(statement, profile, claim, counterexample.start))
-    for states in chain([play.keep_near(counterexample.states)], drawn):
-        if _breaks(statement, claim, states):
+    """An episode by the rules as they are written, with errors that the file states, that surely breaks the claim."""
+    replay = WrittenReplay(statement, profile, claim)
+    drawn = map(replay.follow, _courses(statement, profile, claim, counterexample.start))
+    for states in chain([replay.keep_near(counterexample.states)], drawn):
+        if states is not None:
             again = replay_course(profile, statement.system, claim, _course(statement, profile, states))
             if again is not None:
                 return again
@@ -72,34 +67,6 @@ def _thin(statement: Statement) -> Iterator[Starts]:
         with suppress(InputError):  # no start was found
             drawn = [list(draw_start(statement, random).values()) for _ in range(BESIDE)]
             yield Starts(BESIDE, (np.array(drawn), np.array(drawn)))
-
-
-def _breaks(statement: Statement, claim: SystemClaim, states: Sequence[State]) -> bool:
-    """Whether states break a claim surely: what follows the start is rounded, but for modes."""
-    modes = frozenset(one.name for one in statement.system.variables if one.modes)
-    for step, state in enumerate(states):
-        exact = modes if step else state.keys()
-        if _surely(claim.violation_at(step), state, exact, True):
-            return True
-        if not _surely(claim.fulfilment_at(step), state, exact, False):
-            return False
-    return False
-
-
-def _surely(formula: Formula, state: State, exact: AbstractSet[str], wanted: bool) -> bool:
-    """Whether a formula surely holds in a state, or surely does not, where numbers that are not exact are rounded."""
-    if isinstance(formula, Linear):
-        parts = [weight * state[name] for weight, name in formula.terms]
-        left = formula.bound - sum(parts, Fraction(0))
-        if all(name in exact for _, name in formula.terms):
-            return (left > 0 or (not formula.strict and left == 0)) is wanted
-        room = ROOM * (abs(formula.bound) + sum(map(abs, parts), Fraction(0)))
-        return left > room if wanted else left < -room
-    if isinstance(formula, Not):
-        return _surely(formula.part, state, exact, not wanted)
-    assert isinstance(formula, (And, Or)), formula
-    told = (_surely(part, state, exact, wanted) for part in formula.parts)
-    return all(told) if isinstance(formula, And) is wanted else any(told)
 
 
 def _course(statement: Statement, profile: PolicyProfile, states: Sequence[State]) -> Course:

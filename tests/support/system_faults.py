@@ -190,7 +190,7 @@ TREES = [
     fault(trees, "_effects", "all actions do what the first does", BROKEN, changed(lambda effects: effects[:1] * len(effects))),
     fault(trees, "_effects", "the effects of the first piece", HELD, changed(lambda effects: [setattr(each, "by_piece", each.by_piece[:1] * len(each.by_piece)) or each for each in effects])),
     fault(trees, "_of_action", "no action does anything", BROKEN, of({})),
-    fault(trees, "_sides_of", "all splits are the first one", HELD, changed(lambda sides: dict.fromkeys(sides, next(iter(sides.values()))) if sides else sides)),
+    fault(trees, "sides_of", "all splits are the first one", HELD, changed(lambda sides: dict.fromkeys(sides, next(iter(sides.values()))) if sides else sides)),
     fault(trees, "_build_split", "every test goes left", BROKEN, lambda f: lambda reading, side, left, right: left),
     fault(trees, "_decision", "the first test always goes left", BROKEN, changed(lambda decision: decision.left if isinstance(decision, trees.Split) else decision)),
     fault(walk, "decisions", "everybody decides as the first", BROKEN, changed(lambda each: each[:1] * len(each))),

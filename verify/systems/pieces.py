@@ -48,11 +48,16 @@ def list_curved(rule: Rule) -> tuple[str, ...]:
 
 
 def cells(rule: Rule, ranges: Mapping[str, Interval]) -> Iterator[Box]:
-    """The boxes that a rule is enclosed over: its own, and parts of the ranges of what is not affine."""
-    cut = list_curved(rule)
-    sides = [_parts(_within(rule.where, ranges, name), rule.cuts.get(name, 1)) for name in cut]
+    """The boxes that a rule is enclosed over: its domain, cut where something is not affine."""
+    whole, cut = domain(rule, ranges), list_curved(rule)
+    sides = [_parts(whole[name], rule.cuts.get(name, 1)) for name in cut]
     for chosen in product(*sides):
-        yield {**rule.where, **dict(zip(cut, chosen, strict=True))}
+        yield {**whole, **dict(zip(cut, chosen, strict=True))}
+
+
+def domain(rule: Rule, ranges: Mapping[str, Interval]) -> Box:
+    """The box in which a rule says how the state moves: its own, and the ranges of what is not affine."""
+    return {**rule.where, **{name: _within(rule.where, ranges, name) for name in list_curved(rule)}}
 
 
 def _within(where: Box, ranges: Mapping[str, Interval], name: str) -> Interval:

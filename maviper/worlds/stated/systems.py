@@ -99,10 +99,6 @@ class Moving:
         self._rules: list[AnyRule] = [MovingRule(rule) for rule in statement.rules]
         self._rules += [] if flow is None else flow_rules(flow)
 
-    def rule(self, number: int) -> AnyRule:
-        """One rule, by its place among the statement's."""
-        return self._rules[number]
-
     def within(self, state: Mapping[str, float]) -> bool:
         """Whether a state lies in the ranges of all variables."""
         return all(low <= state[name] <= high for name, (low, high) in self.ranges.items())

@@ -9,7 +9,6 @@ from codegen.policy_json import content_hash
 from maviper.worlds.stated.deviation import deviation
 from maviper.worlds.stated.environment import StatedEnv
 from maviper.worlds.stated.integrating import check_integration
-from maviper.worlds.stated.written import WrittenPlay
 from tests.support.flows import PENDULUM
 from tests.support.system_cases import policy, team
 from verify.checker.covers.certificates import CoverCertificate
@@ -17,6 +16,7 @@ from verify.checker.systems.certificates import SystemCertificate
 from verify.claims.region import UNBOUNDED
 from verify.question import Question
 from verify.reach import decide
+from verify.reach.play.written import WrittenReplay
 from verify.reach.replay import Course, replay_course
 from verify.semantics import MACHINE
 from verify.solver import unrolled
@@ -118,7 +118,7 @@ def test_what_knows_only_steps_refuses_a_flow():
         lambda: SystemCertificate(*of, ()).check(LEAF, system),
         lambda: CoverCertificate(*of, {}, b"\0").check(LEAF, system),
         lambda: deviation(statement),
-        lambda: WrittenPlay(statement, LEAF, 3),
+        lambda: WrittenReplay(statement, LEAF, claim),
     ]
     for ask in asks:
         with pytest.raises(InputError, match=r"(?s)does not know continuous time.*pendulum: dynamics\.flow"):

@@ -187,6 +187,11 @@ def _difference(expression: Expression | None, form: Affine | None) -> FormDiffe
     return FormDifference(tuple(curved), rest)
 
 
+def enclose(expression: Expression, box: Mapping[str, Range]) -> Range:
+    """Bounds of an expression over a box. UnboundedError where a part of it may not be defined."""
+    return _over(expression, FormRanges(ZERO, {}), box)[0]
+
+
 # --- one bound
 
 

@@ -68,7 +68,7 @@ def decisions(
 
 
 def _decision(system: System, reading: SystemReading, policy: AgentPolicy, by_action: bool) -> Decision:
-    sides = _sides_of(system, policy)
+    sides = sides_of(system, policy)
     effects = (
         [Effect((), number) for number in range(len(policy.actions))]
         if by_action
@@ -84,7 +84,7 @@ def _decision(system: System, reading: SystemReading, policy: AgentPolicy, by_ac
     return built[ROOT]
 
 
-def _sides_of(system: System, policy: AgentPolicy) -> dict[int, Formula]:
+def sides_of(system: System, policy: AgentPolicy) -> dict[int, Formula]:
     """Where each split of a tree goes left."""
     features = system.features.get(policy.agent)
     if features is None:

@@ -7,10 +7,12 @@ import pytest
 
 from maviper.verification.ask import VerifyOptions
 from maviper.verification.run import verify_world
-from maviper.worlds.stated.written import WrittenPlay
-from tests.support.system_cases import policy, stays, team
+from tests.support.system_cases import box, policy, stays, team
 from verify.reach.play.samples import Play, Starts, random_starts
+from verify.reach.play.written import WrittenReplay
+from verify.reach.replay import Course
 from verify.result import Verdict
+from verify.systems.claims import Pattern, SystemClaim
 from verify.systems.files import statement_of
 from verify.verdicts.systems import ENCLOSED
 
@@ -57,7 +59,9 @@ def test_verdicts_are_of_the_rules_and_the_stated_errors(tmp_path, old, new, ver
 
 def test_an_episode_ends_where_nothing_is_stated():
     grows = statement_of(SINE.replace("sin(x)", "x + 2*x*x").replace("steps = 1\n", "steps = 40\n"), "f")
-    assert WrittenPlay(grows, GOES, 40).keep_near([{"x": F(1)}]) == [{"x": 1}, {"x": 3}]
+    start = [{"x": F(1)}]
+    assert WrittenReplay(grows, GOES, stays(grows.system, 40, x=(-4, 2))).keep_near(start) == [{"x": 1}, {"x": 3}]
+    assert WrittenReplay(grows, GOES, stays(grows.system, 40, x=(-4, 4))).keep_near(start) is None
 
 
 def test_starts_that_are_no_float64_stay_as_they_are(tmp_path):
@@ -93,8 +97,9 @@ x = 0.01
     start = {"x": np.linspace(-1.5, 1.5, 50)}
     states = [state["x"] for _, state, going in play.walk(start, np.random.default_rng(0), 5) if going.all()]
     assert len(states) == 6
+    claim = SystemClaim(Pattern.REACHES, (box(x=(9, 10)),), 5)
     for place in range(50):
-        again = WrittenPlay(statement, GOES, 5).follow(play.course(start, place))
+        again = WrittenReplay(statement, GOES, claim).follow(play.course(start, place))
         assert np.allclose([float(state["x"]) for state in again], [each[place] for each in states], rtol=1e-12)
 
 
@@ -172,3 +177,16 @@ where = ["x - y <= 0.02", "y - x <= 0.02", "y - p <= 0.02", "p - y <= 0.02"]""",
     (tmp_path / "peak.toml").write_text(text)
     (result,) = verify_world(GOES, VerifyOptions(world=tmp_path / "peak.toml")).results
     assert result.verdict is Verdict.VIOLATED
+
+
+def test_chaos_is_followed_by_its_rule_and_not_by_floats():
+    """After 58 steps from a tenth, x is .33972; float64 comes to .08811."""
+    chaos = statement_of(SINE.replace("sin(x)", "4*x*(1 - x)").replace("steps = 1", "steps = 58"), "f")
+    course = Course({"x": F(1, 10)})
+
+    def play(low, high):
+        claim = SystemClaim(Pattern.REACHES_AND_STAYS, (box(x=(low, high)),), 58, by=58)
+        return WrittenReplay(chaos, GOES, claim).follow(course)
+
+    assert play(F("0.2"), 2) is None
+    assert float(play(-2, F("0.2"))[-1]["x"]) == pytest.approx(0.3397167186459309, abs=1e-15)
