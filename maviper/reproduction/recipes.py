@@ -277,11 +277,14 @@ class Finder:
         return [Part(1 / len(opponents), source) for source in sources]
 
     def robustness(self, place: Place, algorithm: str, opponents: Sequence[str], seeds: Sequence[int]) -> list[Part]:
-        """As `against`, as a fraction of what the expert reaches against itself; negative where lower is better."""
-        sign = self.sign(place.measure)
+        """As `against`, as a fraction of what the expert reaches against itself; negative where lower is better.
+        Returns may be below 0, where a larger fraction would be a lower return: they are rewards as in `mode`.
+        """
+        sign, mode = self.sign(place.measure), self.mode(place.measure)
         theirs = self.experts(place, seeds)
         parts = self.against(place, algorithm, opponents, seeds)
-        return [replace(part, weight=sign * part.weight, theirs=theirs, mode=RATIO) for part in parts]
+        mode = mode if mode == REWARD else RATIO
+        return [replace(part, weight=sign * part.weight, theirs=theirs, mode=mode) for part in parts]
 
     def exploitability(self, place: Place, algorithm: str, team: str, seeds: Sequence[int]) -> list[Part]:
         """What the chosen responder gains over the team's own opponents, on the episodes that are reported."""

@@ -26,9 +26,10 @@ FILE, MORE = (Path(__file__).with_name(name) for name in ("claims.toml", "more_c
 FURTHER = "further "  # how the families of the second file begin
 MAX_BYTES = 2**20
 FORMAT = "maviper-claims-1"
-GREATER, EQUAL, ABOVE, BELOW, SOME_ABOVE, NUMBER = "greater", "equal", "above", "below", "some above", "number"
-TESTS = (GREATER, EQUAL, ABOVE, BELOW, SOME_ABOVE, NUMBER)
-COMPARING, BOUNDED = (GREATER, EQUAL), (ABOVE, BELOW, SOME_ABOVE)
+GREATER, EQUAL, SECOND, NUMBER = "greater", "equal", "second best", "number"
+ABOVE, BELOW, SOME_ABOVE = "above", "below", "some above"
+TESTS = (GREATER, EQUAL, SECOND, ABOVE, BELOW, SOME_ABOVE, NUMBER)
+COMPARING, BOUNDED = (GREATER, EQUAL, SECOND), (ABOVE, BELOW, SOME_ABOVE)
 INDIVIDUAL, JOINT, LESS_JOINT = "individual", "joint", "individual less joint"
 ROBUSTNESS, EACH, SHARE_EACH = "robustness", "robustness by opponent", "share by opponent"
 APART, TO_THE_GOAL, EXPLOITABILITY = "attention apart", "attention to the goal", "exploitability"
@@ -92,6 +93,7 @@ class _File(msgspec.Struct, forbid_unknown_fields=True):
 
 class _More(msgspec.Struct, forbid_unknown_fields=True):
     format: str
+    once: list[list[str]]
     claim: list[Claim]
 
 
@@ -113,6 +115,12 @@ class Register:
     final_effect: float
     sha256: str
     more: str = ""
+    once: tuple[tuple[str, ...], ...] = ()  # ids of claims about one number each, which count as the first of them
+
+    @property
+    def repeats(self) -> frozenset[str]:
+        """The ids of claims that do not count, since another one is about their number."""
+        return frozenset(name for group in self.once for name in group[1:])
 
     @property
     def families(self) -> list[str]:
@@ -128,12 +136,12 @@ def read(path: Path = FILE) -> Register:
     content, digest = _decode_file(path, _File)
     rest = {name: getattr(content, name) for name in _File.__struct_fields__ if name not in ("format", "claim")}
     rest |= {"experts": MappingProxyType(content.experts), "tables": MappingProxyType(content.tables)}
-    claims, more = tuple(map(_renumber_figures, content.claim)), ""
+    claims, more, once = tuple(map(_renumber_figures, content.claim)), "", tuple[tuple[str, ...], ...]()
     if path == FILE:
         later, more = _decode_file(MORE, _More)
-        claims += tuple(later.claim)
+        claims, once = (*claims, *later.claim), tuple(map(tuple, later.once))
     _check(claims, path)
-    return Register(claims, sha256=digest, more=more, **rest)
+    return Register(claims, sha256=digest, more=more, once=once, **rest)
 
 
 def _decode_file(path: Path, form: type[Content]) -> tuple[Content, str]:

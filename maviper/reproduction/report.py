@@ -10,7 +10,7 @@ import json
 import math
 import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -47,33 +47,68 @@ def write_report(folder: Path) -> list[str]:
     experts = _experts(table)
     judged = [verdict for expert in experts for verdict in verdicts.judge_claims(book, known, expert)]
     parts = _sections(Context(book, known, book.finder, GAMES, experts))
-    facts = _facts(table, known, experts)
+    facts = describe_run(table, known, experts)
     lines = summary(judged, facts)
-    page = {
-        "facts": facts,
-        "verdicts": [_encode_verdict(verdict) for verdict in judged],
-        "counts": counts([verdict.word for verdict in judged]),
-    }
     pictures = {f"{FIGURES}/{figure.name}.svg": figure.svg for part in parts for figure in part.figures}
     files = {
         **pictures,
-        CLAIMS: lay_out_claims(verdicts.document(judged, known)),
+        CLAIMS: lay_out_claims(document(judged, known)),
         NUMBERS: _numbers(book),
         SCRIPT: render("reproduction/recompute.py.j2", seed=DRAW_SEED, draws=DRAWS),
         SUMMARY: "\n".join(lines) + "\n",
-        PAGE: render(
-            "reproduction/report.html.j2",
-            sections=[_share_style(part) for part in parts],
-            marks=tuple(MARKS.values()),
-            several=len(experts) > 1,
-            **page,
-        ),
+        PAGE: lay_out_page(judged, facts, parts),
     }
     runs.write_all(folder, files)
     for old in (folder / FIGURES).glob("*.svg"):  # of an earlier report
         if f"{FIGURES}/{old.name}" not in files:
             old.unlink()
     return lines
+
+
+def lay_out_page(judged: Sequence[Verdict], facts: Mapping[str, Any], parts: Sequence[Section]) -> str:
+    """The page: verdicts on all claims among the sections of the report."""
+    return render(
+        "reproduction/report.html.j2",
+        sections=[_share_style(part) for part in parts],
+        marks=tuple(MARKS.values()),
+        several=len({verdict.expert for verdict in judged}) > 1,
+        facts=facts,
+        verdicts=[_encode_verdict(verdict) for verdict in judged],
+        counts=counts((verdict.claim.id, verdict.word) for verdict in judged),
+    )
+
+
+def document(judged: Sequence[Verdict], known: Register) -> dict[str, Any]:
+    """All verdicts as plain data, as in claims.json."""
+    rules = {name: getattr(known, name) for name in ("alpha", "margin", "power", "least_seeds")}
+    return {
+        "register": known.sha256,
+        "more_claims": known.more,
+        **rules,
+        "claims": [_plain(verdict) for verdict in judged],
+    }
+
+
+def _plain(verdict: Verdict) -> dict[str, Any]:
+    claim = verdict.claim
+    names = ("id", "place", "says", "family", "statistic", "test", "main", "bound")
+    paper = {} if claim.published is None else {"number": claim.published.number, "place": claim.published.place}
+    told = {name: getattr(claim, name) for name in names} | {"published": paper, "expert": verdict.expert}
+    said = {"verdict": verdict.word, "reason": verdict.reason, "notes": list(verdict.notes)}
+    said |= {"by_return": verdict.by_return} if verdict.by_return else {}
+    said |= {"by_depth": {str(depth): text for depth, text in verdict.by_depth.items()}}
+    return {**told, **said, "comparisons": [_plain_comparison(each) for each in verdict.comparisons]}
+
+
+def _plain_comparison(comparison: verdicts.Comparison) -> dict[str, Any]:
+    entry: dict[str, Any] = {"label": comparison.label, "word": comparison.word, "number": None}
+    if comparison.number is None:
+        return entry | {"word": "not run"}
+    number = {name: value for name, value in comparison.number.document.items() if name != "parts"}
+    visible = comparison.visible if math.isfinite(comparison.visible) else None
+    tests = {"p": dict(comparison.p), "adjusted": dict(comparison.adjusted), "visible": visible}
+    tests |= {"size": comparison.size, "untestable": comparison.untestable}
+    return entry | {"number": comparison.number.id, **number, **tests}
 
 
 def lay_out_claims(document: Mapping[str, Any]) -> str:
@@ -91,7 +126,16 @@ def _join_last(document: Mapping[str, Any], name: str, rows: Sequence[str]) -> s
 
 
 def _flat(value: Any) -> str:
-    return json.dumps(value, sort_keys=True, separators=(",", ":"))
+    return json.dumps(_shorten(value), sort_keys=True, separators=(",", ":"))
+
+
+def _shorten(value: Any) -> Any:
+    """Plain data with numbers of ten digits: more than any interval has."""
+    if isinstance(value, Mapping):
+        return {name: _shorten(each) for name, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [_shorten(each) for each in value]
+    return float(f"{value:.10g}") if isinstance(value, float) else value
 
 
 def _share_style(section: Section) -> Section:
@@ -121,7 +165,7 @@ def _rest(context: Context) -> list[Section]:
     return [*(make(context) for make in further.ALL), sections.rewards(context)]
 
 
-def _facts(table: Results, known: Register, experts: Sequence[str]) -> dict[str, Any]:
+def describe_run(table: Results, known: Register, experts: Sequence[str]) -> dict[str, Any]:
     """What was run, in words."""
     spent = sum(row.cpu_seconds for row in table.rows)
     kinds = {kind: len(table.cells(kind=kind)) for kind in KINDS}
@@ -136,7 +180,7 @@ def _facts(table: Results, known: Register, experts: Sequence[str]) -> dict[str,
         "algorithms": ", ".join(name_algorithm(name) for name in table.list_values("algorithm") if name) or "none",
         "presets": ", ".join(name for name in table.list_values("preset") if name) or "none",
         "depths": ", ".join(str(depth) for depth in table.list_values("depth") if depth) or "none",
-        "seeds": len(table.list_values("seed")),
+        "seeds": len({row.seed for row in table.rows if row.kind != EXPERT}),
         "cells": cells or "none",
         "expert's episodes": ", ".join(map(str, sorted(set(played.values())))) or "none",
         "CPU hours": f"{spent / 3600:.2f}",
@@ -152,13 +196,20 @@ def _any(table: Results, row: results.Row) -> list[tuple[str, str]]:
 # --- verdicts, for people
 
 
-def counts(words: Sequence[str]) -> str:
-    """How many claims have which verdict, such as `5 of 40 claims agree, 7 differ, 25 are not decided`."""
+def counts(words_by_id: Iterable[tuple[str, str]]) -> str:
+    """How many claims have which verdict, such as `5 of 40 claims agree, 7 differ, 25 are not decided`, by id and word
+    of each. Those that repeat another's number do not count.
+    """
+    told, repeats = list(words_by_id), register.read().repeats
+    words = [word for name, word in told if name not in repeats]
+    repeated = len(told) - len(words)
     agree, differ, open_, apart = (words.count(word) for word in verdicts.WORDS)
     be = ("are", "is")
     told = [f"{agree} of {format_count(len(words), 'claim')} {'agrees' if agree == 1 else 'agree'}"]
     told += [f"{differ} {'differs' if differ == 1 else 'differ'}", f"{open_} {be[open_ == 1]} not decided"]
-    return ", ".join([*told, f"{apart} {be[apart == 1]} not comparable"])
+    text = ", ".join([*told, f"{apart} {be[apart == 1]} not comparable"])
+    again = f"; {repeated} more {'repeats' if repeated == 1 else 'repeat'} one of these numbers"
+    return text + again if repeated else text
 
 
 def _encode_verdict(verdict: Verdict) -> dict[str, Any]:
@@ -205,7 +256,7 @@ def _state(comparison: verdicts.Comparison) -> str:
 
 def summary(judged: Sequence[Verdict], facts: dict[str, Any]) -> list[str]:
     """A line for each claim, the main ones marked, after what was run."""
-    lines = [counts([verdict.word for verdict in judged])]
+    lines = [counts((verdict.claim.id, verdict.word) for verdict in judged)]
     lines += [
         f"experts {facts['experts']}; games {facts['games']}; seeds {facts['seeds']}; {facts['CPU hours']} CPU hours"
     ]

@@ -9,7 +9,6 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
-from typing import Any
 
 from msgspec import structs
 
@@ -31,6 +30,7 @@ BETTER, WORSE, ALIKE, ABOVE, BELOW, OPEN = "better", "worse", "equal", "above", 
 SUPPORTS = {
     register.GREATER: (BETTER,),
     register.EQUAL: (ALIKE,),
+    register.SECOND: (BETTER, ALIKE),
     register.ABOVE: (ABOVE,),
     register.SOME_ABOVE: (ABOVE,),
     register.BELOW: (BELOW,),
@@ -97,7 +97,7 @@ class Verdict:
     def _at(self, pairs: Sequence[Comparison]) -> str:
         words = [each.size for each in pairs if each.size] + [UNTESTABLE for each in pairs if each.untestable]
         counted = [f"{words.count(word)} {word}" for word in dict.fromkeys(words)]
-        said = _of_claim(self.claim, [each.word for each in pairs])
+        said = _of_claim(self.claim, pairs)
         return f"{said} ({', '.join(counted)} of {len(pairs)})" if counted else said
 
     @property
@@ -282,15 +282,20 @@ def _word(comparison: Comparison, adjusted: Mapping[str, float], known: Register
 
 def _verdict(book: Book, known: Register, claim: Claim, expert: str, pairs: Sequence[Comparison]) -> Verdict:
     verdict = Verdict(claim, expert, NOT_DECIDED, "", tuple(pairs))
-    word = NOT_COMPARABLE if claim.test == register.NUMBER else _of_claim(claim, [each.word for each in pairs])
+    word = NOT_COMPARABLE if claim.test == register.NUMBER else _of_claim(claim, pairs)
     return replace(verdict, word=word, reason=_reason(verdict, word, known), notes=tuple(_weak(book, known, verdict)))
 
 
-def _of_claim(claim: Claim, words: Sequence[str]) -> str:
-    supports = [word in SUPPORTS[claim.test] for word in words]
-    against = [word != OPEN and not yes for word, yes in zip(words, supports, strict=True)]
+def _of_claim(claim: Claim, pairs: Sequence[Comparison]) -> str:
+    supports = [each.word in SUPPORTS[claim.test] for each in pairs]
+    against = [each.word != OPEN and not yes for each, yes in zip(pairs, supports, strict=True)]
     if claim.test == register.SOME_ABOVE:
         supports, against = [any(supports)], [all(against)]
+    if claim.test == register.SECOND:
+        places, ahead, behind = [each.label.partition(", ")[2] for each in pairs], supports, against
+        groups = [[k for k, at in enumerate(places) if at == place] for place in dict.fromkeys(places)]
+        supports = [sum(ahead[k] for k in group) >= len(group) - 1 for group in groups]
+        against = [sum(behind[k] for k in group) > 1 for group in groups]
     if any(against):
         return DIFFERS
     return AGREES if supports and all(supports) else NOT_DECIDED
@@ -357,39 +362,3 @@ def expert_number(book: Book, place: Place) -> Number:
     """What the expert reaches against itself, in the episodes of ten seeds. KeyError where it was not played."""
     finder = book.finder
     return book.number(f"expert/{place.game}/{place.expert}/{place.measure}", [Part(1.0, finder.alone(place))])
-
-
-# --- files
-
-
-def document(verdicts: Sequence[Verdict], known: Register) -> dict[str, Any]:
-    """All verdicts as plain data, as in claims.json."""
-    rules = {name: getattr(known, name) for name in ("alpha", "margin", "power", "least_seeds")}
-    return {
-        "register": known.sha256,
-        "more_claims": known.more,
-        **rules,
-        "claims": [_plain(verdict) for verdict in verdicts],
-    }
-
-
-def _plain(verdict: Verdict) -> dict[str, Any]:
-    claim = verdict.claim
-    names = ("id", "place", "says", "family", "statistic", "test", "main", "bound")
-    paper = {} if claim.published is None else {"number": claim.published.number, "place": claim.published.place}
-    told = {name: getattr(claim, name) for name in names} | {"published": paper, "expert": verdict.expert}
-    said = {"verdict": verdict.word, "reason": verdict.reason, "notes": list(verdict.notes)}
-    said |= {"by_return": verdict.by_return} if verdict.by_return else {}
-    said |= {"by_depth": {str(depth): text for depth, text in verdict.by_depth.items()}}
-    return {**told, **said, "comparisons": [_plain_comparison(each) for each in verdict.comparisons]}
-
-
-def _plain_comparison(comparison: Comparison) -> dict[str, Any]:
-    entry: dict[str, Any] = {"label": comparison.label, "word": comparison.word, "number": None}
-    if comparison.number is None:
-        return entry | {"word": "not run"}
-    number = {name: value for name, value in comparison.number.document.items() if name != "parts"}
-    visible = comparison.visible if math.isfinite(comparison.visible) else None
-    tests = {"p": dict(comparison.p), "adjusted": dict(comparison.adjusted), "visible": visible}
-    tests |= {"size": comparison.size, "untestable": comparison.untestable}
-    return entry | {"number": comparison.number.id, **number, **tests}

@@ -1,4 +1,4 @@
-"""Records a finished reproduction in generated/reproduction/: report, claims, table, figures, and how it was made.
+"""Records a finished reproduction in generated/reproduction/: report, claims, table, and how it was made.
 
     maviper reproduce --experts maddpg --jobs 2 -o FOLDER
     python -m tests.benchmarks.record FOLDER generated/reproduction/maddpg -- --experts maddpg
@@ -7,9 +7,8 @@ Copies report.html, summary.txt, claims.json and recompute.py as the command wro
 recompute.py needs besides is packed into cells.json.xz, in the form of compact.py: what the episodes of each cell come
 to, their hash, the facts that numbers take, and what each number is made of. Single episodes stay where a number needs
 them: its error is drawn over the episodes of one seed, or it takes only some of a line-up's.
-Writes readme-1.svg and readme-2.svg, two figures on a panel of their own, and README.md with command, versions and
-core-hours; the command's options stand after --. Equal folders give equal bytes. Nothing is played, and nothing in
-FOLDER is changed.
+Writes README.md with command, versions and core-hours; the command's options stand after --. Equal folders give equal
+bytes. Nothing is played, and nothing in FOLDER is changed.
 """
 
 import argparse
@@ -18,31 +17,20 @@ import functools
 import json
 import lzma
 import platform
-import re
 import shutil
 from contextlib import suppress
-from html import escape
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 from maviper.files import runs
 from maviper.reproduction import report, results
 from maviper.reproduction.cells.table import ABOUT, COLUMNS, EPISODES_FOLDER, TABLE_FILE
-from maviper.reproduction.sections import short
 from tests.benchmarks import compact
 
 COPIED = (report.PAGE, report.SUMMARY, report.CLAIMS, report.SCRIPT)
 README = "README.md"
 OLD_TABLE = f"{TABLE_FILE}.xz"  # of records that keep nothing else of their cells
-SHOWN = (  # the figures of the README: the first two that there are
-    ("physical-deception", "defenders success r=0.316"),
-    ("cooperative-navigation", "agents D"),
-    ("predator-prey", "predators touches"),
-    ("physical-deception", "adversaries success r=0.316"),
-)
 PACKAGES = ("maviper", "numpy", "scipy", "mpe2", "pettingzoo", "torch")  # torch, if there: responders learn with it
-STYLE = ".panel{fill:#ffffff}@media (prefers-color-scheme:dark){.panel{fill:#10151a}}"
-PANEL = '<rect class="panel" width="100%" height="100%" rx="6"/>'
 
 
 def recorded(folder: Path, place: Path, options: str = "") -> list[Path]:
@@ -52,8 +40,6 @@ def recorded(folder: Path, place: Path, options: str = "") -> list[Path]:
         runs.write(place / name, (folder / name).read_bytes())
     runs.write(place / compact.FILE, cells(folder))
     (place / OLD_TABLE).unlink(missing_ok=True)
-    for number, text in enumerate(readme_figures(folder), 1):
-        runs.write(place / f"readme-{number}.svg", text)
     runs.write(place / README, page(place, options))
     return sorted(path for path in place.rglob("*") if path.is_file())
 
@@ -141,29 +127,12 @@ def kept_facts(facts, paths):
     return found
 
 
-def readme_figures(folder: Path) -> list[str]:
-    """Joint performance against depth, for the expert of most claims; each on a panel, so that text is readable on
-    any page, and with a size, so that two stand side by side.
-    """
-    expert = json.loads((folder / report.CLAIMS).read_text())["claims"][0]["expert"]
-    found = []
-    for game, measure in SHOWN:
-        path = folder / report.FIGURES / f"{short('joint', game, expert, measure)}.svg"
-        if path.exists():
-            title = f"{game.replace('-', ' ')}, {measure.split()[0]}, ratio to {expert} expert"
-            text = path.read_text(encoding="utf-8").replace(escape(f"{measure}, joint, {expert}"), title)
-            text = text.replace("<style>", f"<style>{STYLE}", 1).replace("</style>", f"</style>\n{PANEL}", 1)
-            text = re.sub(r'viewBox="0 0 (\d+) (\d+)"', r'width="\1" height="\2" \g<0>', text, count=1)
-            found.append(text)
-    return found[:2]
-
-
 def page(place: Path, options: str) -> str:
     """README.md: what was run, with what, and what lies here."""
     claims = json.loads((place / report.CLAIMS).read_text())
     cells = {row["cell"]: row for row in rows(place)}
     hours = sum(float(row["cpu_seconds"]) for row in cells.values()) / 3600
-    words = [claim["verdict"] for claim in claims["claims"]]
+    words = [(claim["id"], claim["verdict"]) for claim in claims["claims"]]
     experts = ", ".join(sorted({row["expert"] for row in cells.values()}))
     command = " ".join(word for word in ("maviper reproduce", options, "-o FOLDER") if word)
     return f"""# A reproduction of the paper, experts: {experts}

@@ -1,5 +1,4 @@
-"""Computes the report's numbers and words again, from episodes/ and facts/ or from cells.json.xz, which has what these
-come to (needs numpy): python recompute.py [FOLDER]"""
+"""Computes the report's numbers and words again, from its files or from cells.json.xz (needs numpy): python recompute.py [FOLDER]"""
 import csv, functools, json, lzma, pathlib, sys
 import numpy as np
 
@@ -77,15 +76,18 @@ def words(family):  # of each comparison, after Holm's correction within its fam
         word = (low[0] if low[0] != "differs" else "better" if value > 0 else "worse") if enough and low else "not decided"
         yield word if number else "not run"
 
-def verdict(test, found):
-    yes = {"greater": "better", "some above": "above"}.get(test, test)
-    good, bad = [word == yes for word in found], [word not in (yes, "not decided", "not run") for word in found]
-    good, bad = ([any(good)], [bool(bad) and all(bad)]) if test == "some above" else (good, bad)
+def verdict(claim, found):
+    yes = {"greater": ["better"], "some above": ["above"], "second best": ["better", "equal"]}.get(claim["test"], [claim["test"]])
+    good, bad = [word in yes for word in found], [word not in (*yes, "not decided", "not run") for word in found]
+    good, bad = ([any(good)], [bool(bad) and all(bad)]) if claim["test"] == "some above" else (good, bad)
+    if claim["test"] == "second best":  # at each opponent all but one are no better
+        at = [each["label"].partition(", ")[2] for each in claim["comparisons"]]
+        groups = [[k for k, there in enumerate(at) if there == place] for place in dict.fromkeys(at)]
+        good, bad = [sum(good[k] for k in of) >= len(of) - 1 for of in groups], [sum(bad[k] for k in of) > 1 for of in groups]
     return "DIFFERS" if any(bad) else "AGREES" if good and all(good) else "NOT DECIDED"
 
-rows = csv.DictReader((AT / "cells.csv").open()) if not RECORD else ()
 pairs = [(" ".join(list(row.values())[:12]), np.mean(list(episodes(row["cell"], row["lineup"], row["measure"]).values())),
-          float(row["mean"])) for row in rows]  # what, ours, the report's
+          float(row["mean"])) for row in ([] if RECORD else csv.DictReader((AT / "cells.csv").open()))]  # what, ours, the report's
 NUMBER = {name: estimate(told["parts"]) for name, told in NUMBERS.items()}
 for name, (value, error, n) in NUMBER.items():
     told, half = NUMBERS[name], np.interp(.975, *student(n)[::-1]) * error if n else np.inf
@@ -100,7 +102,7 @@ told = {id(each): word for family in families.values() for (_, each), word in zi
 for claim in judged:
     found = [told[id(each)] for each in claim["comparisons"]]
     said = [(f"{claim['id']}: {each['label']}", word, each["word"]) for each, word in zip(claim["comparisons"], found)]
-    said += [(claim["id"], verdict(claim["test"], found), claim["verdict"])]
+    said += [(claim["id"], verdict(claim, found), claim["verdict"])]
     off += [f"{name}: {ours}, the report has {theirs}" for name, ours, theirs in said if ours != theirs]
 lacking = sum(each["number"] not in (None, *NUMBERS) for claim in judged for each in claim["comparisons"])
 print(*[f"{lacking} comparisons stand as the report has them: what their numbers are made of is not kept here"] * bool(lacking),

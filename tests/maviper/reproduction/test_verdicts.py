@@ -6,15 +6,15 @@ from itertools import product
 import numpy as np
 import pytest
 
-from maviper.reproduction import register, results, verdicts
+from maviper.reproduction import register, report, results, verdicts
 from maviper.reproduction.recipes import Book, Number
 from maviper.reproduction.statistics import OPPOSITE, SAME_SIZE, SIZE_OPEN, SMALLER, Estimate
 from maviper.reproduction.verdicts import AGREES, DIFFERS, NOT_COMPARABLE, NOT_DECIDED
 from tests.maviper.reproduction import tables
-from tests.maviper.reproduction.tables import ABLATIONS, DECEPTION, FOUR, ORDERED
+from tests.maviper.reproduction.tables import ABLATIONS, DECEPTION, FOUR, ORDERED, PREDATORS
 
 BY_TOUCHES = ("individual-prey", "joint-prey", "joint-prey-depth-2", "robust-prey")
-BY_TOUCHES += ("joint-prey-alike", "robust-prey-bold")
+BY_TOUCHES += ("joint-prey-alike", "robust-prey-each", "robust-prey-bold")
 UNPLAYED = {"exploitability-defenders-depths", "exploitability-adversary-depths", "joint-fitted-q-exploring"}
 SIZES = {OPPOSITE, SMALLER, SAME_SIZE, SIZE_OPEN}
 SAME = dict.fromkeys((*FOUR, *ABLATIONS), 0.8)
@@ -47,6 +47,30 @@ def test_claims_of_equality_differ_where_there_is_an_order(ordered):
     assert "better" in ordered["joint-navigation-imitation"].reason
 
 
+@pytest.mark.parametrize(
+    ("strengths", "word"),
+    [
+        ((0.85, 0.6, 0.4, 0.05), AGREES),
+        ((0.6, 0.85, 0.1, 0.05), AGREES),  # one is better
+        ((0.6, 0.85, 0.8, 0.05), DIFFERS),  # two are
+        ((0.6, 0.61, 0.59, 0.6), NOT_DECIDED),
+    ],
+)
+def test_second_best_is_decided_against_each_opponent(tmp_path, strengths, word):
+    strength = dict(zip(FOUR, strengths, strict=True))
+    found = judge(tables.whole(tmp_path, (PREDATORS,), (4,), strength=strength, noise=0.01))
+    verdict = found["robust-prey-each"]
+    assert verdict.word == word and len(verdict.run) == 15
+
+
+def test_claims_about_one_number_count_once(ordered):
+    told = [(name, verdict.word) for name, verdict in ordered.items()]
+    text = report.counts(told)
+    assert register.read().repeats == {"robust-defenders", "robust-defenders-each", "robust-adversary-each"}
+    assert f"of {len(told) - 3} claims" in text and text.endswith("; 3 more repeat one of these numbers")
+    assert report.counts(told[:1]).startswith("1 of 1 claim agrees") and "repeat" not in report.counts(told[:1])
+
+
 def test_sizes_stand_beside_the_verdict_depth_by_depth(ordered):
     """MAVIPER less IVIPER is .25, imitation .45, fitted Q .8, where the paper has .488."""
     verdict = ordered["joint-defenders"]
@@ -56,7 +80,7 @@ def test_sizes_stand_beside_the_verdict_depth_by_depth(ordered):
     assert set(verdict.by_depth) == {2, 4, 6} and verdict.by_depth[4].startswith("AGREES (")
     assert "SAME SIZE" in verdict.by_depth[4] and verdict.by_depth[4].endswith("of 3)")
     assert {each.size for each in ordered["individual-adversary"].run} == {""}, "equality has no size"
-    plain = verdicts.document([verdict], register.read())["claims"][0]
+    plain = report.document([verdict], register.read())["claims"][0]
     assert plain["by_depth"]["4"] == verdict.by_depth[4] and plain["comparisons"][0]["size"] in SIZES
 
 
