@@ -5,7 +5,8 @@
 
 Reads cells.json.xz and plays nothing. Writes claims.json, summary.txt and recompute.py, the claims on report.html, what
 each number is made of into cells.json.xz, and the counts into README.md. `--first`: the first seed that counts, of a
-second look whose earlier seeds had been judged before; its page, which shows all seeds, is taken away.
+second look whose earlier seeds had been judged before. Then claims about other games are left out, and the page, which
+shows all seeds, is taken away.
 
 Numbers about facts that a record does not keep stand as it has them: those of attention, of all of its seeds.
 """
@@ -78,7 +79,8 @@ def judged(place: Path, first: int = 0) -> tuple[list[verdicts.Verdict], Book, R
                 estimate = Estimate(value, error, each["freedom"])
                 book.numbers[each["number"]] = Number(each["number"], (), estimate, each["seeds"], each["episodes"])
     (expert,) = {row.expert for row in book.results.rows}
-    return verdicts.judge_claims(book, known, expert), book, known
+    found = verdicts.judge_claims(book, known, expert)
+    return [each for each in found if each.run or not first], book, known
 
 
 def judge_again(place: Path, first: int = 0) -> list[str]:
