@@ -224,19 +224,22 @@ class Found:
         return self.documents.get(cell) or self.beside.get(cell)
 
     def ratios(self, claim, side, expert, depth):
-        """Seed -> the joint ratio of the claim's team to the expert, higher being better; of several algorithms their
-        mean, once all are there. Of several experts: expert -> the mean of its seeds, once all are there.
+        """The joint ratios of the claim's team to the expert, higher being better, as `numbers` has them."""
+        return self.numbers(claim, side, expert, depth, lambda values, world: ratio(values, world, claim["measure"]))
+
+    def numbers(self, claim, side, expert, depth, number):
+        """Seed -> `number` of a cell's values and world; of several algorithms their mean, once all are there. Of
+        several experts: expert -> the mean of its seeds, once all are there.
         """
         if isinstance(expert, tuple):
-            by_expert = {each: list(self.ratios(claim, side, each, depth).values()) for each in expert}
+            by_expert = {each: list(self.numbers(claim, side, each, depth, number).values()) for each in expert}
             whole = len(self.register["seeds"])
-            return {each: float(np.mean(ratios)) for each, ratios in by_expert.items() if len(ratios) == whole}
+            return {each: float(np.mean(numbers)) for each, numbers in by_expert.items() if len(numbers) == whole}
         world, found = world_of(self.register, claim["game"], expert), {}
         for seed in tree_seeds_of(self.register, expert):
             documents = [self.document(cell) for cell in cells_of_side(claim, side, expert, depth, seed)]
             if all(documents):
-                ratios = [ratio(document["values"], world, claim["measure"]) for document in documents]
-                found[seed] = float(np.mean(ratios))
+                found[seed] = float(np.mean([number(document["values"], world) for document in documents]))
         return found
 
     def paired(self, claim, expert, depth):
