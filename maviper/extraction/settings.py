@@ -22,7 +22,6 @@ from maviper.extraction.bundles import (
     FITTED_Q,
     IMITATION,
     IVIPER,
-    JOINT,
     KNOWN,
     LABELS,
     MAVIPER,
@@ -63,7 +62,7 @@ MAX_RATIO = 100  # to the expert
 # profiles do not name these where they are empty
 UNSAID = ("agent", "measure", "share", "max_leaves", "leaf", "explore", "undo", "enough")
 PRESETS: dict[str, dict[str, Any]] = {
-    PAPER: {"splits": EXACT, "selection": UNIFORM, "refinement": 0},
+    PAPER: {"splits": EXACT, "selection": UNIFORM, "refinement": 0, "patience": MAX_NUMBER},
     RELEASED: {"splits": EXACT, "selection": RETURN, "refinement": 0, "patience": MAX_NUMBER},
     DEFAULT: {"splits": HISTOGRAM, "selection": RACE, "refinement": REFINEMENT},
 }
@@ -91,9 +90,8 @@ PAPER_MEASURES = {"cooperative-navigation": "D"}
 
 
 def papers(algorithm: str, world: World | None) -> dict[str, int]:
-    """The paper's protocol of an algorithm in a game, beyond PROTOCOL: nothing but MAVIPER stops early."""
-    counts = PAPER_COUNTS.get(world.spec.name, {}) if world is not None and algorithm in (IVIPER, VIPER) else {}
-    return counts if algorithm in JOINT else {**counts, "patience": MAX_NUMBER}
+    """The paper's counts of an algorithm in a game, beyond PROTOCOL."""
+    return PAPER_COUNTS.get(world.spec.name, {}) if world is not None and algorithm in (IVIPER, VIPER) else {}
 
 
 def part_settings(options: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:

@@ -109,7 +109,10 @@ class ExtractOptions(TypedDict, total=False):
         int | None, Option(None, EPISODES, "Rounds of rollouts and tree growth (default: the paper's).")
     ]
     rollouts: Annotated[int | None, Option(None, EPISODES, "Episodes per round (default: the paper's).")]
-    patience: Annotated[int | None, Option(None, EPISODES, "Stop after this many rounds without a gain (default: 10).")]
+    patience: Annotated[
+        int | None,
+        Option(None, EPISODES, "Stop after so many rounds without a gain (default: 10; in paper and released: never)."),
+    ]
     enough: Annotated[
         float, Option(0.0, EPISODES, "Stop at this ratio to the expert, by the lower end of its interval; 0: never.")
     ]

@@ -21,7 +21,8 @@ import numpy as np
 from maviper.episodes import measures
 from maviper.experts.finding import find_expert
 from maviper.extraction.algorithms import extract
-from maviper.extraction.settings import Settings
+from maviper.extraction.bundles import JOINT
+from maviper.extraction.settings import PAPER, Settings
 from maviper.files import runs
 from maviper.files.profiles import version
 from maviper.reproduction.cells.cell import EPISODES
@@ -36,6 +37,7 @@ from tests.benchmarks.trained import find_trained, recipe_of, tree_seeds_of
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
 MAX_CELL_BYTES = 2**22
+EARLY = 10  # rounds without a gain after which MAVIPER stopped in the preset `paper` when registers were written
 
 
 @cache
@@ -122,6 +124,8 @@ def world_of(register, game, label):
 def settings_of(register, world, cell):
     """What the cell's extraction is asked for."""
     given = {**register["presets"][cell.preset], **register["algorithms"][cell.algorithm]}
+    early = given["preset"] == PAPER and given["algorithm"] in JOINT
+    given = {"patience": EARLY, **given} if early else given
     given = {name: value[cell.game] if isinstance(value, dict) else value for name, value in given.items()}
     return Settings.of({**given, "max_depth": cell.depth, "seed": cell.seed}, world).complete().deal_budget(world)
 

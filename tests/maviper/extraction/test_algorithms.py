@@ -473,11 +473,14 @@ def test_ivipers_counts_are_those_of_the_papers_table(name, iterations, rollouts
     assert (joint.iterations, joint.rollouts) == (100, 50)
 
 
-@pytest.mark.parametrize(("algorithm", "stops"), [("maviper", True), (IVIPER, False), (VIPER, False)])
-def test_in_the_papers_protocol_only_maviper_stops_early(algorithm, stops, world, expert):
+@pytest.mark.parametrize(
+    ("algorithm", "asked", "stops"),
+    [("maviper", {}, False), (IVIPER, {}, False), (VIPER, {}, False), ("maviper", {"patience": 10}, True)],
+)
+def test_in_the_papers_protocol_nothing_stops_early_that_was_not_asked_to(algorithm, asked, stops, world, expert):
     agent = "agent_0" if algorithm == VIPER else ""
     sizes = {"iterations": 16, "rollouts": 1, "selection_episodes": 4, "max_depth": 1, "agent": agent}
-    found = extract(world, expert, Settings.of({"preset": "paper", "algorithm": algorithm, **sizes}, world))
+    found = extract(world, expert, Settings.of({"preset": "paper", "algorithm": algorithm, **sizes, **asked}, world))
     assert (found.provenance.training["stopped_after"] < 16) == stops
 
 

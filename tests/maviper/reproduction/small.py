@@ -8,7 +8,7 @@ from maviper.reproduction.cells.cell import DONE, FORMAT, Document, Made
 from maviper.reproduction.cells.making import EPISODES_FILE, FACTS_FILE, HEAD
 
 QUIET = Console(quiet=True)
-REAL = {"games": ("physical-deception",), "depths": (1,), "algorithms": ("maviper-iviper-resampling",), "seeds": 1}
+REAL = {"games": ("physical-deception",), "depths": (1,), "algorithms": ("imitation",), "seeds": 1}
 
 
 def cheap(calls=None):
