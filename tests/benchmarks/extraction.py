@@ -6,7 +6,7 @@ Whole protocol: every iteration of the paper's 100 x 50 rollouts, selection over
 the default preset and without its refinement, which is ours (its seconds stand beside). By default a tenth of it (10
 iterations, named so); --full runs all of it, on deception, navigation (depth 6) and predator-prey. Then exact against
 histogram splits on the same data, interleaved; then time per agent, sample and non-constant feature over N in
-navigation, with the scripted expert and measured Q.
+navigation, with the scripted expert and measured Q. --sizes: the last one alone.
 """
 
 import argparse
@@ -22,7 +22,7 @@ import numpy as np
 from maviper.extraction.settings import REFINEMENT
 
 GAMES = (("physical-deception", 4, 90, 30), ("cooperative-navigation", 6, 240, 90), ("predator-prey", 4, 240, 90))
-SIZES = (3, 6, 12, 24)
+SIZES = (3, 4, 6, 12, 24)
 
 
 def figure(name, value, reach=None, stretch=None):
@@ -99,12 +99,24 @@ def by_size(n):
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--full", action="store_true")
+    parser.add_argument("--sizes", action="store_true")
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
+    figures = sizes() if options.sizes else [*protocols(options.full), *sizes()]
+    if options.json:
+        print(json.dumps({"figures": figures}))
+        return
+    for item in figures:
+        goal = "" if item["reach"] is None else f"  (reach {item['reach']:g}, stretch {item['stretch']:g})"
+        print(f"{item['name']}: {item['value']:.3f}{goal}")
+
+
+def protocols(full):
+    """The figures of whole protocols, or of a tenth of them, and of growth alone."""
     figures = []
     for name, depth, reach, stretch in GAMES:
-        iterations = 100 if options.full else 10
-        targets = (reach, stretch) if options.full else (None, None)
+        iterations = 100 if full else 10
+        targets = (reach, stretch) if full else (None, None)
         figures.append(
             figure(f"{name}, depth {depth}, {iterations} iterations, s", one_run(name, depth, iterations), *targets)
         )
@@ -112,21 +124,24 @@ def main() -> None:
     figures.append(figure(f"the default's refinement by {REFINEMENT:,} episodes per team, deception, s", refined))
     peak = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 2**20
     figures.append(figure("peak memory of these runs, GB", peak, 1.5, 0.5))
-    found = growth(("exact", "histogram"), 5 if options.full else 2)
+    found = growth(("exact", "histogram"), 5 if full else 2)
     ratios = np.array(found["histogram"]) / np.array(found["exact"])
     figures.append(
         figure("histogram over exact splits, CPU time of a joint growth, 25,000 points", float(np.median(ratios)))
     )
-    costs = {n: by_size(n) for n in SIZES}
-    for n in SIZES[1:]:
-        text = f"navigation, measured Q: time per agent, sample and feature with {n} agents over that with 3"
-        figures.append(figure(text, costs[n] / costs[3], 2.0, 1.0))
-    if options.json:
-        print(json.dumps({"figures": figures}))
-        return
-    for item in figures:
-        goal = "" if item["reach"] is None else f"  (reach {item['reach']:g}, stretch {item['stretch']:g})"
-        print(f"{item['name']}: {item['value']:.3f}{goal}")
+    return figures
+
+
+def sizes():
+    """The figures of teams of 3 to 24: the median of three runs each. With 3, each state's Q is measured for all 25
+    joint actions of the others, with more of them for 5 that are drawn.
+    """
+    costs = {n: float(np.median([by_size(n) for _ in range(3)])) for n in SIZES}
+    text = "navigation, measured Q: CPU us per agent, sample and feature with {} agents"
+    figures = [figure(text.format(n), 1e6 * cost) for n, cost in costs.items()]
+    for least, *targets in ((3, 1.5, 1.2), (4, None, None)):
+        figures.append(figure(f"the same with 24 agents over that with {least}", costs[24] / costs[least], *targets))
+    return figures
 
 
 if __name__ == "__main__":

@@ -96,7 +96,9 @@ def reached_by(folder, episodes):
             expert, world = find_expert(str(run))
             values = measures.values(world, [expert] * len(world.agents), range(FIRST, FIRST + episodes))
             means = {each.label: float(np.mean(column)) for each, column in values.items()}
+            card = json.loads((run / CARD_FILE).read_text())
             told = {"expert": expert.hash, "episodes": episodes, "reached": means, "last": last_of(run)}
+            told |= {"card": {name: card[name] for name in ("command", "schedule", "steps", "seconds")}}
             known.setdefault(name, {})[str(seed)] = told
     return {name: dict(sorted(of.items(), key=lambda item: int(item[0]))) for name, of in sorted(known.items())}
 
