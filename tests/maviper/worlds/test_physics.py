@@ -206,7 +206,8 @@ def test_the_spread_is_of_all_trained_experts(tmp_path, monkeypatch):
     for seed in (0, 3):
         run = physics.run_of(tmp_path, name, seed)
         run.mkdir()
-        (run / physics.CARD_FILE).write_text("{}")
+        card = {"command": "maviper train", "schedule": "", "steps": 614_400, "seconds": 1.0, "score": 1.0}
+        (run / physics.CARD_FILE).write_text(json.dumps(card))
         ends = {"defenders success r=0.316": [0.75, 0.7, 0.8], "adversaries success r=0.316": [0.5, 0.4, 0.6]}
         (run / physics.METRICS_FILE).write_text("{}\n" + json.dumps(ends) + "\n")
     monkeypatch.setattr(physics, "find_expert", lambda text: find_expert(f"{name}@maddpg"))
@@ -214,6 +215,7 @@ def test_the_spread_is_of_all_trained_experts(tmp_path, monkeypatch):
     known = physics.reached_by(tmp_path, 6)
     number = known[name]["0"]["reached"]["defenders success r=0.316"]
     assert known[name]["0"] == known[name]["3"] and list(known) == [name]
+    assert known[name]["0"]["card"] == {key: of for key, of in card.items() if key != "score"}
     once = {**known[name]["0"], "reached": dict.fromkeys(known[name]["0"]["reached"], number)}
     physics.RECORD.write_text(json.dumps({name: {"5": once}}))
     first, second, *others = physics.spread_lines(physics.reached_by(tmp_path, 6))[1:]
@@ -222,12 +224,16 @@ def test_the_spread_is_of_all_trained_experts(tmp_path, monkeypatch):
 
 
 def test_the_manual_has_the_experts_of_the_record():
-    """How many there are of each measure, what they reach on average, also at the end, and what is published."""
+    """How many there are of each measure, what they reach on average and at least and most, also at the end, and what
+    is published.
+    """
     known = json.loads(physics.RECORD.read_text())
     rows = [[cell.strip() for cell in line.strip("| ").split("|")] for line in manual.page("games").splitlines()]
     for row in physics.REGISTER["spread"]:
         experts = known.get(row["world"], {}).values()
-        means = [np.mean([of[which][row["measure"]] for of in experts]) for which in ("reached", "last") if experts]
-        told = [f"{mean:.3f}".removeprefix("0") for mean in means] or ["-", "-"]
+        best, last = ([of[which][row["measure"]] for of in experts] for which in ("reached", "last"))
+        numbers = [np.mean(best), min(best), max(best), np.mean(last), min(last), max(last)] if best else []
+        mean, least, most, *end = (f"{number:.3f}".removeprefix("0") for number in numbers or [0] * 6)
+        told = [f"{mean}, {least} to {most}", f"{end[0]}, {end[1]} to {end[2]}"] if best else ["-", "-"]
         paper = f"{row['published']:.2f}".removeprefix("0") if "published" in row else "-"
         assert [row["measure"], f"{len(experts)} of 8", *told, paper] in rows
