@@ -118,9 +118,9 @@ class Register:
     once: tuple[tuple[str, ...], ...] = ()  # ids of claims about one number each, which count as the first of them
 
     @property
-    def repeats(self) -> frozenset[str]:
-        """The ids of claims that do not count, since another one is about their number."""
-        return frozenset(name for group in self.once for name in group[1:])
+    def repeats(self) -> dict[str, str]:
+        """The ids of claims that do not count -> that of the claim about the same number, which does."""
+        return {name: group[0] for group in self.once for name in group[1:]}
 
     @property
     def families(self) -> list[str]:

@@ -242,8 +242,10 @@ def _beside(verdict: Verdict) -> list[str]:
     """The words of a claim depth by depth, where they say more than its own; those on prey by return."""
     words = verdict.by_depth
     told = [f"by depth: {', '.join(f'{depth} {text}' for depth, text in words.items())}"]
-    more = set(words.values()) - {verdict.word}
-    return (told if more else []) + ([f"by return: {verdict.by_return}"] if verdict.by_return else [])
+    told = told if set(words.values()) - {verdict.word} else []
+    told += [f"by return: {verdict.by_return}"] if verdict.by_return else []
+    first = register.read().repeats.get(verdict.claim.id)
+    return [*told, f"not counted: the number is that of {first}"] if first else told
 
 
 def _state(comparison: verdicts.Comparison) -> str:
