@@ -140,7 +140,7 @@ def read(path: Path = FILE) -> Register:
     if path == FILE:
         later, more = _decode_file(MORE, _More)
         claims, once = (*claims, *later.claim), tuple(map(tuple, later.once))
-    _check(claims, path)
+    _check(claims, path, [name for group in once for name in group])
     return Register(claims, sha256=digest, more=more, once=once, **rest)
 
 
@@ -170,14 +170,15 @@ def _renumber_figures(claim: Claim) -> Claim:
     return msgspec.structs.replace(claim, place=correct_figure(claim.place), published=paper)
 
 
-def _check(claims: Iterable[Claim], path: Path) -> None:
-    """InputError with every fault of every claim; UnknownNameError where one alone is a misspelt name."""
+def _check(claims: Iterable[Claim], path: Path, once: Iterable[str]) -> None:
+    """InputError with every fault of every claim, and each id in `once` that is none."""
     faults: list[str] = []
     names: set[str] = set()
     for claim in claims:
         faults += [f"{claim.id}: {fault}" for fault in faults_of(claim)]
         faults += [f"{claim.id}: the id stands twice"] * (claim.id in names)
         names.add(claim.id)
+    faults += [f"once: no claim has the id {name}" for name in once if name not in names]
     if faults:
         raise InputError("the register of claims has faults", f"{path}: {'; '.join(faults)}", "see claims.toml")
 

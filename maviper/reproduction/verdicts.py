@@ -292,13 +292,20 @@ def _of_claim(claim: Claim, pairs: Sequence[Comparison]) -> str:
     if claim.test == register.SOME_ABOVE:
         supports, against = [any(supports)], [all(against)]
     if claim.test == register.SECOND:
-        places, ahead, behind = [each.label.partition(", ")[2] for each in pairs], supports, against
-        groups = [[k for k, at in enumerate(places) if at == place] for place in dict.fromkeys(places)]
-        supports = [sum(ahead[k] for k in group) >= len(group) - 1 for group in groups]
-        against = [sum(behind[k] for k in group) > 1 for group in groups]
+        groups = [[each.word for each in group] for group in _by_place(pairs)]
+        supports = [sum(word in SUPPORTS[claim.test] for word in words) >= len(words) - 1 for words in groups]
+        against = [words.count(WORSE) > 1 for words in groups]
     if any(against):
         return DIFFERS
     return AGREES if supports and all(supports) else NOT_DECIDED
+
+
+def _by_place(pairs: Sequence[Comparison]) -> list[list[Comparison]]:
+    """Comparisons of the same measure and depth, against the same opponent."""
+    groups: dict[str, list[Comparison]] = {}
+    for each in pairs:
+        groups.setdefault(each.label.partition(", ")[2], []).append(each)
+    return list(groups.values())
 
 
 def _reason(verdict: Verdict, word: str, known: Register) -> str:
@@ -312,6 +319,8 @@ def _reason(verdict: Verdict, word: str, known: Register) -> str:
         return ""
     if word == DIFFERS:
         against = [each for each in run if each.word not in (OPEN, *SUPPORTS[claim.test])]
+        if claim.test == register.SECOND:  # one at each opponent does not count
+            against = [each for group in _by_place(against) if len(group) > 1 for each in group]
         return f"contradicted by {len(against)} of {len(run)} comparisons: {against[0].label}: {against[0].word}"
     told = [f"{lacking} of {len(verdict.comparisons)} comparisons {_missing(verdict)}"] if lacking else []
     least = min(each.number.seeds for each in run if each.number is not None)

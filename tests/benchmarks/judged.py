@@ -85,6 +85,8 @@ def judged(place: Path, first: int = 0) -> tuple[list[verdicts.Verdict], Book, R
 
 def judge_again(place: Path, first: int = 0) -> list[str]:
     """Writes a record's verdicts; the lines of its summary."""
+    if FRESH in (place / README).read_text() and not first:
+        raise SystemExit(f"{place} is a second look: say from which seed on it is judged (--first)")
     found, book, known = judged(place, first)
     document = compact.unpacked(place / compact.FILE)
     numbers = {name: number.document for name, number in sorted(book.numbers.items()) if number.parts}

@@ -4,13 +4,15 @@ Does: follows a start with given rules and errors, or near given states; says wh
 Assumes: the checker's readings of rules (checker/systems/enclosures.py) and of trees (checker/systems/trees.py).
 Does not: look for starts.
 
-What affine rules make of exact numbers is exact. Any other number lies in a range of whole multiples of 2^-128.
+What sums, products, quotients and powers make of exact numbers is exact while it has few digits, and so is the bound
+of a `clip` that is surely passed. Any other number lies in a range of whole multiples of 2^-128.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
+from math import isqrt
 from typing import TypeAlias
 
 from codegen.ir import NO_FEATURE, ROOT, AgentPolicy, PolicyProfile
@@ -24,11 +26,23 @@ from verify.claims.formula import And, Formula, Linear, Not, Or, conjunction
 from verify.reach.replay import Course
 from verify.reach.results import Values
 from verify.systems.claims import SystemClaim
-from verify.systems.language.expressions import Expression, affine, total
+from verify.systems.language.expressions import (
+    Call,
+    Expression,
+    Name,
+    Number,
+    Power,
+    Product,
+    Quotient,
+    Sum,
+    total,
+)
 from verify.systems.pieces import domain
 from verify.systems.statement import Rule, Statement
-from verify.systems.system import Affine, State, ensure_in_steps
+from verify.systems.system import State, ensure_in_steps
 
+MAX_BITS = 4_096  # of a number that is kept exact
+AT_0 = {"sin": Fraction(0), "cos": Fraction(1), "tan": Fraction(0), "exp": Fraction(1)}
 Known: TypeAlias = Mapping[str, "Fraction | Range"]
 Ways: TypeAlias = Mapping[int, Known]  # by rule, the next state but for an error
 # the step and where each rule leads -> the rule that is taken, and its errors
@@ -45,7 +59,7 @@ class WrittenReplay:
         ranges = {one.name: one.range for one in statement.system.variables}
         stated = [(*box_of(domain(rule, ranges)), *rule.when) for rule in statement.rules]
         self._held = [conjunction(*map(linear, halves)) for halves in stated]
-        self._moves: dict[tuple[int, tuple[str, ...]], dict[str, tuple[Affine | None, Expression]]] = {}
+        self._moves: dict[tuple[int, tuple[str, ...]], dict[str, Expression]] = {}
 
     def follow(self, course: Course) -> list[State] | None:
         """The episode whose rules and errors are given, each cut to what the file states: the middles of its states up
@@ -57,7 +71,7 @@ class WrittenReplay:
             errors = course.errors[step] if step < len(course.errors) else {}
             return told if told in ways else next(iter(ways)), errors
 
-        return self._play(course.start, choose)
+        return self._play(course.start, choose, len(course.pieces) or self._claim.steps)
 
     def keep_near(self, near: Sequence[State]) -> list[State] | None:
         """As `follow`, of the episode that keeps to given states as closely as its errors allow."""
@@ -72,15 +86,16 @@ class WrittenReplay:
             nearest = min(off, key=lambda number: max(map(abs, off[number].values())))
             return nearest, off[nearest]
 
-        return self._play(near[0], choose)
+        return self._play(near[0], choose, self._claim.steps)
 
-    def _play(self, start: State, choose: Choose) -> list[State] | None:
+    def _play(self, start: State, choose: Choose, last: int) -> list[State] | None:
+        """The middles of the states up to one, at step `last` or before, that surely breaks the claim."""
         claim, state, middles = self._claim, dict[str, Fraction | Range](start), [start]
-        for step in range(claim.steps + 1):
+        for step in range(last + 1):
             if _truth(claim.violation_at(step), state):
                 return middles
             joint = self._decide(state)
-            if step == claim.steps or joint is None or _truth(claim.fulfilment_at(step), state) is not False:
+            if step == last or joint is None or _truth(claim.fulfilment_at(step), state) is not False:
                 return None
             held = [number for number, condition in enumerate(self._held) if _truth(condition, state)]
             try:
@@ -103,19 +118,61 @@ class WrittenReplay:
         if (number, joint) not in self._moves:
             choices = list(zip((policy.agent for policy in self._profile.agents), joint, strict=True))
             effects = [self._rules[number].effect.get(choice, {}) for choice in choices]
-            sums = {
+            self._moves[number, joint] = {
                 name: total([move, *(effect[name] for effect in effects if name in effect)])
                 for name, move in self._rules[number].move.items()
             }
-            self._moves[number, joint] = {name: (affine(each), each) for name, each in sums.items()}
         after, box = dict[str, Fraction | Range](), {name: _range(each) for name, each in state.items()}
-        for name, (form, expression) in self._moves[number, joint].items():
-            exact = None if form is None else _sum([(factor, of) for of, factor in form.terms], state)
-            if form is not None and isinstance(exact, Fraction):
-                after[name] = exact + form.constant
-            else:
-                after[name] = enclose(expression, box)
+        for name, expression in self._moves[number, joint].items():
+            exact = _exact(expression, state, box)
+            after[name] = enclose(expression, box) if exact is None else exact
         return after
+
+
+def _exact(expression: Expression, state: Known, box: Mapping[str, Range]) -> Fraction | None:
+    """The value of an expression, where it is exact and of few digits; None where it is not known to be. `box`: the
+    state as ranges. RejectedError where a part may not be defined.
+    """
+    value = _exact_of(expression, state, box)
+    return value if value is None or value.numerator.bit_length() + value.denominator.bit_length() <= MAX_BITS else None
+
+
+def _exact_of(expression: Expression, state: Known, box: Mapping[str, Range]) -> Fraction | None:
+    match expression:
+        case Number(value):
+            return value
+        case Name(name):
+            known = state[name]
+            return known if isinstance(known, Fraction) else None
+        case Power(base, exponent):
+            under = _exact(base, state, box)
+            return None if under is None else under**exponent
+        case Call(_, argument, (low, high)):
+            inner = _exact(argument, state, box)
+            if inner is not None:
+                return min(max(inner, low), high)
+            around = enclose(argument, box)
+            return high if around.low >= exactly(high).high else low if around.high <= exactly(low).low else None
+        case Call(function, argument, _):
+            inner = _exact(argument, state, box)
+            return None if inner is None else _exact_value(function, inner)
+        case Sum(left, right) | Product(left, right) | Quotient(left, right):
+            one, other = (_exact(part, state, box) for part in (left, right))
+            if one is None or other is None:
+                return None
+            if isinstance(expression, Quotient):
+                return one / other if other else None
+            return one + other if isinstance(expression, Sum) else one * other
+        case _:
+            return None
+
+
+def _exact_value(function: str, number: Fraction) -> Fraction | None:
+    """What a function has as an exact value: a root of squares, or a value at 0."""
+    if function == "sqrt" and number >= 0:
+        root = Fraction(isqrt(number.numerator), isqrt(number.denominator))
+        return root if root**2 == number else None
+    return AT_0.get(function) if number == 0 else None
 
 
 def _take(policy: AgentPolicy, sides: Mapping[int, Formula], state: Known) -> str | None:

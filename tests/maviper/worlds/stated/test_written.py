@@ -153,6 +153,48 @@ def test_drawn_episodes_meet_starts_ranges_choices_and_roundings(tmp_path, rule,
         assert result.counterexample.start["x"] == F(1, 10)
 
 
+SATURATING = """
+name = "saturating"
+steps = 14
+[variables]
+x = { range = X }
+t = { range = [-10, 50] }
+[agents.a.features]
+f = "x"
+[agents.a.actions]
+go = {}
+[start]
+box = START
+[dynamics.cuts]
+x = 16
+[dynamics.next]
+x = "RULE"
+t = "THEN"
+[[property]]
+name = "stays_in"
+region = { where = ["CLAIM"] }
+"""
+
+
+@pytest.mark.parametrize(
+    ("variable", "start", "rule", "then", "claim"),
+    [
+        ("[0, 0.6]", "{ x = [0.1, 0.2], t = 0 }", "clip(x + 0.1*x*x + 0.1, 0, 0.6)", "t + 1", "x - 0.05*t >= 0"),
+        ("[0, 0.6]", "{ x = [0.1, 0.2], t = 0 }", "min(x + 0.1*x*x + 0.1, 0.6)", "t + 1", "x - 0.05*t >= 0"),
+        ("[0, 0.9]", "{ x = [0.1, 0.2], t = 0 }", "clip(x + 0.3 - 0.1*sqrt(x), 0, 0.9)", "t + x", "t <= 5"),
+        ("[0, 1]", "{ x = 0, t = [1, 2] }", "exp(-x)", "t + 1", "t <= 5"),
+        ("[0, 1]", "{ x = 1, t = [1, 2] }", "sqrt(x)", "t + 1", "t <= 5"),
+        ("[0, 1]", "{ x = 0, t = [1, 2] }", "1 - cos(x)", "t + 1", "t <= 5"),
+    ],
+)
+def test_states_at_the_ends_of_their_ranges_are_followed(tmp_path, variable, start, rule, then, claim):
+    """.6 and .9 are no multiples of 2^-128, and a root or an exponential there has to be exact."""
+    text = SATURATING.replace("X", variable).replace("START", start).replace("RULE", rule)
+    (tmp_path / "world.toml").write_text(text.replace("THEN", then).replace("CLAIM", claim))
+    (result,) = verify_world(GOES, VerifyOptions(world=tmp_path / "world.toml")).results
+    assert result.verdict is Verdict.VIOLATED
+
+
 def test_where_conditions_leave_few_starts_more_are_drawn():
     thin = SINE.replace("box = { x = [0, 1] }", 'box = { x = [0, 1], y = [0, 1] }\nwhere = ["x + 0.99 <= y"]')
     thin = thin.replace("x = { range = [-2, 2] }", "x = { range = [-2, 2] }\ny = { range = [-2, 2] }")
