@@ -13,7 +13,7 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from codegen.lowering.render import render
 from codegen.wording import format_count
@@ -132,9 +132,9 @@ def _flat(value: Any) -> str:
 def _shorten(value: Any) -> Any:
     """Plain data with numbers of ten digits: more than any interval has."""
     if isinstance(value, Mapping):
-        return {name: _shorten(each) for name, each in value.items()}
+        return {name: _shorten(each) for name, each in cast("Mapping[str, Any]", value).items()}
     if isinstance(value, list | tuple):
-        return [_shorten(each) for each in value]
+        return [_shorten(each) for each in cast("Sequence[Any]", value)]
     return float(f"{value:.10g}") if isinstance(value, float) else value
 
 

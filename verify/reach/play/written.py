@@ -67,8 +67,8 @@ class WrittenReplay:
         """
 
         def choose(step: int, ways: Ways) -> tuple[int, Values]:
-            told = course.pieces[step] if step < len(course.pieces) else None
-            errors = course.errors[step] if step < len(course.errors) else {}
+            told = course.pieces[step] if step < len(course.pieces) else -1
+            errors: Values = course.errors[step] if step < len(course.errors) else {}
             return told if told in ways else next(iter(ways)), errors
 
         return self._play(course.start, choose, len(course.pieces) or self._claim.steps)
