@@ -28,14 +28,14 @@ from maviper.evaluation.held_out import read_measure
 from maviper.evaluation.optimum import optimum, rules_of, worth
 from maviper.experts.finding import find_expert
 from maviper.extraction.algorithms import extract
-from maviper.extraction.bundles import JOINT, RUNGS
+from maviper.extraction.bundles import RUNGS
 from maviper.extraction.settings import Settings
 from maviper.files import runs
 from maviper.files.jobs import side_by_side
 from maviper.files.profiles import version
 from maviper.worlds import find
 from tests.benchmarks.paired import Paired, detectable, verdicts
-from tests.benchmarks.registered import EARLY
+from tests.benchmarks.registered import with_early_stop
 
 PLAN_FILE = Path(__file__).with_suffix(".toml")
 FULL, PILOT, QUICK = "full", "pilot", "quick"
@@ -108,9 +108,7 @@ def settings_of(plan, world, cell):
     given = {**given, "max_depth": depth, "seed": seed, **RUNGS[rung]}
     if "budget" not in given:
         given["refinement"] = 0
-    if given["preset"] == PAPER and given["algorithm"] in JOINT:
-        given["patience"] = EARLY
-    return Settings.of(given, world)
+    return Settings.of(with_early_stop(given), world)
 
 
 def play(cell, where, digest, plan_hash, folder):

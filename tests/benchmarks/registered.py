@@ -121,11 +121,16 @@ def world_of(register, game, label):
     return find_built_in(game) if recipe_of(register, label) else expert_of(game, label)[1]
 
 
+def with_early_stop(given):
+    """What an extraction is asked for, with the stop of MAVIPER that the preset `paper` had when plans were written."""
+    early = given["preset"] == PAPER and given["algorithm"] in JOINT
+    return {"patience": EARLY, **given} if early else given
+
+
 def settings_of(register, world, cell):
     """What the cell's extraction is asked for."""
     given = {**register["presets"][cell.preset], **register["algorithms"][cell.algorithm]}
-    early = given["preset"] == PAPER and given["algorithm"] in JOINT
-    given = {"patience": EARLY, **given} if early else given
+    given = with_early_stop(given)
     given = {name: value[cell.game] if isinstance(value, dict) else value for name, value in given.items()}
     return Settings.of({**given, "max_depth": cell.depth, "seed": cell.seed}, world).complete().deal_budget(world)
 

@@ -215,9 +215,8 @@ class Play:
         held = self._cases.holding(state, count, _shares(extreme, random))
         if self._moving is self.system.pieces:
             return held
-        return np.where(
-            self._boxes.holding(state, count) < 0, -1, held
-        )  # a rule without a box holds where no piece does
+        # a rule without a box holds where no piece does
+        return np.where(self._boxes.holding(state, count) < 0, -1, held)
 
     def _act(
         self, policy: AgentPolicy, actions: Int32, piece: Piece | Rule, here: Bool, state: Planes, after: Planes
