@@ -197,7 +197,10 @@ def test_the_plan_has_all_registered_experts_and_the_manual_its_hours():
     asked = physics.REGISTER["training"]
     assert len(lines) == len(asked["worlds"]) + 2 and set(asked["hours"]) == set(asked["worlds"])
     hours = last.partition(" CPU hours")[0]
-    assert int(hours) <= 12 and f"take {hours} hours" in " ".join(manual.page("games").split())
+    text = " ".join(manual.page("games").split())
+    assert int(hours) <= 12 and f"planned at {hours} hours" in text
+    took = sum(of["card"]["seconds"] for game in json.loads(physics.RECORD.read_text()).values() for of in game.values())
+    assert f"All 24 are trained, in {took / 3600:.0f} hours" in text
 
 
 def test_the_spread_is_of_all_trained_experts(tmp_path, monkeypatch):
