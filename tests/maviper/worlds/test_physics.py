@@ -199,7 +199,8 @@ def test_the_plan_has_all_registered_experts_and_the_manual_its_hours():
     hours = last.partition(" CPU hours")[0]
     text = " ".join(manual.page("games").split())
     assert int(hours) <= 12 and f"planned at {hours} hours" in text
-    took = sum(of["card"]["seconds"] for game in json.loads(physics.RECORD.read_text()).values() for of in game.values())
+    games = json.loads(physics.RECORD.read_text()).values()
+    took = sum(expert["card"]["seconds"] for game in games for expert in game.values())
     assert f"All 24 are trained, in {took / 3600:.0f} hours" in text
 
 
