@@ -14,7 +14,7 @@ import numpy as np
 from codegen.agreement import probes, sum_probes
 from codegen.agreement.entries import differing, reference
 from codegen.errors import DisagreementError, InputError
-from codegen.ir import NO_FEATURE, AgentPolicy, FeatureSpec, Floats, Tree
+from codegen.ir import NO_FEATURE, AgentPolicy, Bool, FeatureSpec, Floats, Tree
 from codegen.numbers.rounding import neighbour
 from codegen.sums import among
 
@@ -28,7 +28,7 @@ def observations(policy: AgentPolicy, *, nan: bool, finite: bool) -> Floats:
     """What both are asked about, [n, n_features]. InputError where that is more than fits into memory."""
     if policy.tree.arithmetic:
         rows = np.concatenate(list(_of_sums(policy)))
-        rows = rows[np.isfinite(rows).all(axis=1)] if finite else rows
+        rows = rows[_taken(rows, nan=nan or not finite, finite=finite)]
         # of finite numbers that are too large a sum may be NaN, too
         sums = (*policy.tree.sums, *(each for vector in policy.tree.vectors for each in vector))
         tested = among(rows, sums, policy.tree.arithmetic)
@@ -57,8 +57,13 @@ def observations(policy: AgentPolicy, *, nan: bool, finite: bool) -> Floats:
             _mix_thresholds(policy.tree, probes.random(features, RANDOM, rng, numbers), rng),
         ]
     )
-    keep = np.isfinite(rows) if finite else ~np.isnan(rows) if not nan else np.ones_like(rows, dtype=bool)
-    return rows[keep.all(axis=1)]
+    return rows[_taken(rows, nan=nan, finite=finite)]
+
+
+def _taken(rows: Floats, *, nan: bool, finite: bool) -> Bool:
+    """Which observations have no NaN, unless `nan`, and no infinity where they are to be `finite`. [n]"""
+    good = np.ones(len(rows), dtype=np.bool_) if nan else ~np.isnan(rows).any(axis=1)
+    return good & ~np.isinf(rows).any(axis=1) if finite else good
 
 
 def _of_sums(policy: AgentPolicy) -> Iterator[Floats]:

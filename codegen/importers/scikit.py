@@ -1,32 +1,38 @@
 """Fitted trees of scikit-learn as profiles.
 
 Does: reads a fitted decision tree by its attributes, also as the end of a Pipeline or search, or as the only tree of a
-  forest or booster; folds the steps before it into its thresholds (steps.py, folding.py); replays the tree
-  against the model's own `predict`.
+  booster; makes one tree of a small forest (products.py); folds the steps before it into its thresholds (steps.py,
+  folding.py); replays the tree against the model's own `predict`.
 Assumes: classes, or the few values of a regressor's leaves, are the actions; a regressor of many values, or of several
-  outputs, gives them; observations are float32.
+  outputs, gives them. Observations are float32, but of HistGradientBoosting, which compares doubles.
 Does not: import scikit-learn, or open a file; scikit-learn's files are pickles, which run code.
 
 What is kept: the decision for every float32 observation without NaN, given as float32. Steps compute in the type that
 they are given: a Pipeline may decide the same numbers otherwise when they come as float64, as lists of numbers do.
-NaN goes right here, whatever scikit-learn does with it at a node (its bigger side, if it was fitted without). Action k
-is class k, in the classifier's own order: scikit-learn sorts its labels.
+NaN goes right here. scikit-learn sends it to the bigger side at each split, unless the tree was fitted on missing
+values there: a note counts the splits that send it left, and what shows such fitting is refused. Action k is class k,
+in the classifier's own order: scikit-learn sorts its labels.
 """
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from functools import partial
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from codegen import ir
 from codegen.boxes.branches import find_point
-from codegen.errors import InputError, escape_text
-from codegen.floats import FLOAT32
+from codegen.errors import DisagreementError, InputError, escape_text
+from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers import steps
 from codegen.importers.folding import LARGEST, Asked, fold_steps
-from codegen.importers.origin import AGENT, SINGLES, Names, Origin, profile_of
+from codegen.importers.nodes import Leaf, Split
+from codegen.importers.origin import AGENT, DOUBLES, SINGLES, Names, Origin, profile_of
+from codegen.importers.products import Tree, origin_of_sum
 from codegen.importers.summed import giving
+from codegen.importers.symbolic.program import Described
 from codegen.ir import NO_ACTION, NO_CHILD, NO_FEATURE, ROOT, Bool, Float32, Floats, GrownTree, Int32
 from codegen.numbers.rounding import round_down
 from codegen.paths import EVERYTHING, Box
@@ -72,46 +78,113 @@ def origin_of(model: Any) -> Origin:
         *before, (_, fitted) = fitted.steps
         before = [each for each in before if each[1] is not None and each[1] != "passthrough"]
     estimator = _unwrap_search(fitted)
-    single = _single(estimator)
-    tree = _histogram_tree(estimator, single) if _of(estimator, *HISTOGRAMS) else getattr(single, "tree_", None)
-    if tree is None or not (hasattr(estimator, "classes_") or hasattr(estimator, "predict")):
-        advice = "fit it first; give a tree, a forest or booster of one, or a pipeline or search that ends in one"
-        raise InputError("not a fitted decision tree", type(estimator).__name__, advice)
+    single = _trees(estimator)
+    trees = [_histogram_tree(estimator, each) if _of(estimator, *HISTOGRAMS) else each.tree_ for each in single]
     regressor = not hasattr(estimator, "classes_")
-    if tree.n_outputs != 1 and not regressor:
-        raise InputError(f"the tree has {tree.n_outputs} outputs, one is needed", "", "fit one tree per agent")
-    for each in {id(each): each for each in (model, _unwrap_search(model), estimator, single)}.values():
+    if trees[0].n_outputs != 1 and not regressor:
+        raise InputError(f"the tree has {trees[0].n_outputs} outputs, one is needed", "", "fit one tree per agent")
+    for each in {id(each): each for each in (model, _unwrap_search(model), estimator, *single)}.values():
         _ensure_plain(each)
-    _ensure_without_missing(tree)
-    if not regressor and not _of(estimator, *BOOSTERS):
-        return _origin(model, before, list(estimator.classes_), tree.value[:, 0].argmax(axis=1), tree)
-    nodes, values = _predict_leaves(estimator, tree)
-    action = np.zeros(tree.node_count, dtype=np.int64)
+    for tree in trees:
+        _ensure_without_missing(tree)
+    if len(trees) > 1:
+        grown, values = _sum_forest(estimator, trees, regressor=regressor)
+    elif not regressor and not _of(estimator, *BOOSTERS):
+        grown, values = read_sklearn_tree(trees[0], trees[0].value[:, 0].argmax(axis=1)), None
+    else:
+        nodes, values = _predict_leaves(estimator, trees[0])
+        action = np.zeros(trees[0].node_count, dtype=np.int64)
+        place = None if regressor else _places(estimator.classes_)
+        action[nodes] = np.arange(len(nodes)) if place is None else [place[label] for label in values[:, 0].tolist()]
+        grown = read_sklearn_tree(trees[0], action)
+    fitted = _Fitted(model, before, estimator, trees)
     if not regressor:
-        place = _places(estimator.classes_)
-        action[nodes] = [place[label] for label in values[:, 0].tolist()]
-        return _origin(model, before, list(estimator.classes_), action, tree)
-    action[nodes] = np.arange(len(nodes))
-    return giving(_origin(model, before, range(len(nodes)), action, tree), values, lambda rows: _numbers(model, rows))
+        return _origin(fitted, list(estimator.classes_), grown)
+
+    def said(rows: Floats) -> Any:
+        return _predict(fitted, rows).astype(np.float64).reshape(len(rows), -1)
+
+    return giving(_origin(fitted, range(len(values)), grown), values, said)
 
 
-def _numbers(model: Any, rows: Floats) -> Any:
-    """What a regressor predicts, as float64, [n, n_outputs]."""
+class _Fitted(NamedTuple):
+    """A model in its parts."""
+
+    model: Any
+    before: Sequence[tuple[str, Any]]  # steps with their names
+    estimator: Any
+    trees: Sequence[Any]  # their attributes are those of a `tree_`
+
+
+def _predict(fitted: _Fitted, rows: Floats) -> Any:
+    """What a model predicts. A tree of float32 numbers is asked beside each of them too, among doubles that round to
+    the same float32: DisagreementError where it tells them apart.
+    """
     with silence_warnings():
-        return np.asarray(model.predict(rows), dtype=np.float64).reshape(len(rows), -1)
+        said = np.asarray(fitted.model.predict(rows))
+        for side in () if fitted.before or rows.dtype == np.float64 else (-np.inf, np.inf):
+            if (np.asarray(fitted.model.predict(np.nextafter(rows.astype(np.float64), side))) != said).any():
+                what = "the model tells doubles apart that are one float32 number"
+                raise DisagreementError(what, type(fitted.model).__name__, "nothing was written; please report it")
+    return said
 
 
-def _single(estimator: Any) -> Any:
-    """The only tree of a forest or booster; any other estimator itself."""
+def _takes_nan(fitted: _Fitted) -> bool:
+    """Whether a model predicts for missing values, whatever it was fitted on."""
+    try:
+        _predict(fitted, np.full((1, int(fitted.trees[0].n_features)), np.nan))
+    except ValueError:
+        return False
+    return True
+
+
+def _trees(estimator: Any) -> list[Any]:
+    """The fitted trees of an estimator: several of a forest, one of any other. InputError where there is none."""
     if not _of(estimator, *FORESTS, *BOOSTERS):
-        return estimator
-    estimators = getattr(estimator, "_predictors" if _of(estimator, *HISTOGRAMS) else "estimators_", ())
-    trees = np.array(estimators, dtype=object).ravel()
-    if len(trees) != 1:
+        trees = [estimator] if hasattr(estimator, "tree_") and hasattr(estimator, "predict") else []
+    else:
+        held = getattr(estimator, "_predictors" if _of(estimator, *HISTOGRAMS) else "estimators_", ())
+        trees = list(np.array(held, dtype=object).ravel())
+    if not trees:
+        advice = "fit it first; give a tree, a forest, a booster of one, or a pipeline or search that ends in one"
+        raise InputError("not a fitted decision tree", type(estimator).__name__, advice)
+    if len(trees) > 1 and not _of(estimator, *FORESTS):
         what = f"the ensemble has {len(trees)} fitted trees, one is needed"
         one = "max_iter=1" if _of(estimator, *HISTOGRAMS) else "n_estimators=1"
         raise InputError(what, type(estimator).__name__, f"fit {one}, and boost two classes at most")
-    return trees[0]
+    if len(trees) > 1 and estimator.n_jobs not in (None, 1):
+        what = f"with n_jobs={estimator.n_jobs} the trees of a forest are added in any order, and rounded so"
+        raise InputError(what, type(estimator).__name__, "say set_params(n_jobs=1), and predict so")
+    return trees
+
+
+def _sum_forest(estimator: Any, trees: Sequence[Any], *, regressor: bool) -> tuple[GrownTree, Any]:
+    """The trees of a forest as one. Its actions are places of classes, or of the rows of what is given,
+    [n, n_outputs].
+
+    As `predict` of a forest does, means are added tree by tree and divided by their number; of equal probabilities the
+    first class is taken.
+    """
+    kept = dict[tuple[float, ...], int]()
+
+    def read(tree: Any, node: int) -> Split | Leaf:
+        if tree.children_left[node] == NO_CHILD:
+            return Leaf(node)
+        then, otherwise = int(tree.children_left[node]), int(tree.children_right[node])
+        limit = float(round_down(float(tree.threshold[node])))
+        return Split(int(tree.feature[node]), "<=", limit, then, otherwise, nan=False)
+
+    def add(leaves: Sequence[Leaf]) -> Leaf:
+        total = np.zeros_like(trees[0].value[0])
+        for tree, leaf in zip(trees, leaves, strict=True):
+            total += tree.value[leaf.label]
+        total /= len(trees)
+        return Leaf(kept.setdefault(tuple(total[:, 0].tolist()), len(kept)) if regressor else int(total[0].argmax()))
+
+    said = Described(kind=KIND, n_features=int(trees[0].n_features), numbers=FLOAT32)
+    origin = origin_of_sum([Tree(ROOT, partial(read, tree)) for tree in trees], add, said, type(estimator).__name__)
+    labels = np.array([*origin.labels, NO_ACTION])  # of splits the action is the last
+    return replace(origin.grown, action=labels[origin.grown.action]), np.array([*kept])
 
 
 def _histogram_tree(estimator: Any, single: Any) -> SimpleNamespace:
@@ -136,12 +209,13 @@ def _histogram_tree(estimator: Any, single: Any) -> SimpleNamespace:
 def _predict_leaves(estimator: Any, tree: Any) -> tuple[Any, Any]:
     """The leaves that observations reach, [n_leaves], and what an estimator predicts there, [n_leaves, n_outputs]."""
     grown = read_sklearn_tree(tree, np.arange(tree.node_count))
-    nodes, rows = zip(*_reach_leaves(grown, int(tree.n_features)), strict=True)
+    numbers = FLOAT64 if _of(estimator, *HISTOGRAMS) else FLOAT32
+    nodes, rows = zip(*_reach_leaves(grown, int(tree.n_features), numbers), strict=True)
     with silence_warnings():
         return np.array(nodes), np.asarray(estimator.predict(np.array(rows))).reshape(len(nodes), -1)
 
 
-def _reach_leaves(grown: GrownTree, width: int) -> Iterator[tuple[int, Floats]]:
+def _reach_leaves(grown: GrownTree, width: int, numbers: str) -> Iterator[tuple[int, Floats]]:
     """Each leaf that finite observations reach, and one of them, [width]."""
     open_: list[tuple[int, Box | None]] = [(ROOT, EVERYTHING)]
     while open_:
@@ -149,9 +223,11 @@ def _reach_leaves(grown: GrownTree, width: int) -> Iterator[tuple[int, Floats]]:
         if box is None:
             continue
         if grown.feature[node] != NO_FEATURE:
-            left, right = box.split_at(int(grown.feature[node]), float(round_down(float(grown.threshold[node]))))
+            threshold = float(grown.threshold[node])
+            threshold = threshold if numbers == FLOAT64 else float(round_down(threshold))
+            left, right = box.split_at(int(grown.feature[node]), threshold)
             open_ += [(int(grown.left[node]), left), (int(grown.right[node]), right)]
-        elif np.isfinite(point := find_point(box, width, FLOAT32)).all():
+        elif np.isfinite(point := find_point(box, width, numbers)).all():
             yield node, point
 
 
@@ -172,12 +248,15 @@ def _unwrap_search(model: Any) -> Any:
     return model
 
 
-def _origin(model: Any, before: Sequence[tuple[str, Any]], labels: Sequence[Any], action: Any, tree: Any) -> Origin:
-    """The origin of a tree. `action`: the place among the labels at each node; those of splits count for nothing."""
-    place = _places(labels)
-    n_features = int(getattr(before[0][1], "n_features_in_", tree.n_features)) if before else int(tree.n_features)
-    grown = read_sklearn_tree(tree, action)
+def _origin(fitted: _Fitted, labels: Sequence[Any], grown: GrownTree) -> Origin:
+    """The origin of a tree, whose actions are places of labels."""
+    model, before, estimator, trees = fitted
+    place, width = _places(labels), int(trees[0].n_features)
+    n_features = int(getattr(before[0][1], "n_features_in_", width)) if before else width
     source = steps.columns(before, n_features)
+    doubles = _of(estimator, *HISTOGRAMS)
+    left = sum(int(tree.missing_go_to_left[tree.children_left != NO_CHILD].sum()) for tree in trees)
+    splits = sum(int((tree.children_left != NO_CHILD).sum()) for tree in trees)
 
     def transform_rows(rows: Floats) -> tuple[Float32, Bool]:
         taken = np.ones(len(rows), dtype=np.bool_)
@@ -190,9 +269,7 @@ def _origin(model: Any, before: Sequence[tuple[str, Any]], labels: Sequence[Any]
         return rows.astype(np.float32), taken
 
     def act(rows: Floats) -> Int32:
-        with silence_warnings():
-            said = model.predict(rows).tolist()
-        return np.array([place[label] for label in said], dtype=np.int32)
+        return np.array([place[label] for label in _predict(fitted, rows).tolist()], dtype=np.int32)
 
     return Origin(
         kind=KIND,
@@ -202,9 +279,12 @@ def _origin(model: Any, before: Sequence[tuple[str, Any]], labels: Sequence[Any]
         replayed_by=REPLAYED_BY,
         features=tuple(str(each) for each in getattr(model, "feature_names_in_", ())),
         n_features=n_features,
+        nan=not left and not before and _takes_nan(fitted),
         finite=True,
-        given="float32 arrays" if before else SINGLES,
+        numbers=FLOAT64 if doubles and not before else FLOAT32,
+        given="float32 arrays" if before else DOUBLES if doubles else SINGLES,
         takes=(lambda rows: transform_rows(rows)[1]) if before else None,
+        notes=(f"NaN: scikit-learn sends it left at {left} of {splits} splits",) if left else (),
     )
 
 

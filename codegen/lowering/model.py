@@ -220,6 +220,12 @@ class Model:
         return kinds.pop() if len(kinds) == 1 else ""
 
     @property
+    def writes_doubles(self) -> bool:
+        """Whether the code has constants of type double that decide."""
+        weighted = any(size for agent in self.agents for each in agent.features for _, size, _ in each.terms or ())
+        return not self.single or self.region is not None or bool(self.summed) or (self.located and weighted)
+
+    @property
     def doubled(self) -> str:
         """The agents that compare float64, in words."""
         return ", ".join(agent.name for agent in self.agents if not agent.single)

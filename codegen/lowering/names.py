@@ -27,7 +27,7 @@ MODULE_NAMES = (
 )
 MODULE_TEAM_NAMES = ("act_team", "act_all", "in_region")
 TEAM_FUNCTIONS = ("act_team", "act_all", "in_region")
-ARITHMETIC = ("bits", "direct", "sum", "wide_sum", "single", "wide_single")
+ARITHMETIC = ("bits", "direct", "sum", "wide_sum", "single", "wide_single", "double_constants")
 OF_SUMS = ("kept", "single_kept", "at_least", "at_most", "single_at_least", "single_at_most")
 # what no module of Rust is called: its keywords, those it reserves, and the type that the module above uses
 RUST = frozenset(
@@ -84,6 +84,7 @@ class Names:
     wide_sum: str
     single: str
     wide_single: str
+    double_constants: str
     kept: str
     single_kept: str
     at_least: str

@@ -47,7 +47,7 @@ def from_sklearn(
     name: str = "imported",
     output_names: Sequence[str] | None = None,
 ) -> PolicyProfile:
-    """A profile of one agent from a fitted tree of scikit-learn, or a Pipeline, search or forest of one.
+    """A profile of one agent from a fitted tree or small forest of scikit-learn, or a Pipeline or search of one.
 
     `feature_names`: default those it was fitted with, or x0, x1, ...; `action_names`: default its labels, in the order
     of `classes_`. A regressor of several outputs, or of more than 64 values, gives numbers: `output_names`, default y0,

@@ -44,8 +44,8 @@ ONE = {"n_estimators": 1, "max_depth": 3, "random_state": 0}
 def test_what_is_predicted_is_the_action(model):
     model.fit(X, Y > 0 if hasattr(model, "predict_proba") else Y)
     (policy,) = from_sklearn(model).agents
-    rows = probes.boundary(policy.tree, policy.features, np.random.default_rng(1)).astype(np.float32)
-    rows = np.concatenate([rows[np.isfinite(rows).all(axis=1)], X])
+    rows = probes.boundary(policy.tree, policy.features, np.random.default_rng(1)).astype(policy.numbers)
+    rows = np.concatenate([rows[np.isfinite(rows).all(axis=1)], X.astype(policy.numbers)])
     labels = [place if each.label is None else each.label for place, each in enumerate(policy.actions)]
     assert [labels[action] for action in ir.act(policy, rows).tolist()] == model.predict(rows).tolist()
 
@@ -68,6 +68,7 @@ GIVING = [
     DecisionTreeRegressor(max_depth=6),
     ExtraTreeRegressor(max_depth=5, random_state=0),
     RandomForestRegressor(**ONE),
+    RandomForestRegressor(n_estimators=3, max_depth=3, random_state=0),
     make_pipeline(StandardScaler(), DecisionTreeRegressor(max_depth=5)),
 ]
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from sklearn.base import clone
 from sklearn.decomposition import PCA
-from sklearn.ensemble import ExtraTreesClassifier, RandomForestClassifier
+from sklearn.ensemble import ExtraTreesClassifier, HistGradientBoostingClassifier, RandomForestClassifier
 from sklearn.feature_selection import SelectKBest, VarianceThreshold
 from sklearn.model_selection import GridSearchCV
 from sklearn.pipeline import make_pipeline
@@ -25,7 +25,7 @@ from sklearn.tree import DecisionTreeClassifier
 
 from codegen import ir, policy_json
 from codegen.agreement import probes, selfcheck
-from codegen.errors import InputError
+from codegen.errors import DisagreementError, InputError
 from codegen.importers.names import clean_names
 from codegen.importers.scikit import from_sklearn
 from codegen.profiles import loading
@@ -316,7 +316,51 @@ def test_searches_and_forests_of_one_come_in():
     same(GridSearchCV(pipeline, {"decisiontreeclassifier__max_depth": [2, 3]}, cv=2).fit(x, y), x)
     same(RandomForestClassifier(1, max_depth=4, random_state=0).fit(x, y), x)
     same(make_pipeline(MinMaxScaler(), ExtraTreesClassifier(1, max_depth=4, random_state=0)).fit(x, y), x)
-    with pytest.raises(InputError, match="the ensemble has 2 fitted trees"):
-        from_sklearn(RandomForestClassifier(2, max_depth=2).fit(x, y))
     with pytest.raises(InputError, match="no best estimator"):
         from_sklearn(GridSearchCV(pipeline, {}))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_small_forests_come_in_as_one_tree(seed):
+    """With ties among classes: two trees with pure leaves give both of two classes one half."""
+    _, x = fitted(seed)
+    y = np.array(["go", "stay", "turn"])[(x[:, 0] > x[:, 1]).astype(int) + (x[:, 2] > 0.5)]
+    for count, depth in ((2, None), (3, 3), (5, 2)):
+        for kind in (RandomForestClassifier, ExtraTreesClassifier):
+            same(kind(count, max_depth=depth, max_leaf_nodes=12, random_state=seed).fit(x, y), x)
+    same(make_pipeline(StandardScaler(), RandomForestClassifier(3, max_depth=3, random_state=seed)).fit(x, y), x)
+
+
+def test_forests_that_are_large_or_add_in_any_order_are_refused():
+    _, x = fitted()
+    for model, what in (
+        (RandomForestClassifier(40, random_state=0), "more than 4,096 leaves"),
+        (RandomForestClassifier(2, max_depth=2, n_jobs=2), "added in any order"),
+    ):
+        with pytest.raises(InputError, match=what) as caught:
+            from_sklearn(model.fit(x, x[:, 0] > x[:, 1]))
+        assert caught.value.next_step
+
+
+def test_what_a_model_does_with_missing_values_is_said():
+    """scikit-learn predicts for NaN whatever a tree was fitted on: at each split it goes to the bigger side."""
+    nan = np.nan
+    rows = [[nan, 0], [nan, 0], [1, 0], [2, 1], [nan, 1]]
+    left = from_sklearn(DecisionTreeClassifier(random_state=0).fit(rows, [0, 0, 0, 1, 1]))
+    told = left.provenance.training
+    assert told["agent_0 notes"] == "NaN: scikit-learn sends it left at 1 of 1 splits"
+    assert told["agent_0 NaN"] == "goes right, whatever the origin does"
+    right = from_sklearn(DecisionTreeClassifier().fit([[0], [1], [2]], [0, 1, 1])).provenance.training
+    assert right["agent_0 NaN"] == "decided as in the origin" and "agent_0 notes" not in right
+
+
+def test_a_model_that_tells_doubles_apart_is_not_taken_for_one_of_float32(monkeypatch):
+    x = 1.7e9 + np.arange(100.0)[:, None]
+    model = HistGradientBoostingClassifier(max_iter=1).fit(x, np.arange(100) > 49)
+    (policy,) = from_sklearn(model).agents
+    assert policy.numbers == "float64" and (ir.act(policy, x) == model.predict(x)).all()
+    single = DecisionTreeClassifier().fit([[0.0], [0.5]], [0, 1])
+    told = single.predict
+    monkeypatch.setattr(DecisionTreeClassifier, "predict", lambda _, rows: told(rows) ^ (rows[:, 0] > 0.25))
+    with pytest.raises(DisagreementError, match="tells doubles apart"):
+        from_sklearn(single)

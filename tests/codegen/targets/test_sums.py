@@ -144,6 +144,27 @@ def test_what_would_compute_otherwise_is_refused(flag, tmp_path):
     assert done.returncode != 0 and "#error" in done.stderr
 
 
+@pytest.mark.compile
+@pytest.mark.parametrize(
+    ("profile", "refused"),
+    [
+        (FEW["outputs, double sums"], True),
+        (summed.difference(-5e-324, "float64"), True),
+        (summed.difference(-(2.0**-149), "float32"), True),
+    ],
+)
+def test_constants_of_one_precision_are_refused_where_doubles_decide(profile, refused, tmp_path):
+    """With -fsingle-precision-constant `x[0] <= 0.1` holds at 0.100000001."""
+    if shutil.which("gcc") is None:
+        pytest.skip("gcc is not installed")
+    (tmp_path / "sums.h").write_text(emit(profile, ["c"])["sums.h"])
+    (tmp_path / "a.c").write_text('#include "sums.h"\n')
+    for flags, fails in ((["-fsingle-precision-constant"], refused), ([], False)):
+        command = ["gcc", "-std=c99", "-pedantic", "-Werror", *flags, "-fsyntax-only", "a.c"]
+        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+        assert (done.returncode != 0) == fails and ("double_constants" in done.stderr) == fails, done.stderr
+
+
 @pytest.mark.parametrize(("numbers", "last"), [("float32", -(2.0**-149)), ("float64", -5e-324)])
 def test_a_sum_below_zero_is_asked_for_as_that(numbers, last):
     """A thread that takes subnormal numbers for zero must not send 0 to the left."""
