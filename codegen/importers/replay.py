@@ -62,8 +62,10 @@ def observations(policy: AgentPolicy, *, nan: bool, finite: bool) -> Floats:
 
 def _taken(rows: Floats, *, nan: bool, finite: bool) -> Bool:
     """Which observations have no NaN, unless `nan`, and no infinity where they are to be `finite`. [n]"""
-    good = np.ones(len(rows), dtype=np.bool_) if nan else ~np.isnan(rows).any(axis=1)
-    return good & ~np.isinf(rows).any(axis=1) if finite else good
+    left_out = np.zeros(rows.shape, dtype=np.bool_)
+    left_out |= False if nan else np.isnan(rows)
+    left_out |= np.isinf(rows) if finite else False
+    return np.asarray(~left_out.any(axis=1), dtype=np.bool_)
 
 
 def _of_sums(policy: AgentPolicy) -> Iterator[Floats]:

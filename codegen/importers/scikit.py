@@ -90,7 +90,7 @@ def origin_of(model: Any) -> Origin:
     if len(trees) > 1:
         grown, values = _sum_forest(estimator, trees, regressor=regressor)
     elif not regressor and not _of(estimator, *BOOSTERS):
-        grown, values = read_sklearn_tree(trees[0], trees[0].value[:, 0].argmax(axis=1)), None
+        grown, values = read_sklearn_tree(trees[0], trees[0].value[:, 0].argmax(axis=1)), ()
     else:
         nodes, values = _predict_leaves(estimator, trees[0])
         action = np.zeros(trees[0].node_count, dtype=np.int64)

@@ -144,9 +144,49 @@ def fail_output(found, w):
     return found.word
 
 
+def fail_text(found, w):
+    found.renew_all()
+    return found.step([*map(str, w)], 0.1)
+
+
+def fail_interval(found, w):
+    found.renew_all()
+    return found.step(w, "0.1")
+
+
+def fail_half(found, w):
+    assert found.act("agent_0", 2.5) == 0
+    return found.word
+
+
+def fail_no_action(found, w):
+    assert found.act("agent_0", None) == 0
+    return found.word
+
+
+def fail_agent(found, w):
+    with pytest.raises(KeyError):
+        found.act("nobody", 0)
+    return found.word
+
+
 @pytest.mark.parametrize(
     "fault",
-    [fail_shape, fail_finite, fail_infinite, fail_number, fail_age, fail_late, fail_range, fail_output],
+    [
+        fail_shape,
+        fail_finite,
+        fail_infinite,
+        fail_number,
+        fail_age,
+        fail_late,
+        fail_range,
+        fail_output,
+        fail_text,
+        fail_interval,
+        fail_half,
+        fail_no_action,
+        fail_agent,
+    ],
     ids=lambda each: each.__name__.removeprefix("fail_"),
 )
 def test_a_fault_leaves_the_mode_for_good(fault, proved):
