@@ -21,7 +21,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple, TypeAlias
 
 from codegen.check import identifier
-from codegen.errors import InputError, UnknownNameError, escape_text
+from codegen.errors import InputError, UnknownNameError, escape_text, steers
 from codegen.wording import format_count
 
 SIGN = re.compile(r"(?<![A-Za-z0-9])-(?=\.?[0-9])")
@@ -103,7 +103,7 @@ def format_first(lines: Sequence[str]) -> str:
 
 def actions_of(labels: Sequence[Any], called: Mapping[Any, str], given: Renaming) -> Placed:
     """The actions of a source that has these labels, some of which it calls by a name. InputError where names do not
-    fit the source's own, or where two actions come to the same name.
+    fit the source's own, or where the user gives two actions the same name; equal ones of the source are numbered.
     """
     values = [_value(each) for each in labels]
     known = [called.get(each, "") for each in labels]
@@ -115,7 +115,6 @@ def actions_of(labels: Sequence[Any], called: Mapping[Any, str], given: Renaming
         actions, place = _number_actions(labels_by_number, given), tuple(whole)
     else:
         actions, place = _order_actions(values, known, given)
-    _ensure_distinct(actions)
     names, kept, _ = zip(*actions, strict=True)
     lines = (f"{each.name} <- {each.source}" if each.source != each.name else each.name for each in actions)
     said = (line if each.source else f"{each.name} (no leaf)" for line, each in zip(lines, actions, strict=True))
@@ -136,9 +135,12 @@ def outputs_of(count: int, given: Sequence[str] | None) -> Placed:
 
 
 def _value(label: Any) -> Label:
-    """A label as numbers and texts of Python."""
+    """A label as numbers and texts of Python. InputError for control characters."""
     plain = label.item() if hasattr(label, "item") else label
-    return plain.decode(errors="replace") if isinstance(plain, bytes) else plain
+    plain = plain.decode(errors="replace") if isinstance(plain, bytes) else plain
+    if isinstance(plain, str) and steers(plain):
+        raise InputError(f"a label holds control characters: {escape_text(plain)[:40]}", "", "rename it in the source")
+    return plain
 
 
 def _whole(value: Label) -> int | None:
@@ -166,7 +168,7 @@ def _number_actions(labels: Mapping[int, tuple[Label, str]], given: Renaming) ->
             name = new
         name = given.rename(name, str(number), known)
         actions.append(Action(name, None, (known or str(value)) if number in labels else ""))
-    return actions
+    return _make_distinct(actions, given)
 
 
 def _order_actions(
@@ -187,6 +189,7 @@ def _order_actions(
         )
         for k in order
     ]
+    actions = _make_distinct(actions, given)
     if texts and all(each.label == each.name for each in actions):
         actions = [each._replace(label=None) for each in actions]
     return actions, tuple(order.index(k) for k in range(len(values)))
@@ -202,13 +205,16 @@ def _order(own: Sequence[str], given: Sequence[str], kind: str) -> list[int]:
     return [keys.index(each) for each in wanted]
 
 
-def _ensure_distinct(actions: Sequence[Action]) -> None:
+def _make_distinct(actions: Sequence[Action], given: Renaming) -> list[Action]:
+    """The actions, equal names numbered. InputError where the user gave such names."""
     by_name: dict[str, Action] = {}
     for each in actions:
         other = by_name.setdefault(identifier(each.name), each)
-        if other is not each:
+        if other is not each and (given.pairs or given.plain is not None):
             what = f"the labels {other.source!r} and {each.source!r} become the same action name, {each.name}"
             raise InputError(what, "", f"give them names: {RENAME}")
+    names = clean_names([each.name for each in actions], "action")
+    return [each._replace(name=name) for each, name in zip(actions, names, strict=True)]
 
 
 # --- features

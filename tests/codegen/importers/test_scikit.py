@@ -255,14 +255,21 @@ def test_labels_keep_their_order_their_sign_and_their_text(labels, names):
 @pytest.mark.parametrize(
     "labels", [["go", "Go"], ["1", "action 1"], ["a b", "a_b"], ["x" * 80 + "1", "x" * 80 + "2"], ["-", "?"]], ids=str
 )
-def test_labels_whose_names_collide_are_refused(labels):
-    with pytest.raises(InputError, match="become the same action name") as caught:
-        named(labels)
-    assert all(repr(label) in caught.value.what for label in labels)
+def test_labels_whose_names_collide_are_numbered_unless_the_user_gives_names(labels):
+    classifier = DecisionTreeClassifier().fit([[0.0], [1.0]], labels)
+    actions = from_sklearn(classifier).agents[0].actions
+    assert len({each.name.lower() for each in actions}) == 2 and all(ir.NAME.fullmatch(each.name) for each in actions)
+    assert [each.label for each in actions] == sorted(labels)
     renamed = [f"{new}={old}" for new, old in zip("pq", labels, strict=True)]
     assert sorted(named(labels, action_names=renamed)) == ["p", "q"]
     with pytest.raises(InputError, match="become the same action name, a_b"):
         named(labels, action_names=[f"a-b={labels[0]}", f"a b={labels[1]}"])
+
+
+def test_labels_that_steer_a_terminal_are_refused_with_what_to_do():
+    with pytest.raises(InputError, match=r"a label holds control characters: a\\x07b") as caught:
+        named(["a\x07b", "c"])
+    assert "source" in caught.value.next_step
 
 
 @pytest.mark.parametrize("given", [["if", "IF", "i f", "", "ß"], ["x" * 90, "x" * 91], ["1", "_1", "1", "-1"]])
