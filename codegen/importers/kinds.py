@@ -19,6 +19,14 @@ from codegen.importers.python import source as python
 
 PICKLES = (".pkl", ".pickle", ".joblib", ".sav", ".skops")
 BINARY = re.compile(rb"\{L.{8}learner|binf", re.DOTALL)  # how XGBoost's UBJSON begins, and its form before that
+SAVE = 'save what is read instead: booster.save_model("model.json")'
+FITTED = "give the fitted model itself: maviper.from_sklearn, or to_onnx of skl2onnx"
+PICTURES = (  # forms that round numbers or leave the objective out: how each begins, what it is, what to save instead
+    (re.compile(rb"\s*booster\[0\]|\s*\[\s*\{\s*\"nodeid\""), "a dump of XGBoost, without its objective", SAVE),
+    (re.compile(rb"\s*\|--- "), "scikit-learn's export_text, whose numbers are rounded", FITTED),
+    (re.compile(rb"\s*(strict )?(di)?graph\b"), "a drawing in dot, whose numbers are rounded", f"{FITTED}; {SAVE}"),
+    (re.compile(rb"\s*<\?xml(?s:.{,4096})<PMML|\s*<PMML"), "PMML", f"{FITTED}; {SAVE}"),
+)
 MAX_BYTES = 256 * 2**20
 
 
@@ -62,6 +70,9 @@ def read(content: bytes, where: str, said: Said = NOTHING) -> dict[str, Origin]:
     if BINARY.match(content):
         advice = 'write it as JSON: booster.save_model("model.json"), for classifiers and regressors as well'
         raise InputError("the file is a booster of XGBoost in binary form", where, advice)
+    for says, what, advice in PICTURES:
+        if says.match(content) and not where.lower().endswith(".py"):
+            raise InputError(f"the file is {what}", where, advice)
     for kind in KINDS:
         if where.lower().endswith(kind.endings) and (kind.says is None or kind.says.search(content)):
             return kind.read(content, where, said)

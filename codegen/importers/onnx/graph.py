@@ -8,6 +8,7 @@ Does not: run a model, read a file that it refers to, or guess. Another operator
 """
 
 from collections.abc import Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 from functools import partial
 from importlib import import_module
@@ -40,7 +41,7 @@ from codegen.importers.onnx.tree import (
     read_tree,
 )
 from codegen.importers.reading import MAX_FEATURES
-from codegen.ir import NO_FEATURE, Bool, Float32, GrownTree
+from codegen.ir import NO_CHILD, NO_FEATURE, Bool, Float32, GrownTree
 
 OPERATOR_TREES = (*TREES, ENSEMBLE)
 UNDERSTOOD = {
@@ -48,6 +49,7 @@ UNDERSTOOD = {
     *((MAIN, each) for each in ("Constant", "Reshape")),
     *OPERATORS,
 }
+CONSTANT = {(MAIN, each) for each in ("Shape", "Slice", "ConstantOfShape", "Cast", "Reshape")} | {(ML, "ZipMap")}
 OBSERVATION, SCORES, UNKNOWN = "the observation", "the tree's scores", "no value of this graph"
 FLAT = "the tree's number, one for each observation"
 KNOWN = (SCORES, FLAT, *LABELS.values())  # what an output may be
@@ -91,11 +93,15 @@ def decision_tree(model: bytes, n_features: int = 0) -> OnnxTree:
         loaded = onnx.load_model_from_string(model)
     except Exception as error:  # the parser's own class, which moves between versions
         raise InputError("not an ONNX model", str(error)[:200], "is this the right file?") from None
-    _ensure_understood(loaded)
+    constant = {(MAIN, "ConstantOfShape")} <= {_operator(node) for node in loaded.graph.node} <= CONSTANT
+    if not constant:
+        _ensure_understood(loaded)
     try:
         onnx.checker.check_model(loaded)
     except Exception as error:  # ValidationError, or what the parser of types raises
         raise InputError("not a valid ONNX model", str(error)[:200], "export it again") from None
+    if constant:
+        return _constant_label(onnx, loaded.graph, n_features)
     flow = _Flow(onnx, loaded.graph, n_features)
     read = partial(read_ensemble, whole=flow.whole) if flow.tree.op_type == ENSEMBLE else read_tree
     grown, labels, gives = read(onnx, flow.tree, flow.double)
@@ -110,6 +116,24 @@ def decision_tree(model: bytes, n_features: int = 0) -> OnnxTree:
     ours = {"profile", "agent", "actions"} <= said.keys() and "labels" not in said
     actions = tuple(said["actions"].split(",")) if ours else ()
     return OnnxTree(whole.tree, labels, flow.width, flow.input, flow.output, nan, flow.double, gives, actions)
+
+
+def _constant_label(onnx: Any, graph: Any, n_features: int) -> OnnxTree:
+    """The one leaf of a classifier that has seen one class, as skl2onnx writes it: its label is repeated as often as
+    the observation's shape says.
+    """
+    makers = {name: node for node in graph.node for name in node.output}
+    for output in graph.output:
+        node = makers.get(output.name)
+        while node is not None and node.op_type == "Cast" and _type(onnx, node.attribute[0].i) == "INT64":
+            node = makers.get(node.input[0])
+        if node is not None and node.op_type == "ConstantOfShape" and len(node.attribute) == 1:
+            label = onnx.numpy_helper.to_array(node.attribute[0].t)
+            if label.dtype == np.int64 and label.size == 1:
+                name, width, double = _read_input(onnx, graph, frozenset())
+                leaf = GrownTree(*(np.array([each]) for each in (NO_FEATURE, 0.0, NO_CHILD, NO_CHILD, 0)))
+                return OnnxTree(leaf, (int(label.item()),), width or n_features, name, output.name, True, double)
+    raise InputError("no output of the model is a tree's label", "graph.output", ADVICE)
 
 
 def _fold_columns(grown: GrownTree, columns: Columns) -> Folded:
@@ -173,6 +197,26 @@ def _ensure_understood(loaded: Any) -> None:
         raise InputError(what, "opset_import", "export it again")
 
 
+def _read_input(onnx: Any, graph: Any, constants: AbstractSet[str]) -> tuple[str, int, bool]:
+    """The input's name, its width (0: not declared), and whether it is float64. InputError for any other input."""
+    if len(graph.input) != 1:
+        raise InputError(f"the model has {len(graph.input)} inputs, one is needed", "graph.input", ADVICE)
+    (given,) = graph.input
+    if given.name in {*constants, *(each.values.name for each in graph.sparse_initializer)}:
+        raise InputError("the model's input has a constant value", repr(given.name), ADVICE)
+    tensor, types = given.type.tensor_type, onnx.TensorProto
+    if tensor.elem_type not in (types.FLOAT, types.DOUBLE):
+        what = f"the model's input is {_type(onnx, tensor.elem_type)}, but observations are FLOAT or DOUBLE"
+        raise InputError(what, repr(given.name), "export it with a float32 input")
+    shape = tensor.shape.dim
+    if tensor.HasField("shape") and len(shape) != 2:
+        raise InputError(f"the model's input has {len(shape)} axes, two are needed", repr(given.name), ADVICE)
+    width = int(shape[1].dim_value) if tensor.HasField("shape") else 0
+    if not 0 <= width <= MAX_FEATURES:
+        raise InputError(f"the model's input has {width} features", repr(given.name), ADVICE)
+    return str(given.name), width, tensor.elem_type == types.DOUBLE
+
+
 class _Flow:
     """A graph in which each value has a known origin: its tree, what the tree is given, and an output that is the
     tree's label.
@@ -181,14 +225,13 @@ class _Flow:
     def __init__(self, onnx: Any, graph: Any, n_features: int) -> None:
         self.onnx, self.work = onnx, 0
         self.before: Columns = ()  # what the tree is given; (): the observation itself
-        self.double = False  # whether observations are float64
         self.nan = True  # whether it is known what becomes of a NaN
         self.tree: Any = next(node for node in graph.node if node.op_type in OPERATOR_TREES)
         self.whole = self._makes_whole(graph)
         self.values: dict[str, Value] = {}
         for tensor in graph.initializer:
             self.values[tensor.name] = self.array(tensor, tensor.name)
-        self.input, self.width = self.read_input(graph)
+        self.input, self.width, self.double = _read_input(onnx, graph, self.values.keys())
         self.values[self.input] = OBSERVATION
         if not self.width:
             self.width = n_features
@@ -197,27 +240,6 @@ class _Flow:
         for node in graph.node:
             self.values |= dict(zip(node.output, self.follow_node(node), strict=False))
         self.output = self.label(graph)
-
-    def read_input(self, graph: Any) -> tuple[str, int]:
-        """The input's name, and its width (0: not declared)."""
-        if len(graph.input) != 1:
-            raise InputError(f"the model has {len(graph.input)} inputs, one is needed", "graph.input", ADVICE)
-        (given,) = graph.input
-        if given.name in {*self.values, *(each.values.name for each in graph.sparse_initializer)}:
-            raise InputError("the model's input has a constant value", repr(given.name), ADVICE)
-        tensor = given.type.tensor_type
-        types = self.onnx.TensorProto
-        if tensor.elem_type not in (types.FLOAT, types.DOUBLE):
-            what = f"the model's input is {_type(self.onnx, tensor.elem_type)}, but observations are FLOAT or DOUBLE"
-            raise InputError(what, repr(given.name), "export it with a float32 input")
-        self.double = tensor.elem_type == types.DOUBLE
-        shape = tensor.shape.dim
-        if tensor.HasField("shape") and len(shape) != 2:
-            raise InputError(f"the model's input has {len(shape)} axes, two are needed", repr(given.name), ADVICE)
-        width = int(shape[1].dim_value) if tensor.HasField("shape") else 0
-        if not 0 <= width <= MAX_FEATURES:
-            raise InputError(f"the model's input has {width} features", repr(given.name), ADVICE)
-        return str(given.name), width
 
     def array(self, tensor: Any, name: str) -> np.ndarray | str:
         """A constant; one that lies in another file, or is no array of numbers, is no value."""

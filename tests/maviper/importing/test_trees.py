@@ -76,3 +76,20 @@ def test_a_binary_file_of_xgboost_is_told_from_others(files):
         with pytest.raises(InputError, match="XGBoost in binary form") as caught:
             maviper.from_file(files / name)
         assert 'save_model("model.json")' in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "what", "call"),
+    [
+        ("dump.txt", "booster[0]:\n0:[f0<0.5] yes=1,no=2,missing=1\n", "a dump of XGBoost", "save_model"),
+        ("dump.json", '[\n  { "nodeid": 0, "depth": 0, "split": "f0"}]', "a dump of XGBoost", "save_model"),
+        ("tree.txt", "|--- feature_0 <= 0.50\n|   |--- class: 0\n", "export_text", "from_sklearn"),
+        ("tree.dot", "digraph Tree {\nnode [shape=box] ;\n", "a drawing in dot", "from_sklearn"),
+        ("tree.pmml", '<?xml version="1.0"?>\n<PMML version="4.4">', "PMML", "from_sklearn"),
+    ],
+)
+def test_forms_that_round_or_leave_out_are_refused_with_the_call_to_use(files, name, text, what, call):
+    (files / name).write_text(text)
+    with pytest.raises(InputError, match=what) as caught:
+        maviper.from_file(files / name)
+    assert call in caught.value.next_step

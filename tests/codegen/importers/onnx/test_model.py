@@ -239,3 +239,10 @@ def test_our_own_models_come_back(profile, n_actions):
     (content,) = (each for name, each in files.items() if "agent_0" in name)
     back = same(onnx.load_model_from_string(content)).agents[0]
     assert len(back.actions) == n_actions and back.tree.threshold[0] == policy.tree.threshold[0]
+
+
+def test_a_classifier_that_has_seen_one_class_is_one_leaf():
+    skl2onnx = pytest.importorskip("skl2onnx", reason="skl2onnx is not installed")
+    model = skl2onnx.to_onnx(DecisionTreeClassifier().fit(np.zeros((4, 2)), [3] * 4), np.zeros((1, 2), np.float32))
+    (policy,) = from_onnx(model.SerializeToString()).agents
+    assert len(policy.features) == 2 and ir.act(policy, np.ones((5, 2), np.float32)).tolist() == [3] * 5
