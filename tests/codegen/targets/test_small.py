@@ -20,35 +20,46 @@ COMPILER = "arm-none-eabi-gcc"
 MAX_BYTES = {4: 160, 6: 450}  # of code and tables, as an array walk by hand takes
 
 
-@pytest.mark.compile
-@pytest.mark.parametrize("depth", MAX_BYTES)
-def test_a_walk_fits_a_cortex_m4(depth, tmp_path):
+def small_object(depth, style, flags, folder):
+    """The object file of a random tree's header, built for a Cortex-M."""
     if shutil.which(COMPILER) is None:
         pytest.skip(f"{COMPILER} is not installed")
     rng = np.random.default_rng(0)
     x = rng.uniform(-1, 1, (4_000, 18)).astype(np.float32)
     classifier = DecisionTreeClassifier(max_depth=depth, random_state=0).fit(x, rng.integers(5, size=len(x)))
     assert classifier.get_depth() == depth
+    (header,) = emit(scikit.from_sklearn(classifier), ["c"], prefix="small", style=style).values()
+    (folder / "small.h").write_text(header)
+    source = '#include "small.h"\nint act(const float *x);\nint act(const float *x) { return small_agent_0_act(x); }\n'
+    (folder / "small.c").write_text(source)
+    flags = f"{flags} -mthumb -std=c99 -Os -Wall -Wextra -Werror -ffreestanding -c small.c -o small.o"
+    built = subprocess.run([COMPILER, *flags.split()], cwd=folder, capture_output=True, text=True, check=False)
+    assert built.returncode == 0, built.stderr
+    return folder / "small.o"
+
+
+def listing(tool, path):
+    command = [COMPILER.replace("gcc", tool), str(path)]
+    return subprocess.run(command, capture_output=True, text=True, check=True).stdout
+
+
+@pytest.mark.compile
+@pytest.mark.parametrize("depth", MAX_BYTES)
+def test_a_walk_fits_a_cortex_m4(depth, tmp_path):
     sizes = {}
     for style in ("nested", "ordered", "walk"):
-        (header,) = emit(scikit.from_sklearn(classifier), ["c"], prefix="small", style=style).values()
-        (tmp_path / "small.h").write_text(header)
-        source = (
-            '#include "small.h"\nint act(const float *x);\nint act(const float *x) { return small_agent_0_act(x); }\n'
-        )
-        (tmp_path / "small.c").write_text(source)
-        flags = "-mcpu=cortex-m4 -mthumb -mfloat-abi=hard -mfpu=fpv4-sp-d16 -std=c99 -Os -Wall -Wextra -Werror"
-        built = subprocess.run(
-            [COMPILER, *flags.split(), "-ffreestanding", "-c", "small.c", "-o", "small.o"],
-            cwd=tmp_path, capture_output=True, text=True, check=False,
-        )  # fmt: skip
-        assert built.returncode == 0, built.stderr
-        listed = subprocess.run(
-            [COMPILER.replace("gcc", "size"), "small.o"], cwd=tmp_path, capture_output=True, text=True, check=True
-        )
-        sizes[style] = int(listed.stdout.splitlines()[1].split()[0])
+        built = small_object(depth, style, "-mcpu=cortex-m4 -mfloat-abi=hard -mfpu=fpv4-sp-d16", tmp_path)
+        sizes[style] = int(listing("size", built).splitlines()[1].split()[0])
     print(f"depth {depth}: {sizes} bytes")
     assert sizes["walk"] <= MAX_BYTES[depth]
+
+
+@pytest.mark.compile
+@pytest.mark.parametrize(("style", "compares"), [("nested", True), ("walk", True), ("ordered", False)])
+def test_without_an_fpu_only_the_style_ordered_calls_no_function_for_a_test(style, compares, tmp_path):
+    """Each comparison of floats is a call of the compiler's library there, of a hundred instructions or so."""
+    symbols = listing("nm", small_object(5, style, "-mcpu=cortex-m0 -mfloat-abi=soft", tmp_path))
+    assert ("__aeabi_fcmp" in symbols) == compares, symbols
 
 
 @pytest.mark.compile
