@@ -161,7 +161,9 @@ class Reading:
         if not kept:
             return NOTHING if most > 0 or (most == 0 and not strict) else None
         if len(ends) < len(kept) or len(sizes) > 1:
-            raise RejectedError(f"{atom} bounds neither a coordinate nor a difference of two")
+            raise RejectedError(
+                f"an inequality of {', '.join(weights)} bounds neither a coordinate nor a difference of two"
+            )
         size = sizes.pop()
         most = most if size == (1, 1) else most / Fraction(*size)
         key = ends.get(True, ""), ends.get(False, ""), most.as_integer_ratio(), strict

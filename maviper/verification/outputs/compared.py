@@ -173,7 +173,7 @@ def _lines(one: Agent, policy: ir.AgentPolicy, second: ir.PolicyProfile) -> Iter
 def _largest(policy: ir.AgentPolicy, each: Apart, largest: Found) -> str:
     if not policy.outputs:
         return "other actions:"
-    unit = f" {each.unit}" if each.unit else ""
+    unit = f" {each.unit}" if each.unit not in ("", "none") else ""
     bound = "" if each.most is None else f", and by no more than {each.most:.6g} by linear programs"
     return f"{each.output} by {largest.difference:.6g}{unit}{bound}:"
 

@@ -167,7 +167,7 @@ def _piece(
 def _points(cell: Cell, weights: Float64) -> Iterator[Float64]:
     """An observation of a cell at which weighted features are largest; none where the cell is empty."""
     if not cell.planes:
-        yield np.where(weights > 0, cell.high, np.where(weights < 0, cell.low, (cell.low + cell.high) / 2))
+        yield np.where(weights > 0, cell.high, np.where(weights < 0, cell.low, _inner(cell)))
         return
     rows, limits = np.array([plane.weights for plane in cell.planes]), np.array([one.limit for one in cell.planes])
     scale = np.maximum(np.abs(rows).max(axis=1), np.finfo(np.float64).tiny)
@@ -176,9 +176,15 @@ def _points(cell: Cell, weights: Float64) -> Iterator[Float64]:
         yield done.x
 
 
+def _inner(cell: Cell) -> Float64:
+    """The observation nearest to 0 that lies by 1 within a cell, or halfway across it."""
+    inset = np.minimum(1.0, (cell.high - cell.low) / 2)
+    return np.clip(0.0, cell.low + inset, cell.high - inset)
+
+
 def _replay(first: ir.AgentPolicy, second: ir.AgentPolicy, cell: Cell, point: Float64, best: list[_Best]) -> None:
     """Both references at a point and a little beside it."""
-    middle = (cell.low + cell.high) / 2
+    middle = _inner(cell)
     if cell.planes:
         middle = next(_points(cell, middle - point), middle)
     rows = clip_rows(

@@ -79,7 +79,7 @@ class SystemReading:
         if isinstance(formula, Or):
             return Some(tuple(map(self.condition, formula.parts)))
         if not isinstance(formula, Linear):
-            raise ValueError(f"not an inequality: {formula}")
+            raise ValueError(f"not an inequality: {type(formula).__name__}")
         known = all(name in self.order for _, name in formula.terms)
         return Inequality(self.sum(formula.terms), formula.bound, formula.strict) if known else ALWAYS
 
