@@ -10,12 +10,14 @@ from dataclasses import dataclass
 from typing import Literal
 
 from codegen.floats import FLOAT32
+from codegen.ir import MAX_LENGTH
 from codegen.lowering.names import AgentNames, Names
 from codegen.lowering.parts import Action as Action
 from codegen.lowering.parts import Double as Double
 from codegen.lowering.parts import Feature as Feature
 from codegen.lowering.parts import Node as Node
 from codegen.lowering.summed import Summed
+from codegen.numbers.literals import decimal_literal
 
 TILED = 5  # tested features from which on numpy copies columns faster in tiles than one by one
 _BYTES = {"unsigned char": 1, "unsigned short": 2, "unsigned int": 4, "float": 4, "double": 8}
@@ -135,6 +137,12 @@ class Agent:
         return tuple(dict.fromkeys(term[2] for feature in self.features for term in feature.terms or ()))
 
     @property
+    def unranged(self) -> int:
+        """How many features have no stated range."""
+        widest = decimal_literal(-MAX_LENGTH), decimal_literal(MAX_LENGTH)
+        return sum((each.low, each.high) == widest for each in self.features)
+
+    @property
     def single(self) -> bool:
         """Whether it compares float32."""
         return self.numbers == FLOAT32
@@ -218,6 +226,11 @@ class Model:
         """The C type of all agents' observations; "" where agents compare unlike numbers."""
         kinds = {agent.kind for agent in self.agents}
         return kinds.pop() if len(kinds) == 1 else ""
+
+    @property
+    def moves(self) -> bool:
+        """Whether the world has a step, in which its agents move."""
+        return float(self.dt) > 0
 
     @property
     def writes_doubles(self) -> bool:
