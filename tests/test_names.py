@@ -114,6 +114,15 @@ def test_texts_that_are_no_names_are_seen(document, tmp_path, capsys):
     assert plain(report.replace("\n", "")) and "mp\\u04352" in report
 
 
+def test_a_region_file_that_no_file_can_be_called_is_refused(document, tmp_path, capsys):
+    file, claims = tmp_path / "profile.json", tmp_path / "claims.toml"
+    file.write_text(json.dumps(document))
+    claims.write_text('[[property]]\nname = "alive_leaves"\nregion = "a\\u0000b"\n')
+    assert main.run(["verify", str(file), "--properties", str(claims), "-o", str(tmp_path / "out")]) == 2
+    said = capsys.readouterr().err
+    assert "an invisible character" in said and plain(said.replace("\n", ""))
+
+
 def test_every_text_of_a_profile_is_looked_at(document):
     """A place in a profile's JSON that holds a text has a rule, as a name or as a text."""
     known = {place[-1] for place in (*PLACES, *TEXTS)} | {"meaning", "action"}

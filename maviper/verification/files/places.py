@@ -78,7 +78,7 @@ def list_given(options: VerifyOptions) -> list[Path]:
         text = runs.read(options.file, MAX_FILE_BYTES).decode()
         named = [table.get("region") for table, _ in properties(*parse(text, options.file.name, "not readable", ""))]
         given += [options.file, *(options.file.parent / each for each in named if isinstance(each, str))]
-    return given
+    return [*map(runs.ensure_visible, given)]
 
 
 def ensure_free(output: Path, asked: Sequence[Asked], options: VerifyOptions) -> None:
