@@ -14,29 +14,28 @@ from fractions import Fraction
 from math import inf
 
 from codegen.errors import InputError
-from codegen.ir import FeatureSpec, PolicyProfile
+from codegen.ir import FeatureSpec, Meaning, PolicyProfile
 from codegen.numbers.rounding import nearest_double, neighbour
 from maviper.files.regions import find_region
 from verify.checker.thresholds import sides
 from verify.claims.formula import And, Formula, Linear, Not, Or, conjunction, disjunction
 from verify.claims.region import Region
 from verify.claims.uncertified.starts import START
-from verify.claims.uncertified.views import RANGES, SEEN, Viewed, build_seen_region
+from verify.claims.uncertified.views import RANGES, SEEN, UNLIKE, Viewed, build_seen_region, find_numbers
 
 Observed = Mapping[str, tuple[FeatureSpec, str]]  # variable -> a feature that is it, and what its agents compare
 
 
 def as_compared(view: PolicyProfile, semantics: str) -> Callable[[Formula], Formula]:
     """What reads formulas about a view so."""
-    by_variable: dict[str, tuple[FeatureSpec, str]] = {}
-    unlike = set[str]()
-    for policy in view.agents:
-        for feature in policy.features:
-            assert feature.meaning is not None, feature
-            ((_, variable),) = feature.meaning.terms
-            if by_variable.setdefault(variable, (feature, policy.numbers))[1] != policy.numbers:
-                unlike.add(variable)
-    known = {name: each for name, each in by_variable.items() if name not in unlike}
+    numbers = find_numbers(view)
+    known = {
+        variable: (replace(feature, meaning=Meaning(((1.0, variable),))), numbers[variable])
+        for policy in view.agents
+        for feature in policy.features
+        for _, variable in (feature.meaning.terms if feature.meaning is not None else ())
+        if numbers[variable] != UNLIKE
+    }
     return lambda formula: _read(formula, known, semantics)
 
 
