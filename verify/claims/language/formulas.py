@@ -10,7 +10,9 @@ A text that states no unit, and names no constant, is read in numbers alone. Els
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from decimal import Decimal
 from fractions import Fraction
+from itertools import count
 from typing import NamedTuple, Protocol
 
 from codegen.errors import InputError
@@ -313,7 +315,7 @@ class _Formulas:
             raise self._source.wrong(what, node.token.place, f"write exact({spell(_unsigned(node))})")
         exact, near = typed.value.offset, nearest_number(typed.value.offset, numbers)
         if Fraction(near) != exact:
-            self.rounded[spell(node)] = repr(near)
+            self.rounded[spell(node)] = _spell_unlike(near, exact, numbers)
         return typed._replace(value=constant(Fraction(near)))
 
     def _same(self, left: Node, right: Node, sign: Token) -> Formula:
@@ -382,6 +384,12 @@ class _Formulas:
             what = "the bound must be a number that is not negative"
             raise self._source.wrong(what, call.arguments[-1].token.place)
         return given.offset
+
+
+def _spell_unlike(near: float, exact: Fraction, numbers: str) -> str:
+    """A float with as many digits, from 15 on, as tell it from other floats and from an exact number."""
+    texts = (f"{Decimal(near):.{digits}g}" for digits in count(15))
+    return next(text for text in texts if nearest_number(Fraction(text), numbers) == near and Fraction(text) != exact)
 
 
 def _unsigned(node: Node) -> Node:
