@@ -12,6 +12,7 @@ import numpy as np
 from codegen import ir
 from codegen.boxes.branches import split_corners
 from codegen.intervals import percent
+from codegen.numbers.rounding import neighbour
 from codegen.wording import NO_UNIT, describe_sum, format_count, number
 
 
@@ -78,7 +79,7 @@ def _condition(tested: Sequence[str], low: ir.Floats, high: ir.Floats) -> str:
 
 def _spell_range(name: str, low: np.floating, high: np.floating) -> str:
     """The numbers above `low` and at most `high`, so that a copy in a claim means the same: `0 <= x < 0.5`."""
-    if np.isfinite(low) and np.nextafter(low, high) == high:
+    if np.isfinite(low) and neighbour(low, np.inf, low.dtype.name) == high:
         return f"{name} == {_shorten(high)}"
     (after, least), (before, most) = map(_spell_end, (low, high))
     if not np.isfinite(low):
@@ -90,7 +91,7 @@ def _spell_range(name: str, low: np.floating, high: np.floating) -> str:
 
 def _spell_end(end: np.floating) -> tuple[bool, str]:
     """A threshold, or the number after it where that is shorter, as 0.1 beside 0.09999999; and whether it is that."""
-    texts = _shorten(end), _shorten(np.nextafter(end, type(end)(np.inf)))
+    texts = _shorten(end), _shorten(neighbour(end, np.inf, end.dtype.name))
     beyond = len(texts[1]) + 1 < len(texts[0])
     return beyond, texts[beyond]
 

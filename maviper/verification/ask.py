@@ -33,7 +33,6 @@ from verify.claims.catalogue import (
     select_stated,
 )
 from verify.claims.claim import Parameter
-from verify.claims.decisions import DecisionClaim
 from verify.claims.files import Reading, Stated, read_properties
 from verify.claims.language import parameters
 from verify.claims.language.parameters import Form
@@ -41,12 +40,10 @@ from verify.claims.observed import View
 from verify.claims.region import Region
 from verify.claims.uncertified.starts import START
 from verify.claims.uncertified.views import RANGES, SEEN, Viewed, carry_region, select_features, unread
-from verify.claims.uncertified.words import spell_rounded
 from verify.decimals import exact, plain
 from verify.question import UNITS_A_NODE, AnyClaim, Budgets, Question
 from verify.semantics import MACHINE, SEMANTICS
 from verify.subjects import Game
-from verify.systems.claims import SystemClaim
 
 MAX_FILE_BYTES = 2**20
 DEFAULT, DEFAULT_OBSERVED = "distinct_targets", "alive_leaves"
@@ -185,12 +182,6 @@ class Asked:
         named = claim.label or f"{claim.name} of the {claim.team}" if claim.team else claim.shown
         where = self.about or f"region {self.region.name or 'given'}"
         return f"{named}, {where}"
-
-
-def numbers_read(asked: Sequence[Asked]) -> list[str]:
-    """The floats that decimals beside features are read as, in all claims."""
-    claims = [one.claim for one in asked if isinstance(one.claim, (DecisionClaim, SystemClaim))]
-    return spell_rounded(dict.fromkeys(pair for claim in claims for pair in claim.rounded))
 
 
 def make_world_error(option: str) -> InputError:

@@ -22,7 +22,7 @@ from verify.checker.flows.certificates import FlowCertificate
 from verify.checker.systems.certificates import FORM, SystemCertificate
 from verify.claims.formula import Linear
 from verify.claims.uncertified.documents import formula_document
-from verify.systems.claims import Premise, SystemClaim
+from verify.systems.claims import SystemClaim, SystemPremise
 from verify.systems.system import HalfSpace, Polytope
 
 
@@ -113,7 +113,7 @@ def claim_document(claim: SystemClaim) -> dict[str, Any]:
     }
 
 
-def _premise_document(premise: Premise) -> dict[str, Any]:
+def _premise_document(premise: SystemPremise) -> dict[str, Any]:
     return {"formula": formula_document(premise.formula), "state": _numbers_document(premise.state)}
 
 

@@ -53,7 +53,6 @@ class DecisionClaim(TeamClaim):
     assumption: str = field(default="", compare=False)  # `assume` as the user wrote it
     written: str = field(default="", compare=False)  # a formula of the user's own, likewise
     conditions: tuple[Condition, ...] = field(default=(), compare=False)  # that some state must meet, with `assume`
-    rounded: tuple[tuple[str, str], ...] = field(default=(), compare=False)  # numbers as written, as they are read
 
     @property
     def name(self) -> str:

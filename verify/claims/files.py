@@ -16,7 +16,7 @@ from codegen.ir import GOAL, PolicyProfile
 from verify.claims.catalogue import NAMES, ZONES, Claim, check_read, check_zones, find_claim, readable
 from verify.claims.decisions import RADIUS, ZERO, DecisionClaim, ensure_askable
 from verify.claims.formula import Formula, agents
-from verify.claims.language.formulas import Statement, Vocabulary, read_statement
+from verify.claims.language.formulas import StatedFormula, Vocabulary, read_statement
 from verify.claims.language.parameters import Form, of_form
 from verify.claims.language.tables import properties, read_each
 from verify.claims.region import Region
@@ -190,7 +190,7 @@ class _Table:
             raise InputError("a label must be one line", self._where("label"), "shorten it")
         return label
 
-    def _parse_formula(self, key: str, margin: Fraction, radius: Fraction) -> Statement:
+    def _parse_formula(self, key: str, margin: Fraction, radius: Fraction) -> StatedFormula:
         text, profile = self._text(key), self._profile
         world = profile.world
         goal = [GOAL] if world.goals else []

@@ -91,7 +91,7 @@ class Denied(NamedTuple):
     claim: SystemClaim
 
 
-class Premise(NamedTuple):
+class SystemPremise(NamedTuple):
     """The left side of an implication, with a state that meets it."""
 
     formula: Formula
@@ -123,8 +123,8 @@ class SystemClaim:
     written: str = field(default="", compare=False)  # decides: the formula as a user wrote it
     curved: CurvedClaim | None = field(default=None, compare=False)  # decides: where the formula as written has curves
     conditions: tuple[Denied, ...] = field(default=(), compare=False)  # decides: the left sides of implications
-    rounded: tuple[tuple[str, str], ...] = field(default=(), compare=False)  # numbers as written, as they are read
-    premises: tuple[Premise, ...] = field(default=(), compare=False)  # decides: states that meet them
+    rounded: tuple[tuple[str, str], ...] = field(default=(), compare=False)  # numbers as written, and as they are read
+    premises: tuple[SystemPremise, ...] = field(default=(), compare=False)  # decides: states that meet them
 
     @property
     def team(self) -> str:

@@ -194,19 +194,19 @@ def _meet_condition(question: DecisionQuestion, condition: Condition) -> Settled
     """
     claim, told = question.claim, visible(" ".join(condition.words.split()))
     denied = OwnFormula(claim.team, claim.margin, claim.radius, statement=negate(condition.formula))
-    found = _find_violation(question.about(denied))
-    if found.verdict is Verdict.PROVED and claim.eps and agents(condition.formula):  # an error may lead there
-        found = found._replace(verdict=_find_violation(question.about(replace(denied, eps=claim.eps))).verdict)
-    if found.verdict is Verdict.PROVED:
-        return found._replace(
+    answer = _find_violation(question.about(denied))
+    if answer.verdict is Verdict.PROVED and claim.eps and agents(condition.formula):  # an error may lead there
+        answer = answer._replace(verdict=_find_violation(question.about(replace(denied, eps=claim.eps))).verdict)
+    if answer.verdict is Verdict.PROVED:
+        return answer._replace(
             verdict=Verdict.VACUOUS, reason=f"no world state of the region meets the condition: {told}"
         )
-    if found.state is None or found.state.errors:
+    if answer.state is None or answer.state.errors:
         asked = f"with {question.budgets.solver_units:,} resource units for each goal"
         hint = question.budgets.hint("may find one")
         reason = f"no world state that meets the condition was found {asked}: {told}; {hint}"
-        return found._replace(verdict=Verdict.UNKNOWN, reason=reason, state=None)
-    return found
+        return answer._replace(verdict=Verdict.UNKNOWN, reason=reason, state=None)
+    return answer
 
 
 def _find_violation(question: DecisionQuestion) -> Settled:

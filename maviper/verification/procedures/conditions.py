@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from codegen.wording import visible
 from verify.claims.formula import negate
 from verify.result import Verdict
-from verify.systems.claims import Denied, Premise
+from verify.systems.claims import Denied, SystemPremise
 from verify.verdicts.systems import SystemEvidence, SystemResult
 
 if TYPE_CHECKING:
@@ -29,16 +29,16 @@ def with_conditions(result: SystemResult, world: StatedWorld) -> SystemResult:
     """
     if result.verdict not in (Verdict.PROVED, Verdict.UNKNOWN):
         return result
-    premises: list[Premise] = []
+    premises: list[SystemPremise] = []
     for denied in result.claim.conditions:
-        found, words = _ask(denied, world), visible(" ".join(denied.words.split()))
-        shown = found.evidence.counterexample
-        if found.verdict is Verdict.PROVED:
-            return _unproved(result, Verdict.VACUOUS, NEVER.format(words=words))
+        answer, words = _ask(denied, world), visible(" ".join(denied.words.split()))
+        shown = answer.evidence.counterexample
+        if answer.verdict is Verdict.PROVED:
+            return _leave_unproved(result, Verdict.VACUOUS, NEVER.format(words=words))
         if shown is None and result.verdict is Verdict.PROVED:
-            return _unproved(result, Verdict.UNKNOWN, UNFOUND.format(words=words))
+            return _leave_unproved(result, Verdict.UNKNOWN, UNFOUND.format(words=words))
         if shown is not None:
-            premises.append(Premise(negate(found.claim.formula), shown.states[0]))
+            premises.append(SystemPremise(negate(answer.claim.formula), shown.states[0]))
     certificate = result.evidence.certificate
     if certificate is None or not premises:
         return result
@@ -52,5 +52,5 @@ def _ask(denied: Denied, world: StatedWorld) -> SystemResult:
     return alone.answer(alone.asked[0].question, beside=False)
 
 
-def _unproved(result: SystemResult, verdict: Verdict, reason: str) -> SystemResult:
+def _leave_unproved(result: SystemResult, verdict: Verdict, reason: str) -> SystemResult:
     return replace(result, verdict=verdict, reason=reason, evidence=SystemEvidence(boxes=result.evidence.boxes))

@@ -1,7 +1,7 @@
 """Whether a claim about decisions fails only where a variable is rounded when it is observed.
 
 Does: asks the claim again with one bound moved to the next float beyond it; says with which bound it is proved.
-Assumes: a violated claim about a system that a file states, whose numbers are exact.
+Assumes: a violated claim about a stated system, whose numbers are exact.
 Does not: decide. A claim that fails elsewhere too is left as it is.
 
 `x < 80` holds at 80 - 1e-15, which an agent reads as 80. So `x < 80 implies acts(A) == low` fails for a tree that tests

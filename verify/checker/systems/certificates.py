@@ -33,7 +33,7 @@ from verify.claims.formula import Acts, Linear, agents, atoms, coordinates, hold
 from verify.claims.formula_json import read_formula
 from verify.exact import read_number
 from verify.systems import documents
-from verify.systems.claims import Pattern, Premise, SystemClaim
+from verify.systems.claims import Pattern, SystemClaim, SystemPremise
 from verify.systems.system import Affine, HalfSpace, Polytope, State, System, ensure_in_steps
 
 FORM = "maviper-system-certificate-1"
@@ -207,7 +207,7 @@ def _is_state(claim: SystemClaim, state: State, system: System) -> bool:
     return all(half.holds(state) for half in system.start) and holds(claim.spoken_of, state, {})
 
 
-def _check_premise(premise: Premise, claim: SystemClaim, profile: PolicyProfile, system: System) -> None:
+def _check_premise(premise: SystemPremise, claim: SystemClaim, profile: PolicyProfile, system: System) -> None:
     """RejectedError where the state of a left side is none that the claim is about, or does not meet the left side."""
     state, actions = premise.state, dict[str, int]()
     if not claim.about_decisions or not _is_state(claim, state, system):
@@ -258,7 +258,7 @@ class FollowedPartJson(msgspec.Struct, forbid_unknown_fields=True):
     proof: list[str]
 
 
-class PremiseJson(msgspec.Struct, forbid_unknown_fields=True):
+class SystemPremiseJson(msgspec.Struct, forbid_unknown_fields=True):
     """The left side of an implication, and a state that meets it."""
 
     formula: dict[str, Any]
@@ -278,7 +278,7 @@ class SystemClaimJson(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=
     region: str
     assuming: list[list[dict[str, Any]]] = []
     assumed: str = ""
-    premises: list[PremiseJson] = []
+    premises: list[SystemPremiseJson] = []
 
 
 class SystemCertificateJson(msgspec.Struct, forbid_unknown_fields=True):
@@ -326,8 +326,8 @@ def read_claim(raw: SystemClaimJson) -> SystemClaim:
     )
 
 
-def _read_premise(raw: PremiseJson) -> Premise:
-    return Premise(read_formula(raw.formula), {name: read_number(value) for name, value in raw.state.items()})
+def _read_premise(raw: SystemPremiseJson) -> SystemPremise:
+    return SystemPremise(read_formula(raw.formula), {name: read_number(value) for name, value in raw.state.items()})
 
 
 def read_region(halves: Sequence[Mapping[str, Any]]) -> Polytope:

@@ -1,6 +1,6 @@
 """Numbers beside a feature, read as the agents that observe it compare them.
 
-Does: reads an inequality over one feature as a test of the agents that observe it.
+Does: reads an inequality over one feature as a test of the agents that observe it; spells a float that a decimal means.
 Assumes: all agents that observe a feature compare the same type of numbers.
 Does not: touch sums of several features.
 
@@ -9,11 +9,13 @@ would fail at -1e-46, which the agent sees as 0; read as a test, both mean the s
 """
 
 from collections.abc import Callable, Mapping
+from decimal import Decimal
 from fractions import Fraction
+from itertools import count
 from math import inf
 from typing import NamedTuple
 
-from codegen.numbers.rounding import nearest_double, neighbour
+from codegen.numbers.rounding import nearest_double, nearest_number, neighbour
 from verify.claims.formula import And, Formula, Linear, Not, Or, conjunction, disjunction
 
 
@@ -47,3 +49,9 @@ def last_of(end: Fraction, numbers: str, below: bool) -> float:
     while Fraction(float(near)) > end or (below and Fraction(float(near)) == end):
         near = neighbour(near, -inf, numbers)
     return float(near)
+
+
+def spell_unlike(near: float, exact: Fraction, numbers: str) -> str:
+    """A float with as many digits, from 15 on, as tell it from other floats and from an exact number."""
+    texts = (f"{Decimal(near):.{digits}g}" for digits in count(15))
+    return next(text for text in texts if nearest_number(Fraction(text), numbers) == near and Fraction(text) != exact)

@@ -10,9 +10,7 @@ A text that states no unit, and names no constant, is read in numbers alone. Els
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from decimal import Decimal
 from fractions import Fraction
-from itertools import count
 from typing import NamedTuple, Protocol
 
 from codegen.errors import InputError
@@ -20,8 +18,9 @@ from codegen.ir import GOAL, AgentPolicy
 from codegen.numbers.rounding import nearest_number
 from verify.claims import predicates
 from verify.claims.formula import FALSE, TRUE, Acts, Condition, Formula, Goal, conjunction, disjunction, negate
-from verify.claims.language.conditions import list_conditions, spell
+from verify.claims.language.compared import spell_unlike
 from verify.claims.language.sums import CoordinateSum, compare_sums, constant, coordinate, distance, largest
+from verify.claims.language.trees import find_single_name, list_conditions, spell, strip_signs
 from verify.claims.uncertified.views import UNLIKE
 from verify.language.arithmetic import Arithmetic, Typed
 from verify.language.lexer import Source, Token
@@ -80,17 +79,17 @@ class CurveReader(Protocol):
         ...
 
 
-class Statement(NamedTuple):
+class StatedFormula(NamedTuple):
     """What a text states."""
 
     formula: Formula
     conditions: tuple[Condition, ...]  # the left sides of its implications
     rounded: Mapping[str, str]  # decimals as they are written -> the floats that they mean, where these differ
 
-    def read_by(self, reading: Callable[[Formula], Formula]) -> "Statement":
+    def read_by(self, reading: Callable[[Formula], Formula]) -> "StatedFormula":
         """The same where formulas mean something else than they say."""
         conditions = tuple(Condition(words, reading(each)) for words, each in self.conditions)
-        return Statement(reading(self.formula), conditions, self.rounded)
+        return StatedFormula(reading(self.formula), conditions, self.rounded)
 
 
 def formula_of(text: str, vocabulary: Vocabulary, where: Callable[[int], str]) -> Formula:
@@ -98,7 +97,7 @@ def formula_of(text: str, vocabulary: Vocabulary, where: Callable[[int], str]) -
     return read_statement(text, vocabulary, where).formula
 
 
-def read_statement(text: str, vocabulary: Vocabulary, where: Callable[[int], str]) -> Statement:
+def read_statement(text: str, vocabulary: Vocabulary, where: Callable[[int], str]) -> StatedFormula:
     """The formula that a text states, with what it depends on. InputError as of `formula_of`."""
     source = Source(text, where)
     reader, tree = _Formulas(source, vocabulary), parse(source, LIMITS)
@@ -115,7 +114,7 @@ def read_statement(text: str, vocabulary: Vocabulary, where: Callable[[int], str
     conditions = tuple(
         Condition(" and ".join(map(spell, nodes)), conjunction(*map(claim, nodes))) for nodes in list_conditions(tree)
     )
-    return Statement(formula, conditions, dict(reader.rounded))
+    return StatedFormula(formula, conditions, dict(reader.rounded))
 
 
 class _Sums(Arithmetic[CoordinateSum]):
@@ -307,15 +306,15 @@ class _Formulas:
 
     def _evaluate_side(self, node: Node, other: Node) -> Typed[CoordinateSum]:
         """One side of a comparison: beside a feature, a number is the float that it is read as."""
-        typed, numbers = self.sums.evaluate_node(node), self._known.observed.get(_single_name(other))
-        if numbers is None or not isinstance(_unsigned(node), NumberNode):
+        typed, numbers = self.sums.evaluate_node(node), self._known.observed.get(find_single_name(other))
+        if numbers is None or not isinstance(strip_signs(node), NumberNode):
             return typed
         if numbers == UNLIKE:
-            what = f"agents observe {_single_name(other)} in float32 and in float64"
-            raise self._source.wrong(what, node.token.place, f"write exact({spell(_unsigned(node))})")
+            what = f"agents observe {find_single_name(other)} in float32 and in float64"
+            raise self._source.wrong(what, node.token.place, f"write exact({spell(strip_signs(node))})")
         exact, near = typed.value.offset, nearest_number(typed.value.offset, numbers)
         if Fraction(near) != exact:
-            self.rounded[spell(node)] = _spell_unlike(near, exact, numbers)
+            self.rounded[spell(node)] = spell_unlike(near, exact, numbers)
         return typed._replace(value=constant(Fraction(near)))
 
     def _same(self, left: Node, right: Node, sign: Token) -> Formula:
@@ -384,25 +383,6 @@ class _Formulas:
             what = "the bound must be a number that is not negative"
             raise self._source.wrong(what, call.arguments[-1].token.place)
         return given.offset
-
-
-def _spell_unlike(near: float, exact: Fraction, numbers: str) -> str:
-    """A float with as many digits, from 15 on, as tell it from other floats and from an exact number."""
-    texts = (f"{Decimal(near):.{digits}g}" for digits in count(15))
-    return next(text for text in texts if nearest_number(Fraction(text), numbers) == near and Fraction(text) != exact)
-
-
-def _unsigned(node: Node) -> Node:
-    """What stands behind signs."""
-    return node.value if isinstance(node, Prefixed) and "not" not in node.signs else node
-
-
-def _single_name(node: Node) -> str:
-    """The one name that a side of a comparison is, or is the absolute value of; "" for any other."""
-    inside = _unsigned(node)
-    if isinstance(inside, CallNode) and inside.token.text in ("abs", BARS) and len(inside.arguments) == 1:
-        inside = _unsigned(inside.arguments[0])
-    return inside.token.text if isinstance(inside, NameNode) else ""
 
 
 def _is_action(node: Node) -> bool:

@@ -1,4 +1,4 @@
-"""What a claim depends on: the left sides of its implications, and trees as text again.
+"""What trees of formulas are made of: the left sides of implications, single names; and trees as text again.
 
 Does: lists the left sides of `A implies B`, `not A or B` and `B or not A` among the conjuncts of a text; spells trees.
 Assumes: a tree that was parsed.
@@ -17,13 +17,13 @@ def list_conditions(node: Node) -> list[tuple[Node, ...]]:
             return [(first,)]
         case Joined(_, Level.OR, first, rest):
             parts = [first, *(other for _, other in rest)]
-            denied = [inside for part in parts if (inside := _denied(part)) is not None]
+            denied = [inside for part in parts if (inside := _find_denied(part)) is not None]
             return [(each,) for each in denied] if len(denied) == len(parts) else [tuple(denied)] if denied else []
         case _:
             return []
 
 
-def _denied(node: Node) -> Node | None:
+def _find_denied(node: Node) -> Node | None:
     """What a tree says does not hold; None where it says that something holds."""
     return node.value if isinstance(node, Prefixed) and node.signs.count("not") % 2 else None
 
@@ -48,3 +48,16 @@ def spell(node: Node, least: int = Level.IMPLIES) -> str:
             listed = ", ".join(spell(NameNode(name)) for name in names)
             text = f"{spell(value, level + 1)} {'not in' if denied else 'in'} [{listed}]"
     return text if level >= least else f"({text})"
+
+
+def strip_signs(node: Node) -> Node:
+    """What stands behind signs."""
+    return node.value if isinstance(node, Prefixed) and "not" not in node.signs else node
+
+
+def find_single_name(node: Node) -> str:
+    """The one name that a side of a comparison is, or is the absolute value of; "" for any other."""
+    inside = strip_signs(node)
+    if isinstance(inside, CallNode) and inside.token.text in ("abs", BARS) and len(inside.arguments) == 1:
+        inside = strip_signs(inside.arguments[0])
+    return inside.token.text if isinstance(inside, NameNode) else ""
