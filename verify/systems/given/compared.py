@@ -45,7 +45,7 @@ def read_observed(text: str, vocabulary: Vocabulary, where: Callable[[int], str]
 
 
 def compare_variable(name: str, numbers: str) -> Compared:
-    """How agents compare a variable, whose exact value is rounded once: to the nearest float, of two to the even one."""
+    """How agents compare a variable, whose exact value is rounded once, to the nearest float."""
 
     def cut(threshold: float) -> tuple[Formula, Formula]:
         end = (Fraction(threshold) + Fraction(float(neighbour(threshold, inf, numbers)))) / 2
