@@ -1,6 +1,6 @@
 """Numbers as people read them: `<= 0.1`, `< 0` where a threshold is the last number below 0, `1 leaf`, `2,000 leaves`.
 
-Does: words a test, either of its sides, or both ends of a range, with some digits; a count with its noun; what cannot
+Does: words a test, or either of its sides, with some digits; a count with its noun; what cannot
   be seen in a line.
 Assumes: a reader; code and profiles hold thresholds exactly.
 Does not: write what a program reads.
@@ -31,17 +31,6 @@ def holds(threshold: float, digits: int = 6) -> str:
 def fails(threshold: float, digits: int = 6) -> str:
     """Its other side: `> 0.1`, `>= 0`."""
     return f"{_sign(threshold, '>', '>=')} {number(threshold, digits)}"
-
-
-def within(name: str, low: float | None, high: float | None, digits: int = 6) -> str:
-    """The numbers above `low` and at most `high`: `0 <= x <= 0.5`, `x = 0` where there is one number. None: no end; an
-    end at least there is.
-    """
-    if low is not None and high is not None and _bound(low) == high:
-        return f"{name} = {number(high, digits)}"
-    if low is None or high is None:
-        return f"{name} {fails(low, digits)}" if low is not None else f"{name} {holds(high or 0.0, digits)}"
-    return f"{number(low, digits)} {_sign(low, '<', '<=')} {name} {holds(high, digits)}"
 
 
 def number(threshold: float, digits: int = 6) -> str:

@@ -62,6 +62,11 @@ class AnyClaim(Protocol):
         """The label, or else the name."""
         ...
 
+    @property
+    def rounded(self) -> tuple[tuple[str, str], ...]:
+        """Numbers as they are written, and the floats that they are read as."""
+        ...
+
 
 About = TypeVar("About", bound=AnyClaim, covariant=True)
 Asked = TypeVar("Asked", bound=AnyClaim)

@@ -27,7 +27,7 @@ class Verdict(Enum):
 
     PROVED = "PROVED"  # holds in every world state of the region, by the arithmetic asked about
     VIOLATED = "VIOLATED"  # fails in a world state that the referee confirmed by it
-    VACUOUS = "VACUOUS"  # no world state lies in the region and meets the assumptions
+    VACUOUS = "VACUOUS"  # no world state of the region meets the assumptions, or the left side of an implication
     UNKNOWN = "UNKNOWN"  # the budget ended, or of the deployed arithmetic only a real-valued state was found
     SKIPPED = "SKIPPED"  # not asked
 

@@ -13,6 +13,9 @@ import numpy as np
 
 from codegen.floats import FLOAT32
 
+MAX_FLOAT32 = Fraction(float(np.finfo(np.float32).max))
+BEYOND = MAX_FLOAT32 + Fraction(2) ** 103  # from here on the nearest float32 is infinite
+
 
 def neighbour(values: Any, towards: float, numbers: str = FLOAT32) -> Any:
     """The next of the `numbers` towards minus or plus infinity, element by element; the step onto infinity is no
@@ -44,3 +47,22 @@ def nearest_double(exact: Fraction | int) -> float:
         return float(exact)  # Python's division of whole numbers rounds so
     except OverflowError:
         return math.inf if exact > 0 else -math.inf
+
+
+def nearest_single(exact: Fraction) -> np.float32:
+    """The float32 nearest to a number, of two that are as near the even one; infinite beyond the largest."""
+    if abs(exact) >= BEYOND:
+        return np.float32(math.inf if exact > 0 else -math.inf)
+    close = np.float32(float(max(-MAX_FLOAT32, min(MAX_FLOAT32, exact))))
+    beside = [neighbour(close, -math.inf), close, neighbour(close, math.inf)]
+    return min((each for each in beside if np.isfinite(each)), key=lambda each: _distance(each, exact))
+
+
+def _distance(number: np.float32, exact: Fraction) -> tuple[Fraction, int]:
+    odd = int(np.float32(number).view(np.uint32)) & 1
+    return abs(Fraction(float(number)) - exact), odd
+
+
+def nearest_number(exact: Fraction, numbers: str) -> float:
+    """The nearest of the `numbers`, as a float64."""
+    return float(nearest_single(exact)) if numbers == FLOAT32 else nearest_double(exact)

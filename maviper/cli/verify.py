@@ -97,6 +97,7 @@ def _decide_claims(
     from maviper.files.profiles import load
     from maviper.verification.ask import VerifyOptions
     from maviper.verification.run import pose_questions, verify_questions
+    from verify.claims.uncertified.words import spell_rounded
     from verify.progress import listening
 
     asking = VerifyOptions.of(options).ensure_usable()
@@ -107,6 +108,8 @@ def _decide_claims(
         asked, stated = pose_questions(loaded, profile.name, asking, unread.append)
     if any(one.question.viewed is not None for one in asked) and not asking.observations:
         console.line("observed", "no feature has a meaning, so claims are about what agents observe")
+    for words in spell_rounded(dict.fromkeys(pair for one in asked for pair in one.claim.rounded)):
+        console.line("number", words)
     given = {runs.PROFILE_FILE: profile, **(stated.given if stated else {})}
     _folders(output, asked, asking, console)
     if output is not None:

@@ -12,7 +12,8 @@ import numpy as np
 from codegen import ir
 from codegen.boxes.branches import split_corners
 from codegen.intervals import percent
-from codegen.wording import NO_UNIT, describe_sum, format_count, number, within
+from codegen.numbers.rounding import neighbour
+from codegen.wording import NO_UNIT, describe_sum, format_count, number
 
 
 def rules(policy: ir.AgentPolicy) -> Iterator[str]:
@@ -71,9 +72,30 @@ def _visits(tree: ir.Tree, node: int) -> str:
 
 
 def _condition(tested: Sequence[str], low: ir.Floats, high: ir.Floats) -> str:
-    parts: list[str] = []
-    for name, least, most in zip(tested, low, high, strict=True):
-        ends = [float(end) if np.isfinite(end) else None for end in (least, most)]
-        if ends != [None, None]:
-            parts.append(within(name, *ends, digits=3))
+    ends = zip(tested, low, high, strict=True)
+    parts = [_spell_range(*each) for each in ends if np.isfinite(each[1:]).any()]
     return "if " + " and ".join(parts) if parts else "always"
+
+
+def _spell_range(name: str, low: np.floating, high: np.floating) -> str:
+    """The numbers above `low` and at most `high`, so that a copy in a claim means the same: `0 <= x < 0.5`."""
+    if np.isfinite(low) and neighbour(low, np.inf, low.dtype.name) == high:
+        return f"{name} == {_shorten(high)}"
+    (after, least), (before, most) = map(_spell_end, (low, high))
+    if not np.isfinite(low):
+        return f"{name} {'<' if before else '<='} {most}"
+    if not np.isfinite(high):
+        return f"{name} {'>=' if after else '>'} {least}"
+    return f"{least} {'<=' if after else '<'} {name} {'<' if before else '<='} {most}"
+
+
+def _spell_end(end: np.floating) -> tuple[bool, str]:
+    """A threshold, or the number after it where that is shorter, as 0.1 beside 0.09999999; and whether it is that."""
+    texts = _shorten(end), _shorten(neighbour(end, np.inf, end.dtype.name))
+    beyond = len(texts[1]) + 1 < len(texts[0])
+    return beyond, texts[beyond]
+
+
+def _shorten(value: np.floating) -> str:
+    """The shortest decimal that is read as a number of its type."""
+    return str(value + 0).removesuffix(".0")

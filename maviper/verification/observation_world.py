@@ -23,7 +23,11 @@ from verify.systems.given.robust import copy_called
 from verify.systems.values import ADVICE, NAME, only, text
 from verify.toml_places import parse
 
-HEAD = "# Observations: each variable is a feature. Every combination of numbers in these ranges is a state.\n"
+HEAD = """\
+# Observations: each variable is a feature. Every combination of numbers in these ranges is a state.
+name = "observations"
+observed = true
+"""
 Errors = Mapping[str, Mapping[str, Fraction]]  # agent -> feature -> the largest error that a claim speaks of
 
 
@@ -45,7 +49,7 @@ def world_of(profile: PolicyProfile, view: View, region: Region, errors: Errors)
     variables = "".join(f'"{name}" = {{ unit = "{units[name]}", range = {_ends(ranges[name])} }}\n' for name in ranges)
     agents = "".join(part for policy in profile.agents for part in _tables(profile, view, policy, errors))
     starts = ", ".join(f'"{name}" = {_ends(ends)}' for name, ends in ranges.items())
-    return f'{HEAD}name = "observations"\n\n[variables]\n{variables}{agents}\n[start]\nbox = {{ {starts} }}\n'
+    return f"{HEAD}\n[variables]\n{variables}{agents}\n[start]\nbox = {{ {starts} }}\n"
 
 
 def errors_in(source: str, profile: PolicyProfile, where: str) -> dict[str, dict[str, Fraction]]:

@@ -1,68 +1,36 @@
 """Claims over observations: a number in a formula is what an agent compares, and a region what was seen of it.
 
-Does: reads an inequality over one observed number as a test of the agent that observes it; finds regions by name.
+Does: says how the agents of a view compare its variables; finds regions by name.
 Assumes: a view, whose variables are features.
-Does not: touch sums of several numbers, or variables that agents observe in unlike types.
-
-A claim says x < 0 of the float32 that an agent compares. Read of the float64 number before it is rounded, the claim
-would fail at -1e-46, which the agent sees as 0; read as a test, both mean the same numbers.
+Does not: read formulas (verify/claims/language/compared.py).
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
-from fractions import Fraction
-from math import inf
+from functools import partial
 
 from codegen.errors import InputError
-from codegen.ir import FeatureSpec, PolicyProfile
-from codegen.numbers.rounding import nearest_double, neighbour
+from codegen.ir import Meaning, PolicyProfile
 from maviper.files.regions import find_region
 from verify.checker.thresholds import sides
-from verify.claims.formula import And, Formula, Linear, Not, Or, conjunction, disjunction
+from verify.claims.formula import Formula
+from verify.claims.language.compared import Compared, read_as_compared
 from verify.claims.region import Region
 from verify.claims.uncertified.starts import START
-from verify.claims.uncertified.views import RANGES, SEEN, Viewed, build_seen_region
-
-Observed = Mapping[str, tuple[FeatureSpec, str]]  # variable -> a feature that is it, and what its agents compare
+from verify.claims.uncertified.views import RANGES, SEEN, UNLIKE, Viewed, build_seen_region, find_numbers
 
 
 def as_compared(view: PolicyProfile, semantics: str) -> Callable[[Formula], Formula]:
-    """What reads formulas about a view so."""
-    by_variable: dict[str, tuple[FeatureSpec, str]] = {}
-    unlike = set[str]()
+    """What reads formulas about a view so. Variables that agents observe in unlike types are left as they are."""
+    numbers, known = find_numbers(view), dict[str, Compared]()
     for policy in view.agents:
         for feature in policy.features:
-            assert feature.meaning is not None, feature
-            ((_, variable),) = feature.meaning.terms
-            if by_variable.setdefault(variable, (feature, policy.numbers))[1] != policy.numbers:
-                unlike.add(variable)
-    known = {name: each for name, each in by_variable.items() if name not in unlike}
-    return lambda formula: _read(formula, known, semantics)
-
-
-def _read(formula: Formula, known: Observed, semantics: str) -> Formula:
-    match formula:
-        case And(parts):
-            return conjunction(*(_read(part, known, semantics) for part in parts))
-        case Or(parts):
-            return disjunction(*(_read(part, known, semantics) for part in parts))
-        case Not(part):
-            return Not(_read(part, known, semantics))
-        case Linear(((weight, name),), bound, strict) if name in known:
-            feature, numbers = known[name]
-            # up to an end, or the opposite of what is below it
-            last = last_of(bound / weight, numbers, below=strict == (weight > 0))
-            return sides(feature, last, numbers, semantics)[0 if weight > 0 else 1]
-        case _:
-            return formula
-
-
-def last_of(end: Fraction, numbers: str, below: bool) -> float:
-    """The largest of the `numbers` that is at most `end`, or, where `below`, that is below it."""
-    near = neighbour(neighbour(nearest_double(end), inf, numbers), inf, numbers)
-    while Fraction(float(near)) > end or (below and Fraction(float(near)) == end):
-        near = neighbour(near, -inf, numbers)
-    return float(near)
+            for _, variable in feature.meaning.terms if feature.meaning is not None else ():
+                if numbers[variable] != UNLIKE:
+                    alone = replace(feature, meaning=Meaning(((1.0, variable),)))
+                    cut = partial(sides, alone, numbers=policy.numbers, semantics=semantics)
+                    known[variable] = Compared(policy.numbers, cut)
+    return partial(read_as_compared, known=known)
 
 
 def resolve_region(about: PolicyProfile, viewed: Viewed | None, name: str) -> Region:

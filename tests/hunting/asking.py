@@ -22,6 +22,7 @@ from tests.hunting.reading import MACHINE, REAL
 from verify.certificates.decisions import to_json
 from verify.checker.decisions.certificates import Certificate, check_certificate, from_json
 from verify.checker.reading import RejectedError
+from verify.claims.uncertified.documents import formula_document
 from verify.counterexamples import search
 from verify.counterexamples.explanation import Explanation
 from verify.counterexamples.uniqueness import Unique
@@ -224,6 +225,11 @@ def _front(asked: Asked, told: Told) -> None:
         told.wrong.append("the front door proves what fails")
     if result.verdict is Verdict.VACUOUS and look.violation is not None:
         told.wrong.append("vacuous, though the claim fails somewhere")
+    empty = result.verdict is Verdict.VACUOUS
+    if empty and judge.inhabited(asked.case, asked.seed) and not judge.idle(asked.case, asked.seed):
+        told.wrong.append("vacuous, though a state meets each left side")
+    if result.verdict is Verdict.PROVED:
+        _met(asked, result, told)
     if result.evidence.counterexample is not None:
         told.judged = "violated"
         _shown(asked.case, result.evidence.counterexample.state, told)
@@ -232,6 +238,18 @@ def _front(asked: Asked, told: Told) -> None:
                 asked.case, result.evidence.counterexample.state, result.evidence.explanation, look, told, asked.seed
             )
     _room(asked, result, told)
+
+
+def _met(asked: Asked, result: Result, told: Told) -> None:
+    """The states of a certificate must meet its left sides, by the judge."""
+    certificate = result.evidence.certificate
+    for premise in certificate.premises if certificate is not None else ():
+        said = forging.formula_of(formula_document(premise.formula))
+        claim = {**asked.case.claim, "formula": ("not", said), "assume": None, "eps": Fraction(0)}
+        exact = asked.case.semantics == REAL
+        state = {name: value if exact else float(value) for name, value in premise.state.items()}
+        if not judge.violates(replace(asked.case, claim=claim), state, premise.goal):
+            told.wrong.append(f"says that {premise.state} meets {premise.formula}")
 
 
 def _room(asked: Asked, result: Result, told: Told) -> None:

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from tests.hunting.meaning import Scene, Truth, formula, holds, related
+from tests.hunting.meaning import Scene, Truth, formula, holds, left_sides, related
 from tests.hunting.places import Case, cells, described, enumerable, inner, sampled, scaled
 from tests.hunting.reading import MACHINE, REAL, Array, acting, fractions, leaves, measured
 
@@ -100,6 +100,28 @@ def inhabited(case: Case, seed: int) -> bool:
             scene, assume = _scene(case, states, goal, {}), case.claim["assume"]
             if assume is None or formula(assume, scene, case.claim).surely.any():
                 return True
+    return False
+
+
+def idle(case: Case, seed: int) -> bool:
+    """Whether some left side of an implication of the claim was met in no state that was looked at, with the team's
+    actions and where the assumption holds.
+    """
+    rng, assume = np.random.default_rng([seed, 7]), case.claim["assume"]
+    conditions = left_sides(case.claim["formula"]) if case.claim["name"] == "formula" else []
+    for condition in conditions:
+        met = False
+        for goal in case.goals:
+            states = sampled(case, goal, rng)
+            states = states[_within(case, states, goal)] if len(states) else states
+            if not len(states) or met:
+                continue
+            seen = states if case.semantics == MACHINE else fractions(states)
+            scene = _scene(case, states, goal, acting(case.team, case.at(seen, goal), case.semantics, None))
+            both = formula(("and", condition, assume) if assume else condition, scene, case.claim)
+            met = bool(both.surely.any())
+        if not met:
+            return True
     return False
 
 

@@ -164,6 +164,19 @@ def formula(node: Any, scene: Scene, claim: Mapping[str, Any]) -> Truth:
     return _relation(kind, *(_sum(part, scene) for part in parts), scene)
 
 
+def left_sides(node: Any) -> list[Any]:
+    """What the implications among the conjuncts of a formula depend on: A of "A implies B", and of "not A or B"."""
+    kind, *parts = node
+    if kind == "and":
+        return [each for part in parts for each in left_sides(part)]
+    if kind == "implies":
+        return [parts[0]]
+    denied = [part[1] for part in parts if part[0] == "not"] if kind == "or" else []
+    if len(denied) == len(parts):
+        return denied
+    return [("and", *denied)] if denied else []
+
+
 def _predicate(kind: str, parts: Sequence[Any], scene: Scene, claim: Mapping[str, Any]) -> Truth:
     name, target, *bound = parts
     if kind == "at":

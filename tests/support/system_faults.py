@@ -240,7 +240,7 @@ REPLAY = [
     fault(replay, "within", "errors are 0", ANSWERED, changed(lambda errors: dict.fromkeys(errors, F(0)))),
     fault(replay, "within", "errors are not cut to their bounds", JUDGED, lambda f: lambda piece, given: {name: given.get(name, F(0)) for name in piece.error}),
     fault(replay, "choose_actions", "all take their first action", ANSWERED, changed(lambda actions: dict.fromkeys(actions, 0))),
-    fault(observing, "nearest", "numbers are rounded down", JUDGED, lambda f: lambda exact: rounded_down(f(exact), exact)),
+    fault(observing, "nearest_number", "numbers are rounded down", JUDGED, lambda f: lambda exact, numbers: rounded_down(np.dtype(numbers).type(f(exact, numbers)), exact)),
     fault(observing, "measure_feature", "no sign below 0", ANSWERED, lambda f: lambda feature, state: max(f(feature, state), F(0)) if feature.measure is Measure.SIGN else f(feature, state)),
     fault(observing, "measure_feature", "0 is positive", ANSWERED, lambda f: lambda feature, state: F(feature.form.at(state) >= 0) if feature.measure is Measure.POSITIVE else f(feature, state)),
     fault(observing, "measure_feature", "nothing is clipped", ANSWERED, lambda f: lambda feature, state: feature.form.at(state) if feature.measure is Measure.CLIP else f(feature, state)),

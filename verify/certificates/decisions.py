@@ -11,6 +11,7 @@ from codegen.floats import rational_literal
 from codegen.form.layout import layout
 from verify.certificates.proofs import proof_lines
 from verify.checker.decisions.certificates import NAMED, NOISY, UNREAD, Certificate
+from verify.checker.decisions.premises import Premise
 from verify.checker.envelope import body_hash
 from verify.claims.decisions import PLAIN, DecisionClaim
 from verify.claims.formula import TRUE
@@ -32,9 +33,15 @@ def to_json(certificate: Certificate) -> str:
         "region": {"name": certificate.region.name or certificate.region_said, **region_document(certificate.region)},
         "formula": formula_document(certificate.formula),
         "inhabitant": {name: rational_literal(value) for name, value in certificate.inhabitant.items()},
+        **({"premises": list(map(_premise_document, certificate.premises))} if certificate.says_left_sides else {}),
         "proofs": {goal_text(goal): proof_lines(proof) for goal, proof in certificate.proofs.items()},
     }
     return layout(body | {"content_hash": body_hash(body)}) + "\n"
+
+
+def _premise_document(premise: Premise) -> dict[str, Any]:
+    state = {name: rational_literal(value) for name, value in premise.state.items()}
+    return {"formula": formula_document(premise.formula), "goal": goal_text(premise.goal), "state": state}
 
 
 def may_name(claim: DecisionClaim) -> bool:

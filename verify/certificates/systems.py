@@ -22,7 +22,7 @@ from verify.checker.flows.certificates import FlowCertificate
 from verify.checker.systems.certificates import FORM, SystemCertificate
 from verify.claims.formula import Linear
 from verify.claims.uncertified.documents import formula_document
-from verify.systems.claims import SystemClaim
+from verify.systems.claims import SystemClaim, SystemPremise
 from verify.systems.system import HalfSpace, Polytope
 
 
@@ -109,7 +109,12 @@ def claim_document(claim: SystemClaim) -> dict[str, Any]:
         "region": claim.region,
         **({"assuming": list(map(_region_document, claim.assuming))} if claim.assuming else {}),
         **({"assumed": claim.assumed} if claim.assumed else {}),
+        **({"premises": list(map(_premise_document, claim.premises))} if claim.premises else {}),
     }
+
+
+def _premise_document(premise: SystemPremise) -> dict[str, Any]:
+    return {"formula": formula_document(premise.formula), "state": _numbers_document(premise.state)}
 
 
 def _region_document(region: Polytope) -> list[dict[str, Any]]:

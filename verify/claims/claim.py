@@ -17,6 +17,7 @@ from verify.kinds import Kind
 from verify.semantics import MACHINE
 
 Parameter = Fraction | int | str | tuple[str, ...]
+Rounded = tuple[tuple[str, str], ...]  # numbers as they are written, and the floats that they are read as
 
 
 @dataclass(frozen=True)
@@ -30,6 +31,7 @@ class TeamClaim:
 
     team: str
     label: str = field(default="", compare=False, kw_only=True)
+    rounded: Rounded = field(default=(), compare=False, kw_only=True)
 
     @property
     def name(self) -> str:

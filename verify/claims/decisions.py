@@ -15,7 +15,7 @@ from typing import ClassVar
 from codegen.errors import InputError
 from codegen.ir import AgentPolicy, PolicyProfile
 from verify.claims.claim import Parameter, TeamClaim, check_range, ensure_team
-from verify.claims.formula import TRUE, Acts, Formula, conjunction, disjunction, negate
+from verify.claims.formula import TRUE, Acts, Condition, Formula, conjunction, disjunction, negate
 from verify.claims.matching import matchings
 from verify.claims.observed import View
 from verify.claims.predicates import ahead, at, closes, closing, no_longer
@@ -52,6 +52,7 @@ class DecisionClaim(TeamClaim):
     assume: Formula = TRUE  # about world states only
     assumption: str = field(default="", compare=False)  # `assume` as the user wrote it
     written: str = field(default="", compare=False)  # a formula of the user's own, likewise
+    conditions: tuple[Condition, ...] = field(default=(), compare=False)  # that some state must meet, with `assume`
 
     @property
     def name(self) -> str:

@@ -15,14 +15,15 @@ from codegen.errors import InputError, UnknownNameError
 from codegen.ir import GOAL, PolicyProfile
 from verify.claims.catalogue import NAMES, ZONES, Claim, check_read, check_zones, find_claim, readable
 from verify.claims.decisions import RADIUS, ZERO, DecisionClaim, ensure_askable
-from verify.claims.formula import TRUE, Formula, agents
-from verify.claims.language.formulas import Vocabulary, formula_of
+from verify.claims.formula import Formula, agents
+from verify.claims.language.formulas import StatedFormula, Vocabulary, read_statement
 from verify.claims.language.parameters import Form, of_form
 from verify.claims.language.tables import properties, read_each
 from verify.claims.region import Region
 from verify.claims.region_files import is_list, is_table, region_of
 from verify.claims.uncertified.own import OwnFormula
 from verify.claims.uncertified.starts import everywhere, find_observed_velocities, positions
+from verify.claims.uncertified.views import find_numbers
 from verify.decimals import number
 from verify.kinds import ALWAYS
 from verify.toml_places import Place, parse
@@ -137,8 +138,8 @@ class _Table:
                     f"a property with a formula has no {key}", self._where(key), "remove it, or remove the formula"
                 )
         written = self._text("formula")
-        statement = self._parse_formula("formula", given.get("margin", ZERO), given.get("radius", RADIUS))
-        acting = agents(statement)
+        stated = self._parse_formula("formula", given.get("margin", ZERO), given.get("radius", RADIUS))
+        acting = agents(stated.formula)
         teams = list(dict.fromkeys(policy.team for policy in self._profile.agents if policy.agent in acting))
         known = list(dict.fromkeys(policy.team for policy in self._profile.agents))
         team = self._text("team") or (teams[0] if teams else known[0])
@@ -150,7 +151,14 @@ class _Table:
                 self._where("formula"),
                 "a property is about one team: write one property per team",
             )
-        claim = OwnFormula(team, **given, statement=statement, written=written)
+        claim = OwnFormula(
+            team,
+            **given,
+            statement=stated.formula,
+            written=written,
+            conditions=stated.conditions,
+            rounded=tuple(stated.rounded.items()),
+        )
         try:
             return self._with_words(ensure_askable(self._profile, claim))
         except InputError as error:
@@ -159,14 +167,22 @@ class _Table:
 
     def _with_words(self, claim: DecisionClaim) -> DecisionClaim:
         """The claim with its label and assumption."""
-        assume = self._parse_formula("assume", claim.margin, claim.radius) if "assume" in self._table else TRUE
-        if agents(assume):
+        if "assume" not in self._table:
+            return replace(claim, label=self._label())
+        assumed = self._parse_formula("assume", claim.margin, claim.radius)
+        if agents(assumed.formula):
             raise InputError(
                 "an assumption is about states, so it must not mention actions",
                 self._where("assume"),
                 'write formula = "ASSUMPTION implies CLAIM" instead',
             )
-        return replace(claim, assume=assume, label=self._label(), assumption=self._text("assume"))
+        return replace(
+            claim,
+            assume=assumed.formula,
+            label=self._label(),
+            assumption=self._text("assume"),
+            rounded=tuple((dict(claim.rounded) | assumed.rounded).items()),
+        )
 
     def _label(self) -> str:
         label = self._text("label")
@@ -174,7 +190,7 @@ class _Table:
             raise InputError("a label must be one line", self._where("label"), "shorten it")
         return label
 
-    def _parse_formula(self, key: str, margin: Fraction, radius: Fraction) -> Formula:
+    def _parse_formula(self, key: str, margin: Fraction, radius: Fraction) -> StatedFormula:
         text, profile = self._text(key), self._profile
         world = profile.world
         goal = [GOAL] if world.goals else []
@@ -186,9 +202,10 @@ class _Table:
             goals=world.goals,
             margin=margin,
             radius=radius,
+            observed=find_numbers(profile),
         )
-        formula = formula_of(text, vocabulary, lambda place: self._where(key).of_offset(text, place))
-        return formula if self._reading is None or "eps" in self._table else self._reading(formula)
+        stated = read_statement(text, vocabulary, lambda place: self._where(key).of_offset(text, place))
+        return stated if self._reading is None or "eps" in self._table else stated.read_by(self._reading)
 
     def _region(self, find_region: FindRegion) -> Region:
         region = self._table["region"]

@@ -82,6 +82,13 @@ class Not:
     part: Formula
 
 
+class Condition(NamedTuple):
+    """The left side of an implication, which says nothing where it never holds."""
+
+    words: str
+    formula: Formula
+
+
 Formula: TypeAlias = Linear | Acts | Goal | And | Or | Not
 _NONE: frozenset[str] = frozenset()
 _OF_GOAL = f"{GOAL}."

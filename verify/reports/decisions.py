@@ -20,7 +20,7 @@ from verify.claims.region import goal_text
 from verify.claims.uncertified.documents import formula_document, region_document
 from verify.claims.uncertified.starts import name_region
 from verify.claims.uncertified.views import describe_view
-from verify.claims.uncertified.words import spell_decisions
+from verify.claims.uncertified.words import spell_decisions, spell_rounded
 from verify.counterexamples.search import AgentView, Counterexample
 from verify.decimals import plain
 from verify.decimals import text as decimal
@@ -63,7 +63,7 @@ ARROW = 34  # picture units
 MEANINGS = {
     Verdict.PROVED: "holds in every world state of the region",
     Verdict.VIOLATED: "fails in the world state shown, which was replayed",
-    Verdict.VACUOUS: "no world state lies in the region and meets the assumptions, so nothing was claimed",
+    Verdict.VACUOUS: "no world state of the region meets what the claim assumes, so nothing was claimed",
     Verdict.UNKNOWN: "no answer",
     Verdict.SKIPPED: "not asked",
 }
@@ -99,6 +99,7 @@ def facts(given: PolicyProfile, result: DecisionResult, command: str) -> dict[st
         "formula": claim.written.strip(),
         "data": formula_document(formula(profile, claim)) if claim.per_state else None,
         "assumption": claim.assumption.strip(),
+        **({"numbers": spell_rounded(claim.rounded)} if claim.rounded else {}),
         "parameters": {name: _format_parameter(value, name) for name, value in claim.parameters.items()},
         "semantics": result.semantics,
         "region_name": name_region(profile, result.region),

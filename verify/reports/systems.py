@@ -16,6 +16,7 @@ from codegen.ir import PolicyProfile
 from codegen.lowering.render import brief, render
 from codegen.policy_json import content_hash
 from codegen.wording import format_count, visible
+from verify.claims.uncertified.words import spell_rounded
 from verify.decimals import plain
 from verify.language.units import unit_of
 from verify.reports import flows, trusted
@@ -216,6 +217,7 @@ def facts(result: Result[SystemClaim, Any], place: int) -> dict[str, Any]:
         "label": claim.label,
         "sentence": claim.sentence,
         "formula": claim.written.strip(),
+        **({"numbers": spell_rounded(claim.rounded)} if claim.rounded else {}),
         "regions": list(map(region_facts, claim.regions)),
         "steps": claim.steps,
         "by": claim.by,
@@ -255,6 +257,7 @@ def facts(result: Result[SystemClaim, Any], place: int) -> dict[str, Any]:
         document
         | _modes(result.question.subject, document)
         | ({"replay": evidence.environment} if evidence.environment else {})
+        | ({"rounding": evidence.rounding} if evidence.rounding else {})
     )
 
 
@@ -283,7 +286,7 @@ def lines(told: Mapping[str, Any]) -> list[str]:
             last = tell_end(broken)
             when = f"{broken['seconds']} s" if "seconds" in broken else moment(broken["step"], told.get("dt"))
             written.append(f"at {when}: {_state(last, told)}")
-        written += [told["replay"]] if "replay" in told else []
+        written += [told[key] for key in ("rounding", "replay") if key in told]
     if told["verdict"] == Verdict.PROVED.value:
         proof = told["certificate"]
         visited = format_count(told["symbolic_states"], "symbolic state")

@@ -89,13 +89,6 @@ def about_nothing(question: DecisionQuestion) -> tuple[str, int]:
     return "", spent
 
 
-def assumption_met(question: DecisionQuestion) -> bool:
-    """Whether some world state of the region is known to meet the assumption: else a proof may be about nothing."""
-    if question.claim.assume == TRUE:
-        return True
-    return any(answer.holds for answer in _meeting(question))
-
-
 def _meeting(question: DecisionQuestion) -> list[Answer]:
     """For each goal, whether some world state of the region meets the assumption."""
     region, assume, units = question.region, question.claim.assume, question.budgets.solver_units

@@ -38,7 +38,7 @@ from verify.claims.formula import (
 )
 from verify.kinds import Kind
 from verify.semantics import MACHINE
-from verify.systems.system import HalfSpace, Polytope
+from verify.systems.system import HalfSpace, Polytope, State
 
 if TYPE_CHECKING:
     from verify.systems.curves.claims import CurvedClaim
@@ -84,6 +84,20 @@ SAYS: Mapping[Pattern, _Says] = {
 }
 
 
+class Denied(NamedTuple):
+    """The left side of an implication in words, and the claim that it never holds."""
+
+    words: str
+    claim: SystemClaim
+
+
+class SystemPremise(NamedTuple):
+    """The left side of an implication, with a state that meets it."""
+
+    formula: Formula
+    state: State
+
+
 @dataclass(frozen=True)
 class SystemClaim:
     """A claim about a system and all who act in it. `regions`: polytopes, a state need lie in one of them only."""
@@ -108,6 +122,9 @@ class SystemClaim:
     region: str = field(default="", compare=False)  # what a user calls the regions
     written: str = field(default="", compare=False)  # decides: the formula as a user wrote it
     curved: CurvedClaim | None = field(default=None, compare=False)  # decides: where the formula as written has curves
+    conditions: tuple[Denied, ...] = field(default=(), compare=False)  # decides: the left sides of implications
+    rounded: tuple[tuple[str, str], ...] = field(default=(), compare=False)  # numbers as written, and as they are read
+    premises: tuple[SystemPremise, ...] = field(default=(), compare=False)  # decides: states that meet them
 
     @property
     def team(self) -> str:

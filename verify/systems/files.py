@@ -51,6 +51,7 @@ KEYS = (
     "dt",
     "reference",
     "state",
+    "observed",
     "constants",
     "variables",
     "agents",
@@ -113,7 +114,10 @@ def statement_of(source: str, name: str, acting: Mapping[str, Acting] = MappingP
     variables, start = (*variables, *late.variables), (*start, *late.start)
     system = System(called or "system", variables, features, start, made, steps, reference, flow)
     stated = {key: value for key, value in document.items() if key == "property"}
-    return Statement(system, agents, rules, names, stated, where, state, inputs, source, acting)
+    observed = document.get("observed", False)
+    if not isinstance(observed, bool):
+        raise InputError("not true or false", where / "observed", "leave it out where variables are no features")
+    return Statement(system, agents, rules, names, stated, where, state, inputs, source, acting, observed)
 
 
 def _flows(moved: Mapping[str, object]) -> bool:

@@ -1,37 +1,18 @@
 """What agents observe in an exact state of a stated system, and what they do there.
 
-Does: the float32 or float64 nearest to an exact number; observations; joint actions.
+Does: observations; joint actions.
 Assumes: a system that has the features of the profile.
 Does not: move states.
 """
 
-import math
 from collections.abc import Mapping
 from fractions import Fraction
 
 import numpy as np
 
-from codegen.floats import FLOAT32
 from codegen.ir import AgentPolicy, Floats, PolicyProfile, act
-from codegen.numbers.rounding import nearest_double, neighbour
+from codegen.numbers.rounding import nearest_number
 from verify.systems.system import Feature, Measure, State, System
-
-MAX_FLOAT32 = Fraction(float(np.finfo(np.float32).max))
-BEYOND = MAX_FLOAT32 + Fraction(2) ** 103  # from here on the nearest float32 is infinite
-
-
-def nearest(exact: Fraction) -> np.float32:
-    """The float32 nearest to a number, of two that are as near the even one; infinite beyond the largest."""
-    if abs(exact) >= BEYOND:
-        return np.float32(math.inf if exact > 0 else -math.inf)
-    close = np.float32(float(max(-MAX_FLOAT32, min(MAX_FLOAT32, exact))))
-    beside = [neighbour(close, -math.inf), close, neighbour(close, math.inf)]
-    return min((each for each in beside if np.isfinite(each)), key=lambda each: _distance(each, exact))
-
-
-def _distance(number: np.float32, exact: Fraction) -> tuple[Fraction, int]:
-    odd = int(np.float32(number).view(np.uint32)) & 1
-    return abs(Fraction(float(number)) - exact), odd
 
 
 def measure_feature(feature: Feature, state: State) -> Fraction:
@@ -54,9 +35,7 @@ def observe_state(system: System, policy: AgentPolicy, state: State) -> Floats:
     """
     features = system.features[policy.agent]
     exact = [measure_feature(features[feature.name], state) for feature in policy.features]
-    if policy.numbers == FLOAT32:
-        return np.array([[nearest(value) for value in exact]], dtype=np.float32)
-    return np.array([[nearest_double(value) for value in exact]], dtype=np.float64)
+    return np.array([[nearest_number(value, policy.numbers) for value in exact]], dtype=policy.numbers)
 
 
 def choose_actions(system: System, profile: PolicyProfile, state: State) -> Mapping[str, int]:

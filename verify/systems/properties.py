@@ -7,25 +7,27 @@ Does not: decide. Formulas are parsed, never evaluated.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
 from codegen.errors import InputError
 from codegen.ir import NO_CHILD, NO_FEATURE, ActionSpec, AgentPolicy, PolicyProfile, Tree
-from verify.claims.formula import Formula, coordinates
-from verify.claims.language.formulas import Vocabulary, formula_of
+from verify.claims.formula import Formula, coordinates, negate
+from verify.claims.language.formulas import Vocabulary
 from verify.claims.language.tables import Table, properties, read_each
 from verify.claims.region_files import is_list, is_table
 from verify.decimals import plain
 from verify.language.arithmetic import Typed
-from verify.systems.claims import MAX_STEPS, SAYS, Pattern, SystemClaim
+from verify.systems.claims import MAX_STEPS, SAYS, Denied, Pattern, SystemClaim
 from verify.systems.curves.claims import CurvedClaim
 from verify.systems.curves.following import name_next_values, without_next
 from verify.systems.curves.formulas import without_curves
 from verify.systems.curves.reading import Curves
 from verify.systems.files import region_of, region_parts
 from verify.systems.given import robust
-from verify.systems.given.formulas import ensure_choosing, name_inputs, of_actions
+from verify.systems.given.compared import find_numbers, read_observed
+from verify.systems.given.formulas import ensure_choosing, name_inputs, of_actions, spell_inputs
 from verify.systems.language.expressions import Number, names
 from verify.systems.language.parsing import Names
 from verify.systems.pieces import list_curved
@@ -150,7 +152,7 @@ def parse_written(claim: SystemClaim, statement: Statement, profile: PolicyProfi
     """
     curves = Curves(Names(statement.names.known, statement.names.meant, statement.names.modes))
     vocabulary, following = _vocabulary(statement, {policy.agent: policy for policy in profile.agents}, curves)
-    found = formula_of(name_inputs(claim.written), vocabulary, lambda offset: f"column {offset + 1}")
+    found = read_observed(name_inputs(claim.written), vocabulary, lambda offset: f"column {offset + 1}").formula
     return None if curves.found or coordinates(found) & following.keys() else found
 
 
@@ -170,7 +172,16 @@ def _vocabulary(
     modes = statement.names.modes
     giving = {each.name for each in statement.agents if each.outputs}  # what they do is `out(A)`, and no action
     choosing = {name: policy for name, policy in acting.items() if name not in giving}
-    return Vocabulary(tuple(units), choosing, units=units, constants=constants, modes=modes, curves=curves), following
+    vocabulary = Vocabulary(
+        tuple(units),
+        choosing,
+        units=units,
+        constants=constants,
+        modes=modes,
+        curves=curves,
+        observed=find_numbers(statement, acting.values()) if statement.observed else {},
+    )
+    return vocabulary, following
 
 
 def _decides(
@@ -189,24 +200,49 @@ def _decides(
     ensure_choosing(written, statement, where / "formula")
     named = name_inputs(written)
     try:
-        claim = formula_of(named, vocabulary, lambda offset: (where / "formula").of_offset(written, offset))
+        stated = read_observed(named, vocabulary, lambda offset: (where / "formula").of_offset(written, offset))
     except InputError as error:  # the text as the user wrote it, above the same mark
         error.where = error.where.replace(named, written)
         raise
-    claim = of_actions(claim, statement, acting, where / "formula")
     bent = frozenset[str]().union(*map(names, curves.found.values()))
     cuts: dict[str, int] = {}
     for name, value in flat(table_of(table, "cuts", where), where / "cuts").items():
         only({name: None}, sorted(bent), where / "cuts", "variable of a product or function")
         cuts[name] = count(value, where / "cuts" / name, MAX_CUTS)
-    stronger, weaker = claim, claim
-    if any(name in following for name in coordinates(claim)):
+
+    by = _Lowering(statement, acting, following, curves, cuts)
+
+    def decides(formula: Formula, words: str) -> SystemClaim:
+        claim = of_actions(formula, statement, acting, where / "formula")
+        return _lower_formula(replace(begun, written=words), claim, by, where / "formula")
+
+    conditions = [
+        Denied(spell_inputs(each.words, statement), decides(negate(each.formula), f"not ({each.words})"))
+        for each in stated.conditions
+    ]
+    rounded = tuple(stated.rounded.items())
+    return replace(decides(stated.formula, written), conditions=tuple(conditions), rounded=rounded)
+
+
+class _Lowering(NamedTuple):
+    """What takes next values and curves out of a formula."""
+
+    statement: Statement
+    acting: Mapping[str, AgentPolicy]
+    following: Mapping[str, str]  # whose next value each name of one is
+    curves: Curves
+    cuts: Mapping[str, int]
+
+
+def _lower_formula(begun: SystemClaim, claim: Formula, by: _Lowering, where: Place) -> SystemClaim:
+    """The claim of a formula over variables, next values and curves."""
+    statement, stronger, weaker = by.statement, claim, claim
+    if any(name in by.following for name in coordinates(claim)):
         exact = not any(map(list_curved, statement.rules))
-        pieces = statement.system.pieces
-        stronger, weaker = without_next(claim, pieces, following, acting, exact, where / "formula")
-    begun, enclosures = replace(begun, written=written), ()
-    if curves.found:
-        bending = curves.found, statement.system.variables, cuts, where / "formula"
+        stronger, weaker = without_next(claim, statement.system.pieces, by.following, by.acting, exact, where)
+    enclosures = ()
+    if by.curves.found:
+        bending = by.curves.found, statement.system.variables, by.cuts, where
         stronger, _, enclosures = without_curves(stronger, *bending)
         _, weaker, _ = without_curves(weaker, *bending)
     if stronger == weaker and not enclosures:  # else the checker shows what made them equal

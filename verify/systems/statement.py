@@ -68,6 +68,7 @@ class Statement:
     inputs: Mapping[str, Unit] = field(default_factory=dict[str, Unit], compare=False)  # what actions and outputs set
     source: str = field(default="", compare=False)  # the text of the file
     acting: Mapping[str, Acting] = field(default_factory=dict[str, Acting], compare=False)  # who tests sums in it, read
+    observed: bool = False  # whether variables are features, and decimals beside them floats
 
     @property
     def gives(self) -> tuple[str, ...]:

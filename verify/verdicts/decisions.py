@@ -8,25 +8,31 @@ Does not: write reports (reports/report.py).
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from codegen.intervals import Share
+from codegen.wording import visible
 from verify.checker.decisions.certificates import Certificate
+from verify.checker.decisions.premises import Premise
 from verify.claims.decisions import DecisionClaim
+from verify.claims.formula import TRUE, Condition, agents, conjunction, negate
+from verify.claims.uncertified.own import OwnFormula
 from verify.counterexamples.explanation import Explanation, explain_counterexample
 from verify.counterexamples.search import Counterexample, confirm_point, explain, near, violating_samples
 from verify.question import DecisionQuestion
 from verify.result import SETTLED, Cost, Evidence, Margin, Opinion, Result, Verdict
+from verify.semantics import MACHINE
 from verify.solver import solve
-from verify.solver.decide import SolverDecision, about_nothing, assumption_met, decide
+from verify.solver.decide import SolverDecision, about_nothing, decide
 from verify.solver.leaves import LeafFinding, leaf_findings
 from verify.solver.solve import Answer
 from verify.states.acting import Replay
 from verify.states.shares import SAMPLE_SEED, Shares, measure
 from verify.states.state import State
 from verify.verdicts.margins import room
-from verify.verdicts.opinions import Zoned, agreeing, by_zones, largest_eps
+from verify.verdicts.opinions import Zoned, agreeing, by_zones, largest_eps, with_premises
 
 if TYPE_CHECKING:
     from verify.extent.found import Where
@@ -85,6 +91,16 @@ class DecisionEvidence(Evidence):
 DecisionResult = Result[DecisionClaim, DecisionEvidence]
 
 
+class Settled(NamedTuple):
+    """A verdict with its reason, what it took, for VIOLATED a confirmed point, and Z3's opinion."""
+
+    verdict: Verdict
+    reason: str
+    spent: int
+    state: State | None
+    second: Opinion
+
+
 def verify(
     question: DecisionQuestion,
     replays: Mapping[str, Replay],
@@ -137,21 +153,70 @@ def verdict(question: DecisionQuestion) -> tuple[Verdict, str]:
     if not question.claim.per_state:
         outcome = _alive(question, None)
         return outcome.verdict, outcome.reason
-    answer, reason, *_ = _judge_question(question)[1]
-    return answer, reason
+    settled = _judge_question(question)[1]
+    return settled.verdict, settled.reason
 
 
-def _judge_question(question: DecisionQuestion) -> tuple[Zoned, tuple[Verdict, str, int, State | None, Opinion]]:
-    """What the zones say, and what is settled with Z3; a proof only where some state meets the assumption."""
+def _judge_question(question: DecisionQuestion) -> tuple[Zoned, Settled]:
+    """What the zones say, and what is settled with Z3; a proof only where each left side can hold."""
     _ = question.team
     zoned = by_zones(question)
     settled = _settle_question(question, zoned)
-    if settled[0] is Verdict.PROVED and not assumption_met(question):
+    if settled.verdict not in (Verdict.PROVED, Verdict.UNKNOWN):
+        return zoned, settled
+    premises = list[Premise]()
+    for condition in conditions_of(question.claim):
+        verdict, reason, spent, state, _ = _meet_condition(question, condition)
+        settled = settled._replace(spent=settled.spent + spent)
+        if verdict is Verdict.VACUOUS or (state is None and settled.verdict is Verdict.PROVED):
+            return zoned, settled._replace(verdict=verdict, reason=reason)
+        if state is not None:
+            exact = {name: Fraction(value) for name, value in state.position.items()}
+            premises.append(Premise(condition.formula, state.goal, exact))
+    if zoned.certificate is not None and settled.verdict is Verdict.PROVED:
+        zoned = replace(zoned, certificate=with_premises(zoned.certificate, question, premises))
+    return zoned, settled
+
+
+def conditions_of(claim: DecisionClaim) -> list[Condition]:
+    """What some state of the region must meet, or else a claim says nothing: the left sides of its implications, or
+    the assumption alone.
+    """
+    if claim.assume == TRUE:
+        return list(claim.conditions)
+    both = [Condition(each.words, conjunction(claim.assume, each.formula)) for each in claim.conditions]
+    return both or [Condition(claim.assumption, claim.assume)]
+
+
+def _meet_condition(question: DecisionQuestion, condition: Condition) -> Settled:
+    """A state of the region that meets a condition, without errors of features; VACUOUS where none does, else UNKNOWN
+    where none was found.
+    """
+    claim, told = question.claim, visible(" ".join(condition.words.split()))
+    denied = OwnFormula(claim.team, claim.margin, claim.radius, statement=negate(condition.formula))
+    answer = _find_violation(question.about(denied))
+    if answer.verdict is Verdict.PROVED and claim.eps and agents(condition.formula):  # an error may lead there
+        answer = answer._replace(verdict=_find_violation(question.about(replace(denied, eps=claim.eps))).verdict)
+    if answer.verdict is Verdict.PROVED:
+        return answer._replace(
+            verdict=Verdict.VACUOUS, reason=f"no world state of the region meets the condition: {told}"
+        )
+    if answer.state is None or answer.state.errors:
         asked = f"with {question.budgets.solver_units:,} resource units for each goal"
         hint = question.budgets.hint("may find one")
-        reason = f"no world state that meets the assumption was found {asked}; {hint}"
-        settled = (Verdict.UNKNOWN, reason, *settled[2:])
-    return zoned, settled
+        reason = f"no world state that meets the condition was found {asked}: {told}; {hint}"
+        return answer._replace(verdict=Verdict.UNKNOWN, reason=reason, state=None)
+    return answer
+
+
+def _find_violation(question: DecisionQuestion) -> Settled:
+    """What is settled of a question, by zones alone where a state beside theirs is a violation."""
+    zoned = by_zones(question)
+    if zoned.state is not None and question.semantics == MACHINE:
+        state = near(zoned.part or question, zoned.goal, zoned.state)
+        if state is not None:
+            return Settled(Verdict.VIOLATED, "", 0, state, zoned.opinion)
+    return _settle_question(question, zoned)
 
 
 def _decide_control(control: DecisionQuestion) -> Verdict:
@@ -189,7 +254,7 @@ def _alive(question: DecisionQuestion, visited: Visited | None) -> DecisionResul
     return Result(question, verdict, reason, evidence, _cost(question, spent))
 
 
-def _settle_question(question: DecisionQuestion, zoned: Zoned) -> tuple[Verdict, str, int, State | None, Opinion]:
+def _settle_question(question: DecisionQuestion, zoned: Zoned) -> Settled:
     """Verdict, reason, resources, for VIOLATED a confirmed point (case after case until one is), and Z3's opinion."""
     cases, only_real = question.cases, ""
     decided = zoned.opinion.verdict in (Verdict.PROVED, Verdict.VIOLATED)
@@ -208,12 +273,12 @@ def _settle_question(question: DecisionQuestion, zoned: Zoned) -> tuple[Verdict,
         if state is None and zoned.state is not None and zoned.goal == decision.goal:
             state = near(question, decision.goal, zoned.state)
         if state is not None:
-            return Verdict.VIOLATED, "", spent, state, second
+            return Settled(Verdict.VIOLATED, "", spent, state, second)
         only_real = ONLY_REAL if decision.exact else ONLY_ROUNDED
         place = next(k for k, (goal, part) in enumerate(cases) if goal == decision.goal and part.claim == asked.claim)
         cases = cases[place + 1 :]
         decision = decide(question, cases)
         spent += decision.resources
     if only_real and decision.verdict in (Verdict.PROVED, Verdict.UNKNOWN):
-        return Verdict.UNKNOWN, only_real, spent, None, second
-    return decision.verdict, decision.reason, spent, None, second
+        return Settled(Verdict.UNKNOWN, only_real, spent, None, second)
+    return Settled(decision.verdict, decision.reason, spent, None, second)

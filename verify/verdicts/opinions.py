@@ -5,13 +5,14 @@ Assumes: a team whose policies are `verifiable`.
 Does not: call a disagreement or a refused proof a verdict: both are our bugs, and raise AssertionError.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from codegen.policy_json import content_hash
 from verify.certificates.decisions import may_name
-from verify.checker.decisions.certificates import FORM, PARTED, Certificate, check_certificate
+from verify.checker.decisions.certificates import FORM, MET, MET_PARTED, PARTED, Certificate, check_certificate
+from verify.checker.decisions.premises import Premise, check_premise
 from verify.checker.reading import RejectedError
 from verify.question import UNITS_A_NODE, DecisionQuestion
 from verify.result import Margin, Opinion, Verdict
@@ -61,6 +62,18 @@ def by_zones(question: DecisionQuestion) -> Zoned:
         return Zoned(opinion, certificate=made, branches=check_certificate(made, question.origin))
     except RejectedError as error:
         raise AssertionError(f"the checker refuses the zone engine's proof of {claim.name}: {error}") from error
+
+
+def with_premises(certificate: Certificate, question: DecisionQuestion, premises: Sequence[Premise]) -> Certificate:
+    """The certificate of a formula with the left sides of its implications, of which the checker accepts the states."""
+    if certificate.claim is not None:
+        return certificate
+    for premise in premises:
+        try:
+            check_premise(premise, question.profile, certificate.region, certificate.semantics)
+        except RejectedError as error:
+            raise AssertionError(f"the checker refuses a state of {question.claim.name}: {error}") from error
+    return replace(certificate, form=MET if certificate.form == FORM else MET_PARTED, premises=tuple(premises))
 
 
 def largest_eps(question: DecisionQuestion) -> Margin:

@@ -51,6 +51,7 @@ class SystemEvidence(Evidence):
         None  # how near episodes come to a border, or how far the counterexample goes beyond
     )
     environment: str = ""  # what the environment that the system is about says of the counterexample
+    rounding: str = ""  # where a counterexample exists only by rounding: from which bound on the claim is proved
     programs: int = 0  # linear programs that were solved
     boxes: int = 0  # that were tried
 

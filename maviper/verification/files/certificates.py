@@ -25,7 +25,7 @@ from verify.checker.episodes.forever import LastingCertificate
 from verify.checker.reading import RejectedError
 from verify.claims.catalogue import describe_left_out, opponents_words, select_stated
 from verify.claims.claim import Parameter
-from verify.claims.formula import agents
+from verify.claims.formula import And, Or, agents
 from verify.claims.observed import over
 from verify.claims.region import Region
 from verify.claims.uncertified.starts import is_start
@@ -116,7 +116,19 @@ def _subject(proof: Certificate, profile: PolicyProfile) -> str:
         claim += "".join(f", {name} {_format_parameter(value)}" for name, value in select_stated(proof.claim).items())
     claim += "" if proof.view is None else f", {describe_view(proof.view)},"
     place = f"{claim} in {_place(proof.region, profile)}, {proof.semantics} arithmetic"
-    return place if proof.claim is not None else f"{place}; the formula: {formula_words(proof.formula, profile)}"
+    if proof.claim is not None:
+        return place
+    return f"{place}; the formula: {formula_words(proof.formula, profile)}{_left_sides(proof, profile)}"
+
+
+def _left_sides(proof: Certificate, profile: PolicyProfile) -> str:
+    """What the certificate of a formula shows of the left sides of implications."""
+    if proof.says_left_sides:
+        met = [formula_words(premise.formula, profile) for premise in proof.premises]
+        return f"; some state meets each of its conditions: {'; '.join(met)}" if met else ""
+    parts = proof.formula.parts if isinstance(proof.formula, And) else (proof.formula,)
+    implies = any(isinstance(part, Or) for part in parts)
+    return "; if it is an implication, the certificate does not show that its left side can hold" if implies else ""
 
 
 def _episodes(proof: EpisodeCertificate | LastingCertificate, profile: PolicyProfile) -> str:

@@ -97,21 +97,31 @@ def check_certificate(
     about = find_profile(profile, beside=path, sums=True)
     closed = ensure_accepted(path, certificate.reading(FollowedProof), statement, about, told=tell_shown)
     statement, about = as_played(statement, about)
+    stated = list(claims_of(statement, about, WORLD_FILE)) if statement.properties else []
+    stated += _read_beside(statement, about, path.parent / PROPERTY_FILE)
     try:
-        curve = _of_curves(certificate.claim, statement, about, path.parent / PROPERTY_FILE)
+        curve = _of_curves(certificate.claim, statement, stated)
     except RejectedError as error:
         advice = "do not rely on it; run `maviper verify` again"
         raise RefusedError("an enclosure of the claim is refused", f"{path}: {escape_text(error)}", advice) from None
     said = f"{curve or sentence(certificate.claim, statement, about)}, {report.sentence(statement.system)}"
+    said += _left_sides(certificate.claim, stated)
     return f"{name_claim(certificate.claim)}: {said}", closed, certificate.size, certificate.unit
 
 
-def _of_curves(claim: SystemClaim, statement: Statement, profile: PolicyProfile, beside: Path) -> str:
-    """What a proof says of a formula with curves or outputs in the world file, or in the file of claims beside it; ""
-    where there is none that the claim implies. RejectedError where its enclosures are not shown again.
+def _left_sides(claim: SystemClaim, stated: Sequence[SystemClaim]) -> str:
+    """What a certificate shows of the left sides of implications. `stated`: claims of the files beside it."""
+    if not claim.about_decisions or any(each == claim and not each.conditions for each in stated):
+        return ""
+    if claim.premises:
+        return f"; {format_count(len(claim.premises), 'state')} in it shown to meet its conditions"
+    return "; if it is an implication, the certificate does not show that its left side can hold"
+
+
+def _of_curves(claim: SystemClaim, statement: Statement, stated: Sequence[SystemClaim]) -> str:
+    """What a proof says of a formula with curves or outputs among claims of files; "" where there is none that the
+    claim implies. RejectedError where its enclosures are not shown again.
     """
-    stated = list(claims_of(statement, profile, WORLD_FILE)) if statement.properties else []
-    stated += _read_beside(statement, profile, beside)
     for each in stated:
         if each == claim and each.curved is None and name_inputs(each.written) != each.written:
             return f"{each.sentence}: {' '.join(each.written.split())}"

@@ -11,7 +11,9 @@ from typing import Any
 
 from codegen.ir import PolicyProfile
 from maviper.verification.files.systems import counterexample_document
+from maviper.verification.procedures.conditions import with_conditions
 from maviper.verification.procedures.procedure import Procedure
+from maviper.verification.procedures.rounding import with_bound
 from maviper.verification.stated import StatedWorld
 from verify.certificates.systems import to_json
 from verify.question import Question
@@ -22,11 +24,11 @@ from verify.verdicts.systems import SystemResult
 
 def _answer(question: Question[SystemClaim], bench: StatedWorld, region_file: str | None) -> SystemResult:
     """Nothing is said of where a claim holds: what an answer leaves open is a set of states, which the report names."""
-    return bench.answer(question)
+    return with_bound(with_conditions(bench.answer(question), bench), bench)
 
 
 def _verdict(question: Question[SystemClaim], bench: StatedWorld) -> tuple[Verdict, str]:
-    result = bench.answer(question, beside=False)
+    result = with_conditions(bench.answer(question, beside=False), bench)
     return result.verdict, result.reason
 
 

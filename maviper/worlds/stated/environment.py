@@ -19,10 +19,11 @@ from pettingzoo import ParallelEnv
 
 from codegen.errors import InputError
 from codegen.ir import FeatureSpec
+from codegen.numbers.rounding import nearest_single
 from maviper.worlds.stated.flowing import FlowRule
 from maviper.worlds.stated.systems import Floats, Moving, draw_rule, read, start
 from verify.systems.language.expressions import function
-from verify.systems.observing import measure_feature, nearest
+from verify.systems.observing import measure_feature
 from verify.systems.system import Affine, Feature, Measure
 
 if TYPE_CHECKING:
@@ -145,7 +146,7 @@ def _of(feature: Feature, state: Floats, exact: Mapping[str, Fraction]) -> np.fl
         case Feature(Affine(((name, factor),), constant), Measure.VALUE) if factor == 1 and not constant:
             return np.float32(state[name])  # the same in less time
         case _:
-            return nearest(measure_feature(feature, exact))
+            return nearest_single(measure_feature(feature, exact))
 
 
 def _specs(statement: Statement, agent: str) -> list[FeatureSpec]:

@@ -9,10 +9,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from codegen.floats import NUMBERS
+from codegen.numbers.rounding import nearest_single
 from tests.support.system_cases import policy, team
 from verify.checker.systems.trees import goes_left
 from verify.claims.formula import holds
-from verify.systems.observing import choose_actions, measure_feature, nearest
+from verify.systems.observing import choose_actions, measure_feature
 from verify.systems.system import Affine, Feature, Measure, System, Variable
 
 FORM = Affine.of({"x": F(1), "y": F(-2)}, F(1, 2))
@@ -25,7 +26,7 @@ NUMBER = st.fractions(-1000, 1000) | st.floats(-(2.0**90), 2.0**90, width=32).ma
 def test_nothing_is_nearer(number, off, bits):
     """Numbers beside float32 numbers and their midpoints, against their neighbours by exact distances."""
     exact = number + F(off, 2**bits)
-    found = nearest(exact)
+    found = nearest_single(exact)
     distance = abs(F(float(found)) - exact)
     for towards in (-np.inf, np.inf):
         beside = np.nextafter(found, np.float32(towards))
@@ -38,8 +39,8 @@ def test_nothing_is_nearer(number, off, bits):
 def test_a_number_just_beside_a_tie(sign):
     """The nearest double is the tie itself, and would round to the even neighbour."""
     tie = F(1) + F(1, 2**24)
-    assert nearest(tie) == 1
-    assert nearest(tie + F(sign, 2**90)) == (1 if sign < 0 else np.nextafter(np.float32(1), np.float32(2)))
+    assert nearest_single(tie) == 1
+    assert nearest_single(tie + F(sign, 2**90)) == (1 if sign < 0 else np.nextafter(np.float32(1), np.float32(2)))
 
 
 def test_measures():
@@ -49,7 +50,7 @@ def test_measures():
     assert measure_feature(Feature(FORM, Measure.SIGN), {"x": F(3, 2), "y": F(1)}) == 0
     assert measure_feature(Feature(FORM, Measure.POSITIVE), state) == 0
     assert measure_feature(Feature(FORM, Measure.CLIP, (F(-1, 4), F(1))), state) == F(-1, 4)
-    assert nearest(measure_feature(Feature(FORM), {"x": F(1, 10), "y": F(0)})) == np.float32(0.6)
+    assert nearest_single(measure_feature(Feature(FORM), {"x": F(1, 10), "y": F(0)})) == np.float32(0.6)
 
 
 @pytest.mark.parametrize("numbers", NUMBERS)

@@ -16,6 +16,7 @@ from codegen.errors import InputError, escape_text
 from codegen.ir import GOAL, PolicyProfile
 from codegen.policy_json import content_hash
 from verify.checker.decisions import walk as decisions
+from verify.checker.decisions.premises import Premise, check_premise
 from verify.checker.envelope import (
     REMAKE,
     ensure_about,
@@ -40,6 +41,8 @@ from verify.semantics import SEMANTICS, Semantics
 
 FORM = "maviper-certificate-1"
 PARTED = "maviper-certificate-2"  # its proofs are those of the conjuncts, one after the other
+MET, MET_PARTED = "maviper-certificate-3", "maviper-certificate-4"  # the same, with the left sides of implications
+FORMS = (FORM, PARTED, MET, MET_PARTED)
 MAX_BYTES = 1 << 30
 STATED = {"name", "goals", "box", "difference", "apart"}  # of a region
 NAMED = ("name", "team", "margin", "radius", "kappa", "landmarks")  # of a property, what a certificate states
@@ -65,6 +68,12 @@ class Certificate:
     form: str = FORM  # by which the proofs are to be read
     against: str = ""  # content hash of a second profile: the claim is that agents act alike in both
     view: View | None = None  # where the claim is over observations: how they are put together
+    premises: tuple[Premise, ...] = ()  # the left sides of its implications
+
+    @property
+    def says_left_sides(self) -> bool:
+        """Whether it states the left sides of its claim, of which each can hold."""
+        return self.form in (MET, MET_PARTED)
 
     @property
     def size(self) -> int:
@@ -105,6 +114,8 @@ def check_certificate(certificate: Certificate, profile: PolicyProfile, against:
     region = certificate.region
     if not holds(region_formula(region), certificate.inhabitant, {}):
         raise RejectedError("its inhabitant is not a state of the region, so the claim may be vacuous")
+    for premise in certificate.premises:
+        check_premise(premise, profile, region, certificate.semantics)
     goals = region.goal_cases
     if set(goals) != set(certificate.proofs):
         proved, stated = (
@@ -113,7 +124,7 @@ def check_certificate(certificate: Certificate, profile: PolicyProfile, against:
         )
         raise RejectedError(f"the proofs are for the goals {proved}, but the region has {stated}")
     closed, semantics = list[int](), Semantics(certificate.semantics, certificate.eps)
-    parts = conjuncts(certificate.formula) if certificate.form == PARTED else (certificate.formula,)
+    parts = conjuncts(certificate.formula) if certificate.form in (PARTED, MET_PARTED) else (certificate.formula,)
     for_any_goal = not _names_goal(certificate.formula, profile)
     for goal in goals:
         if for_any_goal and closed and certificate.proofs[goal] == certificate.proofs[goals[0]]:
@@ -158,7 +169,9 @@ def ensure_known_names(certificate: Certificate, profile: PolicyProfile, team: s
     """InputError when a certificate, or the team of its claim, speaks of what the profile does not have."""
     region, world = certificate.region, profile.world
     entities = [entity.name for entity in world.agents + world.landmarks]
-    used = {*region.box, *coordinates(certificate.formula), *(n for a, b, _ in region.differences for n in (a, b))}
+    stated = (certificate.formula, *(premise.formula for premise in certificate.premises))
+    used = {*region.box, *(name for each in stated for name in coordinates(each))}
+    used |= {name for a, b, _ in region.differences for name in (a, b)}
     bounded = {name for name in region.box if not name.startswith(f"{GOAL}.")}  # the goal's place is its landmark's
     compared = {f"{name}.{axis}" for a, b, _ in region.apart for name in (a, b) for axis in "xy"}
     compared |= {name for a, b, _ in region.differences for name in (a, b)}
@@ -168,7 +181,7 @@ def ensure_known_names(certificate: Certificate, profile: PolicyProfile, team: s
         *sorted(used - set(world.coordinates())),
         *sorted({name for a, b, _ in region.apart for name in (a, b)} - set(entities)),
         *sorted(set(region.goals) - set(world.goals)),
-        *sorted(agents(certificate.formula) - {policy.agent for policy in profile.agents}),
+        *sorted({name for each in stated for name in agents(each)} - {policy.agent for policy in profile.agents}),
         *([f"the profile has no team {team}"] if team is not None and not profile.team(team) else []),
     ]
     if strange:
@@ -179,6 +192,14 @@ def ensure_known_names(certificate: Certificate, profile: PolicyProfile, team: s
 
 
 # --- the text
+
+
+class PremiseJson(msgspec.Struct, forbid_unknown_fields=True):
+    """A left side, the goal, and a state that meets it."""
+
+    formula: dict[str, Any]
+    goal: str
+    state: dict[str, str]
 
 
 class CertificateJson(msgspec.Struct, forbid_unknown_fields=True):
@@ -196,13 +217,14 @@ class CertificateJson(msgspec.Struct, forbid_unknown_fields=True):
     eps: str | msgspec.UnsetType = msgspec.UNSET  # stated where features may be off
     against: str | msgspec.UnsetType = msgspec.UNSET  # stated where it is about two profiles
     view: dict[str, list[str]] | msgspec.UnsetType = msgspec.UNSET  # stated of claims over observations
+    premises: list[PremiseJson] | msgspec.UnsetType = msgspec.UNSET  # stated since the third form
 
 
 def from_json(text: str | bytes, where: str = "certificate") -> Certificate:
     """The certificate in a text. InputError when it is damaged, of another version, or edited."""
     with ensure_readable(where):
         raw = msgspec.json.decode(text, type=CertificateJson)
-        ensure_whole(raw, raw.certificate if raw.certificate == PARTED else FORM, where)
+        ensure_whole(raw, raw.certificate if raw.certificate in FORMS else FORM, where)
         return _certificate(raw)
 
 
@@ -212,6 +234,9 @@ def _certificate(raw: CertificateJson) -> Certificate:
     eps = NO_ERROR if isinstance(raw.eps, msgspec.UnsetType) else read_number(raw.eps)
     if not isinstance(raw.eps, msgspec.UnsetType) and eps <= 0:
         raise ValueError(f"$.eps: {raw.eps[:40]!r}")
+    premises = () if isinstance(raw.premises, msgspec.UnsetType) else tuple(map(_premise, raw.premises))
+    if isinstance(raw.premises, msgspec.UnsetType) == (raw.certificate in (MET, MET_PARTED)):
+        raise ValueError(f"$.premises: stated by {MET} and {MET_PARTED}, and by no other")
     return Certificate(
         profile=raw.profile,
         claim=None if raw.property is None else _property(raw.property),
@@ -225,7 +250,13 @@ def _certificate(raw: CertificateJson) -> Certificate:
         form=raw.certificate,
         against="" if isinstance(raw.against, msgspec.UnsetType) else raw.against,
         view=None if isinstance(raw.view, msgspec.UnsetType) else view_from(raw.view),
+        premises=premises,
     )
+
+
+def _premise(raw: PremiseJson) -> Premise:
+    state = {name: read_number(value) for name, value in raw.state.items()}
+    return Premise(read_formula(raw.formula), goal_of(raw.goal), state)
 
 
 def _property(document: Mapping[str, str | list[str]]) -> DecisionClaim:

@@ -15,7 +15,7 @@ from typing import Any, ClassVar, Protocol
 import msgspec
 
 from codegen.errors import InputError, escape_text
-from codegen.ir import PolicyProfile
+from codegen.ir import ROOT, PolicyProfile
 from codegen.policy_json import content_hash
 from verify.checker.envelope import (
     REMAKE,
@@ -27,13 +27,14 @@ from verify.checker.envelope import (
 )
 from verify.checker.reading import RejectedError
 from verify.checker.systems.cases import ensure_cases
+from verify.checker.systems.trees import sides_of
 from verify.checker.systems.walk import FollowedPart, Hull, Proof, SystemQuestions, ways
 from verify.claims.formula import Acts, Linear, agents, atoms, coordinates, holds
 from verify.claims.formula_json import read_formula
 from verify.exact import read_number
 from verify.systems import documents
-from verify.systems.claims import Pattern, SystemClaim
-from verify.systems.system import Affine, HalfSpace, Polytope, System, ensure_in_steps
+from verify.systems.claims import Pattern, SystemClaim, SystemPremise
+from verify.systems.system import Affine, HalfSpace, Polytope, State, System, ensure_in_steps
 
 FORM = "maviper-system-certificate-1"
 BITS = 7 * 1_000  # of the largest number in a proof
@@ -135,8 +136,10 @@ def ensure_asked(
     certificate.claim.ensure()
     if certificate.claim.says.ever != ever:
         raise RejectedError("the claim is about all steps, or this form of certificate is about nothing else")
-    if not _is_state(certificate, system):
+    if not _is_state(certificate.claim, certificate.inhabitant, system):
         raise RejectedError("its inhabitant is not a state that the claim is about, so the claim may be vacuous")
+    for premise in certificate.claim.premises:
+        _check_premise(premise, certificate.claim, profile, system)
     if certificate.claim.at_samples is not None and system.flow is None:
         raise RejectedError("the claim is about continuous time, and the system moves in steps")
     moving = certificate.claim.steps or certificate.claim.says.ever
@@ -171,15 +174,18 @@ def _ensure_known(certificate: Certified, named: set[str], profile: PolicyProfil
     """InputError where a certificate speaks of what its profile and system do not have."""
     claim, names = certificate.claim, {one.name for one in system.variables}
     used = {name for region in claim.regions + claim.assuming for half in region for name, _ in half.form.terms}
-    used |= coordinates(claim.formula) | named
-    strange = sorted(used - names) + sorted(agents(claim.formula) - {policy.agent for policy in profile.agents})
+    stated = [claim.formula, *(premise.formula for premise in claim.premises)]
+    used |= named.union(*map(coordinates, stated))
+    speaking = frozenset[str]().union(*map(agents, stated))
+    strange = sorted(used - names) + sorted(speaking - {policy.agent for policy in profile.agents})
     silent = sorted(acting(system) - {policy.agent for policy in profile.agents})
     if silent:
         raise InputError(
             "the profile has no tree for agents that move the system", ", ".join(map(escape_text, silent)), REMAKE
         )
     strange = strange or _strange_actions(claim, profile)
-    if strange or set(certificate.inhabitant) != names:
+    states = [certificate.inhabitant, *(premise.state for premise in claim.premises)]
+    if strange or any(set(state) != names for state in states):
         what = "the certificate names what the profile and the system do not have"
         raise InputError(what, ", ".join(map(escape_text, strange)) or "$.inhabitant", REMAKE)
 
@@ -191,8 +197,7 @@ def _strange_actions(claim: SystemClaim, profile: PolicyProfile) -> list[str]:
     return [f"action {action} of {agent}" for agent, action in sorted(said) if not 0 <= action < known[agent]]
 
 
-def _is_state(certificate: Certified, system: System) -> bool:
-    claim, state = certificate.claim, certificate.inhabitant
+def _is_state(claim: SystemClaim, state: State, system: System) -> bool:
     if not all(one.range[0] <= state[one.name] <= one.range[1] for one in system.variables):
         return False
     if any(one.modes and state[one.name].denominator != 1 for one in system.variables):
@@ -200,6 +205,21 @@ def _is_state(certificate: Certified, system: System) -> bool:
     if claim.about_decisions:
         return not claim.regions or holds(claim.inside, state, {})
     return all(half.holds(state) for half in system.start) and holds(claim.spoken_of, state, {})
+
+
+def _check_premise(premise: SystemPremise, claim: SystemClaim, profile: PolicyProfile, system: System) -> None:
+    """RejectedError where the state of a left side is none that the claim is about, or does not meet the left side."""
+    state, actions = premise.state, dict[str, int]()
+    if not claim.about_decisions or not _is_state(claim, state, system):
+        raise RejectedError("the state of a left side is not one that the claim is about")
+    for agent in agents(premise.formula):
+        policy, node = profile.policy(agent), ROOT
+        sides = sides_of(system, policy)
+        while node in sides:
+            node = int((policy.tree.left if holds(sides[node], state, {}) else policy.tree.right)[node])
+        actions[agent] = int(policy.tree.action[node])
+    if not holds(premise.formula, state, actions):
+        raise RejectedError("the state of a left side does not meet it")
 
 
 def _ensure_all_shown(certificate: SystemCertificate, system: System) -> None:
@@ -238,6 +258,13 @@ class FollowedPartJson(msgspec.Struct, forbid_unknown_fields=True):
     proof: list[str]
 
 
+class SystemPremiseJson(msgspec.Struct, forbid_unknown_fields=True):
+    """The left side of an implication, and a state that meets it."""
+
+    formula: dict[str, Any]
+    state: dict[str, str]
+
+
 class SystemClaimJson(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
     """A claim in a file."""
 
@@ -251,6 +278,7 @@ class SystemClaimJson(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=
     region: str
     assuming: list[list[dict[str, Any]]] = []
     assumed: str = ""
+    premises: list[SystemPremiseJson] = []
 
 
 class SystemCertificateJson(msgspec.Struct, forbid_unknown_fields=True):
@@ -294,7 +322,12 @@ def read_claim(raw: SystemClaimJson) -> SystemClaim:
         label=raw.label,
         region=raw.region,
         assumed=raw.assumed,
+        premises=tuple(map(_read_premise, raw.premises)),
     )
+
+
+def _read_premise(raw: SystemPremiseJson) -> SystemPremise:
+    return SystemPremise(read_formula(raw.formula), {name: read_number(value) for name, value in raw.state.items()})
 
 
 def read_region(halves: Sequence[Mapping[str, Any]]) -> Polytope:

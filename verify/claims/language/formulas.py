@@ -1,8 +1,8 @@
 """The formulas that users' texts state.
 
 Does: coordinates, distances, comparisons, actions, named predicates, not / and / or / implies; units, where those of
-  the coordinates are known.
-Assumes: the names that a text may use are given; every number is exact.
+  the coordinates are known; of a decimal beside a feature, the float that it is read as.
+Assumes: the names that a text may use are given; every other number is exact.
 Does not: parse (verify.language), run anything that a text holds, or know files (files.py).
 
 A text that states no unit, and names no constant, is read in numbers alone. Else all of its units must fit.
@@ -11,23 +11,41 @@ A text that states no unit, and names no constant, is read in numbers alone. Els
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from codegen.errors import InputError
 from codegen.ir import GOAL, AgentPolicy
+from codegen.numbers.rounding import nearest_number
 from verify.claims import predicates
-from verify.claims.formula import FALSE, TRUE, Acts, Formula, Goal, conjunction, disjunction, negate
+from verify.claims.formula import FALSE, TRUE, Acts, Condition, Formula, Goal, conjunction, disjunction, negate
+from verify.claims.language.compared import spell_unlike
 from verify.claims.language.sums import CoordinateSum, compare_sums, constant, coordinate, distance, largest
+from verify.claims.language.trees import find_single_name, list_conditions, spell, strip_signs
+from verify.claims.uncertified.views import UNLIKE
 from verify.language.arithmetic import Arithmetic, Typed
 from verify.language.lexer import Source, Token
 from verify.language.modes import BY_EQUALITY, Modes, is_compared, resolve_modes
-from verify.language.parser import ACTS, BARS, CallNode, Joined, Level, Limits, Listed, NameNode, Node, Prefixed, parse
+from verify.language.parser import (
+    ACTS,
+    BARS,
+    CallNode,
+    Joined,
+    Level,
+    Limits,
+    Listed,
+    NameNode,
+    Node,
+    NumberNode,
+    Prefixed,
+    parse,
+)
 from verify.language.units import Unit
 
 LIMITS = Limits(characters=100_000, depth=41)  # 40 levels, and a predicate within
 EXTREMES = ("abs", "max", "min")
 PREDICATES = ("closes", "engaged", "at")
-FUNCTIONS = (ACTS, *PREDICATES, "distance", *EXTREMES)
+EXACT = "exact"  # of a decimal that means itself, and no float
+FUNCTIONS = (ACTS, *PREDICATES, "distance", *EXTREMES, EXACT)
 WORDS = ("not", "and", "or", "implies", "in", "true", "false")
 TRUTHS = {"true": TRUE, "false": FALSE}
 
@@ -46,6 +64,7 @@ class Vocabulary:
     constants: Mapping[str, Typed[Fraction]] = field(default_factory=dict[str, Typed[Fraction]])
     modes: Modes = field(default_factory=dict[str, tuple[str, ...]])  # of coordinates that are modes
     curves: "CurveReader | None" = None  # what is not linear; None: that is refused
+    observed: Mapping[str, str] = field(default_factory=dict[str, str])  # feature -> its numbers; UNLIKE: of two types
 
 
 class CurveReader(Protocol):
@@ -60,18 +79,42 @@ class CurveReader(Protocol):
         ...
 
 
+class StatedFormula(NamedTuple):
+    """What a text states."""
+
+    formula: Formula
+    conditions: tuple[Condition, ...]  # the left sides of its implications
+    rounded: Mapping[str, str]  # decimals as they are written -> the floats that they mean, where these differ
+
+    def read_by(self, reading: Callable[[Formula], Formula]) -> "StatedFormula":
+        """The same where formulas mean something else than they say."""
+        conditions = tuple(Condition(words, reading(each)) for words, each in self.conditions)
+        return StatedFormula(reading(self.formula), conditions, self.rounded)
+
+
 def formula_of(text: str, vocabulary: Vocabulary, where: Callable[[int], str]) -> Formula:
     """The formula that a text states. InputError that shows the first fault, and the closest known name."""
+    return read_statement(text, vocabulary, where).formula
+
+
+def read_statement(text: str, vocabulary: Vocabulary, where: Callable[[int], str]) -> StatedFormula:
+    """The formula that a text states, with what it depends on. InputError as of `formula_of`."""
     source = Source(text, where)
-    reader = _Formulas(source, vocabulary)
-    formula = reader.claim(resolve_modes(source, parse(source, LIMITS), vocabulary.modes))
-    sums = reader.sums
+    reader, tree = _Formulas(source, vocabulary), parse(source, LIMITS)
+
+    def claim(node: Node) -> Formula:
+        return reader.claim(resolve_modes(source, node, vocabulary.modes))
+
+    formula, sums = claim(tree), reader.sums
     if sums.measured is not None and not vocabulary.units:
         advice = "write the number alone: only a world file states the units of what it names"
         raise source.wrong("nothing here has a unit that is known", sums.measured.place, advice)
     if sums.measured is not None and sums.misfits:
         raise sums.misfits[0]
-    return formula
+    conditions = tuple(
+        Condition(" and ".join(map(spell, nodes)), conjunction(*map(claim, nodes))) for nodes in list_conditions(tree)
+    )
+    return StatedFormula(formula, conditions, dict(reader.rounded))
 
 
 class _Sums(Arithmetic[CoordinateSum]):
@@ -147,6 +190,8 @@ class _Sums(Arithmetic[CoordinateSum]):
             return Typed(distance(a, b), None)
         if function.text in (ACTS, *PREDICATES):
             raise self.make_node_error(call)
+        if function.text == EXACT:
+            return self._exactly(call)
         if function.text not in (*EXTREMES, BARS):
             raise self.source.unknown("function", function, FUNCTIONS)
         single = function.text in ("abs", BARS)
@@ -160,6 +205,12 @@ class _Sums(Arithmetic[CoordinateSum]):
         if function.text != "min":
             return Typed(largest(sums), unit)
         return Typed(self.negative(largest([self.negative(each) for each in sums])), unit)
+
+    def _exactly(self, call: CallNode) -> Typed[CoordinateSum]:
+        given = [self.evaluate_node(each) for each in call.arguments]
+        if len(given) != 1 or not given[0].value.is_constant:
+            raise self.source.wrong("exact is said of one number", call.token.place, "write such as exact(0.1)")
+        return given[0]
 
     def _plain(self, node: Node) -> Typed[CoordinateSum]:
         typed = self.evaluate_node(node)
@@ -191,6 +242,7 @@ class _Formulas:
     def __init__(self, source: Source, known: Vocabulary) -> None:
         self._source, self._known = source, known
         self.sums = _Sums(source, known)
+        self.rounded: dict[str, str] = {}  # decimals -> the floats that they mean
 
     def claim(self, node: Node) -> Formula:
         """The formula of a tree."""
@@ -245,12 +297,25 @@ class _Formulas:
         return node.token.text not in known and "." not in node.token.text
 
     def _compare_nodes(self, left: Node, sign: Token, right: Node) -> Formula:
-        one, other = self.sums.evaluate_node(left), self.sums.evaluate_node(right)
+        one, other = self._evaluate_side(left, right), self._evaluate_side(right, left)
         self.sums.same(one, other, sign)
         try:
             return compare_sums(one.value, sign.text, other.value)
         except OverflowError as error:
             raise self._source.wrong(str(error), sign.place, "simplify the formula") from None
+
+    def _evaluate_side(self, node: Node, other: Node) -> Typed[CoordinateSum]:
+        """One side of a comparison: beside a feature, a number is the float that it is read as."""
+        typed, numbers = self.sums.evaluate_node(node), self._known.observed.get(find_single_name(other))
+        if numbers is None or not isinstance(strip_signs(node), NumberNode):
+            return typed
+        if numbers == UNLIKE:
+            what = f"agents observe {find_single_name(other)} in float32 and in float64"
+            raise self._source.wrong(what, node.token.place, f"write exact({spell(strip_signs(node))})")
+        exact, near = typed.value.offset, nearest_number(typed.value.offset, numbers)
+        if Fraction(near) != exact:
+            self.rounded[spell(node)] = spell_unlike(near, exact, numbers)
+        return typed._replace(value=constant(Fraction(near)))
 
     def _same(self, left: Node, right: Node, sign: Token) -> Formula:
         """That two agents act alike, that an agent takes an action, or which landmark the goal is."""

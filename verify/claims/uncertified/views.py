@@ -16,6 +16,7 @@ from verify.claims.region import Interval, Region
 from verify.claims.uncertified.starts import everywhere
 
 SEEN, RANGES = "seen", "ranges"  # regions of a view: what episodes showed, and what the features' ranges are
+UNLIKE: Final = ""  # in place of float32 and float64: both
 ALL: Final = "all"  # in place of names of features: those that several agents have
 
 
@@ -40,6 +41,19 @@ def describe_view(view: View) -> str:
     if view.raised is not None:
         return f"over observations{shared} (two copies of {view.copied} that differ in {view.raised.feature} only)"
     return f"over observations{shared}"
+
+
+def find_numbers(view: PolicyProfile) -> dict[str, str]:
+    """What the agents that observe each variable of a view compare: float32 or float64; UNLIKE where some compare
+    either.
+    """
+    variables, numbers = {each.name for each in view.world.variables}, dict[str, str]()
+    for policy in view.agents:
+        for feature in policy.features:
+            for _, name in feature.meaning.terms if feature.meaning is not None else ():
+                if name in variables and numbers.setdefault(name, policy.numbers) != policy.numbers:
+                    numbers[name] = UNLIKE
+    return numbers
 
 
 def unread(profile: PolicyProfile) -> bool:

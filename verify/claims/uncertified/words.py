@@ -5,6 +5,8 @@ Assumes: claims of decisions.py, relations.py and own.py, each by the name of it
 Does not: belong to what proofs rest on, which read formulas.
 """
 
+from collections.abc import Iterable
+
 from verify.claims.decisions import OWN, DecisionClaim
 
 WITH_ERRORS = ", even when every feature{who} is off by up to eps, each by an error of its own"
@@ -38,6 +40,11 @@ WORDS = {
     "alive_leaves": "every leaf of every agent of the {team} is reached in some world state of the region",
     OWN: "in every world state of the region, the formula holds for what the {team} do",
 }
+
+
+def spell_rounded(rounded: Iterable[tuple[str, str]]) -> list[str]:
+    """The floats that decimals beside features are read as."""
+    return [f"{written}, read as {near}" for written, near in rounded]
 
 
 def spell_decisions(claim: DecisionClaim) -> str:

@@ -15,13 +15,13 @@ from itertools import product
 
 from codegen.floats import FLOAT32, FLOAT64
 from codegen.ir import PolicyProfile, act, outputs
-from codegen.numbers.rounding import nearest_double, neighbour
+from codegen.numbers.rounding import nearest_number, neighbour
 from verify.claims.formula import Formula, holds
 from verify.reach.results import SystemCounterexample
 from verify.reach.rounded import truly
 from verify.systems.claims import SystemClaim
 from verify.systems.given.played import list_roundings, list_settings
-from verify.systems.observing import nearest, observe_state
+from verify.systems.observing import observe_state
 from verify.systems.statement import Statement
 from verify.systems.system import State
 
@@ -70,7 +70,7 @@ def _beside(statement: Statement, state: State) -> Iterator[Mapping[str, Fractio
 
 
 def _float_in(exact: Fraction, ends: tuple[Fraction, Fraction], numbers: str, step: int) -> Fraction:
-    near = float(nearest(exact) if numbers == FLOAT32 else nearest_double(exact))
+    near = nearest_number(exact, numbers)
     for _ in range(abs(step)):
         near = float(neighbour(near, step * float("inf"), numbers))
     if Fraction(near) > ends[1]:

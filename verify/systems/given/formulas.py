@@ -28,6 +28,14 @@ def name_inputs(text: str) -> str:
     return GIVEN.sub(lambda match: f"{match[1]}.{match[2]}".ljust(len(match[0])), text)
 
 
+def spell_inputs(text: str, statement: Statement) -> str:
+    """The text with `AGENT.OUTPUT` as `out(AGENT).OUTPUT`."""
+    for agent in statement.agents:
+        for output in agent.outputs:
+            text = re.sub(rf"\b{re.escape(agent.name)}\.{re.escape(output)}\b", f"out({agent.name}).{output}", text)
+    return text
+
+
 def ensure_choosing(text: str, statement: Statement, where: Place) -> None:
     """InputError where a text asks for the action of an agent that gives numbers."""
     giving = {each.name: each.outputs for each in statement.agents if each.outputs}
