@@ -9,8 +9,8 @@ from tests.support.system_cases import box, corridor, double_integrator, passing
 from verify.checker.systems import reading
 from verify.claims.region import UNBOUNDED
 from verify.question import Budgets, Question, shuffle_leaves
+from verify.reach import decide as reach
 from verify.reach.results import ReachOutcome
-from verify.reach.together import Together
 from verify.result import Verdict
 from verify.solver import unrolled
 from verify.subjects import ClosedLoop
@@ -70,7 +70,7 @@ def test_a_claim_that_any_leaves_fulfil_has_a_control_that_is_proved():
 
 
 def test_engines_that_disagree_are_a_bug_of_ours(monkeypatch):
-    monkeypatch.setattr(Together, "outcome", lambda search, number: ReachOutcome(Verdict.PROVED))
+    monkeypatch.setattr(reach, "decide", lambda question: ReachOutcome(Verdict.PROVED))
     with pytest.raises(AssertionError, match=r"reach PROVED, Z3 .* VIOLATED"):
         verify_system(asked(bound=F(1, 10)))
 
