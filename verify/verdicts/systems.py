@@ -15,7 +15,7 @@ from verify.flows import decide as flows
 from verify.question import Question
 from verify.reach import decide as reach
 from verify.reach.results import ReachOutcome, SystemCounterexample
-from verify.result import SETTLED, Cost, Evidence, Opinion, Result, Verdict
+from verify.result import SETTLED, Control, Cost, Evidence, Opinion, Result, Verdict
 from verify.solver import unrolled
 from verify.spending import STATE
 from verify.subjects import ClosedLoop
@@ -30,7 +30,8 @@ if TYPE_CHECKING:
 
 ENGINE, UNIT, BOXES = "reach", "symbolic states", "boxes"
 FLOWS, SETS = "flows", "sets of states"
-CONTROL = {"max_boxes": 2_000_000}  # shuffled leaves mostly fail at once
+CONTROLS = 2_000_000  # boxes for all shuffled leaves together: they mostly fail at once
+FEW = 256  # episodes of each that are played
 ENCLOSED = "the claim fails within the enclosure error, but no violating episode of the exact rules was found"
 NARROWER = ("more `cuts` where rules are not affine", "a smaller start region", "fewer steps")
 Attempt = Callable[[], SystemCounterexample | None]
@@ -76,13 +77,12 @@ def verify_system(
     if broken is not None:
         outcome = replace(outcome, verdict=Verdict.VIOLATED, reason="", counterexample=broken, open=None, helps=())
     settled = beside and outcome.verdict in SETTLED
-    control = _decide(question.control.spending(**CONTROL)).verdict if settled else Verdict.SKIPPED
     by_boxes = not outcome.states and outcome.certificate is not None
     own = Opinion(ENGINE, outcome.verdict, outcome.states, UNIT)
     own = Opinion(BOXES, outcome.verdict, outcome.boxes, BOXES) if by_boxes else own
     own = Opinion(FLOWS, outcome.verdict, outcome.boxes, SETS) if flowing else own
     evidence = SystemEvidence(
-        control=control,
+        control=_ask_controls(question) if settled else Control(),
         opinions=(own, _agreeing(question, outcome.verdict)) if settled and not flowing else (own,),
         certificate=outcome.certificate,
         branches=outcome.branches,
@@ -95,6 +95,12 @@ def verify_system(
     )
     cost = Cost(outcome.states, question.budgets.max_boxes // STATE, UNIT)
     return Result(question, outcome.verdict, outcome.reason, evidence, cost)
+
+
+def _ask_controls(question: Question[SystemClaim]) -> Control:
+    controls = question.controls
+    limits = {"max_boxes": CONTROLS // max(len(controls), 1), "samples": FEW}
+    return Control.of(_decide(control.spending(**limits)).verdict for control in controls)
 
 
 def _decide(question: Question[SystemClaim]) -> ReachOutcome:

@@ -103,7 +103,7 @@ def check_certificate(
         advice = "do not rely on it; run `maviper verify` again"
         raise RefusedError("an enclosure of the claim is refused", f"{path}: {escape_text(error)}", advice) from None
     said = f"{curve or sentence(certificate.claim, statement, about)}, {report.sentence(statement.system)}"
-    return f"{name_claim(certificate.claim)}: {said}", closed, certificate.size, certificate.unit
+    return f"{certificate.claim.name}: {said}", closed, certificate.size, certificate.unit
 
 
 def _of_curves(claim: SystemClaim, statement: Statement, profile: PolicyProfile, beside: Path) -> str:
