@@ -19,7 +19,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from tests.hunting import asking, driven, episodes, following, game_sums, outputs, questions, systems
+from tests.hunting import asking, driven, episodes, files, following, game_sums, outputs, questions, systems
 from tests.hunting.record import Record
 
 KINDS: dict[str, Callable[[int, bool], Any]] = {
@@ -28,6 +28,7 @@ KINDS: dict[str, Callable[[int, bool], Any]] = {
     "contacts": lambda seed, thorough: episodes.ask(episodes.drawn(seed, episodes.PUSHING), thorough),
     "doubles": lambda seed, thorough: asking.ask(questions.drawn(seed, doubled=True), thorough),
     "systems": systems.ask,
+    "files": files.ask,
     "following": following.ask,
     "outputs": outputs.ask,
     "driven": driven.ask,

@@ -25,6 +25,7 @@ from tests.hunting import (
     outputs,
     places,
     planted_driven,
+    planted_files,
     planted_games,
     planted_outputs,
     playing,
@@ -107,6 +108,18 @@ def test_the_judge_of_systems_is_not_deaf(owner, attribute, wrong, shows, monkey
     monkeypatch.setattr(owner, attribute, wrong)
     told = (text for seed in range(12) for text in hunt.KINDS["systems"](seed, False).wrong)
     assert any(text.startswith(shows) for text in told)
+
+
+def test_claims_have_the_same_answers_beside_others():
+    record = hunt.hunt("files", None, 12, None)
+    assert record.wrong == []
+    assert record.share("verdict PROVED") >= 0.25 and record.share("verdict VIOLATED") >= 0.25
+
+
+@pytest.mark.parametrize("fault", planted_files.FAULTS)
+def test_an_answer_that_depends_on_neighbours_is_noticed(fault, monkeypatch):
+    planted_files.FAULTS[fault](monkeypatch)
+    assert any(hunt.KINDS["files"](seed, False).wrong for seed in range(40))
 
 
 def test_next_values_are_asked_and_judged():

@@ -1,15 +1,18 @@
 """The question: what is asked of a subject, as one value; and what every claim has that may be asked.
 
 Does: holds subject, claim, region, semantics and budgets; derives formula, goals, team, neighbouring questions and the
-  shuffled control.
+  shuffled controls.
 Assumes: a checked profile, a claim and a region about its world.
 Does not: decide.
 """
 
+from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 from itertools import product
+from math import factorial, prod
 from typing import ClassVar, Generic, Protocol, TypeVar
 
 import numpy as np
@@ -29,6 +32,7 @@ from verify.semantics import MACHINE
 from verify.subjects import Game, Subject
 
 CONTROL_SEED = 0
+SMALL, SAMPLED = 24, 20  # orders of leaves that are all asked about; and else how many
 MAX_TOGETHER = 3  # agents of a claim that is never divided
 UNITS_A_NODE = 50  # of a budget in solver resource units, so many stand for one search node
 SECOND_OPINION_UNITS, DETAIL_UNITS = 20_000_000, 4_000_000
@@ -176,9 +180,9 @@ class Question(Generic[About]):
         return verifiable(self.profile, self.claim.team)
 
     @property
-    def control(self) -> "Question[About]":
-        """The same question about the team with its actions shuffled."""
-        return self.of(shuffle_leaves(self.profile, self.claim.team))
+    def controls(self) -> "list[Question[About]]":
+        """The same question about the team with its leaves shuffled, once for each way."""
+        return list(map(self.of, list_shuffled(self.profile, self.claim.team)))
 
     def of(self, profile: PolicyProfile) -> "Question[About]":
         """The same question about another profile."""
@@ -218,8 +222,49 @@ Case = tuple[str | None, DecisionQuestion]  # a goal (None without goals), and a
 EpisodeQuestion = Question[EpisodeClaim]
 
 
+def list_shuffled(profile: PolicyProfile, team: str) -> list[PolicyProfile]:
+    """The controls: the same trees, with the actions of leaves in every other order of small teams, else in SAMPLED
+    random ones.
+    """
+    leaves = [_actions_of_leaves(policy) if team in ("", policy.team) else [] for policy in profile.agents]
+    if prod(map(_count_orders, leaves)) > SMALL:
+        shuffled = (shuffle_leaves(profile, team, seed) for seed in range(10 * SAMPLED))
+        found: dict[tuple[bytes, ...], PolicyProfile] = {}
+        while len(found) < SAMPLED and (one := next(shuffled, None)) is not None:
+            found[tuple(each.tree.action.tobytes() for each in one.agents)] = one
+        return list(found.values())
+    return [_with_leaves(profile, orders) for orders in product(*map(_list_orders, leaves)) if list(orders) != leaves]
+
+
+def _actions_of_leaves(policy: AgentPolicy) -> list[int]:
+    return [int(action) for action in policy.tree.action[ir.leaves(policy.tree)]]
+
+
+def _count_orders(actions: Sequence[int]) -> int:
+    return factorial(len(actions)) // prod(factorial(count) for count in Counter(actions).values())
+
+
+def _list_orders(actions: list[int]) -> list[list[int]]:
+    """All different orders of some actions."""
+    if len(set(actions)) <= 1:
+        return [actions]
+    rests = {first: [*actions[:place], *actions[place + 1 :]] for place, first in enumerate(actions)}
+    return [[first, *rest] for first in sorted(rests) for rest in _list_orders(rests[first])]
+
+
+def _with_leaves(profile: PolicyProfile, orders: Sequence[list[int]]) -> PolicyProfile:
+    """The same trees with the actions of leaves in some order; no actions: as they are."""
+    policies: list[AgentPolicy] = []
+    for policy, order in zip(profile.agents, orders, strict=True):
+        action = policy.tree.action.copy()
+        action[ir.leaves(policy.tree)] = order or action[ir.leaves(policy.tree)]
+        grown = None if order else policy.grown
+        policies.append(replace(policy, tree=replace(policy.tree, action=action), grown=grown))
+    return replace(profile, agents=tuple(policies))
+
+
 def shuffle_leaves(profile: PolicyProfile, team: str, seed: int = CONTROL_SEED) -> PolicyProfile:
-    """The control: the same trees, with the actions of each team member's leaves shuffled; "": those of all agents."""
+    """The same trees, with the actions of each team member's leaves shuffled; "": those of all agents."""
     rng = np.random.default_rng(seed)
     policies: list[AgentPolicy] = []
     for policy in profile.agents:

@@ -7,6 +7,7 @@ Does not: decide, or say anything in words.
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 from enum import Enum
 from fractions import Fraction
@@ -15,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 from verify.question import About, Question
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator
 
     from verify.claims.region import Region
     from verify.claims.uncertified.views import Viewed
@@ -67,11 +68,42 @@ class Cost:
     unit: str
 
 
+@dataclass(frozen=True)
+class Control:
+    """How many of the same trees with their leaves shuffled fulfil the claim, and how many break it, of all that were
+    asked.
+    """
+
+    fulfil: int = 0
+    broken: int = 0
+    asked: int = 0
+
+    @staticmethod
+    def of(verdicts: Iterable[Verdict]) -> Control:
+        """What some verdicts on shuffled trees say together."""
+        counts = Counter(verdicts)
+        return Control(counts[Verdict.PROVED], counts[Verdict.VIOLATED], counts.total())
+
+    @property
+    def verdict(self) -> Verdict:
+        """What more than half of them say. It should be VIOLATED, else the claim says little about the trees."""
+        if 2 * self.fulfil > self.asked:
+            return Verdict.PROVED
+        return Verdict.VIOLATED if 2 * self.broken > self.asked else Verdict.UNKNOWN if self.asked else Verdict.SKIPPED
+
+    @property
+    def words(self) -> str:
+        """The same in words; "" where none was asked."""
+        open_ = self.asked - self.fulfil - self.broken
+        told = f"{self.fulfil} of {self.asked} fulfil the claim" + (f", {open_} without an answer" if open_ else "")
+        return told if self.asked else ""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Evidence:
     """What a verdict rests on, of whatever kind. `certificate`: of a proof; the checker accepted it."""
 
-    control: Verdict = Verdict.SKIPPED  # of shuffled leaves; should be VIOLATED, else the claim is too weak
+    control: Control = Control()  # of shuffled leaves
     opinions: tuple[Opinion, ...] = ()  # of the engines asked; where two have a verdict, it is the same
     certificate: Any = None
     counterexample: Any = None  # of a claim about decisions: the state in which it fails, and who does what there

@@ -122,7 +122,7 @@ def _find_surprises(made: handout.Toured, world: World) -> list[str]:
     reasons: list[str] = []
     if [result.verdict for result in made.before.results] != [Verdict.VIOLATED]:
         reasons.append("the extracted trees were expected to be VIOLATED")
-    proved = [(result.verdict, result.evidence.control) for result in made.repair.results]
+    proved = [(result.verdict, result.evidence.control.verdict) for result in made.repair.results]
     if proved != [(Verdict.PROVED, Verdict.VIOLATED)]:
         reasons.append("the repaired trees were expected to be PROVED, and their shuffled control to be VIOLATED")
     ours, theirs = _success(made.profile, world)

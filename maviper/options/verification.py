@@ -100,7 +100,7 @@ class SystemOptions(TypedDict, total=False):
         Option(
             None,
             BUDGETS,
-            "With --world, and for episodes of teams that test sums: limit on what all claims together may spend, in"
+            "With --world, and for episodes of teams that test sums: limit on what each claim may spend, in"
             " boxes, about a million a second (default: 60000000).",
         ),
     ]

@@ -53,7 +53,7 @@ def _courses(statement: Statement, profile: PolicyProfile, claim: SystemClaim, s
     boxes = [(np.maximum(near - off, lowest), np.minimum(near + off, highest)) for off in offs]
     beside = [Starts(BESIDE, (low[None], high[None])) for low, high in boxes]
     for each in (Starts(ANYWHERE), *_thin(statement), *beside):
-        for _, course in courses(profile, statement.system, {0: claim}, each, statement.rules):
+        for course in courses(profile, statement.system, claim, each, statement.rules):
             exact = {name: min(max(course.start[name], low), high) for name, (low, high) in bounds.items()}
             yield replace(course, start=exact)  # a bound that is no float64 is met exactly
 

@@ -55,7 +55,6 @@ from verify.verdicts.systems import (
     BOXES,
     ENCLOSED,
     Attempt,
-    JointQuestions,
     SystemEvidence,
     SystemResult,
     verify_system,
@@ -196,13 +195,16 @@ class StatedWorld:
 
     @property
     def asked(self) -> list[Asked]:
-        """The questions, each with the command that asks them all again, in the folder of the report."""
+        """The questions, those about single decisions first, which take least; each with the command that asks them all
+        again, in the folder of the report.
+        """
         options = self.options
         words = ["maviper", "verify", runs.PROFILE_FILE, "--world", WORLD_FILE]
         words += [] if options.file is None else ["--properties", PROPERTY_FILE]
         words += [] if options.max_boxes is None else ["--max-boxes", str(options.max_boxes)]
         command = self.again or shlex.join([*words, *(["--run-reference"] if options.run_reference else [])])
-        return [Asked(question, command, self.about) for question in self._questions]
+        quick_first = sorted(self._questions, key=lambda question: not question.claim.about_decisions)
+        return [Asked(question, command, self.about) for question in quick_first]
 
     @property
     def said(self) -> list[tuple[str, str]]:
@@ -245,7 +247,7 @@ class StatedWorld:
             attempt = partial(self._agents.look_anywhere, question.claim)
         elif self.statement.acting and question.claim.about_decisions:
             attempt = partial(self._agents.look_drawn, question.claim)
-        result = self._together.verify_question(self.claims.index(question.claim), confirm, beside, attempt, known)
+        result = verify_system(question, confirm, beside, attempt, known)
         if result.reason == ENCLOSED and (self.statement.acting or self.variables in NOT_FOUND):
             still = question.claim.about_decisions
             unfound = NOT_PLAYED if self.started is not None else NO_DECISION if still else ROUNDED
@@ -268,7 +270,7 @@ class StatedWorld:
             where = f"claim {question.claim.shown}: {error}"
             raise InputError("an enclosure was not shown again", where, "cut its ranges into more parts") from None
         confirm = partial(self._agents.confirm, question.claim) if self.statement.acting else None
-        stronger = self._together.verify_question(self.claims.index(question.claim), confirm, beside)
+        stronger = verify_system(question, confirm, beside)
         if stronger.verdict in (Verdict.PROVED, Verdict.VACUOUS):
             return stronger
         if self.statement.acting:
@@ -289,11 +291,6 @@ class StatedWorld:
     def _agents(self) -> RealAgents:
         """The real agents, who confirm counterexamples."""
         return RealAgents(self.profile, self.origin, self.statement, self.variables, self.started)
-
-    @cached_property
-    def _together(self) -> JointQuestions:
-        """All questions, which one search decides."""
-        return JointQuestions(self._questions)
 
     @cached_property
     def _shown(self) -> None:

@@ -40,7 +40,7 @@ def swept(steps, leaves, width, axes):
     half = float(width) / 2
     low = np.array([[-half] * axes + [0.0] * axes])
     found = [
-        timed(lambda: Sweep(Model(profile, system), system, [claim]).run((low, -low), {}, MOST)) for _ in range(ROUNDS)
+        timed(lambda: Sweep(Model(profile, system), system, claim).run((low, -low), {}, MOST)) for _ in range(ROUNDS)
     ]
     assert not found[0][0].open.any()
     return found[0][0].boxes, min(seconds for _, seconds in found)

@@ -41,7 +41,7 @@ from verify.boxes.sweep import Sweep
 from verify.checker.covers.sweep import Cells, CoverSweep
 from verify.claims.region import UNBOUNDED
 from verify.question import Budgets, Question
-from verify.reach.decide import together
+from verify.reach.decide import decide
 from verify.subjects import ClosedLoop
 from verify.systems.claims import Pattern, SystemClaim
 from verify.systems.files import statement_of
@@ -183,7 +183,7 @@ def beside_numpy(rounds):
     found = []
     for _ in range(rounds):
         boxes, by_numpy = timed(lambda: plain(profile.agents[0].tree))
-        swept, ours = timed(lambda: Sweep(Model(profile, system), system, [claim]).run((low, high), {}, 10**7))
+        swept, ours = timed(lambda: Sweep(Model(profile, system), system, claim).run((low, high), {}, 10**7))
         checked, check = timed(lambda: CoverSweep(profile, system, [claim]).run(Cells((0,), {}))[0])
         assert not swept.open.any()
         found.append((by_numpy / boxes * swept.boxes / ours, by_numpy / boxes * checked / check, ours, check))
@@ -235,8 +235,7 @@ def decided(text, profile):
     subject = ClosedLoop(profile, statement.system)
 
     def answers():
-        search = together([Question(subject, claim, UNBOUNDED) for claim in claims])
-        return [search.outcome(number) for number in range(len(claims))]
+        return [decide(Question(subject, claim, UNBOUNDED)) for claim in claims]
 
     found, seconds = timed(answers)
     return ", ".join(each.verdict.value for each in found), seconds, found[-1].boxes

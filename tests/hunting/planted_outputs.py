@@ -12,7 +12,7 @@ from fractions import Fraction
 from maviper.verification import stated
 from verify.checker.systems import rows, walk
 from verify.claims.formula import disjunction
-from verify.reach import together
+from verify.reach.decide import ClaimSearch
 from verify.systems.given import agents, formulas, robust
 
 SMALL = Fraction(1, 1 << 200)
@@ -143,7 +143,7 @@ def _ranges(patch):
 
 def _unplayed(patch):
     """Nothing is played before it is proved, so that only proofs answer."""
-    patch.setattr(together.Together, "_play", lambda *given, **named: None)
+    patch.setattr(ClaimSearch, "_play", lambda *given, **named: None)
 
 
 def _tighter(row):

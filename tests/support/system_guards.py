@@ -26,7 +26,7 @@ from verify.checker.systems.walk import FollowedPart, Hull
 from verify.claims.formula import Acts, Linear, Or, negate
 from verify.claims.region import UNBOUNDED
 from verify.question import Budgets, Question
-from verify.reach import together as deciding
+from verify.reach import decide as deciding
 from verify.reach.replay import Course, replay_course
 from verify.result import Verdict
 from verify.solver import unrolled

@@ -7,12 +7,14 @@ import numpy as np
 import pytest
 
 from codegen.errors import InputError
+from tests.support.observations import blind
 from tests.support.teams import LEFT, STAY, team, tree
 from tests.support.zone_cases import deception
 from verify.claims.decisions import DistinctTargets, formula
 from verify.claims.formula import for_goal
 from verify.claims.uncertified.starts import everywhere
-from verify.question import Budgets, Question, from_start, shuffle_leaves
+from verify.question import SAMPLED, Budgets, Question, from_start, list_shuffled
+from verify.result import Control, Verdict
 from verify.semantics import REAL
 from verify.subjects import Game
 
@@ -44,10 +46,29 @@ def test_neighbours_differ_in_one_part(question):
     assert question.by(REAL).semantics == REAL
     spent = question.spending(max_nodes=7).budgets
     assert spent == replace(Budgets(), max_nodes=7)
-    wanted = shuffle_leaves(question.profile, CLAIM.team).policy("agent_0").tree.action
-    control = question.control
-    assert (control.profile.policy("agent_0").tree.action == wanted).all()
+    control, *_ = question.controls
     assert (control.claim, control.region, control.budgets) == (question.claim, question.region, question.budgets)
+
+
+def test_small_trees_are_shuffled_in_every_other_way():
+    """A tree that is fulfilled by no other order was said to be weak, as one order of four happened to do."""
+    branches = tree((0, 0.0, 1, 4), (1, 0.0, 2, 3), 0, 1, (1, 1.0, 5, 6), 1, 0)
+    for nodes, count in ((branches, 5), (tree((0, 0.0, 1, 2), 0, 0), 0), (tree((0, 0.0, 1, 2), 0, 1), 1)):
+        found = list_shuffled(blind({"a": nodes, "b": tree(0)}), "")
+        actions = {tuple(one.agents[0].tree.action.tolist()) for one in found}
+        assert len(actions) == len(found) == count and tuple(nodes.action.tolist()) not in actions
+        assert all(sorted(each) == sorted(nodes.action.tolist()) for each in actions)
+    large = blind(dict.fromkeys("ab", branches))
+    found = list_shuffled(large, "")
+    assert len(found) == len({str(one.agents) for one in found}) == SAMPLED
+    assert list_shuffled(large, "nobody") == []
+
+
+def test_a_control_says_what_most_say():
+    control = Control.of([Verdict.PROVED, Verdict.VIOLATED, Verdict.VIOLATED, Verdict.UNKNOWN])
+    assert (control.words, control.verdict) == ("1 of 4 fulfil the claim, 1 without an answer", Verdict.UNKNOWN)
+    assert Control.of([Verdict.PROVED] * 2 + [Verdict.VIOLATED]).verdict is Verdict.PROVED
+    assert (Control().words, Control().verdict) == ("", Verdict.SKIPPED)
 
 
 def test_is_frozen_and_refuses_whom_it_cannot_be_about(question):

@@ -1,8 +1,8 @@
-"""How to cut the start and in which cells to join boxes, so that claims about episodes are shown.
+"""How to cut the start and in which cells to join boxes, so that a claim about episodes is shown.
 
-Does: tries whole boxes, cuts the start where a claim stays open, tries affine forms, which do not widen where boxes
-  do, then joins boxes in ever smaller cells. All claims that are left share each sweep.
-Assumes: a checked profile, system and claims.
+Does: tries whole boxes, cuts the start where the claim stays open, tries affine forms, which do not widen where boxes
+  do, then joins boxes in ever smaller cells.
+Assumes: a checked profile, system and claim.
 Does not: prove: the checker makes the boxes again and says whether they do.
 
 What is tried, in which order, and how much each attempt may take depends on no budget. A budget only ends the search.
@@ -13,7 +13,7 @@ claims were decided after the same boxes, since cells join them anyway, and to l
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from math import floor, log2
@@ -41,22 +41,15 @@ PLAYED = (256, 1_024, 4_096)  # starts that are played in what is open: after fi
 
 
 class FormsSwept(NamedTuple):
-    """Which parts forms leave open for which claim, [claims, parts]; how many forms there were; whether they were
-    stopped by what was allowed.
-    """
+    """Which parts forms leave open, [parts]; how many forms there were; whether what was allowed stopped them."""
 
     open: Bool
     forms: int
     stopped: bool
 
 
-class FormsOf(NamedTuple):
-    """Claims, by their numbers, that one sweep by affine forms is about; and that sweep: of parts of the start, bounds
-    `low` and `high` [parts, variables], with at most so many forms.
-    """
-
-    claims: tuple[int, ...]
-    sweep: Callable[[Float64, Float64, int], FormsSwept]
+# a sweep by affine forms of parts of the start, bounds `low` and `high` [parts, variables], with at most so many forms
+SweepForms = Callable[[Float64, Float64, int], FormsSwept]
 
 
 @dataclass(frozen=True)
@@ -68,19 +61,13 @@ class Covering:
     forms: bool = False
 
 
-class CoveredClaims(NamedTuple):
-    """Claims, by their numbers, that a cover shows by the arithmetic of the search."""
-
-    claims: tuple[int, ...]
-    covering: Covering
-
-
-class OpenClaims(NamedTuple):
-    """Claims, by their numbers, that an attempt left open; the parts of the start in which it did, bounds [parts,
-    variables]; how many starts are worth playing there.
+class OpenParts(NamedTuple):
+    """The parts of the start in which an attempt left the claim open, bounds [parts, variables]; how many starts are
+    worth playing there.
     """
 
-    parts: Mapping[int, tuple[Float64, Float64]]
+    low: Float64
+    high: Float64
     played: int
 
 
@@ -112,96 +99,75 @@ class StartPart:
 
 
 class Search:
-    """The search for covers. `left`: the numbers of the claims that are asked about, from which whoever reads what is
-    found takes those that are settled. `by_forms`: the sweeps by affine forms, where there are any.
-    """
+    """The search for covers. `by_forms`: the sweep by affine forms, where there is one."""
 
     def __init__(
         self,
         profile: PolicyProfile,
         system: System,
-        claims: Sequence[SystemClaim],
+        claim: SystemClaim,
         spending: Spending,
-        by_forms: Sequence[FormsOf] = (),
+        by_forms: SweepForms | None = None,
     ) -> None:
         self._model = Model(profile, system)
-        self._sweep, self._by_forms = Sweep(self._model, system, claims), by_forms
-        self.left: set[int] = set(range(len(claims)))
+        self._sweep, self._by_forms = Sweep(self._model, system, claim), by_forms
         self._spending = spending
         self._start = self._bound_starts(system)
-        self._whole = self._start.low[None], self._start.high[None]
-        self._open = dict.fromkeys(self.left, self._whole)
-        counting = {name for claim in claims for name in _relevant(self._model, system, claim)}
-        self._failed: set[tuple[int, int]] = set()  # cells, by their number, that leave a claim open
+        self._whole = self._open = self._start.low[None], self._start.high[None]
+        counting = _relevant(self._model, system, claim) - set_anew(system)
+        self._failed: set[int] = set()  # cells, by their number, that leave the claim open
         self._modes = [column for column, one in enumerate(system.variables) if one.modes]  # never joined
-        counting -= set_anew(system)
         self._columns = [column for name, column in self._model.columns.items() if name in counting]
 
-    def iterate_covers(self) -> Iterator[CoveredClaims | OpenClaims]:
-        """Covers that show claims by this arithmetic, the cheap ones first; the checker may still refuse one. Between
-        them what is left open. BudgetSpentError.
+    def iterate_covers(self) -> Iterator[Covering | OpenParts]:
+        """Covers that show the claim by this arithmetic, the cheap ones first; the checker may still refuse one. What
+        is left open stands between them. BudgetSpentError.
         """
         yield from self._by_cuts(FIRST, self._boxes)
-        yield from self._report_open(PLAYED[0])
+        yield self._report_open(PLAYED[0])
         yield from self._by_cells(QUICK)
         yield from self._by_cuts(FORMS, self._forms)
         yield from self._by_cells(IN_CELLS)
-        yield from self._report_open(PLAYED[1])
+        yield self._report_open(PLAYED[1])
         yield from self._by_cuts(SECOND, self._forms)
         yield from self._by_cuts(SECOND, self._boxes)
-        yield from self._report_open(PLAYED[2])
+        yield self._report_open(PLAYED[2])
 
-    def _report_open(self, played: int) -> Iterator[OpenClaims]:
-        """Claims that are left; of one whose cover the checker refused, no part is open, so all may be."""
-        if self.left:
-            open_ = {number: self._open[number] for number in sorted(self.left)}
-            yield OpenClaims({at: parts if len(parts[0]) else self._whole for at, parts in open_.items()}, played)
+    def _report_open(self, played: int) -> OpenParts:
+        """What is left; where the checker refused a cover, no part is open, so all may be."""
+        return OpenParts(*(self._open if len(self._open[0]) else self._whole), played)
 
-    def _by_cells(self, boxes: int) -> Iterator[CoveredClaims]:
+    def _by_cells(self, boxes: int) -> Iterator[Covering]:
         """Cells, the wide ones first, each with at most so many boxes."""
         for number, widths in enumerate(self._cells()):
-            asked = [each for each in sorted(self.left) if (number, each) not in self._failed]
-            if not asked or not self._limit_boxes(boxes):
+            if number in self._failed or not self._limit_boxes(boxes):
                 continue
-            swept = self._boxes(*self._whole, asked, self._limit_boxes(boxes), widths)
-            done = tuple(each for each in asked if not swept.open[each].any())
+            swept = self._boxes(*self._whole, self._limit_boxes(boxes), widths)
             if not swept.stopped:  # what they leave open, they leave open again
-                self._failed |= {(number, each) for each in asked}
-            if done:
-                yield CoveredClaims(
-                    done, Covering((0,), {self._model.names[at]: Fraction(widths[at]) for at in widths})
-                )
+                self._failed.add(number)
+            if not swept.open.any():
+                yield Covering((0,), {self._model.names[at]: Fraction(widths[at]) for at in widths})
 
-    def _boxes(
-        self,
-        low: Float64,
-        high: Float64,
-        asked: Sequence[int],
-        allowed: int,
-        widths: Mapping[int, float] | None = None,
-    ) -> Swept:
+    def _boxes(self, low: Float64, high: Float64, allowed: int, widths: Mapping[int, float] | None = None) -> Swept:
         """Which parts boxes leave open. BudgetSpentError."""
         self._spending.ensure_left()
         most = min(allowed, self._spending.left)
-        swept = self._sweep.run((low, high), widths or {}, most, asked)
+        swept = self._sweep.run((low, high), widths or {}, most)
         self._spending.take(swept.boxes)
         if swept.stopped and most < allowed:
             raise BudgetSpentError(OPTION)
         return swept
 
-    def _forms(self, low: Float64, high: Float64, asked: Sequence[int], allowed: int) -> Swept:
+    def _forms(self, low: Float64, high: Float64, allowed: int) -> FormsSwept:
         """Which parts affine forms leave open. BudgetSpentError."""
-        open_ = np.ones((len(self._open), len(low)), dtype=np.bool_)
-        for group, sweep in self._by_forms:
-            if set(group) & set(asked):
-                self._spending.ensure_left(FORM)
-                most = min(allowed, self._spending.left)
-                swept = sweep(low, high, most // FORM)
-                self._spending.take(swept.forms * FORM)
-                if swept.stopped and most < allowed:
-                    raise BudgetSpentError(OPTION)
-                open_[list(group)] = swept.open
-        return Swept(open_, 0)
+        assert self._by_forms is not None
+        self._spending.ensure_left(FORM)
+        most = min(allowed, self._spending.left)
+        swept = self._by_forms(low, high, most // FORM)
+        self._spending.take(swept.forms * FORM)
+        if swept.stopped and most < allowed:
+            raise BudgetSpentError(OPTION)
+        return swept
 
     def _cells(self) -> Iterator[dict[int, float]]:
         """Widths of cells, the wide ones first: of the variables that start at one number, which often stay on few, and
@@ -218,23 +184,20 @@ class Search:
     def _limit_boxes(self, boxes: int) -> int:
         return max(min(boxes, MOST - self._spending.boxes), 0)
 
-    def _by_cuts(self, boxes: int, sweep: Callable[..., Swept]) -> Iterator[CoveredClaims]:
-        """Cuts of the start after which all parts are shown, for each claim as soon as that is so."""
+    def _by_cuts(self, boxes: int, sweep: Callable[[Float64, Float64, int], Swept | FormsSwept]) -> Iterator[Covering]:
+        """Cuts of the start after which all parts are shown."""
         forms = sweep == self._forms
-        known: set[int] = {number for group in self._by_forms for number in group.claims}
-        asked: list[int] = [number for number in sorted(self.left) if not forms or number in known]
         root = StartPart(self._start.low, self._start.high)
         pending: list[StartPart] = [root]
         allowed, before = self._limit_boxes(boxes), self._spending.boxes
-        while asked and allowed > self._spending.boxes - before:
+        while (not forms or self._by_forms is not None) and allowed > self._spending.boxes - before:
             low, high = np.array([part.low for part in pending]), np.array([part.high for part in pending])
-            open_ = sweep(low, high, asked, allowed - (self._spending.boxes - before)).open
-            self._open |= {number: (low[open_[number]], high[open_[number]]) for number in asked}
-            done = tuple(number for number in asked if not open_[number].any())
-            if done:
-                yield CoveredClaims(done, Covering(tuple(root.cuts()), {}, forms))
-            asked = [number for number in asked if number in self.left and number not in done]
-            left = [pending[at] for at in np.flatnonzero(open_[asked].any(axis=0)).tolist()]
+            open_ = sweep(low, high, allowed - (self._spending.boxes - before)).open
+            self._open = low[open_], high[open_]
+            if not open_.any():
+                yield Covering(tuple(root.cuts()), {}, forms)
+                return
+            left = [pending[at] for at in np.flatnonzero(open_).tolist()]
             if 2 * len(left) > allowed - (self._spending.boxes - before):  # each half is a box at least
                 return
             columns = [self._widest(part) for part in left]

@@ -16,22 +16,18 @@ from codegen.ir import Bool, Float64, Int64
 
 
 class Rows(NamedTuple):
-    """Boxes `low`, `high` [n, variables]; the `part` of the start and the `joint` action of each, [n]; `met` [n, k]:
-    which of k claims that one state fulfils were fulfilled on the way.
-    """
+    """Boxes `low`, `high` [n, variables]; the `part` of the start and the `joint` action of each, [n]."""
 
     low: Float64
     high: Float64
     part: Int64
     joint: Int64
-    met: Bool
 
     @staticmethod
-    def of(low: Float64, high: Float64, fulfillable: int = 0) -> Rows:
+    def of(low: Float64, high: Float64) -> Rows:
         """Boxes as parts of the start, each its own."""
         count = len(low)
-        none = np.zeros(count, dtype=np.int64)
-        return Rows(low.copy(), high.copy(), np.arange(count), none, np.zeros((count, fulfillable), dtype=np.bool_))
+        return Rows(low.copy(), high.copy(), np.arange(count), np.zeros(count, dtype=np.int64))
 
     @property
     def size(self) -> int:
@@ -42,8 +38,8 @@ class Rows(NamedTuple):
         """Some of them, copied."""
         at = np.arange(self.size)[which] if isinstance(which, slice) else which
         at = np.flatnonzero(at) if at.dtype == np.bool_ else np.asarray(at, dtype=np.int64)  # `take` beats a mask
-        low, high, part, joint, met = self
-        return Rows(low.take(at, axis=0), high.take(at, axis=0), part.take(at), joint.take(at), met.take(at, axis=0))
+        low, high, part, joint = self
+        return Rows(low.take(at, axis=0), high.take(at, axis=0), part.take(at), joint.take(at))
 
 
 def join_rows(lists: Sequence[Rows]) -> Rows:
@@ -100,7 +96,7 @@ def in_cells(rows: Rows, widths: Mapping[int, float]) -> Rows:
     """The boxes cut at the bounds of cells, whose middles are whole multiples of `widths`, and joined where they share
     a cell and a part of the start.
     """
-    keys = [rows.part, *rows.met.T]
+    keys = [rows.part]
     for column, width in widths.items():
         first = np.floor(rows.low[:, column] / width + 0.5).astype(np.int64)
         last = np.maximum(np.ceil(rows.high[:, column] / width + 0.5).astype(np.int64) - 1, first)
@@ -120,7 +116,7 @@ def in_cells(rows: Rows, widths: Mapping[int, float]) -> Rows:
         new[1:] |= key[order][1:] != key[order][:-1]
     begins, rows = np.flatnonzero(new), rows.at(order)
     low, high = np.minimum.reduceat(rows.low, begins), np.maximum.reduceat(rows.high, begins)
-    return Rows(low, high, rows.part[begins], rows.joint[begins], rows.met[begins])
+    return Rows(low, high, rows.part[begins], rows.joint[begins])
 
 
 def cells_of(rows: Rows, widths: Mapping[int, float]) -> float:

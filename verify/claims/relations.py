@@ -81,7 +81,7 @@ class _Moving(DecisionClaim):
         return one, other, self._variable(one), self._variable(other)
 
     def _variable(self, policy: AgentPolicy) -> str:
-        meaning = next(one.meaning for one in policy.features if one.name == self.feature)
+        meaning = next((one.meaning for one in policy.features if one.name == self.feature), None)
         if meaning is None:
             raise LookupError(self.feature)
         return meaning.terms[0][1]

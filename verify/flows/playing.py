@@ -9,16 +9,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
-from codegen.ir import AgentPolicy, Bool, Float64, Int64, PolicyProfile, act
+from codegen.ir import Bool, Float64, Int64, PolicyProfile, act
 from codegen.numbers.rounding import nearest_double
 from verify.claims.uncertified.values import Batch
+from verify.reach.play.samples import observe_planes
 from verify.systems.claims import SystemClaim
 from verify.systems.language.vectorising import vectorise
-from verify.systems.system import Feature, FlowCase, HalfSpace, Interval, Measure, System
+from verify.systems.system import FlowCase, HalfSpace, Interval, System
 
 PARTS = 8  # of a period
 MAX_FOUND = 16
@@ -96,9 +98,9 @@ class FlowPlay:
         periods = range(self._periods if places else 0)
         drawn = [self._draw_sample(chances.turns, period) for period in periods]
         moved = [self._draw_errors(chances, period) for period in periods]
-        bounds = self._flow.errors
+        bounds, ends = self._flow.errors, self._start_ranges
         for place in places:
-            begun = {name: Fraction(float(values[place])) for name, values in start.items()}
+            begun = {name: _exact(float(values[place]), ends[name]) for name, values in start.items()}
             off = [
                 {name: _exact(float(values[place]), bounds[name]) for name, values in each.items()} for each in moved
             ]
@@ -116,7 +118,7 @@ class FlowPlay:
         anew each time, in turn.
         """
         turns, random = chances.turns, np.random.default_rng((SEED + 1, period))
-        kinds, later = turns // 2 % 3, dict[str, Float64]()
+        kinds, later = np.where(turns < 0, 0, turns // 2 % 3), dict[str, Float64]()
         for name, stays in chances.errors.items():
             ends = _floats(self._flow.errors[name])
             later[name] = np.choose(
@@ -146,8 +148,8 @@ class FlowPlay:
         return np.choose(kinds, longer), np.choose(kinds, ways)
 
     def from_starts(self, starts: Sequence[Mapping[str, float]]) -> Iterator[FlowCourse]:
-        """Courses from some starts, without errors, that break the claim in float64: with samples as they are stated,
-        then with others.
+        """Courses from some starts that break the claim in float64: with samples as they are stated and the least
+        errors, then with others.
         """
         if not starts:
             return
@@ -155,7 +157,8 @@ class FlowPlay:
         numbers = np.repeat(np.arange(-1, tries), len(starts))
         planes = {name: np.tile([start[name] for start in starts], 1 + tries) for name in starts[0]}
         planes |= {name: planes[of] for name, of in self._flow.kept.items()}
-        chances = _Chances({}, numbers, np.zeros(len(numbers), dtype=np.int64))
+        least = {name: np.full(len(numbers), np.clip(0.0, *_floats(ends))) for name, ends in self._flow.errors.items()}
+        chances = _Chances(least, numbers, np.zeros(len(numbers), dtype=np.int64))
         yield from self._find_broken(planes, chances, len(starts))
 
     def _mark_broken(self, start: Planes, chances: _Chances) -> Bool:
@@ -229,29 +232,29 @@ class FlowPlay:
             name: np.choose(way, [state[each.get(name, name)] for each in self._flow.seen]) for name in late
         }
         for policy in self._profile.agents:
-            chosen = act(policy, self._observe(policy, observed, len(way)))
+            chosen = act(policy, observe_planes(self._system, policy, observed))
             values = [self._flow.held[policy.agent, action.name] for action in policy.actions]
             for name in values[0]:
                 inputs[name] = np.array([nearest_double(each[name]) for each in values])[chosen]
         return inputs
 
-    def _observe(self, policy: AgentPolicy, state: Planes, count: int) -> Float64:
-        features = self._system.features[policy.agent]
-        columns = [_measure_feature(features[feature.name], state, count) for feature in policy.features]
-        return np.stack(columns, axis=1) if columns else np.zeros((count, 0))
+    @cached_property
+    def _start_ranges(self) -> dict[str, Interval]:
+        """The bounds of starts, by variable."""
+        ranges = {one.name: one.range for one in self._system.variables}
+        for half in self._system.start:
+            ranges = {name: _narrow_range(half, name, *bounds) for name, bounds in ranges.items()}
+        return ranges
 
     def _starts(self, count: int, random: np.random.Generator) -> Planes | None:
         """Random starts, half of the numbers at a bound in half of them; None where none was found."""
         planes: Planes = {}
-        for one in self._system.variables:
-            low, high = one.range
-            for half in self._system.start:
-                low, high = _narrow_range(half, one.name, low, high)
+        for name, bounds in self._start_ranges.items():
             where = random.random(count)
             rounded = random.random(count) < np.where(np.arange(count) % 2, 0.5, 0.0)
             where = np.where(rounded, np.round(where), where)
-            ends = nearest_double(low), nearest_double(high)
-            planes[one.name] = np.clip(ends[0] + (ends[1] - ends[0]) * where, *ends)
+            ends = _floats(bounds)
+            planes[name] = np.clip(ends[0] + (ends[1] - ends[0]) * where, *ends)
         planes |= {name: planes[of] for name, of in self._flow.kept.items()}
         kept = np.ones(count, dtype=np.bool_)
         for half in self._system.start:
@@ -296,16 +299,3 @@ def _value(half: HalfSpace, state: Planes, count: int) -> Float64:
     for name, factor in half.form.terms:
         total += nearest_double(factor) * state[name]
     return total
-
-
-def _measure_feature(feature: Feature, state: Planes, count: int) -> Float64:
-    value = _value(HalfSpace(feature.form), state, count)
-    match feature.measure, feature.bounds:
-        case Measure.SIGN, _:
-            return np.sign(value)
-        case Measure.POSITIVE, _:
-            return np.asarray(value > 0, dtype=np.float64)
-        case Measure.CLIP, (low, high):
-            return np.clip(value, nearest_double(low), nearest_double(high))
-        case _:
-            return value

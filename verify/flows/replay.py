@@ -25,7 +25,7 @@ from verify.flows.playing import FlowCourse
 from verify.reach.replay import is_start
 from verify.reach.results import SystemCounterexample, Values
 from verify.systems.claims import SystemClaim
-from verify.systems.system import Interval, System
+from verify.systems.system import System
 
 ORDER, PARTS = 8, (4, 16, 64)  # of the series, and of a period: the next where enclosures are too wide
 MAX_STEPS = 1_000_000  # of one replay
@@ -71,16 +71,18 @@ class FlowReplay:
         return None
 
     def step_of(self, case: int, how: Stepping, off: Mapping[str, Fraction]) -> FlowStep:
-        """The step of a case, with some errors, cut to its bounds."""
-        flow, errors = self.flow.each[case], list[Interval]()
+        """The step of a case, with some errors within its bounds."""
+        flow = self.flow.each[case]
         if (case, how) not in self._steps:
             bounds = [flow.error.get(name, EXACT) for name in flow.rates]
             self._steps[case, how] = FlowStep(self._readings[case], bounds, how)
-        for name in flow.rates:
-            low, high = flow.error.get(name, EXACT)
-            error = min(max(off.get(name, Fraction(0)), low), high)
-            errors.append((error, error))
-        return self._steps[case, how].with_errors(errors)
+        exact = [off.get(name, Fraction(0)) for name in flow.rates]
+        return self._steps[case, how].with_errors([(each, each) for each in exact])
+
+    def cut_errors(self, case: int, off: Mapping[str, Fraction]) -> dict[str, Fraction]:
+        """Errors of all variables that have any, each cut to the bounds of a case."""
+        bounds = {name: self.flow.each[case].error.get(name, EXACT) for name in self.flow.errors}
+        return {name: min(max(off.get(name, Fraction(0)), low), high) for name, (low, high) in bounds.items()}
 
 
 class _Narrow:
@@ -96,6 +98,7 @@ class _Narrow:
         self._frames: tuple[Frame, ...] = (build_frames(self._box),)
         self._states: list[Values] = [dict(course.start)]
         self._actions: list[Mapping[str, str]] = []
+        self._errors: list[Values] = []
         self._broken_between = False
 
     def follow(self) -> SystemCounterexample | None:
@@ -130,7 +133,8 @@ class _Narrow:
         """Follows a period up to where it surely breaks the claim; whether all of that was shown."""
         claim, length = self._claim, self._replay.flow.period + self._course.longer_at(period)
         how = Stepping(ORDER, length / self._parts)
-        step = self._replay.step_of(self._taken[-1], how, self._course.errors_at(period))
+        self._errors.append(self._replay.cut_errors(self._taken[-1], self._course.errors_at(period)))
+        step = self._replay.step_of(self._taken[-1], how, self._errors[-1])
         for part in range(self._parts):
             self._replay.left -= 1
             if self._replay.left < 0:
@@ -169,13 +173,11 @@ class _Narrow:
 
     def _report_course(self, step: int) -> SystemCounterexample:
         course, cases, periods = self._course, self._replay.flow.cases, range(max(len(self._actions), 1))
-        named, taken = self._replay.flow.errors, [course.errors_at(period) for period in range(len(self._actions))]
-        errors = tuple({name: each.get(name, Fraction(0)) for name in named} for each in taken) if named else ()
         pieces = tuple(self._taken) if cases else ()
         return SystemCounterexample(
             tuple(self._states),
             tuple(self._actions),
-            errors,
+            tuple(self._errors) if self._replay.flow.errors else (),
             pieces,
             step,
             tuple(cases[case].choice for case in pieces),

@@ -126,6 +126,7 @@ class PlanSearch:
     def _find_open(self, parts: Sequence[StartBox], plan: Plan, allowed: int) -> list[int] | None:
         """The parts that are left open, by their places; None where that took too many sets."""
         self.sweep.most = self.spent + min(allowed, self._left)
+        self.sweep.spent += len(parts)  # what is left open at once counts too, so that a search ends
         try:
             self.sweep.follow(parts, plan)
         except RejectedError as error:
@@ -171,10 +172,11 @@ class PlanSearch:
         return Plan(tuple(cutting.root.cuts()), *how)
 
     def _widest(self, part: CutPart, whole: StartBox) -> int | None:
-        """The variable along which a part is widest, beside the whole start."""
-        width = whole.high - whole.low
+        """The variable along which a part is widest, beside the whole start; none that has no float within."""
+        (low, high), width = part.box, whole.high - whole.low
+        middle = 0.5 * low + 0.5 * high
         with np.errstate(all="ignore"):
-            ratios = np.where(width > 0, self._weights * (part.box.high - part.box.low) / width, 0.0)
+            ratios = np.where((low < middle) & (middle < high), self._weights * (high - low) / width, 0.0)
         return int(ratios.argmax()) if ratios.max() > 0 else None
 
     def _cells(self, whole: StartBox, how: tuple[int, int]) -> Iterator[dict[int, float]]:

@@ -3,7 +3,7 @@
 Does: shows a claim in parts, each of which follows only the variables that it depends on; if that fails, follows all
   variables, and replays an episode into what is left open.
 Assumes: a checked profile, system and claim.
-Does not: choose how much is spent on which claim (together.py does).
+Does not: choose how much a stage may spend (decide.py does).
 """
 
 from __future__ import annotations

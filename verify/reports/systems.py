@@ -64,7 +64,7 @@ ANYWHERE = {True: "all over the ranges", False: "that its own episodes come to"}
 STEPS = "A claim about episodes covers only the steps that it names{ever}."
 EVER = "; one for ever covers any number of them"
 OUTSIDE = "Outside the boxes of all pieces nothing is stated. A claim is not proved if an episode may leave the boxes."
-WEAK = "the agents with shuffled leaves fulfil the claim too, so it says little about these trees"
+WEAK = ", so it says little about these trees"  # where most shuffled leaves fulfil the claim too
 SINGLE = "A claim about single decisions does not say that an episode gets into such a state."
 
 
@@ -229,7 +229,8 @@ def facts(result: Result[SystemClaim, Any], place: int) -> dict[str, Any]:
         "boxes": evidence.boxes,
         "symbolic_states": result.cost.spent,
         "linear_programs": evidence.programs,
-        "shuffled_control": evidence.control.value,
+        "shuffled_control": evidence.control.verdict.value,
+        "shuffled_leaves": evidence.control.words,
         "engines": [opinion.document() for opinion in evidence.opinions],
     }
     if evidence.open is not None:
@@ -291,13 +292,15 @@ def lines(told: Mapping[str, Any]) -> list[str]:
         proof = told["certificate"]
         visited = format_count(told["symbolic_states"], "symbolic state")
         written.append(f"{sets(told) or visited}, {format_count(proof['bytes'], 'byte')} of proof")
-    written += [_weak(told)] if _weak(told) else []
+        if told["shuffled_leaves"] and not told["shuffled_leaves"].startswith("0 of "):
+            written.append(_say_shuffled(told))
     return written
 
 
-def _weak(told: Mapping[str, Any]) -> str:
-    """What a proof that needs no particular leaves is worth."""
-    return WEAK if told["shuffled_control"] == told["verdict"] == Verdict.PROVED.value else ""
+def _say_shuffled(told: Mapping[str, Any]) -> str:
+    """How many shuffled leaves fulfil the claim too, and what a proof is worth that needs no particular leaves."""
+    weak = told["shuffled_control"] == told["verdict"] == Verdict.PROVED.value
+    return f"shuffled leaves: {told['shuffled_leaves']}{WEAK if weak else ''}"
 
 
 def _open(told: Mapping[str, Any]) -> list[str]:
@@ -366,7 +369,12 @@ def _ready(told: Mapping[str, Any]) -> dict[str, Any]:
     variables = told["variables"]
     dt = told["dt"]
     more = [
-        {"within": within(result), "weak": _weak(result), "shown": describe_sets(result), "near": nearness(result, dt)}
+        {
+            "within": within(result),
+            "shuffled": _say_shuffled(result),
+            "shown": describe_sets(result),
+            "near": nearness(result, dt),
+        }
         for result in told["results"]
     ]
     results = [draw_courses(result, variables, dt) | words for result, words in zip(told["results"], more, strict=True)]

@@ -52,7 +52,7 @@ def closest(profile: PolicyProfile, system: System, claim: SystemClaim) -> Close
     if claim.about_decisions or claim.says.once or system.flow is not None:
         return None
     random = np.random.default_rng(SEED)
-    start = random_starts(system, {0: claim}, Starts(EPISODES), random)
+    start = random_starts(system, claim, Starts(EPISODES), random)
     if start is None:
         return None
     count, approach, least = len(next(iter(start.values()))), None, np.inf

@@ -22,8 +22,8 @@ from verify.claims.uncertified.own import OwnFormula
 from verify.counterexamples.explanation import Explanation, explain_counterexample
 from verify.counterexamples.search import Counterexample, confirm_point, explain, near, violating_samples
 from verify.question import DecisionQuestion
-from verify.result import SETTLED, Cost, Evidence, Margin, Opinion, Result, Verdict
-from verify.semantics import MACHINE
+from verify.result import SETTLED, Control, Cost, Evidence, Margin, Opinion, Result, Verdict
+from verify.semantics import MACHINE, REAL
 from verify.solver import solve
 from verify.solver.decide import SolverDecision, about_nothing, decide
 from verify.solver.leaves import LeafFinding, leaf_findings
@@ -124,7 +124,9 @@ def verify(
     if verdict is Verdict.PROVED:
         _ensure_none_violates(beside)
     steady = verdict is Verdict.PROVED and claim.eps and zoned.certificate is not None
-    control = _decide_control(beside.control) if verdict in SETTLED else Verdict.SKIPPED
+    controls = beside.controls if verdict in SETTLED else []
+    units = beside.budgets.solver_units // max(len(controls), 1)
+    control = Control.of(_decide_control(each, units) for each in controls)
     evidence = DecisionEvidence(
         shares=measured,
         control=control,
@@ -219,9 +221,17 @@ def _find_violation(question: DecisionQuestion) -> Settled:
     return _settle_question(question, zoned)
 
 
-def _decide_control(control: DecisionQuestion) -> Verdict:
-    """The verdict on the control; UNKNOWN where rounding within sums alone may make its state a violation."""
-    decision = decide(control)
+def _decide_control(control: DecisionQuestion, units: int) -> Verdict:
+    """The verdict on a control, by Z3 with so many units where zones have none; UNKNOWN where rounding within sums
+    alone may make its state a violation.
+    """
+    zoned = by_zones(control)
+    if zoned.opinion.verdict is Verdict.PROVED:
+        return Verdict.PROVED
+    failing = zoned.state is not None and near(zoned.part or control, zoned.goal, zoned.state)
+    if failing or (zoned.opinion.verdict is Verdict.VIOLATED and control.semantics == REAL):
+        return Verdict.VIOLATED
+    decision = decide(control.spending(solver_units=units))
     if decision.answer is None or decision.exact:
         return decision.verdict
     state, _ = confirm_point(decision.part or control, decision.goal, decision.answer)

@@ -36,7 +36,7 @@ from verify.episodes.contacts import MAX_DRIFT
 from verify.episodes.zones import SCALE, points_of, starts
 from verify.extent.starts import StartShare
 from verify.question import EpisodeQuestion
-from verify.result import SETTLED, Cost, Evidence, Opinion, Result, Verdict
+from verify.result import SETTLED, Control, Cost, Evidence, Opinion, Result, Verdict
 from verify.states.episodes import (
     Episode,
     EpisodeReplay,
@@ -57,6 +57,7 @@ from verify.states.state import State, inside, sample, state_at
 
 ENGINE, UNIT = "zones", "zones"
 SAMPLES = 20_000
+CONTROLS = 400_000  # zones for all shuffled leaves together: they mostly fail in a sampled start
 LEFT_OPEN = "zones prove it, but the second reading of the policy does not: please report this"
 NO_START = (
     "zones prove it, but no start in the region was found that the claim covers: one in float64 numbers, from which no "
@@ -114,9 +115,13 @@ def verify_episodes(
     coordinates, _ = sample(at_rest(region), profile.world, _samples(claim), SAMPLE_SEED)
     still = meets_claim(profile, claim, coordinates[None])
     judged = _judge_question(question)
-    decision, control = judged.decision, Verdict.SKIPPED
+    decision, control = judged.decision, Control()
     if decision.verdict in SETTLED:
-        control = _judge_question(question.control).decision.verdict
+        controls = question.controls
+        count = max(len(controls), 1)
+        limits = {"max_zones": min(question.budgets.max_zones, CONTROLS) // count}
+        judged_so = (_judge_question(each.spending(**limits), _samples(claim) // count) for each in controls)
+        control = Control.of(each.decision.verdict for each in judged_so)
     state = episode = None
     if decision.state is not None:
         question = _shorten_question(question, decision.state)
@@ -166,11 +171,12 @@ class _Judged:
     uncertified: str = ""
 
 
-def _judge_question(question: EpisodeQuestion) -> _Judged:
-    """The verdict: one of the zones that a proof is, only where the second reading leaves no start open. Where it gave
-    up for size before it found an open branch, a proof has one reading, and says so.
+def _judge_question(question: EpisodeQuestion, samples: int | None = None) -> _Judged:
+    """The verdict, with so many sampled starts (None: the usual number): one of the zones that a proof is, only where
+    the second reading leaves no start open. Where it gave up for size before it found an open branch, a proof has one
+    reading, and says so.
     """
-    decision, violating = _settle_question(question)
+    decision, violating = _settle_question(question, _samples(question.claim) if samples is None else samples)
     if decision.verdict is Verdict.UNKNOWN and question.claim.by_edges:
         return _by_edges(question, violating)
     if decision.verdict is not Verdict.PROVED:
@@ -221,12 +227,12 @@ def _has_start(question: EpisodeQuestion) -> bool:
     return False
 
 
-def _settle_question(question: EpisodeQuestion) -> tuple[ZonesDecision, Share]:
-    """The verdict, and the share of sampled starts that fail: one of them settles the claim without zones. UNKNOWN
-    where edges are to show it.
+def _settle_question(question: EpisodeQuestion, samples: int) -> tuple[ZonesDecision, Share]:
+    """The verdict, and the share of so many sampled starts that fail: one of them settles the claim without zones.
+    UNKNOWN where edges are to show it.
     """
     profile, claim, region = question.profile, question.claim, question.region
-    coordinates, goals = sample(at_rest(region), profile.world, _samples(claim), SAMPLE_SEED)
+    coordinates, goals = sample(at_rest(region), profile.world, samples, SAMPLE_SEED)
     episode, _ = play(profile, coordinates, claim.steps)
     bad = ~meets_claim(profile, claim, episode)
     bad[bad] = ~coinciding(profile, episode[:, bad])

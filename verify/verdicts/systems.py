@@ -7,16 +7,15 @@ Does not: know the environment that a system is about, or read files.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import TYPE_CHECKING
 
 from verify.flows import decide as flows
 from verify.question import Question
-from verify.reach.decide import together
+from verify.reach import decide as reach
 from verify.reach.results import ReachOutcome, SystemCounterexample
-from verify.result import SETTLED, Cost, Evidence, Opinion, Result, Verdict
+from verify.result import SETTLED, Control, Cost, Evidence, Opinion, Result, Verdict
 from verify.solver import unrolled
 from verify.spending import STATE
 from verify.subjects import ClosedLoop
@@ -28,11 +27,11 @@ if TYPE_CHECKING:
     from verify.checker.covers.certificates import AnyCertificate
     from verify.checker.flows.certificates import FlowCertificate
     from verify.reach.results import OpenState
-    from verify.reach.together import Together
 
 ENGINE, UNIT, BOXES = "reach", "symbolic states", "boxes"
 FLOWS, SETS = "flows", "sets of states"
-CONTROL = {"max_boxes": 2_000_000}  # shuffled leaves mostly fail at once
+CONTROLS = 2_000_000  # boxes for all shuffled leaves together: they mostly fail at once
+FEW = 256  # episodes of each that are played
 ENCLOSED = "the claim fails within the enclosure error, but no violating episode of the exact rules was found"
 NARROWER = ("more `cuts` where rules are not affine", "a smaller start region", "fewer steps")
 Attempt = Callable[[], SystemCounterexample | None]
@@ -59,78 +58,54 @@ class SystemEvidence(Evidence):
 SystemResult = Result[SystemClaim, SystemEvidence]
 
 
-def verify_system(question: Question[SystemClaim], confirm: Confirm | None = None, beside: bool = True) -> SystemResult:
+def verify_system(
+    question: Question[SystemClaim],
+    confirm: Confirm | None = None,
+    beside: bool = True,
+    attempt: Attempt | None = None,
+    known: SystemCounterexample | None = None,
+) -> SystemResult:
     """The verdict on a question. `confirm`: finds a counterexample again by rules that the system encloses; `beside`:
-    with the solver's opinion and the control.
+    with the solver's opinion and the control; `attempt`: looks for a counterexample where nothing else has one;
+    `known`: one that was confirmed, so that nothing is searched.
     """
-    return JointQuestions([question]).verify_question(0, confirm, beside)
+    flowing = is_flow(question)
+    if known is not None:
+        outcome = ReachOutcome(Verdict.VIOLATED, counterexample=known)
+    else:
+        outcome = _confirm_outcome(_decide(question), confirm)
+    broken = attempt() if attempt is not None and outcome.verdict is Verdict.UNKNOWN else None
+    if broken is not None:
+        outcome = replace(outcome, verdict=Verdict.VIOLATED, reason="", counterexample=broken, open=None, helps=())
+    settled = beside and outcome.verdict in SETTLED
+    by_boxes = not outcome.states and outcome.certificate is not None
+    own = Opinion(ENGINE, outcome.verdict, outcome.states, UNIT)
+    own = Opinion(BOXES, outcome.verdict, outcome.boxes, BOXES) if by_boxes else own
+    own = Opinion(FLOWS, outcome.verdict, outcome.boxes, SETS) if flowing else own
+    evidence = SystemEvidence(
+        control=_ask_controls(question) if settled else Control(),
+        opinions=(own, _agreeing(question, outcome.verdict)) if settled and not flowing else (own,),
+        certificate=outcome.certificate,
+        branches=outcome.branches,
+        counterexample=outcome.counterexample,
+        approach=_approach(question, outcome) if beside else None,
+        open=outcome.open,
+        helps=outcome.helps,
+        programs=outcome.programs,
+        boxes=outcome.boxes,
+    )
+    cost = Cost(outcome.states, question.budgets.max_boxes // STATE, UNIT)
+    return Result(question, outcome.verdict, outcome.reason, evidence, cost)
 
 
-class JointQuestions:
-    """Questions about one team in one system. One search decides them all, and another one all their controls."""
+def _ask_controls(question: Question[SystemClaim]) -> Control:
+    controls = question.controls
+    limits = {"max_boxes": CONTROLS // max(len(controls), 1), "samples": FEW}
+    return Control.of(_decide(control.spending(**limits)).verdict for control in controls)
 
-    def __init__(self, questions: Sequence[Question[SystemClaim]]) -> None:
-        self._questions = questions
-        self._in_steps = [number for number, question in enumerate(questions) if not is_flow(question)]
 
-    def verify_question(
-        self,
-        number: int,
-        confirm: Confirm | None = None,
-        beside: bool = True,
-        attempt: Attempt | None = None,
-        known: SystemCounterexample | None = None,
-    ) -> SystemResult:
-        """The verdict on a question, by its number, as `verify_system`. `attempt`: looks for a counterexample where
-        nothing else has one; `known`: one that was confirmed, so that nothing is searched.
-        """
-        question = self._questions[number]
-        flowing = is_flow(question)
-        outcome = self._decide(number, known)
-        outcome = outcome if known is not None else _confirm_outcome(outcome, confirm)
-        broken = attempt() if attempt is not None and outcome.verdict is Verdict.UNKNOWN else None
-        if broken is not None:
-            outcome = replace(outcome, verdict=Verdict.VIOLATED, reason="", counterexample=broken, open=None, helps=())
-        settled = beside and outcome.verdict in SETTLED
-        control = self._control(number) if settled else Verdict.SKIPPED
-        by_boxes = not outcome.states and outcome.certificate is not None
-        own = Opinion(ENGINE, outcome.verdict, outcome.states, UNIT)
-        own = Opinion(BOXES, outcome.verdict, outcome.boxes, BOXES) if by_boxes else own
-        own = Opinion(FLOWS, outcome.verdict, outcome.boxes, SETS) if flowing else own
-        evidence = SystemEvidence(
-            control=control,
-            opinions=(own, _agreeing(question, outcome.verdict)) if settled and not flowing else (own,),
-            certificate=outcome.certificate,
-            branches=outcome.branches,
-            counterexample=outcome.counterexample,
-            approach=_approach(question, outcome) if beside else None,
-            open=outcome.open,
-            helps=outcome.helps,
-            programs=outcome.programs,
-            boxes=outcome.boxes,
-        )
-        cost = Cost(outcome.states, question.budgets.max_boxes // STATE, UNIT)
-        return Result(question, outcome.verdict, outcome.reason, evidence, cost)
-
-    def _decide(self, number: int, known: SystemCounterexample | None) -> ReachOutcome:
-        if known is not None:
-            return ReachOutcome(Verdict.VIOLATED, counterexample=known)
-        question = self._questions[number]
-        return flows.decide(question) if is_flow(question) else self._together.outcome(self._in_steps.index(number))
-
-    @cached_property
-    def _together(self) -> Together:
-        return together([self._questions[number] for number in self._in_steps])
-
-    @cached_property
-    def _controls(self) -> Together:
-        return together([self._questions[number].control.spending(**CONTROL) for number in self._in_steps])
-
-    def _control(self, number: int) -> Verdict:
-        """What is found of the same trees with their leaves shuffled."""
-        if number in self._in_steps:
-            return self._controls.outcome(self._in_steps.index(number)).verdict
-        return flows.decide(self._questions[number].control.spending(**CONTROL)).verdict
+def _decide(question: Question[SystemClaim]) -> ReachOutcome:
+    return flows.decide(question) if is_flow(question) else reach.decide(question)
 
 
 def _approach(question: Question[SystemClaim], outcome: ReachOutcome) -> ClosestApproach | None:

@@ -106,7 +106,7 @@ def check_certificate(
         raise RefusedError("an enclosure of the claim is refused", f"{path}: {escape_text(error)}", advice) from None
     said = f"{curve or sentence(certificate.claim, statement, about)}, {report.sentence(statement.system)}"
     said += _left_sides(certificate.claim, stated)
-    return f"{name_claim(certificate.claim)}: {said}", closed, certificate.size, certificate.unit
+    return f"{certificate.claim.name}: {said}", closed, certificate.size, certificate.unit
 
 
 def _left_sides(claim: SystemClaim, stated: Sequence[SystemClaim]) -> str:

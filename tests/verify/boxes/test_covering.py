@@ -23,7 +23,7 @@ from tests.support.system_cases import (
     switching,
     team,
 )
-from verify.boxes.covering import CoveredClaims, Search
+from verify.boxes.covering import Covering, Search
 from verify.boxes.rows import Half, Rows, in_cells
 from verify.checker.covers.sweep import Cells
 from verify.spending import BudgetSpentError, Spending
@@ -42,9 +42,9 @@ def cells(found, system):
 
 def coverings(system, profile, claim, most=ENOUGH):
     """What covers one claim, until the budget ends."""
-    search = Search(profile, system, [claim], Spending(most))
+    search = Search(profile, system, claim, Spending(most))
     with suppress(BudgetSpentError):
-        yield from (found.covering for found in search.iterate_covers() if isinstance(found, CoveredClaims))
+        yield from (found for found in search.iterate_covers() if isinstance(found, Covering))
 
 
 def first(system, profile, claim, most=ENOUGH):

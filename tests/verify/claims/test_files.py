@@ -135,7 +135,7 @@ def test_a_formula_that_says_a_built_in_property_has_its_verdict(profile):
             found.evidence.shares.violating == wanted.evidence.shares.violating
             and found.evidence.shares.conflict == wanted.evidence.shares.conflict
         )
-        assert found.evidence.control is Verdict.VIOLATED
+        assert found.evidence.control.verdict is Verdict.VIOLATED
 
 
 @pytest.mark.solver
@@ -155,7 +155,7 @@ def test_contradictory_assumptions_are_vacuous_and_never_proved(profile, assume)
     ((claim, region),) = read(source, profile)
     result = verify(Question(Game(profile), claim, region), {})
     assert result.verdict is Verdict.VACUOUS and "assumption" in result.reason
-    assert result.evidence.control is Verdict.SKIPPED and result.evidence.shares.conflict.count == 0
+    assert result.evidence.control.verdict is Verdict.SKIPPED and result.evidence.shares.conflict.count == 0
 
 
 @pytest.mark.solver

@@ -58,7 +58,7 @@ def test_a_team_that_arrives_is_proved_from_everywhere_agent_by_agent(arrivers):
     result = verify_episodes(Question(Game(arrivers), claim, everywhere(arrivers)), {})
     assert result.verdict is Verdict.PROVED
     assert result.evidence.followed == (("agent_0",), ("agent_1",))
-    assert result.evidence.control is Verdict.VIOLATED
+    assert result.evidence.control.verdict is Verdict.VIOLATED
     assert result.evidence.violating.hits == 0 and result.evidence.idle.value < 0.03
     assert failures(arrivers, claim, result.region, 10_000, 1) == 0
 

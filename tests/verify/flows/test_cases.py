@@ -18,8 +18,8 @@ from verify.checker.flows.sweep import NOT_STATED, FlowSweep, Plan
 from verify.checker.reading import RejectedError
 from verify.claims.region import UNBOUNDED
 from verify.flows.decide import decide
-from verify.flows.playing import FlowCourse
-from verify.flows.replay import replay_course
+from verify.flows.playing import FlowCourse, FlowPlay
+from verify.flows.replay import FlowReplay, replay_course
 from verify.question import Question
 from verify.result import Verdict
 from verify.subjects import ClosedLoop
@@ -233,3 +233,28 @@ def test_the_number_of_the_sample_is_known():
     claim = claims_of(statement, KEEPER, "room.toml")[0]
     found = decide(Question(ClosedLoop(KEEPER, statement.system), replace(claim, steps=4), UNBOUNDED))
     assert found.verdict is Verdict.PROVED
+
+
+def test_a_mode_that_is_observed_is_played_as_the_agent_sees_it():
+    """A relay that goes on while it is on: all episodes break what only `heat == high` tells apart."""
+    relay = team(policy("a", ["high"], ["off", "low", "high"], ((0, 0.5), 0, 2)))
+    start = ('warm = [-1, 1], heat = "off"', 'warm = [-1, -0.8], heat = "high"')
+    statement, _, claim = room(*start, region=(-3, F(1, 2)))
+    found = decide(Question(ClosedLoop(relay, statement.system), claim, UNBOUNDED))
+    assert found.verdict is Verdict.VIOLATED and {"a": "high"} in found.counterexample.actions
+
+
+def test_errors_of_a_counterexample_lie_in_the_bounds_of_their_case():
+    bounds = F(7, 100), F(9, 100)
+    bent = ("error = { warm = 0.1 }", "error = { warm = [0.07, 0.09] }")
+    statement, profile, claim = room(*bent, region=(F(-11, 10), 3))
+    play = FlowPlay(profile, statement.system, claim)
+    replay, met = FlowReplay(profile, statement.system, claim), 0
+    for broken in filter(None, map(replay.follow_course, play.breaking(64))):
+        for case, error in zip(broken.pieces, broken.errors, strict=True):
+            low, high = bounds if case == 3 else (F(-5, 100), F(5, 100))
+            assert low <= error["warm"] <= high
+        met += 1
+        course = FlowCourse(broken.start, broken.errors, broken.longer, broken.ways, broken.rank)
+        assert replay_course(profile, statement.system, claim, course) == broken
+    assert met

@@ -145,3 +145,38 @@ def test_what_may_not_be_defined_on_the_way_is_named():
     assert sweep.open == {0: NOT_SHOWN} and sweep.watch is None
     bold = team(policy("valve", ["level"], ["on", "off"], ((0, 0.3), 0, 1)))
     assert find_undefined(system, FlowSweep(bold, system, claim), [sweep.whole], Plan((), 4, 4)) == []
+
+
+FINE = """
+name = "fine"
+steps = 2
+[variables]
+x = { range = [-9, 9] }
+v = { range = [-9, 9] }
+[agents.a.features]
+x = "x"
+[agents.a.actions]
+p = {}
+[start]
+box = { x = 0.3, v = [0, 1] }
+[dynamics]
+period = "0.2 s"
+flow = { x = "0[1/s]", v = "0[1/s]" }
+"""
+
+
+@pytest.mark.parametrize(
+    ("most", "verdict"), [("0.9999", Verdict.VIOLATED), ("1", Verdict.PROVED), ("0.9999", Verdict.UNKNOWN)]
+)
+def test_a_start_that_is_no_float_ends(most, verdict, monkeypatch):
+    """Its box is one float wide, and is not cut."""
+    if verdict is Verdict.UNKNOWN:  # where no episode breaks what is left open, the budget ends the search
+        monkeypatch.setattr(FlowPlay, "breaking", lambda play, count: iter(()))
+        monkeypatch.setattr(FlowPlay, "from_starts", lambda play, starts: iter(()))
+    nobody = team(policy("a", ["x"], ["p"], 0))
+    claim = f'[[property]]\nname = "stays_in"\nregion = {{ box = {{ v = [-9, {most}] }} }}\n'
+    question = asked(FINE, nobody, claim).spending(max_boxes=2_000_000)
+    found = flows.decide(question)
+    assert found.verdict is verdict
+    if verdict is Verdict.VIOLATED:
+        assert found.counterexample.start["x"] == F(3, 10)

@@ -66,7 +66,7 @@ def test_random_play_says_how_far_it_is():
     system, profile, claim = random_systems.case(np.random.default_rng(0))
     told = []
     with listening(lambda *given: told.append(given)):
-        list(samples.courses(profile, system, {0: claim}, samples.Starts(16)))
+        list(samples.courses(profile, system, claim, samples.Starts(16)))
     assert told[0] == (0, claim.steps, "steps of 16 random episodes") and len(told) <= claim.steps + 1
 
 

@@ -95,7 +95,7 @@ def test_teams_that_violate_are_repaired_in_the_whole_start_region(profile, clai
     region = start_region(wrong.world)
     found = repair(Question(Game(wrong), claim, region))
     assert found.ended and found.guards and found.rounds and len(set(found.roles.values())) == 2
-    assert proved(found.profile, claim, region).evidence.control is Verdict.VIOLATED
+    assert proved(found.profile, claim, region).evidence.control.verdict is Verdict.VIOLATED
     unchanged(wrong, found, region)
 
 

@@ -70,7 +70,7 @@ def test_the_property_says_it(profile, whole):
     claim = find_property("alive_leaves", profile)
     bad = verify(Question(Game(team(profile, BOTH, SLIVER)), claim, whole), {})
     assert bad.verdict is Verdict.VIOLATED and len(bad.evidence.leaves) == 7 and bad.evidence.counterexample is None
-    assert bad.evidence.shares.conflict.count == 0 and bad.evidence.control is Verdict.SKIPPED
+    assert bad.evidence.shares.conflict.count == 0 and bad.evidence.control.verdict is Verdict.SKIPPED
     good = verify(Question(Game(team(profile, towards(0, 0), SLIVER)), claim, whole), {})
     assert good.verdict is Verdict.PROVED
     none = Region(whole.box, whole.goals, apart=(("agent_0", "agent_1", Fraction(5)),))

@@ -45,7 +45,7 @@ def test_fixed_roles_are_proved_everywhere(profile, claim):
     roles = team(profile, towards(0, 0), towards(1, 1))
     result = verify(Question(Game(roles), claim, start_region(roles.world)), {})
     assert result.verdict is Verdict.PROVED
-    assert result.evidence.control is Verdict.VIOLATED
+    assert result.evidence.control.verdict is Verdict.VIOLATED
     assert 0.34 < result.evidence.shares.conflict.value < 0.38  # 36 % of the start region, see the definitions
     assert result.evidence.shares.contested is not None and 0.026 < result.evidence.shares.contested.value < 0.031
     assert result.evidence.shares.violating.hits == 0
@@ -69,7 +69,7 @@ def test_an_empty_region_is_vacuous(profile, claim):
     start = start_region(profile.world)
     high = Region(start.box, start.goals, differences=(("agent_0.x", "agent_1.x", (Fraction(3), Fraction(4))),))
     result = verify(Question(Game(profile), claim, high), {})
-    assert result.verdict is Verdict.VACUOUS and result.evidence.control is Verdict.SKIPPED
+    assert result.verdict is Verdict.VACUOUS and result.evidence.control.verdict is Verdict.SKIPPED
     apart = Region(start.box, start.goals, apart=(("agent_0", "agent_1", Fraction(5)),))
     assert verify(Question(Game(profile), claim, apart), {}).verdict is Verdict.VACUOUS
 
@@ -267,7 +267,7 @@ def test_the_control_is_asked_not_assumed(profile, claim):
     result = verify(
         Question(Game(team(profile, towards(0, 0), towards(1, 1))), claim, Region(place, ("landmark_0",))), {}
     )
-    assert result.verdict is Verdict.PROVED and result.evidence.control is Verdict.PROVED
+    assert result.verdict is Verdict.PROVED and result.evidence.control.verdict is Verdict.PROVED
     assert result.evidence.shares.conflict.hits == 0
 
 

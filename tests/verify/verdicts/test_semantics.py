@@ -72,7 +72,7 @@ def test_away_from_thresholds_both_agree_and_real_violations_replay(profile):
     for one, verdict in ((team(profile, towards(0, 0), towards(1, 1)), Verdict.PROVED),
                          (team(profile, towards(0, 0), towards(0, 1)), Verdict.VIOLATED)):  # fmt: skip
         found = verify(Question(Game(one), claim, start_region(one.world), REAL), {})
-        assert found.verdict is verdict and found.evidence.control is Verdict.VIOLATED
+        assert found.verdict is verdict and found.evidence.control.verdict is Verdict.VIOLATED
         assert (found.evidence.counterexample is not None) == (verdict is Verdict.VIOLATED)
 
 

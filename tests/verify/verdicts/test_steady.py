@@ -145,7 +145,7 @@ def test_violations_hold_their_errors_and_replay(profile):
         return [int(ir.act(policy, observe_state(roles, policy, state))[0]) for policy in roles.team("defenders")]
 
     found = verify(Question(Game(roles), claim, region), {"again": replay})
-    assert found.verdict is Verdict.VIOLATED and found.evidence.control is Verdict.VIOLATED
+    assert found.verdict is Verdict.VIOLATED and found.evidence.control.verdict is Verdict.VIOLATED
     state = found.evidence.counterexample.state
     assert state.errors and replayed == [state] and violates(from_start(roles, claim), state) and inside(region, state)
     assert not violates(from_start(roles, claim), State(state.position, state.goal)), (

@@ -9,8 +9,8 @@ from tests.support.system_cases import box, corridor, double_integrator, passing
 from verify.checker.systems import reading
 from verify.claims.region import UNBOUNDED
 from verify.question import Budgets, Question, shuffle_leaves
+from verify.reach import decide as reach
 from verify.reach.results import ReachOutcome
-from verify.reach.together import Together
 from verify.result import Verdict
 from verify.solver import unrolled
 from verify.subjects import ClosedLoop
@@ -32,7 +32,7 @@ def test_two_engines_speak_and_the_control_fails():
     found = verify_system(asked())
     engine, second = found.evidence.opinions
     assert found.verdict is engine.verdict is second.verdict is Verdict.PROVED
-    assert found.evidence.control is Verdict.VIOLATED and second.spent > 0 and found.cost.spent == engine.spent
+    assert found.evidence.control.verdict is Verdict.VIOLATED and second.spent > 0 and found.cost.spent == engine.spent
     assert found.certificate is found.evidence.certificate is not None
 
 
@@ -45,7 +45,7 @@ def test_a_violation_has_both_opinions_too():
 def test_the_verdict_alone_asks_nobody_else():
     found = verify_system(asked(), beside=False)
     assert found.verdict is Verdict.PROVED and len(found.evidence.opinions) == 1
-    assert found.evidence.control is Verdict.SKIPPED
+    assert found.evidence.control.verdict is Verdict.SKIPPED
 
 
 def test_a_large_query_is_not_asked():
@@ -66,11 +66,11 @@ def test_all_agents_are_shuffled():
 
 def test_a_claim_that_any_leaves_fulfil_has_a_control_that_is_proved():
     question = asked(bound=1000)
-    assert verify_system(question).evidence.control is Verdict.PROVED
+    assert verify_system(question).evidence.control.verdict is Verdict.PROVED
 
 
 def test_engines_that_disagree_are_a_bug_of_ours(monkeypatch):
-    monkeypatch.setattr(Together, "outcome", lambda search, number: ReachOutcome(Verdict.PROVED))
+    monkeypatch.setattr(reach, "decide", lambda question: ReachOutcome(Verdict.PROVED))
     with pytest.raises(AssertionError, match=r"reach PROVED, Z3 .* VIOLATED"):
         verify_system(asked(bound=F(1, 10)))
 
@@ -97,7 +97,7 @@ def test_a_step_misread_by_prover_and_checker_is_seen_by_the_solver(monkeypatch)
 def test_an_enclosure_that_the_rules_do_not_follow_is_unknown():
     found = verify_system(asked(bound=F(1, 10)), confirm=lambda counterexample: None)
     assert found.verdict is Verdict.UNKNOWN and found.reason == systems.ENCLOSED and found.counterexample is None
-    assert found.evidence.helps == systems.NARROWER and found.evidence.control is Verdict.SKIPPED
+    assert found.evidence.helps == systems.NARROWER and found.evidence.control.verdict is Verdict.SKIPPED
     again = verify_system(asked(bound=F(1, 10)), confirm=lambda counterexample: counterexample)
     assert again.verdict is Verdict.VIOLATED
 

@@ -204,7 +204,7 @@ class CellSearch:
         played = min(POINTS, max(self.most // (SHARE * (self._claim.steps + 1)), 1))
         points = low + np.random.default_rng(SEED).random((played, len(low))) * (high - low)
         with np.errstate(all="ignore"):
-            sweep = Sweep(Model(self._profile, self._system), self._system, [self._claim])
+            sweep = Sweep(Model(self._profile, self._system), self._system, self._claim)
             ranges = sweep.estimate_ranges(points, points.copy())
         return np.where(np.isfinite(ranges), ranges, 0.0)
 

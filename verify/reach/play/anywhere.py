@@ -29,7 +29,7 @@ def iterate_failing(
 ) -> Iterator[State]:
     """Some states of a claim's regions in which the formula seems to fail; roundings are as they are drawn."""
     system = statement.system
-    drawn = random_starts(system, {0: claim}, Starts(DRAWN), np.random.default_rng(SEED))
+    drawn = random_starts(system, claim, Starts(DRAWN), np.random.default_rng(SEED))
     if drawn is None:
         return
     point: Planes = dict(drawn)

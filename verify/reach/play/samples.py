@@ -8,10 +8,9 @@ Does not: replay.
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
-from itertools import accumulate, chain
+from itertools import accumulate, islice
 from typing import NamedTuple
 
 import numpy as np
@@ -35,13 +34,6 @@ ENOUGH, REDRAWS = 256, 24  # starts that meet all conditions; how often more are
 Planes = dict[str, Float64]  # variable -> [batch]
 
 
-class Found(NamedTuple):
-    """A claim, by its number, and a course that breaks it."""
-
-    claim: int
-    course: Course
-
-
 class Starts(NamedTuple):
     """How many episodes start, and in which boxes, bounds [n, variables]; None: anywhere."""
 
@@ -50,51 +42,32 @@ class Starts(NamedTuple):
 
 
 def courses(
-    profile: PolicyProfile,
-    system: System,
-    claims: Mapping[int, SystemClaim],
-    starts: Starts,
-    rules: Sequence[Rule] = (),
-) -> Iterator[Found]:
-    """Courses that break claims in float64, at most MAX_COURSES of each, the short ones first. `claims`: by number;
-    whoever reads the courses takes claims out that need no more. `rules`: those that move the state, in place of the
-    system's pieces; then a course numbers rules, and its errors are theirs.
+    profile: PolicyProfile, system: System, claim: SystemClaim, starts: Starts, rules: Sequence[Rule] = ()
+) -> Iterator[Course]:
+    """Courses that break a claim in float64, at most MAX_COURSES, the short ones first. `rules`: those that move the
+    state, in place of the system's pieces; then a course numbers rules, and its errors are theirs.
     """
     random = np.random.default_rng(0)
-    for group in ([number for number in claims if claims[number].about_decisions is still] for still in (True, False)):
-        asked = {number: claims[number] for number in group}
-        start = random_starts(system, asked, starts, random) if group else None
-        if start is None:
-            continue
-        with np.errstate(all="ignore"):  # a state beyond float64 is a proposal like any other
-            if asked[group[0]].about_decisions:
-                breaking = chain.from_iterable(
-                    _sample_decisions(profile, system, number, asked[number], start) for number in group
-                )
-            else:
-                breaking = _sample_courses(Play(profile, system, rules), claims, group, start, random)
-            counts = Counter[int]()
-            for each in breaking:
-                counts[each.claim] += 1
-                if each.claim in claims and counts[each.claim] <= MAX_COURSES:
-                    yield each
+    start = random_starts(system, claim, starts, random)
+    if start is None:
+        return
+    with np.errstate(all="ignore"):  # a state beyond float64 is a proposal like any other
+        if claim.about_decisions:
+            yield from _sample_decisions(profile, system, claim, start)
+        else:
+            yield from islice(_sample_courses(Play(profile, system, rules), claim, start, random), MAX_COURSES)
 
 
-def random_starts(
-    system: System, claims: Mapping[int, SystemClaim], starts: Starts, random: np.random.Generator
-) -> Planes | None:
+def random_starts(system: System, claim: SystemClaim, starts: Starts, random: np.random.Generator) -> Planes | None:
     """Random starts, half of the numbers at a bound in half of them; None where none was found. Where conditions leave
     few of those that are drawn, more are.
     """
-    (still, *_), count = {claim.about_decisions for claim in claims.values()}, starts.episodes
+    still, count = claim.about_decisions, starts.episodes
     polytope = () if still else system.start
     reading = SystemReading(system, [one.name for one in system.variables])
     branch = reading.start(polytope)
     if branch is None:
         return None
-    asked = (
-        [claim.inside for claim in claims.values()] if still and all(each.regions for each in claims.values()) else []
-    )
 
     def draw() -> Planes:
         planes: Planes = {}
@@ -112,8 +85,8 @@ def random_starts(
         kept = np.ones(count, dtype=np.bool_)
         for half in polytope:
             kept &= value(half.form, planes) <= 0
-        if asked:
-            kept &= np.logical_or.reduce([Batch(planes, count).holds(inside, {}) for inside in asked])
+        if still and claim.regions:
+            kept &= Batch(planes, count).holds(claim.inside, {})
         return {name: values[kept] for name, values in planes.items()}
 
     drawn = draw()
@@ -125,38 +98,23 @@ def random_starts(
     return drawn if len(next(iter(drawn.values()))) else None
 
 
-def _sample_decisions(
-    profile: PolicyProfile, system: System, number: int, claim: SystemClaim, start: Planes
-) -> Iterator[Found]:
+def _sample_decisions(profile: PolicyProfile, system: System, claim: SystemClaim, start: Planes) -> Iterator[Course]:
     count = len(next(iter(start.values())))
     actions = {policy.agent: act(policy, observe_planes(system, policy, start)) for policy in profile.agents}
     broken = ~Batch(start, count).holds(claim.formula, actions)
     for place in np.flatnonzero(broken)[:MAX_COURSES]:
-        yield Found(number, Course({name: Fraction(float(values[place])) for name, values in start.items()}))
+        yield Course({name: Fraction(float(values[place])) for name, values in start.items()})
 
 
-def _sample_courses(
-    play: Play, claims: Mapping[int, SystemClaim], group: Sequence[int], start: Planes, random: np.random.Generator
-) -> Iterator[Found]:
-    """The courses that break claims, at the earliest step first."""
-
-    def select_claims(step: int) -> list[int]:
-        return [number for number in group if number in claims and claims[number].steps >= step]
-
+def _sample_courses(play: Play, claim: SystemClaim, start: Planes, random: np.random.Generator) -> Iterator[Course]:
+    """The courses that break a claim, at the earliest step first."""
     count = len(next(iter(start.values())))
-    alive = {number: np.ones(count, dtype=np.bool_) for number in group}
-    for step, state, going in play.walk(start, random, max(claims[number].steps for number in group)):
+    for step, state, going in play.walk(start, random, claim.steps):
         batch = Batch(state, count)
-        for number in select_claims(step):
-            claim, here = claims[number], alive[number] & going
-            broken = here & batch.holds(claim.violation_at(step), {})
-            for place in np.flatnonzero(broken)[:MAX_COURSES]:
-                yield Found(number, play.course(start, int(place)))
-            alive[number] = here & ~broken & ~batch.holds(claim.fulfilment_at(step), {})
-        wanted = np.zeros(count, dtype=np.bool_)
-        for number in select_claims(step + 1):
-            wanted |= alive[number]
-        going &= wanted
+        broken = going & batch.holds(claim.violation_at(step), {})
+        for place in np.flatnonzero(broken)[:MAX_COURSES]:
+            yield play.course(start, int(place))
+        going &= ~broken & ~batch.holds(claim.fulfilment_at(step), {})
 
 
 class Play:

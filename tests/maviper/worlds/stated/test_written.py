@@ -199,7 +199,7 @@ def test_where_conditions_leave_few_starts_more_are_drawn():
     thin = SINE.replace("box = { x = [0, 1] }", 'box = { x = [0, 1], y = [0, 1] }\nwhere = ["x + 0.99 <= y"]')
     thin = thin.replace("x = { range = [-2, 2] }", "x = { range = [-2, 2] }\ny = { range = [-2, 2] }")
     system = statement_of(thin.replace('x = "sin(x)"', 'x = "sin(x)"\ny = "y"'), "f").system
-    start = random_starts(system, {0: stays(system, 1, x=(-1, 1))}, Starts(4_096), np.random.default_rng(0))
+    start = random_starts(system, stays(system, 1, x=(-1, 1)), Starts(4_096), np.random.default_rng(0))
     assert 256 <= len(start["x"]) <= 4_096 and (start["x"] + 0.99 <= start["y"]).all()
 
 

@@ -1,26 +1,22 @@
-"""Claims decided together: the verdicts that each has alone, by one search with one budget; small counterexamples."""
+"""The search for the answer to one claim: what budgets end, what is said of no answer, small counterexamples."""
 
-from collections import Counter
 from fractions import Fraction as F
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from maviper.files.profiles import find_profile
 from maviper.worlds.stated.systems import read
-from tests.support.system_cases import box, double_integrator, form, policy, stays, switching, team
-from tests.verify.reach import random_systems
+from tests.support.system_cases import box, form, policy, stays, team
 from verify.claims.formula import Acts, negate
 from verify.claims.region import UNBOUNDED
 from verify.progress import listening
 from verify.question import Budgets, Question
+from verify.reach import decide as deciding
 from verify.reach import symbolic
-from verify.reach import together as deciding
-from verify.reach.decide import decide, together
+from verify.reach.decide import ClaimSearch, decide
 from verify.reach.play import shrinking
 from verify.reach.replay import Course, replay_course
-from verify.reach.together import Together
 from verify.result import Verdict
 from verify.subjects import ClosedLoop
 from verify.systems.claims import Pattern, SystemClaim
@@ -46,18 +42,9 @@ def asked(profile, system, claims, **budgets):
 
 
 def answers(questions):
-    """Of all claims, with what was spent until each was known."""
-    search = together(questions)
-    found = []
-    for number in range(len(questions)):
-        outcome = search.outcome(number)
-        found.append((outcome.verdict, outcome.boxes, outcome.states, outcome.programs))
-    return found
-
-
-def answers_in_full(questions):
-    search = together(questions)
-    return [search.outcome(number) for number in range(len(questions))]
+    """Of all claims, with what was spent on each."""
+    found = map(decide, questions)
+    return [(outcome.verdict, outcome.boxes, outcome.states, outcome.programs) for outcome in found]
 
 
 def world(name):
@@ -66,54 +53,13 @@ def world(name):
     return profile, statement.system, claims_of(statement, profile, name)
 
 
-def related(seed):
-    """A random system with several claims about it."""
-    random = np.random.default_rng([4, seed])
-    system, profile, claim = random_systems.case(random)
-    names = [one.name for one in system.variables]
-    found = [claim]
-    for pattern in (Pattern.STAYS_IN, Pattern.AVOIDS, Pattern.REACHES, Pattern.REACHES_AND_STAYS):
-        steps = int(random.integers(1, 5))
-        by = int(random.integers(0, steps + 1)) if pattern is Pattern.REACHES_AND_STAYS else 0
-        found.append(SystemClaim(pattern, (random_systems.polytope(random, names),), steps, by))
-    return profile, system, found
-
-
-def test_verdicts_are_those_of_the_claims_alone():
-    """All are settled together that are settled alone, by certificates and episodes that hold on their own."""
-    met = Counter()
-    for seed in range(5):
-        profile, system, claims = related(seed)
-        questions = asked(profile, system, claims, max_boxes=4_000_000)
-        search = together(questions)
-        for number, question in enumerate(questions):
-            found, alone = search.outcome(number), decide(question)
-            assert found.verdict is alone.verdict, (seed, number)
-            if found.certificate is not None:
-                found.certificate.check(profile, system)
-            if found.counterexample is not None:
-                course = Course(found.counterexample.start, found.counterexample.errors, found.counterexample.pieces)
-                assert replay_course(profile, system, claims[number], course) == found.counterexample
-            met[claims[number].pattern, found.verdict] += 1
-    assert all(sum(met[each, verdict] for each in Pattern) >= 5 for verdict in (Verdict.PROVED, Verdict.VIOLATED)), met
-
-
-@pytest.mark.smoke
-def test_claims_share_each_sweep():
-    system, profile = double_integrator(axes=2), switching(2)
-    claims = [stays(system, 30, x=(-1, 1)), stays(system, 20, y=(-1, 1)), stays(system, 30, x=(-2, 2), y=(-2, 2))]
-    (whole, *_), *rest = (answers(asked(profile, system, some)) for some in (claims, *([claim] for claim in claims)))
-    assert whole[0] is Verdict.PROVED
-    assert whole[1] <= max(alone[0][1] for alone in rest) * 1.2
-
-
 @pytest.mark.parametrize("name", ["corridor", "crossing", "pendulum", "pendulum_wide", "quadrotor", "quadrotor_wide"])
 def test_a_larger_budget_takes_no_longer_to_what_a_smaller_one_answered(name, monkeypatch):
     """But for what is found at its end, by a few episodes beyond the budget."""
-    last = Together._play_last
-    monkeypatch.setattr(Together, "_play_last", lambda search, numbers: None)
+    last = ClaimSearch._play_last
+    monkeypatch.setattr(ClaimSearch, "_play_last", lambda search: None)
     _ensure_monotone(name, (10, 1_000, 30_000, 300_000, 3_000_000))
-    monkeypatch.setattr(Together, "_play_last", last)
+    monkeypatch.setattr(ClaimSearch, "_play_last", last)
     _ensure_monotone(name, (0, 10, 300_000), verdicts=True)
 
 
@@ -121,7 +67,7 @@ def test_a_larger_budget_takes_no_longer_to_what_a_smaller_one_answered(name, mo
 @pytest.mark.parametrize("name", NAMES)
 def test_budgets_of_all_sizes(name, monkeypatch):
     _ensure_monotone(name, [4**power for power in range(0, 14, 2)], verdicts=True)
-    monkeypatch.setattr(Together, "_play_last", lambda search, numbers: None)
+    monkeypatch.setattr(ClaimSearch, "_play_last", lambda search: None)
     _ensure_monotone(name, [4**power for power in range(14)])
 
 
@@ -140,9 +86,9 @@ def _ensure_monotone(name, budgets, *, verdicts=False):
 
 def test_an_end_names_the_option_and_what_was_spent():
     profile, system, claims = world("quadrotor")
-    search, told = together(asked(profile, system, claims, max_boxes=50)), []
+    told = []
     with listening(lambda *given: told.append(given)):
-        found = [search.outcome(number) for number in range(len(claims))]
+        found = list(map(decide, asked(profile, system, claims, max_boxes=50)))
     for each in found:
         assert each.verdict is Verdict.UNKNOWN
         assert each.reason.startswith("stopped after ") and each.reason.endswith("--max-boxes is 50")
@@ -159,12 +105,10 @@ def test_a_claim_that_is_plainly_false_is_violated_however_little_may_be_spent(m
         SystemClaim(Pattern.ALWAYS, (box(x=(-1, 1)),), 8),
         SystemClaim(Pattern.DECIDES, (box(x=(0, 1)),), formula=negate(Acts("a", 0))),
     ]
-    search = together(asked(profile, system, claims, max_boxes=most))
-    for number, claim in enumerate(claims):
-        found = search.outcome(number)
+    for claim, found in zip(claims, map(decide, asked(profile, system, claims, max_boxes=most)), strict=True):
         assert found.verdict is Verdict.VIOLATED and (found.counterexample.step == 0) == claim.about_decisions
-    silent = together(asked(profile, system, claims, max_boxes=most, samples=0))
-    assert {silent.outcome(number).verdict for number in range(3)} == {Verdict.UNKNOWN}
+    silent = map(decide, asked(profile, system, claims, max_boxes=most, samples=0))
+    assert {each.verdict for each in silent} == {Verdict.UNKNOWN}
 
 
 @pytest.mark.parametrize("spent", [False, True])
@@ -178,7 +122,7 @@ def test_what_is_said_of_no_answer_fits_what_the_claim_is_about(spent, monkeypat
     }
     for kind, claim in about.items():
         budgets = {"max_boxes": 0 if spent else 10**6, "samples": 0, "covers": False}
-        (found,) = answers_in_full(asked(profile, system, [claim], **budgets))
+        (found,) = map(decide, asked(profile, system, [claim], **budgets))
         words = " ".join((found.reason, *found.helps))
         assert found.verdict is Verdict.UNKNOWN and ("stopped after" in words) == spent and found.helps
         assert any(word in words for word in ("episode", "start", "step")) == (kind == "episodes"), words
@@ -193,7 +137,7 @@ def test_a_claim_about_nothing_says_of_what(empty, monkeypatch):
     moving = stays(system, 1, x=(-9, 9))
     still = SystemClaim(Pattern.DECIDES, (box(x=(0, 1)),), formula=Acts("a", 0))
     for claim, words in ((moving, "start"), (still, "state")):
-        (found,) = answers_in_full(asked(profile, system, [claim], samples=0))
+        (found,) = map(decide, asked(profile, system, [claim], samples=0))
         assert found.verdict is verdict and words in found.reason and found.helps
         assert ("episode" in found.reason) == (claim is moving)
 
