@@ -285,6 +285,8 @@ class Relay(ParallelEnv):
 
     def __init__(self, over=1.0, first=2, spread=3, length=8, agents=("runner_0", "runner_1", "chaser_0")):
         self.possible_agents = list(agents)
+        runners, chasers = ([agent for agent in agents if agent.startswith(kind)] for kind in ("runner", "chaser"))
+        self.teams = {"runner": runners, "chaser": chasers} if chasers else {"runner": runners}
         self.over, self.first, self.spread, self.max_cycles = over, first, spread, length
 
     def observation_space(self, agent):

@@ -43,7 +43,9 @@ class Together:
         while len(self._copies) < len(arguments):
             self._copies.append(Copy(self.make(), self.source))
             self._steps.append(self._copies[-1].env.step_alone)
-        with output_aside():  # once for all of them: to enter and leave takes as long as a small game's step
+        with output_aside(
+            f"{self.source.text}: {verb}"
+        ):  # once for all of them: to enter and leave takes as long as a small game's step
             self._last = self._start_games(arguments) if verb == "reset" else self._step_games(arguments)
         return self._last
 

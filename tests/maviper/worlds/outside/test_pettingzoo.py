@@ -30,7 +30,7 @@ from maviper.worlds.checking import Mark, check, usable
 from maviper.worlds.matching import matching_world, not_ours
 from maviper.worlds.outside.flattening import legal_names
 from maviper.worlds.outside.making import import_maker
-from maviper.worlds.outside.pettingzoo import DEFAULT_STEPS, PettingZooWorld
+from maviper.worlds.outside.pettingzoo import PROBE_STEPS, PettingZooWorld
 from maviper.worlds.outside.playing import EnvStates
 from maviper.worlds.outside.sources import is_named_by_user, parse_source
 from maviper.worlds.seeds import TRAINING, fold_seed
@@ -231,7 +231,7 @@ def test_what_an_environment_says_is_in_the_world():
 
 @pytest.mark.parametrize(
     ("text", "steps", "known"),
-    [("described", 6, True), ("short,length=5", 5, True), ("vanishing", DEFAULT_STEPS, False), ("spread", 25, True)],
+    [("described", 6, True), ("short,length=5", 5, True), ("vanishing", PROBE_STEPS, False), ("spread", 25, True)],
 )
 def test_how_long_episodes_are(text, steps, known):
     world = world_of(text)
