@@ -5,7 +5,6 @@ Assumes: all agents that are still in play act at once.
 Does not: score episodes (measures.py) or learn from them.
 """
 
-import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -40,13 +39,13 @@ class Tally:
 
     episodes: int = 0
     seconds: float = 0.0
-    quickest: float = math.inf  # seconds of an episode in the batch in which they were played quickest
+    batches: int = 0
     on_played: Callable[[], None] = lambda: None  # told after each batch
 
     def add(self, episodes: int, seconds: float) -> None:
         """Counts a batch."""
         self.episodes, self.seconds = self.episodes + episodes, self.seconds + seconds
-        self.quickest = min(self.quickest, seconds / episodes)
+        self.batches += 1
         self.on_played()
 
 

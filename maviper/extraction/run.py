@@ -6,6 +6,7 @@ Does not: know how trees are grown.
 """
 
 import json
+import math
 import platform
 import time
 from collections.abc import Mapping
@@ -50,6 +51,7 @@ AUTOMATIC = "auto"
 WEIGHED = {"measured": "measured critic", LOG_PROBABILITIES: "its log-probabilities as critic"}
 FORMAT = "maviper-extraction-6"
 METRICS_FILE, STEPS = "metrics.jsonl", "steps"
+TOGETHER = 1_000  # episodes of our games that are played at once, about
 NO_PLAN: Mapping[str, int] = {}
 WORDS = {
     STARTING: "to get to know the game",
@@ -163,7 +165,8 @@ class _Task:
 
 def _best_of_seeds(task: _Task, count: int, jobs: int, console: Console) -> ir.PolicyProfile:
     """Each seed in a folder of its own; the one with the best score on episodes that chose nothing yet."""
-    asked, first = task.asked, task.asked.settings.seed
+    settings = task.asked.settings.share_budget(task.asked.world, count)
+    asked, first = task.asked._replace(settings=settings), settings.seed
     runs.folder(task.folder)
     seeds, tasks = range(first, first + count), list[tuple[_Task]]()
     for seed in seeds:
@@ -171,8 +174,11 @@ def _best_of_seeds(task: _Task, count: int, jobs: int, console: Console) -> ir.P
         one = asked._replace(settings=settings)
         tasks.append((replace(task, folder=folder, asked=one, resume=is_resumed(folder, task.resume)),))
 
+    dealt = settings.complete().deal_budget(asked.world)
+    say_plan(dealt.plan(asked.world), console, count)
+
     def score(profile: ir.PolicyProfile) -> Scored:
-        return Scored(finalist_score(asked.world, asked.expert, asked.settings, profile.agents))
+        return Scored(finalist_score(asked.world, asked.expert, dealt, profile.agents))
 
     return best_of(task.folder, seeds, side_by_side(_run, tasks, jobs), score, console.line)[1]
 
@@ -269,10 +275,11 @@ def say_stopped(profile: ir.PolicyProfile, console: Console) -> None:
         console.line("stopped", f"after {told['stopped_after']} of {rounds}: {explain_stop(told)}")
 
 
-def say_plan(plan: Mapping[str, int], console: Console) -> None:
+def say_plan(plan: Mapping[str, int], console: Console, seeds: int = 1) -> None:
     """How many episodes are going to be played, stage by stage."""
     stages = ", ".join(f"{count:,} {WORDS.get(stage, stage)}" for stage, count in plan.items())
-    console.line("plan", f"up to {sum(plan.values()):,} episodes: {stages}")
+    each = "" if seeds == 1 else f" for each of {seeds} seeds, and the held-out ones again to choose among them"
+    console.line("plan", f"up to {sum(plan.values()):,} episodes{each}: {stages}")
 
 
 class Stages:
@@ -342,11 +349,12 @@ class Stages:
         """Seconds of the stages after this one, as far as can be told."""
         stages = [EXTRACTING, SELECTING, REFINING, MEASURING]
         at = next(place for place, stage in enumerate(stages) if self.stage.startswith(stage))
-        if not TALLY.episodes:  # they are played in other processes
-            return 0.0
-        pace = TALLY.seconds / TALLY.episodes if STARTING in self.plan else TALLY.quickest  # later batches are larger
+        counts = [self.plan.get(stage, 0) for stage in stages[at + 1 :]]
         rounds = self._rounds if self.stage.startswith(SELECTING) else 0.0
-        return rounds + pace * sum(self.plan.get(stage, 0) for stage in stages[at + 1 :])
+        if STARTING in self.plan:
+            return rounds + TALLY.seconds / max(1, TALLY.episodes) * sum(counts)
+        # our games are played many at once, which takes little longer than a few
+        return rounds + TALLY.seconds / max(1, TALLY.batches) * sum(math.ceil(count / TOGETHER) for count in counts)
 
     def _line(self, label: str, stage: str, told: Progress | Underway) -> LiveLine:
         """The live line of a stage, a new one where another begins."""

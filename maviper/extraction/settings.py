@@ -255,6 +255,16 @@ class Settings:
             raise InputError(f"{self.budget} episodes are too few for one iteration", "--max-episodes", least)
         return replace(dealt, refinement=(budget - 2 * rollouts) // refined) if large else dealt
 
+    def share_budget(self, world: World, seeds: int) -> "Settings":
+        """The settings of one of several extractions that share a budget, in a world of others: what is left to it when
+        the held-out episodes have been played once more, to choose among them.
+        """
+        if not self.budget or world.games is None:
+            return self
+        share = (self.budget - START_EPISODES) // seeds
+        again = share // 5 if self.held_out is None else self.held_out * (len(world.teams) + 1)
+        return replace(self, budget=max(1, share - again))
+
     def _counts(self, world: World) -> tuple[int, int, int, int]:
         """How many groups play rollouts, loops of rounds there are, sides are scored in a round, teams are refined."""
         agents = range(1 if self.algorithm == VIPER else len(world.agents))

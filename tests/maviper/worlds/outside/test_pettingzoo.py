@@ -15,6 +15,7 @@ from codegen.errors import InputError, ProfileError, UnknownNameError
 from codegen.ir import NAME
 from codegen.profiles import loading
 from codegen.profiles.rules import violations
+from maviper import manual
 from maviper.cli import main
 from maviper.compilation import compile
 from maviper.episodes import measures
@@ -204,6 +205,13 @@ def test_seeds_of_different_purposes_stay_apart():
     assert [len(block) for block in blocks] == [1, 1, 1] and len(set.union(*blocks)) == 3
 
 
+def test_environments_get_seeds_as_the_manual_says():
+    """SUMO and others take no larger ones."""
+    purposes = [*range(0, 4 * 10**15, 10**14), 2**31, 2**32, 2**60]
+    assert all(0 <= fold_seed(seed) < 2**31 for seed in purposes)
+    assert "Seeds are whole numbers below 2^31." in " ".join(manual.page("environments").split())
+
+
 def test_trainings_draw_from_seeds_of_their_own(here, monkeypatch):
     world, asked = world_of("early"), []
     monkeypatch.setattr(world, "_ask_copies", lambda verb, seeds: asked.extend(seeds))
@@ -236,6 +244,24 @@ def test_what_an_environment_says_is_in_the_world():
 def test_how_long_episodes_are(text, steps, known):
     world = world_of(text)
     assert (world.spec.episode_steps, world.length_known) == (steps, known)
+
+
+@pytest.mark.parametrize(
+    ("text", "teams"),
+    [
+        ("shared", {"team": ("left", "right", "third_0")}),
+        ("shared,rewards=pairs", {"team_0": ("left", "right"), "third": ("third_0",)}),
+        ("shared,rewards=own", {"left": ("left",), "right": ("right",), "third": ("third_0",)}),
+        ("shared,rewards=nothing", {"left": ("left",), "right": ("right",), "third": ("third_0",)}),
+        ("shared,wrap=rivals", {"left": ("left",), "right": ("right",), "third_0": ("third_0",)}),
+    ],
+)
+def test_agents_with_equal_rewards_are_one_team(text, teams):
+    """They were rivals, and MAVIPER voted and measured among opponents."""
+    name = f"tests.support.environments:{text}"
+    assert find(name).teams == teams
+    (said,) = [str(each) for each in check(name) if each.what.startswith("teams: ")]
+    assert ("equal rewards in a random episode" in said) == any(team.startswith("team") for team in teams)
 
 
 def test_unbounded_observations_have_the_widest_range():
