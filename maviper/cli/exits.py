@@ -27,17 +27,19 @@ RESUME = "what is finished is kept; run the command again with --resume"
 
 
 def listen_for_interrupts() -> None:
-    """Makes Ctrl-C count wherever it falls.
+    """Makes Ctrl-C count wherever it falls, and SIGTERM as one.
 
     Foreign-function calls turn a KeyboardInterrupt into another exception, and destructors swallow it (a solver's
     terms have both); so the signal is remembered, and raised again when a destructor was hit.
     """
     signal.signal(signal.SIGINT, _interrupt)
+    signal.signal(signal.SIGTERM, _interrupt)  # or the processes that we started would stay
     sys.unraisablehook = _interrupt_again
 
 
 def _interrupt(number: int, _frame: object) -> None:
     _interrupts.append(number)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)  # a second one ends what does not end by the first
     raise KeyboardInterrupt
 
 

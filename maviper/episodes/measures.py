@@ -145,7 +145,7 @@ def evaluate_teams(
 ) -> dict[Measure, Estimate]:
     """The estimates of `team_values`, of the world's measures and of what was stopped."""
     by_measure = team_values(world, ours, opponents, seeds)
-    asked = [measure for measure in by_measure if measure in world.measures or measure.name == CUT]
+    asked = [*world.measures, *(measure for measure in by_measure if measure.name == CUT)]
     return estimates({measure: by_measure[measure] for measure in asked})
 
 

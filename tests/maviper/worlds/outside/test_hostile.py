@@ -13,7 +13,7 @@ import pytest
 from tests.support.hostile import COUNTED
 
 ROOT = Path(__file__).parents[4]
-LONG = 120  # seconds after which a command counts as one that hangs
+LONG = 400  # seconds after which a command counts as one that hangs
 pytestmark = pytest.mark.slow
 
 
@@ -191,6 +191,6 @@ def test_a_wait_is_said_and_can_be_ended(mode, signalled, tmp_path):
         assert time.monotonic() - began < LONG and process.poll() is None, lines
         lines.append(process.stderr.readline())
     process.send_signal(signalled)
-    _, rest = process.communicate(timeout=LONG)
-    assert process.returncode == (130 if signalled == signal.SIGINT else -signal.SIGTERM) and "Traceback" not in rest
-    assert not (tmp_path / "run" / "config.json").exists() or "--resume" in rest or signalled == signal.SIGTERM
+    _, rest = process.communicate(timeout=LONG)  # all that hold standard error have ended, copies too
+    assert process.returncode == 130 and "error: interrupted" in rest and "Traceback" not in rest
+    assert ("--resume" in rest) == (tmp_path / "run" / "config.json").exists()
