@@ -105,9 +105,11 @@ def table(world: World, episodes: Episodes) -> dict[Measure, Float64]:
     """Every measure of each episode, and each team's return (its agents' mean), [batch]; where nobody states how long
     episodes are, also which of them were stopped.
     """
-    rows = dict(zip(world.measures, episodes.values, strict=True))
+    rows: dict[Measure, Float64] = dict(zip(world.measures, episodes.values, strict=True))
     rows |= {Measure(team, RETURN): episodes.returns[world.members(team)].mean(axis=0) for team in world.teams}
-    return rows | ({} if world.length_stated else {Measure(team, CUT): 1.0 * episodes.cut for team in world.teams})
+    return rows | (
+        {} if world.length_stated else {Measure(team, CUT): episodes.cut.astype(np.float64) for team in world.teams}
+    )
 
 
 def list_measures(world: World) -> tuple[Measure, ...]:

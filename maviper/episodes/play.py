@@ -136,7 +136,7 @@ def play(world: World, controllers: Sequence[Controller], start: Any, keep: bool
         if not world.playing(states[-1]).any():
             break
     acting = np.stack(alive[: len(actions)])
-    cut = world.playing(states[-1]).any(axis=1) & (not world.length_stated)
+    cut: Any = world.playing(states[-1]).any(axis=1) & (not world.length_stated)
     kept, values = observations.concatenate(), world.values(states[1:])
     TALLY.add(len(start), time.perf_counter() - began)
     return Episodes(kept, np.stack(actions), acting, states, values, returns, cut)

@@ -253,7 +253,8 @@ def ratio(stage: Stage, measure: Measure, ours: Sequence[Lineup], theirs: Lineup
     if measure.share and {0.0, 1.0} & {base, *means} and not all(stage.plays_alike(each, theirs) for each in ours):
         shares, divisor = [Share(round(mean * n), n) for mean in means], Share(round(base * n), n)
         pairs = [(divisor, each) if measure.lower_is_better else (each, divisor) for each in shares]
-        return Interval(value, *np.mean([_ratio_of_shares(*pair) for pair in pairs], axis=0).tolist(), cut)
+        low, high = np.mean([_ratio_of_shares(*pair) for pair in pairs], axis=0).tolist()
+        return Interval(value, low, high, cut)
     if n == 1:
         return Interval(value, -math.inf, math.inf, cut)
     divisor = stage.draws(theirs, measure)
@@ -261,7 +262,8 @@ def ratio(stage: Stage, measure: Measure, ours: Sequence[Lineup], theirs: Lineup
         drawn = np.mean([measures.quotient(measure, stage.draws(lineup, measure), divisor) for lineup in ours], axis=0)
     ordered = np.sort(drawn[~np.isnan(drawn)])  # a sample of 0 over 0 says nothing
     at = [round(share * (len(ordered) - 1)) for share in (0.025, 0.975)]  # no interpolation: an end may be infinite
-    return Interval(value, *(float(end) for end in ordered[at]), cut)
+    low, high = ordered[at].tolist()
+    return Interval(value, low, high, cut)
 
 
 def _ratio_of_shares(ours: Share, theirs: Share) -> tuple[float, float]:

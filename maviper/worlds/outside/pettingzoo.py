@@ -116,8 +116,7 @@ class PettingZooWorld(OutsideWorld):
         self._ensure()
         at_once, apart = self._at_once(env) if games is None else (games, games > 1)
         self.games = at_once
-        with suppress(Exception):  # it has said what it had to
-            env.close()
+        Copy(env, self.source).close()  # it has said what it had to
         make = partial(make_environment, function, self.source)
         alone = apart is False and steps_alone(env)
         self._copies = Together(self.source, make) if alone else Copies(self.source, make, at_once, apart)

@@ -17,6 +17,7 @@ import numpy as np
 from codegen.errors import InputError, MaviperError
 from codegen.process.unwarned import silence_warnings
 from maviper.worlds.outside.flattening import legal_names
+from maviper.worlds.outside.silence import output_aside
 
 GYMNASIUM = "gymnasium"  # the module whose functions are the ids of its registered environments
 SYSTEM = "system"  # the module whose functions are paths of world files
@@ -105,8 +106,9 @@ def fault(error: BaseException, source: Source, doing: str, advice: str = CHECK)
 def attribute(env: Any, name: str, source: Source) -> Any:
     """An attribute of the environment or of the one that it wraps, or None; InputError when it raises."""
     try:
-        given = (getattr(place, name, None) for place in (env, getattr(env, "unwrapped", None)))
-        return next((value for value in given if value is not None), None)
+        with output_aside():
+            given = (getattr(place, name, None) for place in (env, getattr(env, "unwrapped", None)))
+            return next((value for value in given if value is not None), None)
     except (Exception, SystemExit) as error:
         raise fault(error, source, f"the environment's {name}") from error
 
@@ -234,5 +236,5 @@ def is_row(given: object) -> TypeGuard[Sequence[object]]:
 
 def space(env: Any, kind: str, agent: Any) -> Any:
     """An agent's `action` or `observation` space, by method or, as older environments have it, from a mapping."""
-    with silence_warnings():
+    with silence_warnings(), output_aside():
         return getattr(env, f"{kind}_space")(agent)

@@ -22,7 +22,9 @@ def command(*words):
 
 
 def run(*words, **given):
-    return subprocess.run(command(*words), cwd=ROOT, capture_output=True, text=True, timeout=LONG, check=False, **given)
+    return subprocess.run(
+        command(*words), cwd=ROOT, capture_output=True, text=True, errors="replace", timeout=LONG, check=False, **given
+    )
 
 
 def world(mode, length=6):
