@@ -119,7 +119,7 @@ def play(world: World, controllers: Sequence[Controller], start: Any, keep: bool
     """Plays one episode from each start state. `controllers`: one for each agent, in the world's order; `keep`: what
     agents observe, which is most of what episodes take.
     """
-    states, began = [start], time.perf_counter()
+    states, began = [start], time.monotonic()
     observations = _Kept(world.spec.episode_steps if keep else 0)
     actions: list[Int] = []
     alive = [world.alive(start)]
@@ -138,7 +138,7 @@ def play(world: World, controllers: Sequence[Controller], start: Any, keep: bool
     acting = np.stack(alive[: len(actions)])
     cut: Any = world.playing(states[-1]).any(axis=1) & (not world.length_stated)
     kept, values = observations.concatenate(), world.values(states[1:])
-    TALLY.add(len(start), time.perf_counter() - began)
+    TALLY.add(len(start), time.monotonic() - began)
     return Episodes(kept, np.stack(actions), acting, states, values, returns, cut)
 
 

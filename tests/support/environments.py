@@ -119,6 +119,12 @@ def shared(rewards="all"):
     return _Shared(rewards)
 
 
+def solitary(says):
+    env = described()
+    env.alone = True if says == "True" else says
+    return env
+
+
 def early():
     return Line(goal=3)
 

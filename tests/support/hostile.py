@@ -66,6 +66,7 @@ class Hostile(ParallelEnv):
         if self.time == 3:
             self.misbehave()
         paid = float(np.mean([action == self.time % 2 for action in actions.values()]))
+        paid = np.nan if self.mode == "nan reward" else paid
         names, over = self.agents, self.time >= self.length
         self.agents = [] if over else names
         ends = dict.fromkeys(names, over), dict.fromkeys(names, False)

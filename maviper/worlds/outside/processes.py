@@ -108,7 +108,11 @@ class Copy:
                 if seen.shape != (size,):
                     mismatch = f"{name} observes an array of shape {seen.shape}, its space says ({size},)"
                     raise InputError(mismatch, self.source.text, "return what observation_space says")
+                if name in live and np.isnan(seen).any():
+                    where = f"number {int(np.isnan(seen).argmax())}"
+                    raise InputError(f"{name} observes NaN, {where}", self.source.text, "observe numbers")
         gained = [float(rewards.get(name, 0.0)) if name in acted else 0.0 for name in self.names]
+        ensure_finite(gained, self.source)
         done, ended = ([name in which for name in self.names] for which in (self._ended, self._ended - self._cut))
         turn = getattr(self.env, "acting", None)
         acting = [name not in self._ended and (turn is None or name in turn) for name in self.names]
@@ -128,6 +132,13 @@ class Copy:
         if len(parts) != n:
             raise InputError(f"{verb} does not return {wanted}", self.source.text, "see PettingZoo's parallel API")
         return parts
+
+
+def ensure_finite(gained: Any, source: Source) -> None:
+    """InputError for rewards that are not finite."""
+    if not np.isfinite(gained).all():
+        wrong = [each for each in np.ravel(gained).tolist() if not np.isfinite(each)]
+        raise InputError(f"a reward is {wrong[0]}", source.text, "give finite rewards")
 
 
 def single(given: Any) -> Float32:

@@ -354,6 +354,15 @@ def test_copies_that_would_disturb_each_other_play_apart(monkeypatch, here):
     world.close()
 
 
+@pytest.mark.parametrize(("says", "games", "apart"), [("True", 4, True), ("machine", 1, False)])
+def test_an_environment_may_say_that_it_must_be_alone(monkeypatch, says, games, apart):
+    """Then nothing is tried."""
+    monkeypatch.setattr("maviper.worlds.outside.processes.cores", lambda: 4)
+    monkeypatch.setattr("maviper.worlds.outside.processes.may_share", lambda *given: pytest.fail("it was tried"))
+    world = find(f"tests.support.environments:solitary,says={says}")
+    assert (world.games, world._copies.apart) == (games, apart)
+
+
 def test_functions_that_other_processes_cannot_import_are_played_here(monkeypatch):
     from tests.support import environments
 
@@ -423,7 +432,7 @@ def test_the_current_folder_is_importable_and_broken_modules_are_named(tmp_path,
         ("early", Mark.OK, "repeats: "),
         ("vanishing", Mark.MISSING, "episode length: .*max_steps=NUMBER"),
         ("small_space", Mark.WRONG, "left runner's number 1 is 2 at step 2, outside its space"),
-        ("not_a_number", Mark.WRONG, "runner_1's number 0 is nan"),
+        ("not_a_number", Mark.WRONG, "left runner observes NaN, number 0"),
         ("continuous", Mark.WRONG, "actions: left runner: actions count from 1"),
         ("continuous", Mark.WRONG, r"observations: left runner: the space has shape \(2, 2\)"),
         ("raising", Mark.WRONG, r"step raised ArithmeticError: the line is broken \(.*environments.py:\d+, in step\)"),
