@@ -20,7 +20,7 @@ WALKING = "tests.support.environments:walking_expert"
 CASES = {
     "extract deception": ["extract", "physical-deception", "--max-episodes", "4000", "-o", "{out}/a.json"],
     "extract 6 agents": ["extract", "cooperative-navigation,agents=6", "--max-episodes", "200", "-o", "{out}/a.json"],
-    "extract own game": ["extract", WALKING, "--critic", "none", "--max-episodes", "60000", "-o", "{out}/a.json"],
+    "extract own game": ["extract", WALKING, "--critic", "none", "--max-episodes", "20000", "-o", "{out}/a.json"],
     "evaluate": ["evaluate", str(PROVED), "--episodes", "20000"],
     "compile 12 agents": ["compile", "{out}/twelve.json", "-o", "{out}/code"],
     "verify a system": ["verify", str(WORLDS / "crossing.json"), "--world", str(WORLDS / "crossing.toml")],
