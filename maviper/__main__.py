@@ -18,6 +18,7 @@ from maviper.cli import exits
 def main() -> NoReturn:
     """Runs the command line as a process."""
     exits.listen_for_interrupts()
+    exits.keep_output()
     code = exits.run_command(_command, bool({"-v", "--verbose"} & set(sys.argv)))
     # the command has ended and said how; the interpreter, as it ends, would let the signal kill it in place of that
     signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -27,6 +28,7 @@ def main() -> NoReturn:
             sys.stdout.flush()
             sys.stderr.flush()
         os._exit(code)
+    exits.end_output()
     sys.exit(code)
 
 

@@ -127,8 +127,13 @@ class Console:
             TextColumn("{task.fields[left]}", table_column=fixed),
             TextColumn("{task.description}", table_column=Column(no_wrap=True, overflow="ellipsis", ratio=1)),
         )
-        with Progress(*columns, console=self.rich, expand=True, transient=not self.lines) as progress:
+        with Progress(
+            *columns, console=self.rich, expand=True, transient=not self.lines, redirect_stdout=False
+        ) as progress:
             yield LiveLine(self, label, total, begun, progress)
+
+
+current: Console | None = None  # that of the command that runs, for those who cannot be handed one
 
 
 class LiveLine:

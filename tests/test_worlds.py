@@ -121,7 +121,9 @@ def test_trees_are_extracted_again(tmp_path, monkeypatch):
     """The command of README.md, for the world that takes least."""
     monkeypatch.chdir(PLACE)
     monkeypatch.syspath_prepend(str(PLACE))
-    line = re.search(r"maviper extract experts:\$world (.*) -o", TEXT)[1].replace("$depth", "2")
+    line = (
+        re.search(r"maviper extract experts:\$world (.*?) -o", TEXT, re.S)[1].replace("$depth", "2").replace("\\", "")
+    )
     assert command(["extract", "experts:corridor", *line.split(), "-o", str(tmp_path / "again.json")]) == ExitCode.DONE
     sys.modules.pop("experts", None)
     assert load(tmp_path / "again.json").agents[1].tree.threshold.tolist() == (

@@ -1,14 +1,15 @@
 """How a command ends: every exception becomes an exit code and at most three lines, including
 Ctrl-C during cleanup or output.
 
-Does: runs a command, prints its error, returns the code of `codegen.errors.ExitCode`; says how one that was interrupted
-  goes on.
+Does: keeps standard output for results; runs a command, prints its error, returns the code of
+  `codegen.errors.ExitCode`; says how one that was interrupted goes on.
 Assumes: it is called from the main thread of a process that ends afterwards.
 Does not: know any command.
 """
 
 import _thread
 import contextlib
+import os
 import signal
 import sys
 import threading
@@ -26,17 +27,19 @@ RESUME = "what is finished is kept; run the command again with --resume"
 
 
 def listen_for_interrupts() -> None:
-    """Makes Ctrl-C count wherever it falls.
+    """Makes Ctrl-C count wherever it falls, and SIGTERM as one.
 
     Foreign-function calls turn a KeyboardInterrupt into another exception, and destructors swallow it (a solver's
     terms have both); so the signal is remembered, and raised again when a destructor was hit.
     """
     signal.signal(signal.SIGINT, _interrupt)
+    signal.signal(signal.SIGTERM, _interrupt)  # or the processes that we started would stay
     sys.unraisablehook = _interrupt_again
 
 
 def _interrupt(number: int, _frame: object) -> None:
     _interrupts.append(number)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)  # a second one ends what does not end by the first
     raise KeyboardInterrupt
 
 
@@ -46,6 +49,27 @@ def _interrupt_again(unraisable: Any) -> None:
         threading.Timer(0.01, _thread.interrupt_main).start()
     else:
         sys.__unraisablehook__(unraisable)
+
+
+def keep_output() -> None:
+    """Keeps standard output for results, from here to the end of the process: what else writes to descriptor 1 (the
+    child processes and the C code of an environment) writes to standard error.
+    """
+    if sys.stdout is None:  # closed by whoever started us
+        return
+    with contextlib.suppress(OSError):  # standard error is closed
+        kept = os.dup(1)
+        os.dup2(2, 1)
+        sys.stdout = open(kept, "w", encoding=sys.stdout.encoding, errors=sys.stdout.errors)  # noqa: SIM115, PTH123
+
+
+def end_output() -> None:
+    """What is written from here on is no result; what could not be written is given up."""
+    if sys.stdout is not None and sys.stdout is not sys.__stdout__:
+        with contextlib.suppress(OSError):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        sys.stdout.flush()
+        sys.stdout = sys.stderr
 
 
 def run_command(command: Callable[[], Any], verbose: bool) -> int:

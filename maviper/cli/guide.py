@@ -5,6 +5,7 @@ Assumes: pages are Markdown that reads well in a terminal.
 Does not: format anything.
 """
 
+import os
 import sys
 
 import click
@@ -28,6 +29,7 @@ def guide(topic: str | None) -> int:
         for name, title in titles.items():
             click.echo(f"{name:<{width}}  {title}")
     elif sys.stdout.isatty():
+        os.dup2(sys.stdout.fileno(), 1)  # a pager writes there
         click.echo_via_pager(manual.page(topic))
     else:
         click.echo(manual.page(topic), nl=False)

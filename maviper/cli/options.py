@@ -134,7 +134,9 @@ REGION = option(
 
 
 def console_of(context: click.Context) -> Any:
-    """The console, quiet where --quiet was given."""
-    from maviper.console import Console
+    """The console, quiet where --quiet was given. While the command runs, it is `maviper.console.current`."""
+    from maviper import console
 
-    return Console(context.obj["quiet"])
+    console.current = console.Console(context.obj["quiet"])
+    context.call_on_close(lambda: setattr(console, "current", None))
+    return console.current

@@ -102,11 +102,11 @@ def worlds_check(context: click.Context, world: str, run_reference: bool) -> int
     If a world file names a reference, 100,000 steps of that environment are compared with what the file states. A
     step that is off by more than the stated error is a fault.
     """
+    console = console_of(context)
+    console.line("checking", world)
     from maviper.worlds.checking import check, usable
     from verify.progress import listening
 
-    with console_of(context).following("checking") as listener, listening(listener):
-        findings = check(world, run_reference)
-    for finding in findings:
-        click.echo(str(finding))
+    with console.following("checking") as listener, listening(listener):
+        findings = check(world, run_reference, lambda finding: click.echo(str(finding)))
     return ExitCode.DONE if usable(findings) else ExitCode.INPUT

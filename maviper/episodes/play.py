@@ -1,10 +1,11 @@
 """Episodes: controllers of any kind, one for each agent, played in a batch of games.
 
-Does: rolls out a whole batch of episodes and returns everything that happened as arrays.
+Does: rolls out a whole batch of episodes and returns everything that happened as arrays; counts what is played.
 Assumes: all agents that are still in play act at once.
 Does not: score episodes (measures.py) or learn from them.
 """
 
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -32,6 +33,23 @@ class Controller(Protocol):
         ...
 
 
+@dataclass
+class Tally:
+    """The episodes that were played in this process, and how long they took."""
+
+    episodes: int = 0
+    seconds: float = 0.0
+    batches: int = 0
+    on_played: Callable[[], None] = lambda: None  # told after each batch
+
+    def add(self, episodes: int, seconds: float) -> None:
+        """Counts a batch."""
+        self.episodes, self.seconds = self.episodes + episodes, self.seconds + seconds
+        self.batches += 1
+        self.on_played()
+
+
+TALLY = Tally()
 STEPS_AT_ONCE = 64  # for which room is made ahead
 
 
@@ -75,6 +93,7 @@ class Episodes:
     states: Sequence[Any]  # steps + 1 batches, the starts first
     values: Float64  # [n_measures, batch], in the order of the world's measures
     returns: Float64  # [n_agents, batch] summed rewards
+    cut: Bool  # [batch] stopped at a length that nobody stated
 
 
 def choose_actions(controllers: Sequence[Controller], observations: Sequence[Float32], state: Any) -> Any:
@@ -100,7 +119,7 @@ def play(world: World, controllers: Sequence[Controller], start: Any, keep: bool
     """Plays one episode from each start state. `controllers`: one for each agent, in the world's order; `keep`: what
     agents observe, which is most of what episodes take.
     """
-    states = [start]
+    states, began = [start], time.monotonic()
     observations = _Kept(world.spec.episode_steps if keep else 0)
     actions: list[Int] = []
     alive = [world.alive(start)]
@@ -117,7 +136,10 @@ def play(world: World, controllers: Sequence[Controller], start: Any, keep: bool
         if not world.playing(states[-1]).any():
             break
     acting = np.stack(alive[: len(actions)])
-    return Episodes(observations.concatenate(), np.stack(actions), acting, states, world.values(states[1:]), returns)
+    cut: Any = world.playing(states[-1]).any(axis=1) & (not world.length_stated)
+    kept, values = observations.concatenate(), world.values(states[1:])
+    TALLY.add(len(start), time.monotonic() - began)
+    return Episodes(kept, np.stack(actions), acting, states, values, returns, cut)
 
 
 class _Kept:

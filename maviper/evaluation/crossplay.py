@@ -7,7 +7,7 @@ Does not: find controllers by name, or print (run.py).
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -36,14 +36,17 @@ Watch = Callable[[Episodes], Float64]  # episodes -> [..., batch]
 
 @dataclass(frozen=True)
 class Interval:
-    """A number with its 95 % interval; an end may be infinite."""
+    """A number with its 95 % interval; an end may be infinite. `cut`: how many of its episodes were stopped at a length
+    that nobody stated.
+    """
 
     value: float
     low: float
     high: float
+    cut: int = 0
 
     def __str__(self) -> str:
-        return f"{self.value:.3f} [{self.low:.3f}, {self.high:.3f}]"
+        return f"{self.value:.3f} [{self.low:.3f}, {self.high:.3f}]{f', {self.cut} cut' if self.cut else ''}"
 
 
 @dataclass(frozen=True)
@@ -122,6 +125,7 @@ class Stage:
     def __init__(self, world: World, seeds: range) -> None:
         self.world, self.seeds = world, seeds
         self.measures = (*measures.list_measures(world), *world.beside)
+        self._cut: dict[Key, int] = {}  # episodes that were stopped at a length that nobody stated
         self._played: dict[Key, tuple[Lineup, Float64]] = {}  # the line-up is kept, so that its key stays its own
         self._draws: dict[Key, Float64] = {}
         self._starts: dict[range, Any] = {}
@@ -130,11 +134,14 @@ class Stage:
         """Plays a line-up; what `watch` saw in its episodes, [..., n]."""
         values: list[Float64] = []
         seen: list[Float64] = []
+        cut = 0
         for episodes in self._episodes(lineup):
             rows = measures.table(self.world, episodes)
             rows |= dict(zip(self.world.beside, self.world.values_beside(episodes.states[1:]), strict=True))
             values.append(np.stack([rows[measure] for measure in self.measures]))
+            cut += int(episodes.cut.sum())
             seen.append(watch(episodes) if watch else np.empty((0, episodes.actions.shape[1])))
+        self._cut[key(lineup)] = cut
         self._played[key(lineup)] = lineup, np.concatenate(values, axis=1)
         return np.concatenate(seen, axis=-1)
 
@@ -158,6 +165,19 @@ class Stage:
     def values(self, lineup: Lineup, measure: Measure) -> Float64:
         """A measure of each episode of a line-up that was played, [n]."""
         return self._played[key(lineup)][1][self.measures.index(measure)]
+
+    def estimate(self, lineup: Lineup, measure: Measure) -> Interval:
+        """The mean of a measure over the episodes of a line-up."""
+        found = interval(measures.estimate(measure, self.values(lineup, measure)))
+        return replace(found, cut=self.cut([lineup]))
+
+    def cut(self, lineups: Sequence[Lineup]) -> int:
+        """How many episodes of a line-up were stopped at a length that nobody stated, at most."""
+        return max(self._cut.get(key(lineup), 0) for lineup in lineups)
+
+    def plays_alike(self, one: Lineup, other: Lineup) -> bool:
+        """Whether two line-ups reached the same in each episode, in every measure and return."""
+        return np.array_equal(self._played[key(one)][1], self._played[key(other)][1], equal_nan=True)
 
     def draws(self, lineup: Lineup, measure: Measure) -> Float64:
         """A measure's means over bootstrap samples of the episodes, the same ones for all line-ups, [DRAWS]."""
@@ -190,19 +210,17 @@ def standings(stage: Stage, cast: Cast) -> tuple[Standing, ...]:
 def _standing(stage: Stage, cast: Cast, measure: Measure) -> Standing:
     if measure.partial:
         return Standing(measure, _where_known(stage, measure, cast.ours), _where_known(stage, measure, cast.expert))
-    value = interval(measures.estimate(measure, stage.values(cast.ours, measure)))
+    value = stage.estimate(cast.ours, measure)
     if cast.expert is None:
         return Standing(measure, value)
-    expert = interval(measures.estimate(measure, stage.values(cast.expert, measure)))
+    expert = stage.estimate(cast.expert, measure)
     agents = {
-        agent: Alone(
-            interval(measures.estimate(measure, stage.values(lineup, measure))),
-            ratio(stage, measure, [lineup], cast.expert),
-        )
+        agent: Alone(stage.estimate(lineup, measure), ratio(stage, measure, [lineup], cast.expert))
         for agent, lineup in cast.alone.items()
     }
     alone = list(cast.alone.values())
     every = _mean_over_agents(measure, np.stack([stage.values(lineup, measure) for lineup in alone]))
+    every = replace(every, cut=stage.cut(alone))
     individual = Alone(every, ratio(stage, measure, alone, cast.expert))
     return Standing(measure, value, expert, ratio(stage, measure, [cast.ours], cast.expert), individual, agents)
 
@@ -223,21 +241,41 @@ def ratio(stage: Stage, measure: Measure, ours: Sequence[Lineup], theirs: Lineup
     """The mean over `ours` of the performance ratio to `theirs`, with the interval of a paired bootstrap over episodes.
 
     None where a ratio divides by zero; an end of the interval is infinite where that many samples do. A bootstrap
-    cannot see what no episode showed: of two shares without a failure, the interval is the point.
+    cannot leave a share of 0 or 1, so there the interval is that of `_ratio_of_shares`, unless all did the same.
     """
     base = stage.values(theirs, measure).mean()
-    points = [measures.ratio(measure, stage.values(lineup, measure).mean(), base) for lineup in ours]
-    known = [point for point in points if point is not None]
+    means = [stage.values(lineup, measure).mean() for lineup in ours]
+    points = [measures.ratio(measure, mean, base) for mean in means]
+    known, cut = [point for point in points if point is not None], stage.cut([*ours, theirs])
     if len(known) < len(points):
         return None
-    if len(stage.seeds) == 1:
-        return Interval(float(np.mean(known)), -math.inf, math.inf)
+    value, n = float(np.mean(known)), len(stage.seeds)
+    if measure.share and {0.0, 1.0} & {base, *means} and not all(stage.plays_alike(each, theirs) for each in ours):
+        shares, divisor = [Share(round(mean * n), n) for mean in means], Share(round(base * n), n)
+        pairs = [(divisor, each) if measure.lower_is_better else (each, divisor) for each in shares]
+        low, high = np.mean([_ratio_of_shares(*pair) for pair in pairs], axis=0).tolist()
+        return Interval(value, low, high, cut)
+    if n == 1:
+        return Interval(value, -math.inf, math.inf, cut)
     divisor = stage.draws(theirs, measure)
     with np.errstate(divide="ignore", invalid="ignore"):
         drawn = np.mean([measures.quotient(measure, stage.draws(lineup, measure), divisor) for lineup in ours], axis=0)
     ordered = np.sort(drawn[~np.isnan(drawn)])  # a sample of 0 over 0 says nothing
     at = [round(share * (len(ordered) - 1)) for share in (0.025, 0.975)]  # no interpolation: an end may be infinite
-    return Interval(float(np.mean(known)), *(float(end) for end in ordered[at]))
+    low, high = ordered[at].tolist()
+    return Interval(value, low, high, cut)
+
+
+def _ratio_of_shares(ours: Share, theirs: Share) -> tuple[float, float]:
+    """The 95 % interval of the ratio of two shares, of which theirs is not 0, from their Wilson intervals (MOVER-R:
+    Donner and Zou 2012, Newcombe 2016). It takes them for independent: shares over the same episodes are closer.
+    """
+    (p, (l1, u1)), (q, (l2, u2)) = (ours.value, ours.interval), (theirs.value, theirs.interval)
+    low, high = l1 * (2 * p - l1), u1 * (2 * p - u1)
+    least, most = l2 * (2 * q - l2), u2 * (2 * q - u2)
+    # the lower end with its numerator made rational, as 2q - u2 may be 0
+    below = low / (p * q + math.sqrt(max(0.0, (p * q) ** 2 - low * most))) if low else 0.0
+    return below, (p * q + math.sqrt(max(0.0, (p * q) ** 2 - high * least))) / least
 
 
 def _mean_over_agents(measure: Measure, values: Float64) -> Interval:

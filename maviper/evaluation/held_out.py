@@ -13,8 +13,15 @@ from maviper.episodes.counting import Counting
 from maviper.episodes.play import Controller
 from maviper.experts.expert import Expert
 from maviper.worlds import Measure, World
+from maviper.worlds.outside.sources import MAX_STEPS
 
 EVALUATION_EPISODES = 1_000
+OUTSIDE_EPISODES = 200  # in worlds of others, which are slower
+
+
+def default_episodes(world: World) -> int:
+    """How many held-out episodes a line-up plays where nobody says it."""
+    return EVALUATION_EPISODES if world.games is None else min(OUTSIDE_EPISODES, EVALUATION_EPISODES)
 
 
 def evaluation(world: World, agents: Sequence[ir.AgentPolicy], expert: Expert) -> dict[str, float | int | str]:
@@ -26,16 +33,23 @@ def evaluation(world: World, agents: Sequence[ir.AgentPolicy], expert: Expert) -
 
 
 def evaluate_trees(
-    world: World, agents: Sequence[ir.AgentPolicy], expert: Expert
+    world: World, agents: Sequence[ir.AgentPolicy], expert: Expert, episodes: int = 0
 ) -> tuple[dict[str, float | int | str], tuple[ir.AgentPolicy, ...]]:
-    """As `evaluation`, and the trees with what they met in the same episodes: visits of leaves, ranges of features."""
-    seeds = range(measures.MEASUREMENT_SEEDS, measures.MEASUREMENT_SEEDS + EVALUATION_EPISODES)
+    """As `evaluation`, and the trees with what they met in the same episodes: visits of leaves, ranges of features.
+    `episodes`: of each line-up; 0: as the world says.
+    """
+    count = episodes or default_episodes(world)
+    seeds = range(measures.MEASUREMENT_SEEDS, measures.MEASUREMENT_SEEDS + count)
     experts: list[Controller] = [expert] * len(world.agents)
     counting = Counting(world, agents)
     controllers = [counting if agent in counting.trees else expert for agent in range(len(world.agents))]
-    rows: dict[str, float | int | str] = {"episodes": EVALUATION_EPISODES}
+    rows: dict[str, float | int | str] = {"episodes": count}
     theirs = measures.evaluate(world, experts, seeds)
     for measure, ours in measures.evaluate_teams(world, controllers, experts, seeds).items():
+        if measure.name == measures.CUT:
+            counts = {measure.label: ours, f"{measure.team} expert {measure.name}": theirs[measure]}
+            rows |= {name: round(each.value * each.count) for name, each in counts.items() if each.value}
+            continue
         low, high = (round(end, 6) for end in ours.interval)
         rows |= {measure.label: ours.value, f"{measure.label} low": low, f"{measure.label} high": high}
         rows[f"{measure.team} expert {measure.name}"] = theirs[measure].value
@@ -45,3 +59,15 @@ def evaluate_trees(
 def read_measure(rows: Mapping[str, float | int | str], measure: Measure) -> tuple[float, float]:
     """The trees' and the expert's value of a measure in what `evaluation` wrote."""
     return float(rows[measure.label]), float(rows[f"{measure.team} expert {measure.name}"])
+
+
+def stop_of(world: World) -> str:
+    """After how many steps episodes are stopped, where nobody states how long they are, and how to say it."""
+    steps = f"{world.spec.episode_steps:,} steps"
+    return f"{steps}, a length that nobody stated: give it by max_cycles, or write {world.name},{MAX_STEPS}=NUMBER"
+
+
+def format_cut(rows: Mapping[str, float | int | str], team: str) -> str:
+    """How many of a team's and the expert's held-out episodes were stopped at a length that nobody stated; "": none."""
+    ours, theirs = (rows.get(f"{team} {who}{measures.CUT}", 0) for who in ("", "expert "))
+    return f", {ours} and {theirs} of the episodes cut" if ours or theirs else ""

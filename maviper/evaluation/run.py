@@ -33,6 +33,7 @@ from maviper.evaluation.crossplay import (
     standings,
     tree_facts,
 )
+from maviper.evaluation.held_out import stop_of
 from maviper.evaluation.players import RANDOM, Player, find_player, find_shipped
 from maviper.evaluation.why import Causes, causes, ensure_branched
 from maviper.options import EvaluateOptions, make_request
@@ -214,6 +215,8 @@ def lines(asked: Request, answer: Evaluation) -> list[str]:
     who = [("world", answer.world), ("subject", str(asked.subject))]
     who += [("with", f"{name} by {player}") for name, player in asked.replaced.items()]
     who += [("expert", str(asked.expert))] if asked.expert else []
+    cut = any(row.cut for rows in answer.against.values() for row in _intervals(rows))
+    who += [("cut", f"episodes that went on after {stop_of(asked.world)}")] if cut else []
     who += [("episodes", f"{answer.episodes:,} held out, the same ones for every line-up; intervals of 95 %")]
     said = [f"{label:<{LABEL_WIDTH}}{text}" for label, text in (*who, *(("note", note) for note in asked.notes))]
     for name, rows in answer.against.items():
@@ -231,6 +234,11 @@ def lines(asked: Request, answer: Evaluation) -> list[str]:
     if answer.trees:
         said += ["", *_align_columns(_trees(answer.trees))]
     return said
+
+
+def _intervals(rows: Sequence[Standing]) -> list[Interval]:
+    """The numbers of line-ups."""
+    return [each for row in rows for each in (row.value, row.expert, row.individual and row.individual.value) if each]
 
 
 def _ratios(rows: Sequence[Standing]) -> list[str]:
@@ -303,6 +311,7 @@ def document(asked: Request, answer: Evaluation) -> dict[str, Any]:
         "with": {name: _player(player) for name, player in asked.replaced.items()},
         "expert": asked.expert and _player(asked.expert),
         "episodes": answer.episodes,
+        **({} if asked.world.length_stated else {"episodes_are_cut_after": asked.world.spec.episode_steps}),
         "first_episode_seed": first,
         "bootstrap_draws": DRAWS,
         "notes": list(asked.notes),
@@ -367,4 +376,4 @@ def _plain(estimate: Interval | None) -> dict[str, float | None] | None:
     if estimate is None:
         return None
     low, high = (round(end, 6) if math.isfinite(end) else None for end in (estimate.low, estimate.high))
-    return {"value": estimate.value, "low": low, "high": high}
+    return {"value": estimate.value, "low": low, "high": high} | ({"cut": estimate.cut} if estimate.cut else {})

@@ -37,6 +37,7 @@ from maviper.extraction.journal import NOTHING_KEPT, Journal
 from maviper.extraction.outcome import profile_of
 from maviper.extraction.released import released
 from maviper.extraction.selection import refine
+from maviper.extraction.selection.progress import MEASURING, WHOLE, Part, Underway
 from maviper.extraction.selection.selection import Selection
 from maviper.extraction.settings import RELEASED, SUMMED, Settings
 from maviper.files.jobs import side_by_side
@@ -55,7 +56,7 @@ def extract(
     arguments goes on from there. `examples`: states whose labels every iteration learns from as well; refinement
     keeps them.
     """
-    settings = settings.complete().deal_budget(world)
+    settings = settings.complete().deal_budget(world, running.jobs)
     world, settings = settings.judge_world(world), replace(settings, measure=settings.measure_in(world))
     refine.check(settings, world)
     check(world, settings, examples)
@@ -65,6 +66,7 @@ def extract(
     chosen, facts = _iterates(asked, agents, running)
     trees, spent = refine.refine_trees(asked, agents, chosen, running)
     facts = {**facts, **spent, **examples.facts}
+    running.on_underway(Underway(0, settings.plan(world)[MEASURING], "held-out episodes", MEASURING))
     return profile_of(world, expert, settings, agent_policies(world, trees, agents), facts)
 
 
@@ -163,7 +165,11 @@ def _iterates(asked: Extraction, agents: list[int], running: Running) -> Iterate
         journal = asked.journal.part(part) if part else asked.journal
         tasks.append((replace(asked, journal=journal), together))
     if running.jobs == 1 or len(tasks) == 1:
-        per_task = [_choose_iterates(own, together, running) for own, together in tasks]
+        names = [_name(asked.world, by, together) for _, together in tasks]
+        parts = [Part(place, len(tasks), name) for place, name in enumerate(names)] if len(tasks) > 1 else [WHOLE]
+        per_task = [
+            _choose_iterates(*task, replace(running, part=part)) for task, part in zip(tasks, parts, strict=True)
+        ]
     else:
         per_task = list[Iterates](side_by_side(_quietly, tasks, running.jobs))
     trees = {
@@ -172,6 +178,12 @@ def _iterates(asked: Extraction, agents: list[int], running: Running) -> Iterate
         for agent, mine in zip(together, chosen, strict=True)
     }
     return [trees[agent] for agent in agents], _join_facts(asked.settings, [facts for _, facts in per_task])
+
+
+def _name(world: World, by: str, together: Sequence[int]) -> str:
+    """What agents are called whose iterates depend on one another."""
+    agent = world.agents[together[0]]
+    return agent if by == AGENT else world.team_of(agent)
 
 
 def _choose_iterates(asked: Extraction, agents: list[int], running: Running) -> Iterates:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from maviper.experts.expert import Expert
 from maviper.extraction.examples import NO_EXAMPLES, Examples
 from maviper.extraction.journal import NOTHING_KEPT, Journal
-from maviper.extraction.selection.progress import OnProgress, OnUnderway
+from maviper.extraction.selection.progress import WHOLE, OnProgress, OnUnderway, Part
 from maviper.extraction.settings import Settings
 from maviper.worlds import World
 
@@ -38,6 +38,7 @@ class Running:
     on_progress: OnProgress = unseen
     jobs: int = 1  # agents or teams at the same time
     on_underway: OnUnderway = unseen  # told within a step that takes long
+    part: Part = WHOLE
 
 
 QUIETLY = Running()

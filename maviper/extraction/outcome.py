@@ -17,7 +17,6 @@ from maviper.episodes import measures
 from maviper.episodes.measures import Estimate
 from maviper.episodes.play import Controller
 from maviper.episodes.trees import among
-from maviper.evaluation import held_out
 from maviper.evaluation.held_out import evaluate_trees
 from maviper.experts.expert import Expert
 from maviper.experts.wrapped import critic_of, reward_weighed_by
@@ -56,7 +55,7 @@ def finalist_score(world: World, expert: Expert, settings: Settings, agents: Seq
     among extraction seeds.
     """
     world = settings.judge_world(world)
-    seeds = settings.episodes(measures.SELECTION_SEEDS)[-held_out.EVALUATION_EPISODES :]
+    seeds = settings.episodes(measures.SELECTION_SEEDS)[-settings.count_held_out(world) :]
     experts: list[Controller] = [expert] * len(world.agents)
     ours = measures.evaluate_teams(world, among(world, agents, experts), experts, seeds)
     teams = [team for team in world.teams if any(policy.team == team for policy in agents)]
@@ -82,9 +81,9 @@ def profile_of(
     # an algorithm's name says the rest; of votes, the number is said too
     counted = settings.preset != RELEASED and BUNDLES[settings.algorithm]["least_right"] != NO_VOTES
     unsaid += [name for name in PARTS if name not in settings.changed and not (name == "least_right" and counted)]
-    for name in ("seed", "preset", "algorithm", *unsaid):
+    for name in ("seed", "preset", "algorithm", "held_out", *unsaid):
         del training[name]
-    reached, visited = evaluate_trees(world, agents, expert)
+    reached, visited = evaluate_trees(world, agents, expert, settings.count_held_out(world))
     provenance = ir.Provenance(
         algorithm=settings.algorithm,
         preset=settings.preset,

@@ -6,6 +6,7 @@ Does not: know how trees are grown.
 """
 
 import json
+import math
 import platform
 import time
 from collections.abc import Mapping
@@ -21,7 +22,8 @@ from codegen.errors import InputError
 from codegen.wording import format_count
 from maviper.console import Console, LiveLine
 from maviper.episodes.measures import format_estimate, ratio
-from maviper.evaluation.held_out import read_measure
+from maviper.episodes.play import TALLY
+from maviper.evaluation.held_out import format_cut, read_measure, stop_of
 from maviper.experts.cards import how_learned
 from maviper.experts.expert import Expert
 from maviper.experts.finding import find_expert, seeing
@@ -33,9 +35,9 @@ from maviper.extraction.choosing import helpful_features
 from maviper.extraction.extraction import Running
 from maviper.extraction.journal import EXPERT_STEP, NOTHING_KEPT, Journal
 from maviper.extraction.outcome import finalist_score
-from maviper.extraction.selection.progress import EXTRACTING, Progress, Underway
+from maviper.extraction.selection.progress import EXTRACTING, MEASURING, REFINING, SELECTING, Progress, Underway
 from maviper.extraction.selection.selection import explain_stop
-from maviper.extraction.settings import Settings, part_settings
+from maviper.extraction.settings import STARTING, Settings, part_settings
 from maviper.files import resuming, runs
 from maviper.files.alone import working_alone
 from maviper.files.jobs import side_by_side
@@ -47,8 +49,16 @@ from maviper.worlds.naming import with_names
 
 AUTOMATIC = "auto"
 WEIGHED = {"measured": "measured critic", LOG_PROBABILITIES: "its log-probabilities as critic"}
-FORMAT = "maviper-extraction-5"
+FORMAT = "maviper-extraction-6"
 METRICS_FILE, STEPS = "metrics.jsonl", "steps"
+TOGETHER = 1_000  # episodes of our games that are played at once, about
+NO_PLAN: Mapping[str, int] = {}
+WORDS = {
+    STARTING: "to get to know the game",
+    SELECTING: "to select by",
+    REFINING: "to refine by",
+    MEASURING: "held out",
+}
 SAME = ("format", "tool", "world", "expert", "critic", "counterexamples", "features_file")  # in every call for one run
 PACKAGES = ("mpe2", "numpy", "scikit-learn")
 
@@ -155,7 +165,8 @@ class _Task:
 
 def _best_of_seeds(task: _Task, count: int, jobs: int, console: Console) -> ir.PolicyProfile:
     """Each seed in a folder of its own; the one with the best score on episodes that chose nothing yet."""
-    asked, first = task.asked, task.asked.settings.seed
+    settings = task.asked.settings.share_budget(task.asked.world, count)
+    asked, first = task.asked._replace(settings=settings), settings.seed
     runs.folder(task.folder)
     seeds, tasks = range(first, first + count), list[tuple[_Task]]()
     for seed in seeds:
@@ -163,8 +174,11 @@ def _best_of_seeds(task: _Task, count: int, jobs: int, console: Console) -> ir.P
         one = asked._replace(settings=settings)
         tasks.append((replace(task, folder=folder, asked=one, resume=is_resumed(folder, task.resume)),))
 
+    dealt = settings.complete().deal_budget(asked.world)
+    say_plan(dealt.plan(asked.world), console, count)
+
     def score(profile: ir.PolicyProfile) -> Scored:
-        return Scored(finalist_score(asked.world, asked.expert, asked.settings, profile.agents))
+        return Scored(finalist_score(asked.world, asked.expert, dealt, profile.agents))
 
     return best_of(task.folder, seeds, side_by_side(_run, tasks, jobs), score, console.line)[1]
 
@@ -231,7 +245,10 @@ def extract_live(asked: Found, console: Console, jobs: int = 1, folder: Path | N
     if not console.of:  # one of several seeds, of all of which this is said
         say_expert(expert, world, console)
     journal = Journal(folder / STEPS) if folder else NOTHING_KEPT
-    with Stages(console, folder / METRICS_FILE if folder else None) as stages:
+    plan = settings.complete().deal_budget(world, jobs).plan(world)
+    if not console.of:
+        say_plan(plan, console)
+    with Stages(console, folder / METRICS_FILE if folder else None, plan) as stages:
         profile = extract(world, expert, settings, Running(stages.show, jobs, stages.underway), journal, examples)
     say_stopped(profile, console)
     if not console.of:
@@ -244,6 +261,8 @@ def say_expert(expert: Expert, world: World, console: Console) -> None:
     made = expert.card.get("algorithm", "unknown")
     critic = f", {WEIGHED[critic_of(expert)]}" if critic_of(expert) in WEIGHED else ""
     console.line("expert", f"{made} for {world.name}{critic}{f', id {expert.hash[:16]}' if expert.hash else ''}")
+    if not world.length_stated:
+        console.line("length", f"episodes are cut after {stop_of(world)}")
     if how_learned(expert.card):
         console.line("", f"it learned by {how_learned(expert.card)}")
 
@@ -256,27 +275,47 @@ def say_stopped(profile: ir.PolicyProfile, console: Console) -> None:
         console.line("stopped", f"after {told['stopped_after']} of {rounds}: {explain_stop(told)}")
 
 
-class Stages:
-    """A live line for each stage of an extraction, and a line of `metrics` for each step."""
+def say_plan(plan: Mapping[str, int], console: Console, seeds: int = 1) -> None:
+    """How many episodes are going to be played, stage by stage."""
+    stages = ", ".join(f"{count:,} {WORDS.get(stage, stage)}" for stage, count in plan.items())
+    each = "" if seeds == 1 else f" for each of {seeds} seeds, and the held-out ones again to choose among them"
+    console.line("plan", f"up to {sum(plan.values()):,} episodes{each}: {stages}")
 
-    def __init__(self, console: Console, metrics: Path | None = None) -> None:
-        self.console, self.metrics = console, metrics
+
+class Stages:
+    """A live line for each stage of an extraction, and a line of `metrics` for each step. The time that is left is that
+    of all stages to come: of later ones, by the pace at which episodes of `plan` were played.
+    """
+
+    def __init__(self, console: Console, metrics: Path | None = None, plan: Mapping[str, int] = NO_PLAN) -> None:
+        self.console, self.metrics, self.plan = console, metrics, plan
         self.stage: str = ""
         self._since = time.monotonic()
         self._lines: list[str] = []
         self._best = ""
         self._open = ExitStack()
         self._live: LiveLine | None = None
+        self._begun = self._of_stage = TALLY.episodes
+        self._rounds = 0.0  # seconds that later rounds will take
 
     def __enter__(self) -> "Stages":
+        TALLY.on_played = self._count_played
         return self
 
     def __exit__(self, *caught: object) -> None:
+        TALLY.on_played = lambda: None
         self._open.close()
 
     def underway(self, told: Underway) -> None:
-        """Shows how far a step has come."""
-        self._line(EXTRACTING, EXTRACTING, told.total).update(told.done, self._best or told.doing)
+        """Shows how far a step has come, or that a stage of episodes begins."""
+        part, named = told.part, f"{told.part.name}, " if told.part.name else ""
+        self._since = self._since if told.stage == EXTRACTING else time.monotonic()
+        live = self._line(f"{told.stage} {part.place}" if told.stage == SELECTING else told.stage, told.stage, told)
+        if told.stage == EXTRACTING:
+            done = told.done + part.place * told.total
+            self._show(live, done, named + (self._best or told.doing))
+        else:
+            self._of_stage, self._best = TALLY.episodes, named + told.doing
 
     def show(self, progress: Progress) -> None:
         """Shows and writes one step. A run that goes on shows the steps that are done again, so the file is whole."""
@@ -284,18 +323,46 @@ class Stages:
             self._lines.append(json.dumps(progress.line) + "\n")
             runs.write(self.metrics, "".join(self._lines))
         label = progress.stage if progress.stage == EXTRACTING else f"{progress.stage} {'+'.join(progress.measured)}"
-        live = self._line(label, progress.stage, progress.total)
+        part, live = progress.part, self._line(label, progress.stage, progress)
         best = ", ".join(f"{team} {format_estimate(estimate)}" for team, estimate in progress.measured.items())
         agreed = "" if progress.fidelity is None else f"  fidelity {progress.fidelity:.2f}"
-        self._best = f"best {best}{agreed}  {format_count(progress.leaves, 'leaf')}"
-        live.update(progress.done, self._best)
+        best = f"best {best}{agreed}  {format_count(progress.leaves, 'leaf')}"
+        self._best = "" if progress.done == progress.total else best  # those of another part are others
+        self._show(live, progress.done + part.place * progress.total, (f"{part.name}, " if part.name else "") + best)
         self._since = time.monotonic()
 
-    def _line(self, label: str, stage: str, total: int) -> LiveLine:
+    def _count_played(self) -> None:
+        """Shows the episodes of a stage that is counted in them."""
+        done = TALLY.episodes - self._of_stage
+        if self.stage.startswith((SELECTING, MEASURING)) and self._live is not None and done <= self._live.total:
+            self._show(self._live, done, self._best)
+
+    def _show(self, live: LiveLine, done: float, words: str) -> None:
+        played = TALLY.episodes - self._begun
+        counted = f"  {played:,} episodes" if played else ""
+        own = live.ahead(done)
+        if self.stage == EXTRACTING:
+            self._rounds = own or 0.0
+        live.update(done, words + counted, None if own is None else own + self._later())
+
+    def _later(self) -> float:
+        """Seconds of the stages after this one, as far as can be told."""
+        stages = [EXTRACTING, SELECTING, REFINING, MEASURING]
+        at = next(place for place, stage in enumerate(stages) if self.stage.startswith(stage))
+        counts = [self.plan.get(stage, 0) for stage in stages[at + 1 :]]
+        rounds = self._rounds if self.stage.startswith(SELECTING) else 0.0
+        if STARTING in self.plan:
+            return rounds + TALLY.seconds / max(1, TALLY.episodes) * sum(counts)
+        # our games are played many at once, which takes little longer than a few
+        return rounds + TALLY.seconds / max(1, TALLY.batches) * sum(math.ceil(count / TOGETHER) for count in counts)
+
+    def _line(self, label: str, stage: str, told: Progress | Underway) -> LiveLine:
         """The live line of a stage, a new one where another begins."""
         if label != self.stage or self._live is None:
             self._open.close()
-            self.stage, self._live = label, self._open.enter_context(self.console.live(stage, total))
+            total = told.total * (told.part.count if stage == EXTRACTING else 1)
+            begun = told.part.place * told.total if stage == EXTRACTING else 0
+            self.stage, self._live = label, self._open.enter_context(self.console.live(stage, total, begun))
             self._live.started, self._best = self._since, ""  # its first step was done before it was shown
         return self._live
 
@@ -310,5 +377,6 @@ def say_measured(profile: ir.PolicyProfile, world: World, console: Console) -> N
                 ours, theirs = read_measure(measured, measure)
                 relative = ratio(measure, ours, theirs)
                 text = "no ratio" if relative is None else f"ratio {relative:.2f}"
-                parts.append(f"{measure.team} {ours:.3f} (expert {theirs:.3f}, {text})")
+                cut = format_cut(measured, measure.team)
+                parts.append(f"{measure.team} {ours:.3f} (expert {theirs:.3f}, {text}{cut})")
         console.line("measured", f"{name}: {'; '.join(parts)}, {measured['episodes']} held-out episodes")

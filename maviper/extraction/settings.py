@@ -15,6 +15,7 @@ from typing import Any
 from codegen import ir
 from codegen.errors import InputError, UnknownNameError
 from maviper.episodes import measures
+from maviper.evaluation import held_out
 from maviper.extraction.bundles import (
     ACCIDENTS,
     AGENT,
@@ -43,10 +44,13 @@ from maviper.extraction.bundles import (
     group_agents,
     wider,
 )
+from maviper.extraction.selection.progress import MEASURING, REFINING, SELECTING
 from maviper.options import ExtractOptions, table_of
 from maviper.options.refusals import DEPTH, RELEASED, ensure_together, option_of
 from maviper.worlds import World
+from maviper.worlds.outside.playing import START_EPISODES
 
+STARTING, ROLLOUTS = "start", "rollouts"
 EXACT, HISTOGRAM = "exact", "histogram"
 DIFFERENCES = "differences"  # a histogram that has differences of two features too
 SUMS = "sums"  # of few features, by alternating optimisation of a tree that a histogram grew
@@ -129,6 +133,7 @@ class Settings:
     measure: str = ""  # what teams are judged by; "": the preset's, or the world's first
     refinement: int = 0  # episodes per team
     budget: int = 0  # episodes in all; 0: as the others say
+    held_out: int | None = None  # episodes that each measured line-up plays; None: as the world says
     patience: int = 10  # stop after so many iterations without a gain above the interval
     enough: float = 0.0  # stop at this ratio to the expert; 0: never
     agent: str = ""  # VIPER's: the one agent that becomes a tree
@@ -210,23 +215,31 @@ class Settings:
         """The world, its teams judged as these settings say; UnknownNameError for a measure that it has not."""
         return world.judge_by(self.measure_in(world))
 
-    def deal_budget(self, world: World) -> "Settings":
-        """The settings with a budget dealt out; InputError where it is too small for one iteration.
+    def deal_budget(self, world: World, jobs: int = 1) -> "Settings":
+        """The settings with a budget dealt out; InputError where it is too small for one iteration. `jobs`: processes
+        that work at a time.
 
-        Half of it, at most MAX_ROLLOUTS episodes, goes to rollouts, in iterations whose number is the root of a fifth
-        of that: few points are worth labelling often. The rest goes to selection; from LARGE_BUDGET on, only as much
-        as to rollouts does, and what is left to refinement.
+        In a world of others all that is played counts: what is played to get to know it, and, a quarter at most unless
+        `held_out` says more, the held-out episodes. Of the rest, half, at most MAX_ROLLOUTS episodes, goes to rollouts,
+        in iterations whose number is the root of a fifth of that: few points are worth labelling often. The others go
+        to selection; from LARGE_BUDGET on, only as much as to rollouts does, and what is left to refinement.
         """
         if not self.budget:
             return self
-        agents = range(1 if self.algorithm == VIPER else len(world.agents))
-        runs, loops = (len(group_agents(world, by, agents)) for by in (self.rollouts_by, self.together))
-        alone = self.selection_by == AGENT  # then candidates are scored for each agent, otherwise for each team
-        sides = len(agents) if alone else len(world.teams)
+        budget, held = self.budget, self.held_out
+        if world.games is not None:
+            if self.preset == RELEASED:
+                what = "the authors' code counts samples, not episodes"
+                raise InputError(what, f"--max-episodes, --preset {RELEASED}", "choose another --preset")
+            budget -= START_EPISODES * (1 if jobs == 1 else 1 + jobs)
+            lineups = len(world.teams) + 1
+            held = held or max(1, min(held_out.default_episodes(world), budget // 4 // lineups))
+            budget -= held * lineups
+        runs, loops, sides, refined = self._counts(world)
         plain = not self.max_leaves and not self.share and not self.leaf and self.splits not in SUMMED
-        large = self.budget >= LARGE_BUDGET and world.games is None and plain
-        rollouts = min(MAX_ROLLOUTS, self.budget // 2)
-        selection = rollouts if large else self.budget - rollouts
+        large = budget >= LARGE_BUDGET and world.games is None and plain
+        rollouts = min(MAX_ROLLOUTS, max(0, budget) // 2)
+        selection = rollouts if large else max(0, budget) - rollouts
         iterations = max(1, round((rollouts / runs / EPISODES_AN_ITERATION) ** 0.5))
         dealt = replace(
             self,
@@ -235,12 +248,49 @@ class Settings:
             selection_episodes=selection // (iterations * sides + loops),  # the expert plays them in every loop
             patience=iterations,
             refinement=0,
+            held_out=held,
         )
         if not dealt.rollouts or not dealt.selection_episodes:
             least = "give at least a few dozen"
             raise InputError(f"{self.budget} episodes are too few for one iteration", "--max-episodes", least)
-        refined = 1 if self.algorithm == VIPER else len(world.teams)
-        return replace(dealt, refinement=(self.budget - 2 * rollouts) // refined) if large else dealt
+        return replace(dealt, refinement=(budget - 2 * rollouts) // refined) if large else dealt
+
+    def share_budget(self, world: World, seeds: int) -> "Settings":
+        """The settings of one of several extractions that share a budget, in a world of others: what is left to it when
+        the held-out episodes have been played once more, to choose among them.
+        """
+        if not self.budget or world.games is None:
+            return self
+        share = (self.budget - START_EPISODES) // seeds
+        again = share // 5 if self.held_out is None else self.held_out * (len(world.teams) + 1)
+        return replace(self, budget=max(1, share - again))
+
+    def _counts(self, world: World) -> tuple[int, int, int, int]:
+        """How many groups play rollouts, loops of rounds there are, sides are scored in a round, teams are refined."""
+        agents = range(1 if self.algorithm == VIPER else len(world.agents))
+        runs, loops = (len(group_agents(world, by, agents)) for by in (self.rollouts_by, self.together))
+        alone = self.selection_by == AGENT  # then candidates are scored for each agent, otherwise for each team
+        sides = len(agents) if alone else len(world.teams)
+        return runs, loops, sides, 1 if self.algorithm == VIPER else len(world.teams)
+
+    def count_held_out(self, world: World) -> int:
+        """How many held-out episodes each measured line-up plays: the trees of each team, and the expert."""
+        return self.held_out or held_out.default_episodes(world)
+
+    def plan(self, world: World) -> dict[str, int]:
+        """How many episodes each stage plays at most, of settings that are complete and dealt. The authors' code counts
+        samples, so only its held-out episodes are known.
+        """
+        runs, loops, sides, refined = self._counts(world)
+        learning = {
+            ROLLOUTS: runs * self.rollouts * (1 if self.algorithm == FITTED_Q else self.iterations),
+            SELECTING: (self.iterations * sides + loops) * self.selection_episodes,
+            REFINING: self.refinement * refined,
+        }
+        start = {STARTING: START_EPISODES} if world.games is not None else {}
+        measured = {MEASURING: (len(world.teams) + 1) * self.count_held_out(world)}
+        stages = start | ({} if self.preset == RELEASED else learning) | measured
+        return {stage: count for stage, count in stages.items() if count}
 
     def episodes(self, purpose: int) -> range:
         """The episode seeds of this extraction seed for a purpose, one of the first seeds in `metrics`."""
@@ -266,6 +316,9 @@ class Settings:
             if not 0 <= getattr(self, name) <= MAX_EPISODES:
                 what = f"{option_of(name)} must be from 0 to {MAX_EPISODES}, not {getattr(self, name)}"
                 raise InputError(what, option_of(name))
+        if self.held_out is not None and not 1 <= self.held_out <= EPISODES_PER_SEED:
+            what = f"--held-out must be from 1 to {EPISODES_PER_SEED}, not {self.held_out}"
+            raise InputError(what, "--held-out")
         for name in ("max_depth", "iterations", "rollouts", "max_samples", "selection_episodes", "patience"):
             if not 1 <= getattr(self, name) <= MAX_NUMBER:
                 what = f"{option_of(name)} must be at least 1 and at most {MAX_NUMBER}, not {getattr(self, name)}"

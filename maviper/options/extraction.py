@@ -103,7 +103,18 @@ class ExtractOptions(TypedDict, total=False):
     ]
     max_episodes: Annotated[
         int | None,
-        Option(None, EPISODES, "Total number of episodes; replaces the counts below.", setting="budget"),
+        Option(
+            None,
+            EPISODES,
+            "Total number of episodes, instead of the counts below; in games of your own, held-out ones included.",
+            setting="budget",
+        ),
+    ]
+    held_out: Annotated[
+        int | None,
+        Option(
+            None, EPISODES, "Held-out episodes of each line-up that is measured (default: 1000; in your own games 200)."
+        ),
     ]
     iterations: Annotated[
         int | None, Option(None, EPISODES, "Rounds of rollouts and tree growth (default: the paper's).")

@@ -24,7 +24,7 @@ from maviper.worlds.outside.acting import random_actions, width
 from maviper.worlds.outside.making import import_maker, make_environment
 from maviper.worlds.outside.pettingzoo import PROBE_STEPS, PettingZooWorld, faults
 from maviper.worlds.outside.processes import Copy
-from maviper.worlds.outside.silence import output_aside
+from maviper.worlds.outside.silence import asking, output_aside
 from maviper.worlds.outside.sources import (
     MAX_STEPS,
     SYSTEM,
@@ -48,9 +48,11 @@ COMPARED = 10  # episode seeds whose first observations are compared with the re
 FIRST_STEPS = 5  # played before the episode that is repeated, so that what an environment keeps would show
 
 
-def check(name: str, run_reference: bool = False) -> list[Finding]:
+def check(
+    name: str, run_reference: bool = False, on_found: Callable[[Finding], None] = lambda finding: None
+) -> list[Finding]:
     """The findings on a world by its name, `module:function` or world file. `run_reference`: also run an environment
-    (user code) that such a file names.
+    (user code) that such a file names; `on_found`: told of each finding as soon as it is there.
 
     They end where a fault leaves nothing more to look at. UnknownNameError or InputError for a name that is neither.
     """
@@ -58,16 +60,23 @@ def check(name: str, run_reference: bool = False) -> list[Finding]:
     steps = _check_named(parse_source(name), run_reference) if is_named_by_user(name) else _check_built_in(name)
     findings: list[Finding] = []
     try:
-        with output_aside():  # whatever an environment prints
-            for finding in steps:
-                findings.append(finding)
+        while (finding := _look(steps)) is not None:
+            findings.append(finding)
+            on_found(finding)
     except InputError as error:
         if not findings and not is_named_by_user(name):
             raise
         lines = error.where.removeprefix(name).removeprefix(": ").split("\n")
         place = "; ".join(line.strip() for line in lines if line.strip() != "^")  # of a finding, which is one line
         findings.append(Finding(Mark.WRONG, f"{error.what} ({place})" if place else error.what, error.next_step))
+        on_found(findings[-1])
     return findings
+
+
+def _look(steps: Iterator[Finding]) -> Finding | None:
+    """The next finding; whatever an environment prints meanwhile goes to standard error."""
+    with output_aside():
+        return next(steps, None)
 
 
 def new(path: Path, flow: bool = False) -> None:
@@ -96,15 +105,13 @@ def _user(source: Source) -> Iterator[Finding]:
         return
     yield from _spaces(env)
     yield from (findings := list(_start(env, source)))
+    Copy(env, source).close()  # copies may share what only one can have
     if not usable(findings):
         return
     world = PettingZooWorld(function, source.text)
-    try:
-        yield from _length(world)
-        yield from _names(world)
-        yield from _play(env, world, partial(_by_world, world), Copy(make_environment(function, source), source))
-    finally:
-        world.close()
+    yield from _length(world)
+    yield from _names(world)
+    yield from _play_world(env, world)
     yield from _meanings(world)
 
 
@@ -114,13 +121,8 @@ def _check_stated(source: Source, run_reference: bool) -> Iterator[Finding]:
     yield from check_statement(statement)
     if not statement.moves or statement.gives:
         return
-    function = import_maker(source)
-    world = PettingZooWorld(function, source.text)
-    try:
-        env = make_environment(function, source)
-        yield from _play(env, world, partial(_by_world, world), Copy(make_environment(function, source), source))
-    finally:
-        world.close()
+    world = PettingZooWorld(import_maker(source), source.text)
+    yield from _play_world(world.reference_env(), world)
     if statement.system.reference:
         yield from measure_reference(statement, run_reference)
 
@@ -183,7 +185,8 @@ def _check_built_in(name: str) -> Iterator[Finding]:
     else:
         yield Finding(Mark.WRONG, "episode length: not the reference's", "please report it")
     yield from _names(world)
-    yield from _play(env, world, partial(_by_copy, Copy(env, source)), Copy(world.reference_env(), source))
+    copies = (Copy(each, source) for each in (env, world.reference_env()))
+    yield from _play(env, world, *(partial(_by_copy, copy) for copy in copies))
     yield from _like_reference(env, world)
     yield from _meanings(world)
 
@@ -229,9 +232,9 @@ def _length(world: PettingZooWorld | VmasWorld) -> Iterator[Finding]:
     if world.length_known:
         yield Finding(Mark.OK, f"episode length: {format_count(steps, 'step')}")
     else:
-        said = f"episode length: no max_cycles, and a random episode was not cut within {PROBE_STEPS} steps"
-        advice = f"{steps} steps are taken; give the environment max_cycles, or write {world.source.reference}"
-        yield Finding(Mark.MISSING, said, f"{advice},{MAX_STEPS}=NUMBER")
+        said = f"episode length: nobody states one, so an episode that goes on is cut after {steps:,} steps"
+        advice = f"give the environment max_cycles, or write {world.source.reference},{MAX_STEPS}=NUMBER"
+        yield Finding(Mark.MISSING, said, advice)
 
 
 def _names(world: World) -> Iterator[Finding]:
@@ -241,7 +244,11 @@ def _names(world: World) -> Iterator[Finding]:
         if renamed:
             yield Finding(Mark.OK, f"names: as profiles have them, {', '.join(renamed)}")
     teams = "; ".join(f"{team}: {', '.join(members)}" for team, members in world.teams.items())
-    yield Finding(Mark.OK, f"teams: {teams}")
+    joined = isinstance(world, PettingZooWorld) and world.joined
+    why = (
+        " (equal rewards in a random episode make one team; `teams`, or wrap=rivals, says otherwise)" if joined else ""
+    )
+    yield Finding(Mark.OK, f"teams: {teams}{why}")
 
 
 def _meanings(world: World) -> Iterator[Finding]:
@@ -265,18 +272,38 @@ def _meanings(world: World) -> Iterator[Finding]:
 Player = Callable[[int, Sequence[list[Any]]], list[Outcome]]  # the episode of a seed and of all agents' actions
 
 
-def _play(env: Any, world: World, play: Player, fresh: Copy) -> Iterator[Finding]:
+def _play_world(env: Any, world: PettingZooWorld) -> Iterator[Finding]:
+    """As `_play`, by the world's own copy, in whatever process that lives, and by a fresh one after its end."""
+
+    def play_afresh(seed: int, actions: Sequence[list[Any]]) -> list[Outcome]:
+        world.close()
+        copy = Copy(world.reference_env(), world.source)
+        try:
+            return _by_copy(copy, seed, actions)
+        finally:
+            copy.close()
+
+    try:
+        yield from _play(env, world, partial(_by_world, world), play_afresh)
+    finally:
+        world.close()
+
+
+def _play(env: Any, world: World, play: Player, play_afresh: Player) -> Iterator[Finding]:
     """A random episode, after the beginning of another, and the same one in a fresh copy."""
     rng = np.random.default_rng(0)
     choices = [space(env, "action", agent) for agent in env.possible_agents]
     actions = random_actions(choices, rng, min(world.spec.episode_steps, PROBE_STEPS))
-    play(0, actions[:FIRST_STEPS])
-    played = play(SEED, actions)
+    with asking(f"{world.name}: a random episode"):
+        play(0, actions[:FIRST_STEPS])
+        played = play(SEED, actions)
     ended = next((step for step, outcome in enumerate(played) if all(outcome.done)), None)
     said = "cut at our length" if ended is None else f"all agents done after step {ended}"
     yield Finding(Mark.OK, f"play: a random episode, {said}")
     yield from _sound(env, played)
-    same = (a.bytes == b.bytes for a, b in zip(played, _by_copy(fresh, SEED, actions), strict=True))
+    with asking(f"{world.name}: the same episode in a fresh copy"):
+        again = play_afresh(SEED, actions)
+    same = (a.bytes == b.bytes for a, b in zip(played, again, strict=True))
     first = next((step for step, equal in enumerate(same) if not equal), None)
     if first is None:
         yield Finding(Mark.OK, "repeats: the same seed and actions give the same episode in a fresh copy")

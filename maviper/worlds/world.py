@@ -127,6 +127,7 @@ class World(ABC):
     return_first: tuple[str, ...] = ()  # teams that are to be read by their return first
     main = ""  # the name of the primary measures; "": the first of each team
     features_from = ""  # the hash of a file that names its features, if there is one
+    length_stated = True  # whether somebody says how many steps an episode has; otherwise `spec` holds a cap of ours
     games: int | None = None  # how many games are played at once; None: as many as asked
 
     @property

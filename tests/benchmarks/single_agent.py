@@ -171,7 +171,7 @@ def main() -> None:
     parser.add_argument("--episodes", type=int, default=held_out.EVALUATION_EPISODES)
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
-    held_out.EVALUATION_EPISODES = options.episodes
+    held_out.EVALUATION_EPISODES = held_out.OUTSIDE_EPISODES = options.episodes
     if options.train:
         options.train.mkdir(exist_ok=True)
         for game in options.games:

@@ -94,6 +94,37 @@ def in_turns():
     return simple_spread_v3.env()
 
 
+class _Shared(Line):
+    """Three agents, of whom all, two or none are paid the same."""
+
+    def __init__(self, rewards):
+        super().__init__()
+        self.possible_agents, self.max_cycles, self.paid = ["left", "right", "third_0"], 8, rewards
+
+    def reset(self, seed=None, options=None):
+        self.rng = np.random.default_rng(seed)
+        self.place = dict(zip(self.possible_agents, self.rng.uniform(-1, 1, 3), strict=True))
+        self.agents, self.time = list(self.possible_agents), 0
+        return self.observations(), {agent: {} for agent in self.agents}
+
+    def step(self, actions):
+        observations, rewards, *others = super().step(actions)
+        together = dict.fromkeys(rewards, sum(rewards.values()))
+        paid = {"all": together, "own": rewards, "nothing": dict.fromkeys(rewards, 0.0)}
+        paid["pairs"] = together | {"third_0": rewards.get("third_0", 0.0)}
+        return observations, paid[self.paid], *others
+
+
+def shared(rewards="all"):
+    return _Shared(rewards)
+
+
+def solitary(says):
+    env = described()
+    env.alone = True if says == "True" else says
+    return env
+
+
 def early():
     return Line(goal=3)
 
@@ -285,6 +316,8 @@ class Relay(ParallelEnv):
 
     def __init__(self, over=1.0, first=2, spread=3, length=8, agents=("runner_0", "runner_1", "chaser_0")):
         self.possible_agents = list(agents)
+        runners, chasers = ([agent for agent in agents if agent.startswith(kind)] for kind in ("runner", "chaser"))
+        self.teams = {"runner": runners, "chaser": chasers} if chasers else {"runner": runners}
         self.over, self.first, self.spread, self.max_cycles = over, first, spread, length
 
     def observation_space(self, agent):

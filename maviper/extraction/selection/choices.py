@@ -62,6 +62,11 @@ class Choice(ABC):
         """The best trees of each agent, the chosen one first; agents in the order of `agents`."""
 
     @property
+    def race(self) -> int:
+        """How many episodes are played once all candidates are there."""
+        return 0
+
+    @property
     def ratio(self) -> tuple[float, float]:
         """The best one's mean ratio to the expert over teams, and the half width of its 95 % interval."""
         return self._ratio(self.found)
@@ -169,7 +174,7 @@ class Raced(Choice):
         def scores(arms: Int, episodes: int) -> Float64:
             return arena.scores([self.candidates[int(arm)] for arm in arms], episodes)
 
-        return {"order": np.array(halving(scores, warm, self.episodes, min(FINALISTS, len(warm))))}
+        return {"order": np.array(halving(scores, warm, self.race, min(FINALISTS, len(warm))))}
 
     def _arena(self) -> Arena:
         seeds = self.asked.settings.episodes(measures.SELECTION_SEEDS)
@@ -181,8 +186,8 @@ class Raced(Choice):
         return [score(self.world.primary(self.team), values) for values in known]
 
     @property
-    def episodes(self) -> int:
-        """Of the whole race."""
+    def race(self) -> int:
+        """As `Choice.race`."""
         return self.asked.settings.selection_episodes * len(self.candidates)
 
 
@@ -209,7 +214,7 @@ class Members(Raced):
             return arena.scores(together, episodes)
 
         rng = np.random.default_rng([self.asked.settings.seed, *self.agents])
-        return {"orders": np.array(halving_by_member(scores, self._warm(), len(self.agents), self.episodes, rng))}
+        return {"orders": np.array(halving_by_member(scores, self._warm(), len(self.agents), self.race, rng))}
 
 
 def common(asked: Extraction) -> range:

@@ -13,7 +13,19 @@ from codegen import ir
 from codegen.ir import GrownTree
 from maviper.episodes.measures import Estimate
 
-EXTRACTING, REFINING = "extracting", "refining"
+EXTRACTING, SELECTING, REFINING, MEASURING = "extracting", "selecting", "refining", "measuring"
+
+
+@dataclass(frozen=True)
+class Part:
+    """Which of several extractions, one after the other, this is: those of single agents or teams."""
+
+    place: int = 0
+    count: int = 1
+    name: str = ""  # of the agent or team
+
+
+WHOLE = Part()
 
 
 @dataclass(frozen=True)
@@ -32,6 +44,7 @@ class Progress:
     leaves: int  # of the best, all agents
     # figures of the step's growth, where teams grow jointly
     growth: Mapping[str, float] = field(default_factory=dict[str, float])
+    part: Part = WHOLE
 
     @property
     def line(self) -> dict[str, float | int | str | None]:
@@ -46,11 +59,15 @@ class Progress:
 
 @dataclass(frozen=True)
 class Underway:
-    """How far a step that takes long has come: `done` of `total` steps, with the share of this one."""
+    """How far a step that takes long has come: `done` of `total` steps, with the share of this one. Other stages than
+    EXTRACTING are counted in episodes, from when they are told.
+    """
 
     done: float
     total: int
     doing: str
+    stage: str = EXTRACTING
+    part: Part = WHOLE
 
 
 OnProgress = Callable[[Progress], None]

@@ -16,7 +16,7 @@ from maviper.extraction.bundles import AGENT, TEAM, UNIFORM, group_agents
 from maviper.extraction.extraction import Extraction, Running
 from maviper.extraction.journal import EXPERT_STEP, Arrays
 from maviper.extraction.selection.choices import Choice, common, kind_of
-from maviper.extraction.selection.progress import EXTRACTING, Progress, Underway, count_leaves
+from maviper.extraction.selection.progress import EXTRACTING, SELECTING, Progress, Underway, count_leaves
 
 
 def explain_stop(told: Mapping[str, str | int | float]) -> str:
@@ -58,7 +58,8 @@ class Selection:
 
     def underway(self, share: float, doing: str) -> None:
         """Says that a share of the work on the next candidate is done."""
-        self.running.on_underway(Underway(self.offered + share, self.asked.settings.iterations, doing))
+        done, total = self.offered + share, self.asked.settings.iterations
+        self.running.on_underway(Underway(done, total, doing, part=self.running.part))
 
     def note_growth(self, figures: Mapping[str, float]) -> None:
         """Says by name how the growth of the next candidate went."""
@@ -93,7 +94,8 @@ class Selection:
         }
         leaves = sum(count_leaves(choice.candidates[choice.best]) for choice in self.choices)
         total = self.asked.settings.iterations
-        return Progress(EXTRACTING, self.offered, total, score, best, measured, self.fidelity, leaves, self.growth)
+        told = self.offered, total, score, best, measured, self.fidelity, leaves, self.growth, self.running.part
+        return Progress(EXTRACTING, *told)
 
     def _name(self, choice: Choice, team: str) -> str:
         """What tells apart the choices: the agent where each of several has its own, otherwise the team."""
@@ -102,7 +104,10 @@ class Selection:
 
     def choose_trees(self) -> list[list[GrownTree]]:
         """The best trees of each agent, the chosen one first; agents in the order of `agents`."""
-        trees = dict[int, list[GrownTree]]()
+        trees, total = dict[int, list[GrownTree]](), sum(choice.race for choice in self.choices)
+        if total:
+            told = Underway(0, total, "episodes of the race among rounds", SELECTING, self.running.part)
+            self.running.on_underway(told)
         for choice in self.choices:
             trees |= dict(zip(choice.agents, choice.choose_trees(), strict=True))
         return [trees[agent] for agent in self.agents]

@@ -53,7 +53,10 @@ def import_maker(source: Source) -> Callable[..., Any]:
 
 def _module(source: Source) -> ModuleType:
     try:
-        with output_aside(), np.errstate():  # our output is for results; what np.seterr sets there is not ours
+        with (
+            output_aside(f"importing {source.module}"),
+            np.errstate(),
+        ):  # our output is for results; what np.seterr sets there is not ours
             return importlib.import_module(source.module)
     except ModuleNotFoundError as error:
         if error.name is not None and f"{source.module}.".startswith(f"{error.name}."):
@@ -73,7 +76,7 @@ def make_environment(function: Callable[..., Any], source: Source) -> Any:
     if unknown:
         raise UnknownNameError("option", unknown[0], [*(known or ()), *mine], source.text)
     try:
-        with output_aside():
+        with output_aside(f"{source.text}: making it"):
             env = function(**options)
     except (Exception, SystemExit) as error:
         raise fault(error, source, source.function) from error

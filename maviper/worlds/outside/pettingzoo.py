@@ -11,7 +11,9 @@ then on they take no part in anything: no data, no votes, no rewards. All must b
 
 An environment may say more about itself by attributes (its own, or its `unwrapped` environment's):
 - `max_cycles`: how long episodes are; the option `max_steps` counts more.
-- `teams`: team -> its agents. Without it, a team is what agents share before the last `_`: `agent_0` is in `agent`.
+- `alone`: True: one copy a process; "machine": one copy at all.
+- `teams`: team -> its agents. Without it, a team is what agents share before the last `_`: `agent_0` is in `agent`;
+  teams whose rewards are equal in a random episode are one.
 - `features`: agent -> a FeatureSpec for each number that it observes, with unit, range and meaning.
 - `action_names`: agent -> a name for each of its actions.
 - `outputs`: agent -> an OutputSpec for each number that it gives.
@@ -19,11 +21,11 @@ An environment may say more about itself by attributes (its own, or its `unwrapp
 
 import re
 import weakref
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -34,32 +36,47 @@ from codegen.floats import FLOAT32
 from codegen.ir import CONSTANT, MAX_LENGTH, ActionSpec, Bool, FeatureSpec, OutputSpec, Sum, WorldSpec
 from codegen.profiles.rules import check
 from codegen.sums import DOUBLE_SUMS
-from maviper.worlds.outside.acting import fault_of, outputs_of, random_actions, width
+from maviper.worlds.outside.acting import fault_of, outputs_of, width
 from maviper.worlds.outside.branching import continue_pasts, copies_of, ensure_copies, start_pasts
 from maviper.worlds.outside.flattening import legal_names
 from maviper.worlds.outside.making import import_maker, make_environment
 from maviper.worlds.outside.playing import MOMENTS, PAST, EnvStates, OutsideWorld
-from maviper.worlds.outside.processes import Copies, Copy, copies_at_once, is_undisturbed
+from maviper.worlds.outside.processes import (
+    Copies,
+    Copy,
+    Probe,
+    copies_at_once,
+    is_importable,
+    is_undisturbed,
+    may_share,
+    probe_apart,
+    probe_episode,
+)
 from maviper.worlds.outside.sources import (
-    MAX_STEPS,
     Source,
     action_names,
     attribute,
     is_mapping,
+    join_equals,
     parse_source,
     read_legal_features,
+    read_length,
+    read_teams,
     space,
     table,
+    teams_by_name,
 )
 from maviper.worlds.outside.together import Together, steps_alone
 from maviper.worlds.seeds import fold_seed
 from maviper.worlds.world import RETURN, Int, Measure, Outcome
 
-DEFAULT_STEPS = 25  # where nobody knows how long an episode is
 GAMES_HERE = 32  # copies of an environment that says it `plays_here`
 MEASURED_HERE = 128  # ... where only outcomes matter: our part of a step costs half
-PROBE_STEPS = 1_000  # of the episode that is played to find out
+PROBE_STEPS = 1_000  # of an episode at most, where nobody says how long it is
+KNOWN = {"gymnasium", "mpe2", "pettingzoo", "maviper"}  # packages whose environments neither end a process nor wait
+MACHINE = "machine"  # value of `alone`: one copy at all
 LONGEST_NAME = 40  # of a world: generated code starts with it
+_ASKED: dict[tuple[Any, ...], Any] = {}  # what probes and trials of a function's environments said: ask them once
 
 
 class PettingZooWorld(OutsideWorld):
@@ -86,16 +103,20 @@ class PettingZooWorld(OutsideWorld):
         self.counted_from = tuple(_first_action(env, agent) for agent in self.env_agents)
         outputs = tuple(outputs_of(env, agent, self.source) for agent in self.env_agents)
         self.outputs = outputs if any(outputs) else ()
-        self.teams = _teams(env, called, self.source)
-        self.measures = tuple(Measure(team, RETURN) for team in self.teams)
         self.features = tuple(_features(env, agent, self.source) for agent in self.env_agents)
-        steps, self.length_known = episode_steps(env, self.source)
-        self.spec = _spec(self.source, names, steps)
+        stated = read_length(env, self.source)
+        given = read_teams(env, called, self.source)
+        alike = {} if given else teams_by_name(tuple(names))
+        probe = self._probe(env, stated, len(alike) > 1)
+        self.length_stated, self.length_known = stated is not None, stated is not None or bool(probe and probe.cut)
+        self.spec = _spec(self.source, names, stated or (probe.steps if probe and probe.cut else PROBE_STEPS))
+        self.teams = given or join_equals(alike, names, probe.rewards if probe else [])
+        self.joined = not given and self.teams != alike
+        self.measures = tuple(Measure(team, RETURN) for team in self.teams)
         self._ensure()
         at_once, apart = self._at_once(env) if games is None else (games, games > 1)
         self.games = at_once
-        with suppress(Exception):  # it has said what it had to
-            env.close()
+        Copy(env, self.source).close()  # it has said what it had to
         make = partial(make_environment, function, self.source)
         alone = apart is False and steps_alone(env)
         self._copies = Together(self.source, make) if alone else Copies(self.source, make, at_once, apart)
@@ -105,10 +126,39 @@ class PettingZooWorld(OutsideWorld):
 
     def _at_once(self, env: Any) -> tuple[int, bool | None]:
         """How many copies play at once, and whether each in a process of its own; None: to be tried."""
-        here = attribute(env, "plays_here", self.source)
-        if here and is_undisturbed(self._copy(), Copy(env, self.source)):
+        at_once = copies_at_once(self._function, self.source)
+        alone = attribute(env, "alone", self.source)
+        if alone is True or alone == MACHINE:
+            return (1, False) if alone == MACHINE else (at_once, True)
+        if attribute(env, "plays_here", self.source) and self._may_share(env):
             return GAMES_HERE, False
-        return copies_at_once(self._function, self.source), None
+        return at_once, None
+
+    def _may_share(self, env: Any) -> bool:
+        key = "share", self._function, self.source.text
+        if key not in _ASKED:
+            here = _packages(env) <= KNOWN
+            tried = here or is_importable(self._function, self.source)
+            _ASKED[key] = (
+                is_undisturbed(self._copy(), Copy(env, self.source)) if here else tried and may_share(self.source)
+            )
+        return _ASKED[key]
+
+    def _probe(self, env: Any, stated: int | None, several: bool) -> Probe | None:
+        """A random episode, where nobody says how long one is, or (`several`) which agents are a team. It is played
+        apart: an environment may end its process, or wait for ever.
+        """
+        if stated is not None and not several:
+            return None
+        most = min(stated or PROBE_STEPS, PROBE_STEPS)
+        key = "probe", self._function, self.source.text
+        with suppress(*[InputError] * (stated is not None)):  # it comes up in play
+            if key not in _ASKED:
+                here = _packages(env) <= KNOWN or not is_importable(self._function, self.source)
+                copy = Copy(env, self.source)
+                _ASKED[key] = probe_episode(copy, most) if here else probe_apart(self.source, most)
+            return _ASKED[key]
+        return None
 
     def _ensure(self) -> None:
         """InputError where a profile could not be what the environment says about itself."""
@@ -193,6 +243,15 @@ class PettingZooWorld(OutsideWorld):
         self._copies.close()
 
 
+def _packages(env: Any) -> set[str]:
+    """The packages of an environment and of those that it wraps."""
+    found = set[str]()
+    while env is not None:
+        found |= {type(each).__module__.partition(".")[0] for each in (env, getattr(env, "unwrapped", env))}
+        env = getattr(env, "env", None) or getattr(env, "aec_env", None)
+    return found
+
+
 def _leaf(outputs: Sequence[OutputSpec]) -> ir.Tree:
     """A tree that always takes the first action, or gives the least numbers."""
     parts = [np.array([value]) for value in (ir.NO_FEATURE, 0, ir.NO_CHILD, ir.NO_CHILD, 0)]
@@ -270,32 +329,6 @@ def _spec(source: Source, agents: Sequence[str], steps: int) -> WorldSpec:
     return motionless(name or "environment", source.reference, agents, steps, source.options)
 
 
-def teams_by_name(agents: Sequence[str]) -> dict[str, tuple[str, ...]]:
-    """Teams of agents whose names are alike before the last `_`."""
-    teams: dict[str, tuple[str, ...]] = {}
-    for name in agents:
-        team = name.rsplit("_", 1)[0]
-        teams[team] = (*teams.get(team, ()), name)
-    return teams
-
-
-def _teams(env: Any, called: Mapping[Any, str], source: Source) -> dict[str, tuple[str, ...]]:
-    given = table(env, "teams", source)
-    if not given:
-        return teams_by_name(tuple(called.values()))
-    members = [agent for team in given.values() for agent in team]
-    if sorted(map(str, members)) != sorted(map(str, called)) or not all(given.values()):
-        places = f"{source.text}: teams: {', '.join(map(str, members))}; agents: {', '.join(map(str, called))}"
-        raise InputError(
-            "the environment's teams do not match its agents", places, "put every agent into exactly one team"
-        )
-    names = legal_names([str(team) for team in given], "team")
-    return {
-        name: tuple(legal for agent, legal in called.items() if agent in team)
-        for name, team in zip(names, given.values(), strict=True)
-    }
-
-
 def _features(env: Any, agent: Any, source: Source) -> tuple[FeatureSpec, ...]:
     box = space(env, "observation", agent)
     given = table(env, "features", source)
@@ -327,28 +360,3 @@ def _first_action(env: Any, agent: Any) -> int:
 
 def _within(bounds: Any) -> list[float]:
     return np.clip(np.asarray(bounds, dtype=np.float64), -MAX_LENGTH, MAX_LENGTH).tolist()
-
-
-def episode_steps(env: Any, source: Source) -> tuple[int, bool]:
-    """How many steps an episode has at most, and whether that is known: by option or attribute, else from a random
-    episode that the environment itself cut; DEFAULT_STEPS, or as many as that episode had, otherwise.
-    """
-    limit = source.options.get(MAX_STEPS)
-    if limit is not None:
-        if not isinstance(limit, int) or limit < 1:
-            raise InputError(f"{MAX_STEPS} is '{limit}'", source.text, "give a number from 1")
-        return limit, True
-    metadata = attribute(env, "metadata", source)
-    stated_there = metadata.get("max_cycles") if is_mapping(metadata) else None
-    for stated in (attribute(env, "max_cycles", source), stated_there):
-        if isinstance(stated, (int, np.integer)) and stated > 0:
-            return int(cast("int", stated)), True
-    rng = np.random.default_rng(0)
-    copy = Copy(env, source)
-    choices = [space(env, "action", agent) for agent in copy.names]
-    outcome = copy.ask("reset", 0)
-    for step in range(1, PROBE_STEPS + 1):
-        outcome = copy.ask("step", copy.lawful(random_actions(choices, rng, 1)[0], outcome))
-        if all(outcome.done):
-            return (step, True) if copy.truncated else (max(step, DEFAULT_STEPS), False)
-    return DEFAULT_STEPS, False

@@ -19,6 +19,7 @@ from maviper.worlds.outside.sources import Source
 from maviper.worlds.seeds import TRAINING
 from maviper.worlds.world import World
 
+START_EPISODES = 4  # that are played at most before anything is asked: a probe, and a trial of copies
 PAST = -1  # the moment of a state that cannot be stepped: a part of one, or several joined
 MOMENTS = count()  # unlike in all worlds
 

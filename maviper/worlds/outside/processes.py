@@ -15,7 +15,7 @@ from contextlib import contextmanager, suppress
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
@@ -24,12 +24,13 @@ from codegen.ir import Float32
 from codegen.legality import Mask
 from maviper.worlds.outside.acting import random_actions, taking
 from maviper.worlds.outside.making import import_maker, make_environment
-from maviper.worlds.outside.silence import output_aside
+from maviper.worlds.outside.silence import asking, output_aside
 from maviper.worlds.outside.sources import Source, fault, is_row, parse_source, read_legal_features, space, table
 from maviper.worlds.world import Outcome, draw_legal
 
-BESIDE = "beside"  # the request that `_beside` answers
+PROBE, ALONE, BESIDE = "probe", "alone", "beside"  # requests of other kinds than `reset` and `step`
 PROBED = 10  # steps of an episode that is played alone, then beside another one
+TRIAL, LONGER = 10.0, 20  # seconds that two copies may take, and how many times what one took alone
 # seconds, of machines that do other work too: to write and read a message, to wake a process that waits for one
 MESSAGE, WAKING = 1e-4, 1e-3
 GRACE = 2.0  # seconds in which a copy may end by itself
@@ -55,7 +56,7 @@ class Copy:
 
     def ask(self, verb: str, argument: Any) -> Outcome:
         """`reset` with a seed or `step` with all agents' actions; InputError when the environment raises."""
-        with output_aside():
+        with output_aside(f"{self.source.text}: {verb}"):
             return self.answer(verb, argument)
 
     def answer(self, verb: str, argument: Any) -> Outcome:
@@ -67,7 +68,7 @@ class Copy:
 
     def close(self) -> None:
         """Ends it, whatever it says to that: it did what we wanted of it."""
-        with suppress(Exception):
+        with suppress(Exception, SystemExit), output_aside(f"{self.source.text}: close"):
             self.env.close()
 
     def _reset(self, seed: int) -> Outcome:
@@ -107,7 +108,11 @@ class Copy:
                 if seen.shape != (size,):
                     mismatch = f"{name} observes an array of shape {seen.shape}, its space says ({size},)"
                     raise InputError(mismatch, self.source.text, "return what observation_space says")
+                if name in live and np.isnan(seen).any():
+                    where = f"number {int(np.isnan(seen).argmax())}"
+                    raise InputError(f"{name} observes NaN, {where}", self.source.text, "observe numbers")
         gained = [float(rewards.get(name, 0.0)) if name in acted else 0.0 for name in self.names]
+        ensure_finite(gained, self.source)
         done, ended = ([name in which for name in self.names] for which in (self._ended, self._ended - self._cut))
         turn = getattr(self.env, "acting", None)
         acting = [name not in self._ended and (turn is None or name in turn) for name in self.names]
@@ -127,6 +132,13 @@ class Copy:
         if len(parts) != n:
             raise InputError(f"{verb} does not return {wanted}", self.source.text, "see PettingZoo's parallel API")
         return parts
+
+
+def ensure_finite(gained: Any, source: Source) -> None:
+    """InputError for rewards that are not finite."""
+    if not np.isfinite(gained).all():
+        wrong = [each for each in np.ravel(gained).tolist() if not np.isfinite(each)]
+        raise InputError(f"a reward is {wrong[0]}", source.text, "give finite rewards")
 
 
 def single(given: Any) -> Float32:
@@ -160,11 +172,12 @@ class Copies:
     def ask(self, verb: str, arguments: Sequence[Any]) -> list[Outcome]:
         """One request to each of the first copies, all at once; InputError when one raises or ends."""
         if self.apart is None:
-            self.apart = not self._quicker_here()
+            self.apart = not may_share(self.source, self.at_once)
         if not self.apart:
             while len(self._here) < len(arguments):
                 self._here.append(Copy(self.make(), self.source))
-            with output_aside():  # once for all of them: to enter and leave takes as long as a small game's step
+            words = f"{self.source.text}: {verb}"
+            with output_aside(words):  # once for all of them: to enter and leave takes as long as a small game's step
                 return [copy.answer(verb, argument) for copy, argument in zip(self._here, arguments, strict=False)]
         try:
             while len(self._processes) < len(arguments):
@@ -172,59 +185,112 @@ class Copies:
             asked = self._processes[: len(arguments)]
             for process, argument in zip(asked, arguments, strict=True):
                 process.send(verb, argument)
-            return [process.outcome() for process in asked]
+            with asking(f"{self.source.text}: {verb}"):
+                return [process.outcome() for process in asked]
         except BaseException:  # a Ctrl-C too: answers on their way would be taken for later ones
             self.close()
             raise
 
-    def _quicker_here(self) -> bool:
-        """Whether two copies in one process leave each other alone, and all of them play sooner here than apart. It is
-        tried in another process, which an environment may end.
-        """
-        trial = _Process(self.source)
-        try:
-            trial.send(BESIDE, None)
-            seconds, alike = trial.outcome()
-        except InputError:  # let it come up in play
-            return False
-        finally:
-            trial.dismiss()
-            trial.end()
-        return alike and self.at_once * seconds < seconds + self.at_once * MESSAGE + WAKING
-
     def close(self) -> None:
         """Ends all copies; the next request starts fresh ones."""
-        for copy in self._here:
+        copies, self._here = self._here, []
+        for copy in copies:
             copy.close()
-        processes, self._processes, self._here = self._processes, [], []
+        processes, self._processes = self._processes, []
         for process in processes:
             process.dismiss()
         for process in processes:
             process.end()
 
 
-def _beside(one: Copy, other: Copy) -> tuple[float, bool]:
-    """How long a step of a copy takes at best, and whether an episode is the same while another copy plays between its
-    steps: copies that share a module's generator or simulator would disturb each other.
+def may_share(source: Source, at_once: int = 0) -> bool:
+    """Whether copies in one process leave each other alone; and, of `at_once` copies, whether all of them play sooner
+    so than apart. It is tried in another process, which an environment may end or keep for ever. A copy plays alone
+    first: where its steps are slow, there is no second one.
     """
-    rng = np.random.default_rng(0)
-    actions = random_actions([space(one.env, "action", name) for name in one.names], rng, PROBED)
-    alone, times = [one.ask("reset", 0)], list[float]()
-    for acted in actions:
-        chosen, started = one.lawful(acted, alone[-1]), time.perf_counter()
-        alone.append(one.ask("step", chosen))
+    trial = _Process(source)
+    try:
+        with asking(f"{source.text}: whether copies may share a process"):
+            trial.send(ALONE, None)
+            seconds, took = trial.outcome()
+            if at_once and at_once * seconds >= seconds + at_once * MESSAGE + WAKING:
+                return False
+            trial.send(BESIDE, None)
+            return trial.outcome(max(TRIAL, LONGER * took))
+    except InputError:  # let it come up in play
+        return False
+    finally:
+        trial.dismiss()
+        trial.end()
+
+
+class Probe(NamedTuple):
+    """A random episode: how long it was, how it ended, what it paid."""
+
+    steps: int
+    ended: bool  # within the steps that it was given
+    cut: bool  # by the environment, not by itself
+    rewards: list[list[float]]  # [steps][n_agents]; NaN for who did not act
+
+
+def probe_episode(copy: Copy, most: int) -> Probe:
+    """A random episode of a copy, of at most so many steps."""
+    rng, choices = np.random.default_rng(0), [space(copy.env, "action", name) for name in copy.names]
+    paid = list[list[float]]()
+    with asking(f"{copy.source.text}: a random episode, to see how long it is and what it pays"):
+        outcome = copy.ask("reset", 0)
+        while len(paid) < most and not all(outcome.done):
+            acting = outcome.acting
+            outcome = copy.ask("step", copy.lawful(random_actions(choices, rng, 1)[0], outcome))
+            paid.append([each if acts else np.nan for each, acts in zip(outcome.rewards, acting, strict=True)])
+    return Probe(len(paid), all(outcome.done), copy.truncated, paid)
+
+
+def probe_apart(source: Source, most: int) -> Probe:
+    """As `probe_episode`, in a process of its own, which the environment may end."""
+    process = _Process(source)
+    try:
+        process.send(PROBE, most)
+        with asking(f"{source.text}: a random episode, to see how long it is and what it pays"):
+            return process.outcome()
+    finally:
+        process.dismiss()
+        process.end()
+
+
+def _play_alone(copy: Copy) -> tuple[float, float, list[Outcome]]:
+    """How long a step of a copy takes at best, how long all took, and what was seen."""
+    began = time.perf_counter()
+    outcomes, times = [copy.ask("reset", 0)], list[float]()
+    for acted in _probe_actions(copy):
+        chosen, started = copy.lawful(acted, outcomes[-1]), time.perf_counter()
+        outcomes.append(copy.ask("step", chosen))
         times.append(time.perf_counter() - started)
+    return min(times), time.perf_counter() - began, outcomes
+
+
+def _probe_actions(copy: Copy) -> Sequence[list[Any]]:
+    rng = np.random.default_rng(0)
+    return random_actions([space(copy.env, "action", name) for name in copy.names], rng, PROBED)
+
+
+def _plays_alike(alone: Sequence[Outcome], one: Copy, other: Copy) -> bool:
+    """Whether an episode is as it was alone while another copy plays between its steps: copies that share a module's
+    generator or simulator would disturb each other.
+    """
     beside, others = [one.ask("reset", 0)], other.ask("reset", 1)
-    for acted in actions:
+    for acted in _probe_actions(one):
         beside.append(one.ask("step", one.lawful(acted, beside[-1])))
         others = other.ask("step", other.lawful(acted, others))
-    return min(times), [each.bytes for each in alone] == [each.bytes for each in beside]
+    return [each.bytes for each in alone] == [each.bytes for each in beside]
 
 
 def is_undisturbed(one: Copy, other: Copy) -> bool:
-    """Whether copies play in one process as each would alone; False where they fail."""
+    """Whether copies of an environment that is known not to wait for others play here as each would alone; False where
+    they fail.
+    """
     try:
-        return _beside(one, other)[1]
+        return _plays_alike(_play_alone(one)[2], one, other)
     except MaviperError:  # let it come up in play
         return False
     finally:
@@ -247,8 +313,11 @@ class _Process:
         with suppress(OSError):  # `outcome` says that it has ended
             self.pipe.send((verb, argument))
 
-    def outcome(self) -> Any:
+    def outcome(self, limit: float | None = None) -> Any:
+        """The answer; InputError for an error, the process's end, or none within `limit` seconds."""
         try:
+            if not self.pipe.poll(limit):
+                self.process.kill()
             raised, answer = self.pipe.recv()
         except (EOFError, OSError):
             self.process.join(GRACE)
@@ -288,23 +357,24 @@ def serve(pipe: Connection, text: str, folder: str) -> None:
     os.dup2(2, 1)  # standard output is for results
     os.chdir(folder)  # spawned processes start where their parent did
     source = parse_source(text)
-    copy = None
+    copies, alone = list[Copy](), list[Outcome]()
     with suppress(EOFError, OSError):  # nobody asks any more
         while (request := pipe.recv()) is not None:
             try:
-                copy = copy or Copy(make_environment(import_maker(source), source), source)
-                beside = request[0] == BESIDE
-                reply = (
-                    _beside(copy, Copy(make_environment(import_maker(source), source), source))
-                    if beside
-                    else copy.ask(*request)
-                )
+                while len(copies) < 1 + (request[0] == BESIDE):
+                    copies.append(Copy(make_environment(import_maker(source), source), source))
+                if request[0] == PROBE:
+                    reply = probe_episode(copies[0], request[1])
+                elif request[0] == ALONE:
+                    *reply, alone = _play_alone(copies[0])
+                else:
+                    reply = _plays_alike(alone, *copies) if request[0] == BESIDE else copies[0].ask(*request)
                 answer: tuple[bool, Any] = (False, reply)
             except InputError as error:
                 answer = (True, (error.what, error.where, error.next_step))
             pipe.send(answer)
-    if copy is not None:
-        copy.env.close()
+    for copy in copies:
+        copy.close()
 
 
 def cores() -> int:
@@ -312,9 +382,14 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def copies_at_once(function: Callable[..., Any], source: Source) -> int:
-    """One a core; 1 where another process would not find the same function, or none may be started."""
+def is_importable(function: Callable[..., Any], source: Source) -> bool:
+    """Whether another process would find the same function, and may be started."""
     module = sys.modules.get(source.module)
     shared = source.module != "__main__" and getattr(module, source.function, None) is function
     shared = shared and getattr(module, "__spec__", None) is not None
-    return cores() if shared and not multiprocessing.current_process().daemon else 1
+    return shared and not multiprocessing.current_process().daemon
+
+
+def copies_at_once(function: Callable[..., Any], source: Source) -> int:
+    """One a core; 1 where another process cannot have one."""
+    return cores() if is_importable(function, source) else 1

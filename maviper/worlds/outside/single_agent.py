@@ -133,6 +133,7 @@ class SingleAgent(ParallelEnv[str, Any, Any]):
         self._elapsed = 0
         limit = getattr(env.spec, "max_episode_steps", None)
         self.max_cycles = limit if limit is None or limit > 0 else None
+        self.alone = getattr(env.unwrapped, "alone", None)
         called = _find_description(env)
         choices = getattr(self._choices, "n", 0)
         self.action_names = {AGENT: called.actions} if called and len(called.actions) == choices else {}

@@ -10,10 +10,14 @@ import traceback
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeGuard
+from typing import Any, TypeGuard, cast
+
+import numpy as np
 
 from codegen.errors import InputError, MaviperError
 from codegen.process.unwarned import silence_warnings
+from maviper.worlds.outside.flattening import legal_names
+from maviper.worlds.outside.silence import output_aside
 
 GYMNASIUM = "gymnasium"  # the module whose functions are the ids of its registered environments
 SYSTEM = "system"  # the module whose functions are paths of world files
@@ -84,23 +88,27 @@ def value_of(text: int | str) -> Any:
 
 
 def fault(error: BaseException, source: Source, doing: str, advice: str = CHECK) -> MaviperError:
-    """What a user's code raised, with the last place in that code, or in what it calls where it is in none."""
+    """What a user's code raised, with the line that raised it and, where that is in a package, the last one of the
+    user's own before it.
+    """
     if isinstance(error, MaviperError):
         return error
     frames = [frame for frame in traceback.extract_tb(error.__traceback__) if OURS not in Path(frame.filename).parents]
-    frames = [frame for frame in frames if not frame.filename.startswith("<frozen importlib")]
-    frames = [frame for frame in frames if not INSTALLED.intersection(Path(frame.filename).parts)] or frames
-    place = f": {frames[-1].filename}:{frames[-1].lineno}, in {frames[-1].name}" if frames else ""
+    frames = [frame for frame in frames if not frame.filename.startswith("<")]
+    own = [frame for frame in frames if not INSTALLED.intersection(Path(frame.filename).parts)]
+    ends = [*frames[-1:], *(own[-1:] if own[-1:] != frames[-1:] else [])]
+    place = ", called at ".join(f"{each.filename}:{each.lineno}, in {each.name}" for each in ends)
     message = " ".join(str(error).split())[:MAX_MESSAGE]
     said = f"{type(error).__name__}: {message}" if message else type(error).__name__
-    return InputError(f"{doing} raised {said}", source.text + place, advice)
+    return InputError(f"{doing} raised {said}", f"{source.text}: {place}" if place else source.text, advice)
 
 
 def attribute(env: Any, name: str, source: Source) -> Any:
     """An attribute of the environment or of the one that it wraps, or None; InputError when it raises."""
     try:
-        given = (getattr(place, name, None) for place in (env, getattr(env, "unwrapped", None)))
-        return next((value for value in given if value is not None), None)
+        with output_aside():
+            given = (getattr(place, name, None) for place in (env, getattr(env, "unwrapped", None)))
+            return next((value for value in given if value is not None), None)
     except (Exception, SystemExit) as error:
         raise fault(error, source, f"the environment's {name}") from error
 
@@ -145,6 +153,77 @@ def _texts(given: Any) -> tuple[str, ...] | None:
     return texts if is_row(given) and len(texts) == len(parts) else None
 
 
+def read_length(env: Any, source: Source) -> int | None:
+    """How many steps an episode has at most, by option or attribute; None where nobody says it."""
+    limit = source.options.get(MAX_STEPS)
+    if limit is not None:
+        if not isinstance(limit, int) or limit < 1:
+            raise InputError(f"{MAX_STEPS} is '{limit}'", source.text, "give a number from 1")
+        return limit
+    metadata = attribute(env, "metadata", source)
+    there = metadata.get("max_cycles") if is_mapping(metadata) else None
+    registered = getattr(attribute(env, "spec", source), "max_episode_steps", None)
+    for stated in (attribute(env, "max_cycles", source), there, registered):
+        if isinstance(stated, (int, np.integer)) and stated > 0:
+            return int(cast("int", stated))
+    return None
+
+
+def teams_by_name(agents: Sequence[str]) -> dict[str, tuple[str, ...]]:
+    """Teams of agents whose names are alike before the last `_`."""
+    teams: dict[str, tuple[str, ...]] = {}
+    for name in agents:
+        team = name.rsplit("_", 1)[0]
+        teams[team] = (*teams.get(team, ()), name)
+    return teams
+
+
+def join_equals(
+    teams: Mapping[str, tuple[str, ...]], agents: Sequence[str], rewards: Sequence[Sequence[float]]
+) -> dict[str, tuple[str, ...]]:
+    """The teams, those joined whose agents were all paid the same. `rewards`: [steps][n_agents] of an episode, NaN for
+    who did not act. Where nothing was paid, nothing is known.
+    """
+    paid = np.array(rewards).reshape(-1, len(agents))
+
+    def equal(one: str, other: str) -> bool:
+        pair = paid[:, [agents.index(one), agents.index(other)]]
+        pair = pair[~np.isnan(pair).any(axis=1)]
+        return bool(pair.any() and (pair[:, 0] == pair[:, 1]).all())
+
+    groups: list[list[str]] = []
+    for team, members in teams.items():
+        alike = (group for group in groups if all(equal(a, b) for each in group for a in teams[each] for b in members))
+        group = next(alike, None)
+        if group is None:
+            groups.append([team])
+        else:
+            group.append(team)
+    names = [
+        group[0] if len(group) == 1 else "team" if len(groups) == 1 else f"team_{k}" for k, group in enumerate(groups)
+    ]
+    members = [tuple(agent for team in group for agent in teams[team]) for group in groups]
+    return dict(zip(legal_names(names, "team"), members, strict=True))
+
+
+def read_teams(env: Any, called: Mapping[Any, str], source: Source) -> dict[str, tuple[str, ...]]:
+    """The attribute `teams` by the agents' legal names; {} where there is none. InputError for what does not match."""
+    given = table(env, "teams", source)
+    if not given:
+        return {}
+    members = [agent for team in given.values() for agent in team]
+    if sorted(map(str, members)) != sorted(map(str, called)) or not all(given.values()):
+        places = f"{source.text}: teams: {', '.join(map(str, members))}; agents: {', '.join(map(str, called))}"
+        raise InputError(
+            "the environment's teams do not match its agents", places, "put every agent into exactly one team"
+        )
+    names = legal_names([str(team) for team in given], "team")
+    return {
+        name: tuple(legal for agent, legal in called.items() if agent in team)
+        for name, team in zip(names, given.values(), strict=True)
+    }
+
+
 def is_mapping(given: object) -> TypeGuard[Mapping[Any, Any]]:
     """Whether it has values by keys, which are the environment's own."""
     return isinstance(given, Mapping)
@@ -157,5 +236,5 @@ def is_row(given: object) -> TypeGuard[Sequence[object]]:
 
 def space(env: Any, kind: str, agent: Any) -> Any:
     """An agent's `action` or `observation` space, by method or, as older environments have it, from a mapping."""
-    with silence_warnings():
+    with silence_warnings(), output_aside():
         return getattr(env, f"{kind}_space")(agent)

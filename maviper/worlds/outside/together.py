@@ -14,7 +14,7 @@ import numpy as np
 from codegen.errors import InputError
 from codegen.ir import Float32
 from maviper.worlds.outside.playing import EnvStates
-from maviper.worlds.outside.processes import Copy, single
+from maviper.worlds.outside.processes import Copy, ensure_finite, single
 from maviper.worlds.outside.silence import output_aside
 from maviper.worlds.outside.sources import Source, fault
 
@@ -43,7 +43,9 @@ class Together:
         while len(self._copies) < len(arguments):
             self._copies.append(Copy(self.make(), self.source))
             self._steps.append(self._copies[-1].env.step_alone)
-        with output_aside():  # once for all of them: to enter and leave takes as long as a small game's step
+        with output_aside(
+            f"{self.source.text}: {verb}"
+        ):  # once for all of them: to enter and leave takes as long as a small game's step
             self._last = self._start_games(arguments) if verb == "reset" else self._step_games(arguments)
         return self._last
 
@@ -71,6 +73,10 @@ class Together:
                     over.append((place, bool(ended)))
         except (Exception, SystemExit) as error:
             raise fault(error, self.source, "the environment's step") from error
+        ensure_finite(paid, self.source)
+        if np.isnan(seen).any():
+            what = f"{self._copies[0].names[0]} observes NaN"
+            raise InputError(what, self.source.text, "observe numbers")
         if not over:
             return replace(last, observations=(seen,), rewards=rewards)
         done, terminated = last.done.copy(), last.terminated.copy()

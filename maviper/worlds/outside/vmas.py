@@ -26,10 +26,9 @@ from codegen.ir import MAX_LENGTH, ActionSpec, Bool, FeatureSpec, Float32, Float
 from codegen.process.unwarned import FILTERS
 from maviper.worlds.outside.acting import bounds_of, fault_of
 from maviper.worlds.outside.flattening import MAX_FEATURES, legal_names
-from maviper.worlds.outside.pettingzoo import teams_by_name
 from maviper.worlds.outside.playing import MOMENTS, PAST, EnvStates, OutsideWorld
 from maviper.worlds.outside.silence import output_aside
-from maviper.worlds.outside.sources import MAX_STEPS, fault, is_mapping, parse_source, value_of
+from maviper.worlds.outside.sources import MAX_STEPS, fault, is_mapping, parse_source, teams_by_name, value_of
 from maviper.worlds.seeds import fold_seed
 from maviper.worlds.world import RETURN, Int, Measure, bounds
 
@@ -56,7 +55,7 @@ class VmasWorld(OutsideWorld):
         if steps is not None and (not isinstance(steps, int) or steps < 1):
             raise InputError(f"{MAX_STEPS} is '{steps}'", text, "give a number from 1")
         name = re.sub(r"[^A-Za-z0-9_-]+", "-", f"vmas-{self.source.function}")
-        self.length_known = steps is not None
+        self.length_known = self.length_stated = steps is not None
         self.spec = motionless(name, self.source.reference, agents, steps or USUAL_STEPS, self.source.options)
         self.teams = teams_by_name(agents)
         self.measures = tuple(Measure(team, RETURN) for team in self.teams)

@@ -9,6 +9,7 @@ import pytest
 
 from codegen import ir, policy_json
 from codegen.errors import ExitCode, InputError, UnknownNameError
+from codegen.intervals import Share
 from maviper.cli import main
 from maviper.episodes import measures as metrics
 from maviper.episodes.on_policy import on_policy
@@ -268,6 +269,37 @@ def test_ratios_where_samples_divide_by_zero(lower):
     stage._played[crossplay.key(bottoms)] = (bottoms, np.zeros((2, 20)))
     stage._draws = {}
     assert crossplay.ratio(stage, measure, [ours], theirs) is None
+
+
+def ratio_of(ours, theirs, lower=False):
+    """The ratio of two shares, given by episode."""
+    stage = Stage(Given(lower), range(len(ours)))
+    stage.measures = (measure := Measure("a", "m", share=True, lower_is_better=lower),)
+    one, other = (object(),), (object(),)
+    stage._played = {crossplay.key(one): (one, np.array([ours])), crossplay.key(other): (other, np.array([theirs]))}
+    return crossplay.ratio(stage, measure, [one], other)
+
+
+def test_the_interval_of_a_ratio_of_shares_leaves_0_and_1():
+    """0 successes of 60 beside 21 of 60 had [0, 0]."""
+    none, some, all_ = np.zeros(60), np.arange(60.0) < 21, np.ones(60)
+    found = ratio_of(none, 1.0 * some)
+    assert found.value == found.low == 0 and 0.1 < found.high < 0.3
+    found = ratio_of(np.append(np.ones(59), 0.0), all_)
+    assert found.low < 0.95 < found.value < 1 < found.high < 1.1
+    found = ratio_of(1.0 * some, none + (np.arange(60) == 0), lower=True)
+    assert found.low < 1 / 21 < found.high
+
+
+@pytest.mark.parametrize(("p", "q"), [(0.02, 0.35), (0.98, 0.97), (0.01, 0.05)])
+def test_the_interval_of_a_ratio_of_rare_shares_covers_it(p, q):
+    """Of 60 episodes, counted where the divisor is not 0."""
+    rng, covered = np.random.default_rng(3), []
+    for hits, others in zip(rng.binomial(60, p, 2_000), rng.binomial(60, q, 2_000), strict=True):
+        if others:
+            low, high = crossplay._ratio_of_shares(Share(int(hits), 60), Share(int(others), 60))
+            covered.append(low <= p / q <= high)
+    assert np.mean(covered) > 0.93
 
 
 def test_one_episode_says_nothing_of_intervals(world, expert, profile):

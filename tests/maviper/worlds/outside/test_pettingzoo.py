@@ -15,6 +15,7 @@ from codegen.errors import InputError, ProfileError, UnknownNameError
 from codegen.ir import NAME
 from codegen.profiles import loading
 from codegen.profiles.rules import violations
+from maviper import manual
 from maviper.cli import main
 from maviper.compilation import compile
 from maviper.episodes import measures
@@ -30,7 +31,7 @@ from maviper.worlds.checking import Mark, check, usable
 from maviper.worlds.matching import matching_world, not_ours
 from maviper.worlds.outside.flattening import legal_names
 from maviper.worlds.outside.making import import_maker
-from maviper.worlds.outside.pettingzoo import DEFAULT_STEPS, PettingZooWorld
+from maviper.worlds.outside.pettingzoo import PROBE_STEPS, PettingZooWorld
 from maviper.worlds.outside.playing import EnvStates
 from maviper.worlds.outside.sources import is_named_by_user, parse_source
 from maviper.worlds.seeds import TRAINING, fold_seed
@@ -204,6 +205,13 @@ def test_seeds_of_different_purposes_stay_apart():
     assert [len(block) for block in blocks] == [1, 1, 1] and len(set.union(*blocks)) == 3
 
 
+def test_environments_get_seeds_as_the_manual_says():
+    """SUMO and others take no larger ones."""
+    purposes = [*range(0, 4 * 10**15, 10**14), 2**31, 2**32, 2**60]
+    assert all(0 <= fold_seed(seed) < 2**31 for seed in purposes)
+    assert "Seeds are whole numbers below 2^31." in " ".join(manual.page("environments").split())
+
+
 def test_trainings_draw_from_seeds_of_their_own(here, monkeypatch):
     world, asked = world_of("early"), []
     monkeypatch.setattr(world, "_ask_copies", lambda verb, seeds: asked.extend(seeds))
@@ -231,11 +239,29 @@ def test_what_an_environment_says_is_in_the_world():
 
 @pytest.mark.parametrize(
     ("text", "steps", "known"),
-    [("described", 6, True), ("short,length=5", 5, True), ("vanishing", DEFAULT_STEPS, False), ("spread", 25, True)],
+    [("described", 6, True), ("short,length=5", 5, True), ("vanishing", PROBE_STEPS, False), ("spread", 25, True)],
 )
 def test_how_long_episodes_are(text, steps, known):
     world = world_of(text)
     assert (world.spec.episode_steps, world.length_known) == (steps, known)
+
+
+@pytest.mark.parametrize(
+    ("text", "teams"),
+    [
+        ("shared", {"team": ("left", "right", "third_0")}),
+        ("shared,rewards=pairs", {"team_0": ("left", "right"), "third": ("third_0",)}),
+        ("shared,rewards=own", {"left": ("left",), "right": ("right",), "third": ("third_0",)}),
+        ("shared,rewards=nothing", {"left": ("left",), "right": ("right",), "third": ("third_0",)}),
+        ("shared,wrap=rivals", {"left": ("left",), "right": ("right",), "third_0": ("third_0",)}),
+    ],
+)
+def test_agents_with_equal_rewards_are_one_team(text, teams):
+    """They were rivals, and MAVIPER voted and measured among opponents."""
+    name = f"tests.support.environments:{text}"
+    assert find(name).teams == teams
+    (said,) = [str(each) for each in check(name) if each.what.startswith("teams: ")]
+    assert ("equal rewards in a random episode" in said) == any(team.startswith("team") for team in teams)
 
 
 def test_unbounded_observations_have_the_widest_range():
@@ -328,6 +354,15 @@ def test_copies_that_would_disturb_each_other_play_apart(monkeypatch, here):
     world.close()
 
 
+@pytest.mark.parametrize(("says", "games", "apart"), [("True", 4, True), ("machine", 1, False)])
+def test_an_environment_may_say_that_it_must_be_alone(monkeypatch, says, games, apart):
+    """Then nothing is tried."""
+    monkeypatch.setattr("maviper.worlds.outside.processes.cores", lambda: 4)
+    monkeypatch.setattr("maviper.worlds.outside.processes.may_share", lambda *given: pytest.fail("it was tried"))
+    world = find(f"tests.support.environments:solitary,says={says}")
+    assert (world.games, world._copies.apart) == (games, apart)
+
+
 def test_functions_that_other_processes_cannot_import_are_played_here(monkeypatch):
     from tests.support import environments
 
@@ -397,7 +432,7 @@ def test_the_current_folder_is_importable_and_broken_modules_are_named(tmp_path,
         ("early", Mark.OK, "repeats: "),
         ("vanishing", Mark.MISSING, "episode length: .*max_steps=NUMBER"),
         ("small_space", Mark.WRONG, "left runner's number 1 is 2 at step 2, outside its space"),
-        ("not_a_number", Mark.WRONG, "runner_1's number 0 is nan"),
+        ("not_a_number", Mark.WRONG, "left runner observes NaN, number 0"),
         ("continuous", Mark.WRONG, "actions: left runner: actions count from 1"),
         ("continuous", Mark.WRONG, r"observations: left runner: the space has shape \(2, 2\)"),
         ("raising", Mark.WRONG, r"step raised ArithmeticError: the line is broken \(.*environments.py:\d+, in step\)"),
