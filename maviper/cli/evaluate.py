@@ -43,7 +43,7 @@ def evaluate(context: click.Context, subject: str, as_json: bool, **options: Unp
 
         def show(done: int, total: int) -> None:
             live.total = total
-            live.update(done, "line-ups")
+            live.update(done, "episodes")
 
         measured = evaluate_named(asked, show)
     if as_json:

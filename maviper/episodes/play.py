@@ -6,7 +6,8 @@ Does not: score episodes (measures.py) or learn from them.
 """
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Generator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, Protocol, cast
@@ -50,6 +51,19 @@ class Tally:
 
 
 TALLY = Tally()
+
+
+@contextmanager
+def counting_played(told: Callable[[int], None]) -> Generator[None]:
+    """`told` hears how many episodes were played inside so far."""
+    begun = TALLY.episodes
+    TALLY.on_played = lambda: told(TALLY.episodes - begun)
+    try:
+        yield
+    finally:
+        TALLY.on_played = lambda: None
+
+
 STEPS_AT_ONCE = 64  # for which room is made ahead
 
 

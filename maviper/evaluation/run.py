@@ -16,7 +16,7 @@ from codegen.errors import InputError, UnknownNameError
 from codegen.wording import format_count
 from maviper.console import LABEL_WIDTH
 from maviper.episodes import measures
-from maviper.episodes.play import Controller, Episodes, points
+from maviper.episodes.play import Controller, Episodes, counting_played, points
 from maviper.evaluation.bootstrap import DRAWS
 from maviper.evaluation.crossplay import (
     Alone,
@@ -78,7 +78,7 @@ def evaluate(
     """Every measure of `teams` (all when empty) on held-out episodes, the same ones for every line-up.
 
     A team's own agents are the subject, the expert or one the subject and the others the expert; all other teams are
-    the opponents. `on_played`: done and total line-ups. InputError for a number of episodes out of range,
+    the opponents. `on_played`: done and total episodes. InputError for a number of episodes out of range,
     UnknownNameError for a team.
     """
     world, subject, opponents = contest.world, contest.subject, contest.opponents
@@ -102,16 +102,20 @@ def evaluate(
         lineups |= {key(lineup): lineup for lineup in (own, experts) if lineup}
     stage = Stage(world, range(measures.MEASUREMENT_SEEDS, measures.MEASUREMENT_SEEDS + episodes))
     seen: dict[Key, ir.Float64] = {}
-    for name, lineup in lineups.items():
-        seen[name] = stage.play(lineup, watches.get(name))
-        on_played(len(seen), len(lineups))
+    explained = sum(map(len, casts.values())) if contest.why else 0  # each takes as long as a line-up, about
+    total, played = episodes * (len(lineups) + explained), episodes * len(lineups)
+    with counting_played(lambda done: on_played(done, total)):
+        for name, lineup in lineups.items():
+            seen[name] = stage.play(lineup, watches.get(name))
     against = {
         name: tuple(row for each in per_team for row in standings(stage, each)) for name, per_team in casts.items()
     }
-    why = {
-        name: tuple(row for each in per_team for row in causes(world, each, stage.seeds))
-        for name, per_team in (casts.items() if contest.why else ())
-    }
+    why = dict[str, tuple[Causes, ...]]()
+    for name, per_team in casts.items() if contest.why else ():
+        for each in per_team:
+            why[name] = (*why.get(name, ()), *causes(world, each, stage.seeds))
+            played += episodes
+            on_played(played, total)
     facts = tree_facts(placed, seen[key(own)], seen[key(experts)] if experts else None) if placed else {}
     return Evaluation(world.name, episodes, against, facts, why)
 

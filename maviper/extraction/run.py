@@ -296,6 +296,7 @@ class Stages:
         self._open = ExitStack()
         self._live: LiveLine | None = None
         self._begun = self._of_stage = TALLY.episodes
+        self._shown: tuple[float, str] = (0, "")
         self._rounds = 0.0  # seconds that later rounds will take
 
     def __enter__(self) -> "Stages":
@@ -332,12 +333,17 @@ class Stages:
         self._since = time.monotonic()
 
     def _count_played(self) -> None:
-        """Shows the episodes of a stage that is counted in them."""
+        """Shows the episodes of a stage that is counted in them, and in others how many were played."""
         done = TALLY.episodes - self._of_stage
-        if self.stage.startswith((SELECTING, MEASURING)) and self._live is not None and done <= self._live.total:
+        if self._live is None:
+            return
+        if self.stage == EXTRACTING:
+            self._show(self._live, *self._shown)
+        elif self.stage.startswith((SELECTING, MEASURING)) and done <= self._live.total:
             self._show(self._live, done, self._best)
 
     def _show(self, live: LiveLine, done: float, words: str) -> None:
+        self._shown = done, words
         played = TALLY.episodes - self._begun
         counted = f"  {played:,} episodes" if played else ""
         own = live.ahead(done)

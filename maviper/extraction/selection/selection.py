@@ -32,13 +32,13 @@ class Selection:
 
     def __init__(self, asked: Extraction, agents: Sequence[int], running: Running) -> None:
         self.asked, self.agents, self.running = asked, list(agents), running
-        settings = asked.settings
+        settings, self.offered = asked.settings, 0
+        self.underway(0.0, "playing")
         experts = asked.journal.arrays(EXPERT_STEP, self._experts)
         units = group_agents(asked.world, settings.selection_by, agents)
         names = [""] if len(units) == 1 else [f"-{place}" for place in range(len(units))]
         kind = kind_of(settings)
         self.choices = [kind(asked, unit, experts, name) for unit, name in zip(units, names, strict=True)]
-        self.offered = 0
         self.fidelity: float | None = None
         self.growth: Mapping[str, float] = {}
         self._reference, self._since_gain = -np.inf, 0

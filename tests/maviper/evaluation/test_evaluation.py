@@ -195,7 +195,7 @@ def test_a_line_up_is_played_once(world, expert, profile):
         on_played=lambda *n: played.append(n),
     )
     # the experts, the subject, each team of the subject, and one defender after the other
-    assert played == [(done, 6) for done in range(1, 7)]
+    assert played == [(2 * done, 12) for done in range(1, 7)]
     assert found.episodes == 2 and found.world == "physical-deception"
 
 

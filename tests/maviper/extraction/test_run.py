@@ -1,0 +1,94 @@
+"""What an extraction shows while it runs: the plan, and the time left of all that is still to come."""
+
+import pytest
+
+from maviper.episodes import play
+from maviper.extraction import run
+from maviper.extraction.extraction import WHOLE
+from maviper.extraction.run import Stages, say_plan
+from maviper.extraction.selection.progress import EXTRACTING, MEASURING, SELECTING, Part, Progress, Underway
+from maviper.extraction.settings import Settings
+from maviper.worlds import find
+
+
+class Lines:
+    """A console that keeps what its live lines are told, and the lines."""
+
+    of, quiet = "", False
+
+    def __init__(self):
+        self.told, self.said = [], []
+
+    def line(self, label, text=""):
+        self.said.append((label, text))
+
+    def live(self, label, total, begun=0):
+        return Live(self, label, total)
+
+
+class Live:
+    def __init__(self, console, label, total):
+        self.console, self.label, self.total, self.started = console, label, total, 0.0
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *caught):
+        pass
+
+    def ahead(self, done):
+        return 2.0 * (self.total - done)  # seconds
+
+    def update(self, done, text, left):
+        self.console.told.append((self.label, done, self.total, text, left))
+
+
+@pytest.fixture
+def tally(monkeypatch):
+    """Episodes of one second each."""
+    fresh = play.Tally(10, 10.0)
+    monkeypatch.setattr(run, "TALLY", fresh)
+    return fresh
+
+
+def step(done, part=WHOLE):
+    return Progress(EXTRACTING, done, 4, 0.5, 0.5, {}, None, 3, part=part)
+
+
+def test_the_time_left_is_that_of_all_stages(tally):
+    console = Lines()
+    with Stages(console, None, {"start": 4, SELECTING: 6, MEASURING: 8}) as stages:
+        stages.show(step(4))
+        stages.underway(Underway(0, 6, "episodes of the race", SELECTING))
+        tally.add(6, 6.0)
+        stages.underway(Underway(0, 8, "held-out episodes", MEASURING))
+        tally.add(4, 4.0)
+        tally.add(4, 4.0)
+    assert [(label, done, total, left) for label, done, total, _, left in console.told] == [
+        ("extracting", 4, 4, 14.0),
+        ("selecting", 6, 6, 8.0),
+        ("measuring", 4, 8, 8.0),
+        ("measuring", 8, 8, 0.0),
+    ]
+    assert "14 episodes" in console.told[-1][3]  # beyond those before it
+
+
+def test_agents_that_are_extracted_one_by_one_are_named_and_counted_on(tally):
+    console = Lines()
+    with Stages(console, None, {"start": 4}) as stages:
+        stages.show(step(4, Part(0, 2, "left")))
+        stages.underway(Underway(0.5, 4, "weighing", part=Part(1, 2, "right")))
+    (_, done, total, text, _), (_, later, whole, words, _) = console.told
+    assert (done, total, later, whole) == (4, 8, 4.5, 8)
+    assert text.startswith("left, best") and words.startswith("right, weighing")  # not the figures of the first
+
+
+@pytest.mark.parametrize("algorithm", ["maviper", "iviper"])
+def test_a_plan_of_our_own_games_has_the_held_out_episodes_on_top(algorithm):
+    world = find("physical-deception")
+    settings = Settings.of({"budget": 500, "algorithm": algorithm}).complete().deal_budget(world)
+    plan = settings.plan(world)
+    assert plan.pop(MEASURING) == 3_000 and 350 <= sum(plan.values()) <= 500
+    console = Lines()
+    say_plan(plan, console)
+    assert console.said[0][1].startswith(f"up to {sum(plan.values()):,} episodes: ")
