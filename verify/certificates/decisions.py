@@ -10,8 +10,7 @@ from typing import Any
 from codegen.floats import rational_literal
 from codegen.form.layout import layout
 from verify.certificates.proofs import proof_lines
-from verify.checker.decisions.certificates import NAMED, NOISY, UNREAD, Certificate
-from verify.checker.decisions.premises import Premise
+from verify.checker.decisions.certificates import NAMED, NOISY, UNREAD, Certificate, Premise
 from verify.checker.envelope import body_hash
 from verify.claims.decisions import PLAIN, DecisionClaim
 from verify.claims.formula import TRUE

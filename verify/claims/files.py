@@ -181,7 +181,7 @@ class _Table:
             assume=assumed.formula,
             label=self._label(),
             assumption=self._text("assume"),
-            rounded=tuple((dict(claim.rounded) | assumed.rounded).items()),
+            rounded=tuple({**dict(claim.rounded), **assumed.rounded}.items()),
         )
 
     def _label(self) -> str:

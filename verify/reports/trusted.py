@@ -36,7 +36,7 @@ CLAIMS = (
 )
 CHECKER = {
     "verify/checker": ("envelope", "reading", "thresholds"),
-    "verify/checker/decisions": ("certificates", "premises", "walk"),
+    "verify/checker/decisions": ("certificates", "walk"),
 }
 VERIFY = ("exact", "kinds", "semantics")
 DECISIONS = {"codegen": CODEGEN, **FORM, "verify": VERIFY, **CHECKER, "verify/claims": CLAIMS}

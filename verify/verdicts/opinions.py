@@ -11,8 +11,16 @@ from fractions import Fraction
 
 from codegen.policy_json import content_hash
 from verify.certificates.decisions import may_name
-from verify.checker.decisions.certificates import FORM, MET, MET_PARTED, PARTED, Certificate, check_certificate
-from verify.checker.decisions.premises import Premise, check_premise
+from verify.checker.decisions.certificates import (
+    FORM,
+    MET,
+    MET_PARTED,
+    PARTED,
+    Certificate,
+    Premise,
+    check_certificate,
+    check_premise,
+)
 from verify.checker.reading import RejectedError
 from verify.question import UNITS_A_NODE, DecisionQuestion
 from verify.result import Margin, Opinion, Verdict

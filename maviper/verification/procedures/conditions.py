@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING
 
 from codegen.wording import visible
 from verify.claims.formula import negate
+from verify.question import Question
 from verify.result import Verdict
-from verify.systems.claims import Denied, SystemPremise
+from verify.systems.claims import SystemClaim, SystemPremise
 from verify.verdicts.systems import SystemEvidence, SystemResult
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ def with_conditions(result: SystemResult, world: StatedWorld) -> SystemResult:
         return result
     premises: list[SystemPremise] = []
     for denied in result.claim.conditions:
-        answer, words = _ask(denied, world), visible(" ".join(denied.words.split()))
+        answer, words = answer_alone(result.question, denied.claim, world), visible(" ".join(denied.words.split()))
         shown = answer.evidence.counterexample
         if answer.verdict is Verdict.PROVED:
             return _leave_unproved(result, Verdict.VACUOUS, NEVER.format(words=words))
@@ -46,10 +47,10 @@ def with_conditions(result: SystemResult, world: StatedWorld) -> SystemResult:
     return replace(result, evidence=replace(result.evidence, certificate=stated))
 
 
-def _ask(denied: Denied, world: StatedWorld) -> SystemResult:
-    """The verdict on the claim that a left side never holds."""
-    alone = replace(world, claims=(denied.claim,), options=replace(world.options, verdict_only=True))
-    return alone.answer(alone.asked[0].question, beside=False)
+def answer_alone(question: Question[SystemClaim], claim: SystemClaim, world: StatedWorld) -> SystemResult:
+    """The verdict on another claim about the world of a question."""
+    alone = replace(world, claims=(claim,), options=replace(world.options, verdict_only=True))
+    return alone.answer(replace(question, claim=claim), beside=False)
 
 
 def _leave_unproved(result: SystemResult, verdict: Verdict, reason: str) -> SystemResult:

@@ -18,6 +18,7 @@ from math import inf
 from typing import TYPE_CHECKING
 
 from codegen.numbers.rounding import nearest_number, neighbour
+from maviper.verification.procedures.conditions import answer_alone
 from verify.claims.formula import Linear, atoms, below, normal
 from verify.claims.language.compared import last_of
 from verify.decimals import plain
@@ -42,11 +43,12 @@ def with_bound(result: SystemResult, world: StatedWorld) -> SystemResult:
     numbers = find_numbers(world.statement, world.origin.agents)
     for stated, moved in list(_iterate_moved(claim, numbers))[:MOST]:
         formula = with_comparisons(normal(claim.formula), partial(_move, stated, moved))
-        again = replace(claim, formula=formula)
-        alone = replace(world, claims=(again,), options=replace(world.options, verdict_only=True))
-        if alone.answer(alone.asked[0].question, beside=False).verdict is Verdict.PROVED:
+        again = answer_alone(result.question, replace(claim, formula=formula), world)
+        if again.verdict is Verdict.PROVED:
             left = any(stated in atoms(condition.claim.formula) for condition in claim.conditions)
-            said = SAID.format(name=stated.terms[0][1], moved=_spell(moved, left), stated=_spell(stated, left))
+            said = SAID.format(
+                name=", ".join(name for _, name in stated.terms), moved=_spell(moved, left), stated=_spell(stated, left)
+            )
             return replace(result, evidence=replace(result.evidence, rounding=said))
     return result
 
@@ -58,9 +60,11 @@ def _move(stated: Linear, moved: Linear, atom: Linear) -> Linear:
 def _iterate_moved(claim: SystemClaim, numbers: Mapping[str, str]) -> Iterator[tuple[Linear, Linear]]:
     """Each bound on a variable that is observed, and the weaker one at the next float beyond what is read as it."""
     for atom in dict.fromkeys(atoms(normal(claim.formula))):
-        if not isinstance(atom, Linear) or len(atom.terms) > 1 or not numbers.get(atom.terms[0][1]):
+        if not isinstance(atom, Linear) or len(atom.terms) != 1:
             continue
-        weight, name = atom.terms[0]
+        ((weight, name),) = atom.terms
+        if not numbers.get(name):
+            continue
         kind, bound = numbers[name], atom.bound / abs(weight)  # of the variable, or of its opposite
         end = bound if atom.strict else max(bound, Fraction(nearest_number(bound, kind)))
         after = float(neighbour(last_of(end, kind, below=atom.strict), inf, kind))

@@ -8,15 +8,14 @@ Does not: prove, or write (verify/certificates).
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from fractions import Fraction
-from typing import Any
+from typing import Any, NamedTuple
 
 import msgspec
 
 from codegen.errors import InputError, escape_text
-from codegen.ir import GOAL, PolicyProfile
+from codegen.ir import GOAL, NO_FEATURE, ROOT, AgentPolicy, PolicyProfile
 from codegen.policy_json import content_hash
 from verify.checker.decisions import walk as decisions
-from verify.checker.decisions.premises import Premise, check_premise
 from verify.checker.envelope import (
     REMAKE,
     ensure_about,
@@ -26,7 +25,7 @@ from verify.checker.envelope import (
     read_proof,
 )
 from verify.checker.reading import RejectedError, region_formula
-from verify.checker.thresholds import NO_ERROR
+from verify.checker.thresholds import NO_ERROR, sides
 from verify.claims.claim import check_range
 from verify.claims.decisions import BY_NAME, KAPPA, PLAIN, STEADY, DecisionClaim, ensure_askable, ensure_steady, formula
 from verify.claims.formula import Formula, agents, conjuncts, coordinates, for_goal, holds, names_goal
@@ -37,7 +36,7 @@ from verify.claims.region import Region, goal_of, goal_text
 from verify.claims.relations import RELATIONS
 from verify.claims.verifiable import read_by, verifiable
 from verify.exact import read_number
-from verify.semantics import SEMANTICS, Semantics
+from verify.semantics import MACHINE, SEMANTICS, Semantics
 
 FORM = "maviper-certificate-1"
 PARTED = "maviper-certificate-2"  # its proofs are those of the conjuncts, one after the other
@@ -49,7 +48,16 @@ NAMED = ("name", "team", "margin", "radius", "kappa", "landmarks")  # of a prope
 NOISY = ("eps", "of")  # and of steady
 COMPARED = tuple(dict.fromkeys(name for kind in RELATIONS.values() for name in kind.reads))  # of those that compare
 TYPES = {each.name: each.type for kind in (*BY_NAME.values(), *RELATIONS.values()) for each in fields(kind)}
+LARGEST = 2**1000  # more than any place of a world
 UNREAD = {"kappa": KAPPA, "landmarks": ()}  # what it states of a property that does not read them
+
+
+class Premise(NamedTuple):
+    """The left side of an implication, with a state that meets it."""
+
+    formula: Formula
+    goal: str | None
+    state: Mapping[str, Fraction]
 
 
 @dataclass(frozen=True)
@@ -136,6 +144,38 @@ def check_certificate(certificate: Certificate, profile: PolicyProfile, against:
         except RejectedError as error:
             raise RejectedError(f"goal {goal or 'none'}: {error}") from None
     return sum(closed)
+
+
+def check_premise(premise: Premise, profile: PolicyProfile, region: Region, semantics: str) -> None:
+    """RejectedError where the state of a left side does not meet it."""
+    formula, goal, state = premise
+    if set(state) != set(region.box) or goal not in region.goal_cases:
+        raise RejectedError("the state of a left side is not one of the region's")
+    if not holds(region_formula(region), state, {}):
+        raise RejectedError("the state of a left side does not lie in the region")
+    if semantics == MACHINE and not all(map(_is_float64, state.values())):
+        raise RejectedError("the state of a left side is not one of float64 numbers")
+    at = state if goal is None else {**state, **{f"{GOAL}.{axis}": state[f"{goal}.{axis}"] for axis in "xy"}}
+    actions = {agent: _act(profile.policy(agent), at, semantics) for agent in agents(formula)}
+    if not holds(for_goal(formula, goal), at, actions):
+        raise RejectedError("the state of a left side does not meet it")
+
+
+def _is_float64(value: Fraction) -> bool:
+    return abs(value) < LARGEST and Fraction(float(value)) == value
+
+
+def _act(policy: AgentPolicy, at: Mapping[str, Fraction], semantics: str) -> int:
+    """The action that an agent takes in a state."""
+    tree, node = policy.tree, ROOT
+    while tree.feature[node] != NO_FEATURE:
+        feature, threshold = policy.features[int(tree.feature[node])], float(tree.threshold[node])
+        try:
+            left = sides(feature, threshold, policy.numbers, semantics)[0]
+        except InputError as error:
+            raise RejectedError(error.what) from None
+        node = int(tree.left[node] if holds(left, at, {}) else tree.right[node])
+    return int(tree.action[node])
 
 
 def _names_goal(claim: Formula, profile: PolicyProfile) -> bool:

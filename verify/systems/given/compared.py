@@ -27,11 +27,9 @@ def find_numbers(statement: Statement, policies: Iterable[AgentPolicy]) -> dict[
         read = statement.acting.get(policy.agent)
         numbers = policy.numbers if read is None else read.real.numbers
         for feature in statement.system.features[policy.agent].values():
-            match feature.form:
-                case Affine(((name, 1),), 0) if feature.measure is Measure.VALUE:
-                    by_variable[name] = UNLIKE if by_variable.get(name, numbers) != numbers else numbers
-                case _:
-                    pass
+            name = next((name for name, _ in feature.form.terms), "")
+            if feature.measure is Measure.VALUE and feature.form == Affine.of({name: Fraction(1)}):
+                by_variable[name] = UNLIKE if by_variable.get(name, numbers) != numbers else numbers
     return by_variable
 
 
