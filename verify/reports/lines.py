@@ -46,17 +46,17 @@ def _show_involved(result: AnyResult, facts: Mapping[str, Any]) -> Mapping[str, 
     """The facts with a counterexample over observations of those agents that the claim speaks of, and of what they
     observe: the report has the others.
     """
-    found: dict[str, Any] = facts.get("counterexample") or {}
+    example: dict[str, Any] = facts.get("counterexample") or {}
     question: Question[Any] = result.question
-    acting = agents(question.formula) if found and result.viewed is not None else frozenset[str]()
+    acting = agents(question.formula) if example and result.viewed is not None else frozenset[str]()
     if not acting:
         return facts
     policies = [policy for policy in question.profile.agents if policy.agent in acting]
     meanings = [feature.meaning for policy in policies for feature in policy.features]
     read = {name for meaning in meanings if meaning for _, name in meaning.terms} | {*coordinates(question.formula)}
-    position: dict[str, Any] = {name: value for name, value in found["position"].items() if name in read}
-    shown: list[dict[str, Any]] = [each for each in found["agents"] if each["agent"] in acting]
-    return {**facts, "counterexample": {**found, "position": position, "agents": shown}}
+    position: dict[str, Any] = {name: value for name, value in example["position"].items() if name in read}
+    shown: list[dict[str, Any]] = [each for each in example["agents"] if each["agent"] in acting]
+    return {**facts, "counterexample": {**example, "position": position, "agents": shown}}
 
 
 def _extent(facts: Mapping[str, Any]) -> str:
