@@ -111,9 +111,9 @@ def test_the_judge_of_systems_is_not_deaf(owner, attribute, wrong, shows, monkey
 
 
 def test_claims_have_the_same_answers_beside_others():
-    record = hunt.hunt("files", None, 12, None)
+    record = hunt.hunt("files", None, 8, None)
     assert record.wrong == []
-    assert record.share("verdict PROVED") >= 0.25 and record.share("verdict VIOLATED") >= 0.25
+    assert record.counts["verdict PROVED"] and record.counts["verdict VIOLATED"]
 
 
 @pytest.mark.parametrize("fault", planted_files.FAULTS)

@@ -181,8 +181,12 @@ class Question(Generic[About]):
 
     @property
     def controls(self) -> "list[Question[About]]":
-        """The same question about the team with its leaves shuffled, once for each way."""
-        return list(map(self.of, list_shuffled(self.profile, self.claim.team)))
+        """The same question about the team with its leaves shuffled, once for each way; of a view, with its copies."""
+        shuffled, viewed = list_shuffled(self.origin, self.claim.team), self.viewed
+        if viewed is None:
+            return list(map(self.of, shuffled))
+        views = [viewed._replace(origin=each) for each in shuffled]
+        return [replace(self, subject=replace(self.subject, profile=each.profile, viewed=each)) for each in views]
 
     def of(self, profile: PolicyProfile) -> "Question[About]":
         """The same question about another profile."""

@@ -13,7 +13,9 @@ from typing import Any
 from codegen.intervals import percent
 from codegen.ir import PolicyProfile
 from codegen.lowering.render import render
+from verify.claims.formula import agents, coordinates
 from verify.claims.uncertified.starts import START
+from verify.question import Question
 from verify.reports.kinds import telling
 from verify.reports.report import result_facts
 from verify.result import AnyResult, Verdict
@@ -29,7 +31,7 @@ def as_lines(profile: PolicyProfile, result: AnyResult) -> tuple[str, list[str]]
 
 def _of_game(profile: PolicyProfile, result: AnyResult) -> tuple[str, list[str]]:
     """One result about a game: what was asked, and the lines under it."""
-    facts = result_facts(profile, result, "")
+    facts = _show_involved(result, result_facts(profile, result, ""))
     named = facts["label"] or f"{facts['property']} of the {facts['team']}"
     named += f" {facts['observations']}" if "observations" in facts else ""
     real = ", real arithmetic" if facts["semantics"] == REAL else ""
@@ -38,6 +40,23 @@ def _of_game(profile: PolicyProfile, result: AnyResult) -> tuple[str, list[str]]
     return f"{named}, region {facts['region_name'] or 'given'}{proved}{real}", [
         line for line in text.split("\n") if line
     ]
+
+
+def _show_involved(result: AnyResult, facts: Mapping[str, Any]) -> Mapping[str, Any]:
+    """The facts with a counterexample over observations of those agents that the claim speaks of, and of what they
+    observe: the report has the others.
+    """
+    example: dict[str, Any] = facts.get("counterexample") or {}
+    question: Question[Any] = result.question
+    acting = agents(question.formula) if example and result.viewed is not None else frozenset[str]()
+    if not acting:
+        return facts
+    policies = [policy for policy in question.profile.agents if policy.agent in acting]
+    meanings = [feature.meaning for policy in policies for feature in policy.features]
+    read = {name for meaning in meanings if meaning for _, name in meaning.terms} | {*coordinates(question.formula)}
+    position: dict[str, Any] = {name: value for name, value in example["position"].items() if name in read}
+    shown: list[dict[str, Any]] = [each for each in example["agents"] if each["agent"] in acting]
+    return {**facts, "counterexample": {**example, "position": position, "agents": shown}}
 
 
 def _extent(facts: Mapping[str, Any]) -> str:

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import lru_cache
-from itertools import product
+from itertools import chain, islice, product
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from codegen.errors import InputError
 from codegen.intervals import Share, percent
 from codegen.ir import GOAL, MAX_LENGTH, NO_FEATURE, AgentPolicy, Bool, Float64, Int32, PolicyProfile
 from verify.claims.decisions import DecisionClaim, engages
-from verify.claims.formula import TRUE, And, Formula, Or, agents, disjunction, substitute_actions
+from verify.claims.formula import TRUE, And, Formula, Linear, Or, agents, disjunction, normal, substitute_actions
 from verify.claims.formula import coordinates as spoken_of
 from verify.claims.predicates import closes
 from verify.claims.region import Interval, Region
@@ -34,6 +34,7 @@ SAMPLES = 100_000
 SAMPLE_SEED = 7
 MAX_JOINT_ACTIONS = 1_000
 MAX_NAMED = 3  # coordinates without a range that are named
+MAX_WAYS = 64  # to meet an assumption, that are drawn from
 MAX_HELD = 1_000  # answers about one agent that are kept: a hundred megabytes of them
 
 
@@ -143,8 +144,41 @@ def _overlap(mine: Interval, whole: Interval) -> Fraction:
 @lru_cache(maxsize=2)  # the verdict, its shares and its counterexample look at the same draw
 def draw_states(question: DecisionQuestion, seed: int, count: int) -> tuple[Float64, Int32, Bool]:
     """Uniform world states at rest: coordinates, places of their goals, and where the claim is violated, [count]."""
-    coordinates, goals = sample(question.region, question.profile.world, count, seed)
+    region, world, assume = question.region, question.profile.world, question.claim.assume
+    coordinates, goals = sample(region, world, count, seed)
+    if assume != TRUE and not batch(coordinates, world).holds(assume, {}).any():
+        boxes = _bound_assumption(assume, region)
+        drawn = [sample(replace(region, box=box), world, count // len(boxes), seed) for box in boxes]
+        if drawn:
+            coordinates, goals = (np.concatenate(parts) for parts in zip(*drawn, strict=True))
     return coordinates, goals, violating(question, coordinates)
+
+
+def _bound_assumption(assume: Formula, region: Region) -> list[Mapping[str, Interval]]:
+    """Boxes of the region around the states that an assumption allows, one for each of its first ways: so that what a
+    uniform state never meets is drawn, such as one mode of several.
+    """
+    boxes: list[Mapping[str, Interval]] = []
+    for way in _list_ways(normal(assume)):
+        box = dict(region.box)
+        for part in way:
+            if isinstance(part, Linear) and len(part.terms) == 1 and part.terms[0][1] in box:
+                ((weight, name),), (low, high) = part.terms, box[part.terms[0][1]]
+                end = part.bound / weight
+                box[name] = (low, min(high, end)) if weight > 0 else (max(low, end), high)
+        if all(low <= high for low, high in box.values()):
+            boxes.append(box)
+    return boxes
+
+
+def _list_ways(formula: Formula) -> list[tuple[Formula, ...]]:
+    """The ways in which a formula may be true, each as parts that hold together, at most MAX_WAYS."""
+    if isinstance(formula, Or):
+        return list(islice(chain.from_iterable(map(_list_ways, formula.parts)), MAX_WAYS))
+    if isinstance(formula, And):
+        ways = product(*map(_list_ways, formula.parts))
+        return [tuple(chain.from_iterable(way)) for way in islice(ways, MAX_WAYS)]
+    return [(formula,)]
 
 
 def violating(question: DecisionQuestion, coordinates: Float64) -> Bool:

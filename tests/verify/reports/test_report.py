@@ -14,18 +14,25 @@ from codegen.profiles.loading import loads
 from codegen.targets import emit
 from maviper.verification.join import verify_claims
 from tests.hunting.teams import bare
+from tests.support.observations import blind
 from tests.support.teams import STAY, UP, team, towards
 from tests.support.teams import tree as tree_of
 from verify.claims.catalogue import find_claim
 from verify.claims.decisions import DistinctTargets
+from verify.claims.files import read_properties
 from verify.claims.formula import Acts, Linear, Not, disjunction
+from verify.claims.observed import View
 from verify.claims.uncertified.own import OwnFormula
 from verify.claims.uncertified.starts import everywhere
+from verify.claims.uncertified.views import Viewed
 from verify.question import Question
 from verify.reports import report
 from verify.reports.code import code_of
+from verify.reports.lines import as_lines
+from verify.reports.report import result_facts
 from verify.states.shares import SAMPLE_SEED, measure
 from verify.subjects import Game
+from verify.verdicts.decisions import verify
 
 GENERATED = Path(__file__).parents[3] / "generated"
 LONG = re.compile(r"\d\.\d{18,}")
@@ -143,3 +150,15 @@ def test_a_terminal_shows_all_digits_of_a_state_that_has_more_than_six():
     assert text.startswith("at angle 0.09999999999, spin -2, left 1/3, far 2e+30\n")
     assert [exact(number) for number in (0.1, 1e6, 1234567.0, -0.0)] == ["0.1", "1e+06", "1234567.0", "-0"]
     assert exact(np.float64(0.12345678)) == "0.12345678"
+
+
+def test_a_terminal_shows_what_the_agents_of_the_claim_observe():
+    """The report has the numbers of all others."""
+    stump = tree_of((0, 0.5, 1, 2), 0, 1)
+    viewed = Viewed(blind({"a": stump, "b": stump}), View())
+    file = '[[property]]\nformula = "acts(a) == left"\n'
+    (stated,) = read_properties(file, viewed.profile, "file", lambda name: pytest.fail(name))
+    result = verify(Question(Game(viewed.profile, viewed=viewed), stated.claim, stated.region), {})
+    lines = "\n".join(as_lines(viewed.origin, result)[1])
+    assert "a.angle" in lines and "b.angle" not in lines and "b takes" not in lines
+    assert "b.angle" in result_facts(viewed.origin, result, "")["counterexample"]["position"]

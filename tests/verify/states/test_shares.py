@@ -10,14 +10,18 @@ import pytest
 from codegen.errors import InputError
 from codegen.intervals import percent
 from maviper.worlds import find
+from tests.support.observations import blind
+from tests.support.teams import tree
 from tests.support.zone_cases import navigation
 from verify.claims.catalogue import find_property
 from verify.claims.decisions import formula
 from verify.claims.files import read_properties
 from verify.claims.formula import holds, substitute_actions
 from verify.claims.matching import matchings
+from verify.claims.observed import View
 from verify.claims.uncertified.matched import has_matching, preventable
 from verify.claims.uncertified.starts import everywhere
+from verify.claims.uncertified.views import Viewed
 from verify.question import Question, from_start
 from verify.states import shares
 from verify.states.shares import SAMPLE_SEED, conflicts, extent_words, of_start
@@ -117,3 +121,16 @@ def test_more_agents_than_matchings_can_be_listed_for_are_refused():
         matchings(12, 12)
     assert "own_target" in raised.value.next_step
     assert len(find("cooperative-navigation,agents=12").agents) == 12
+
+
+def test_what_a_uniform_state_never_meets_is_drawn():
+    """Phases of a signal are 0 or 1: no uniform number is, and nothing was measured."""
+    signal = blind({"a": tree((0, 0.5, 1, 2), 0, 1)}, {"a": ["red", "green", "queue"]})
+    modes = "(red == 1 and green == 0 or red == 0 and green == 1) and queue >= 1"
+    file = f'[[property]]\nformula = "queue > 1.5 implies acts(a) == left"\nassume = "{modes}"\n'
+    viewed = Viewed(signal, View())
+    (stated,) = read_properties(file, viewed.profile, "file", lambda name: pytest.fail(name))
+    subject = Game(viewed.profile, viewed=viewed)
+    found = shares.measure(Question(subject, stated.claim, stated.region), SAMPLE_SEED, 4_000)
+    assert found.conflict.count == found.violating.count >= 1_000
+    assert 0.4 < found.conflict.value < 0.6 and 0.2 < found.violating.value < 0.3

@@ -50,5 +50,5 @@ def test_queries_beyond_the_budget_are_not_written(monkeypatch):
     assert second.reason.endswith("; smaller trees may be decided")
     assert verdict(asked) == before == (Verdict.VIOLATED, "")
     found = verify(asked, {})
-    assert found.evidence.counterexample is not None and found.evidence.control.verdict is Verdict.UNKNOWN
+    assert found.evidence.counterexample is not None and found.evidence.control.verdict is Verdict.VIOLATED
     assert query(asked, "landmark_0", however_large=True).constraints

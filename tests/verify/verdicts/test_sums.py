@@ -126,9 +126,10 @@ def test_what_rounding_only_may_do_is_called_no_violation(profile):
 def test_a_control_is_violated_only_where_its_own_state_is_confirmed(profile):
     """Shuffled, the leaf that the state reaches is good, and the one that it cannot be kept from is bad."""
     question, state = rounded(profile, STAY, UP, UP)
-    assert violates(question, state) and not any(violates(each, state) for each in question.controls)
+    assert violates(question, state) and not all(violates(each, state) for each in question.controls)
     found = verify(question, {})
-    assert (found.verdict, found.evidence.control.verdict) == (Verdict.VIOLATED, Verdict.UNKNOWN)
+    control = found.evidence.control
+    assert found.verdict is Verdict.VIOLATED and not control.fulfil and 0 < control.broken < control.asked
 
 
 def test_zones_repair_and_where_refuse():

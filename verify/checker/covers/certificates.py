@@ -7,7 +7,7 @@ Does not: prove, or write (verify/certificates).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any, Literal
@@ -88,33 +88,21 @@ def check_certificate(
     InputError when it is about another profile or system, or names what they do not have; RejectedError when its sets
     do not show the claim.
     """
-    return check_together([certificate], profile, system, watch)[0]
-
-
-def check_together(
-    certificates: Sequence[CoverCertificate], profile: PolicyProfile, system: System, watch: Watch | None = None
-) -> list[int]:
-    """Checks certificates that differ in their claims alone, of which none is fulfilled once, by one sweep; for each
-    the number of its sets. Errors as of `check_certificate`, whichever claim they are about.
-    """
     ensure_in_steps(system, "this form of certificate")
-    for each in certificates:
-        ensure_asked(each, set(each.widths), profile, system)
-        if each.claim.about_decisions:
-            raise RejectedError("boxes show claims about episodes only")
-    one, claims = certificates[0], [each.claim for each in certificates]
-    if any(replace(each, claim=one.claim) != one for each in certificates):
-        raise ValueError("certificates of one sweep differ in their claims alone")
+    ensure_asked(certificate, set(certificate.widths), profile, system)
+    claim = certificate.claim
+    if claim.about_decisions:
+        raise RejectedError("boxes show claims about episodes only")
     columns = {each.name: column for column, each in enumerate(system.variables)}
-    if not all(1 / MAX_WIDTH < width < MAX_WIDTH for width in one.widths.values()):
+    if not all(1 / MAX_WIDTH < width < MAX_WIDTH for width in certificate.widths.values()):
         raise RejectedError("a cell has a width out of range")
-    widths = {columns[name]: floor(width) for name, width in one.widths.items()}
-    cuts = list(numbers(one.cuts))
-    if not one.forms:
-        return CoverSweep(profile, system, claims, watch).run(Cells(cuts, widths))
+    widths = {columns[name]: floor(width) for name, width in certificate.widths.items()}
+    cuts = list(numbers(certificate.cuts))
+    if not certificate.forms:
+        return CoverSweep(profile, system, [claim], watch).run(Cells(cuts, widths))[0]
     if widths:
         raise RejectedError("forms are not joined in cells")
-    return [FormSweep(profile, system, [claim]).run(cuts) for claim in claims]
+    return FormSweep(profile, system, [claim]).run(cuts)
 
 
 AnyCertificate = SystemCertificate | CoverCertificate | InvariantCertificate

@@ -14,7 +14,7 @@ from tests.support.exact_play import refuted, start
 from tests.support.system_cases import box, double_integrator, stays, switching
 from verify.certificates.proofs import encode_numbers
 from verify.certificates.systems import to_json
-from verify.checker.covers.certificates import CoverCertificate, check_certificate, check_together, from_json
+from verify.checker.covers.certificates import CoverCertificate, check_certificate, from_json
 from verify.checker.envelope import body_hash
 from verify.checker.reading import RejectedError
 from verify.systems import documents
@@ -100,26 +100,6 @@ def test_what_is_refused(proved):
     for change in ({"widths": {"y": F(1)}}, {"inhabitant": {"x": F(0)}}, {"profile": "0" * 64}, {"system": "0" * 64}):
         with pytest.raises(InputError):
             check_certificate(replace(found, **change), profile, system)
-
-
-def test_one_sweep_shows_several_claims(proved):
-    """It counts for each what its own sweep does, and is refused for a single false one, wherever that stands."""
-    found, profile, system = proved
-    shorter = replace(found, claim=stays(system, 7, x=(F(-2), F(2))))
-    avoiding = replace(found, claim=SystemClaim(Pattern.AVOIDS, (box(x=(F(3), F(4))),), 12))
-    late = replace(found, claim=SystemClaim(Pattern.REACHES_AND_STAYS, (box(x=(F(-1), F(1))),), 20, 19))
-    true = [found, shorter, avoiding, late]
-    assert check_together(true, profile, system) == [check_certificate(each, profile, system) for each in true]
-    false = replace(found, claim=stays(system, 20, x=(F(-1, 2), F(1, 4))))
-    for place in range(len(true) + 1):
-        with pytest.raises(RejectedError):
-            check_together([*true[:place], false, *true[place:]], profile, system)
-    once = replace(found, claim=SystemClaim(Pattern.REACHES, (box(x=(F(-1), F(1))),), 20))
-    for other in (once, replace(found, widths={}), replace(found, cuts=b"\1\0\0")):
-        with pytest.raises(ValueError, match=r"sweep|swept"):
-            check_together([found, other], profile, system)
-    with pytest.raises(InputError):
-        check_together([found, replace(shorter, claim=stays(system, 7, y=(F(0), F(1))))], profile, system)
 
 
 def forged(seeds, each):
