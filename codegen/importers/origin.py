@@ -69,6 +69,9 @@ def profile_of(origins: Mapping[str, Origin], given: Names, numbers: str | None 
     facts: dict[str, float | int | str] = {"observations": compared}
     for policy, (origin, features, actions) in zip(policies, named_origins, strict=True):
         rows = replay.observations(policy, nan=origin.nan, finite=origin.finite)
+        if origin.asks is not None:
+            rows = origin.asks(rows)
+            rows = rows if policy.numbers == origin.numbers else rows[(rows.astype(policy.numbers) == rows).all(axis=1)]
         count = replay.replay_origin(policy, origin.act, rows if origin.takes is None else rows[origin.takes(rows)])
         facts |= {f"{policy.agent} from": comment(origin.kind), f"{policy.agent} replayed": count}
         facts[f"{policy.agent} replayed by"] = comment(origin.replayed_by)
@@ -128,11 +131,18 @@ def _name_origin(
         said = np.asarray(origin.act(rows[:, columns]))
         return said if origin.vectors else np.where(said < 0, said, place[said])
 
+    def asks(rows: Floats) -> Floats:
+        assert origin.asks is not None
+        given = origin.asks(rows[:, columns])
+        chosen = np.zeros((len(given), rows.shape[1]))
+        chosen[:, columns] = given
+        return chosen
+
     takes = origin.takes
     inside: Callable[[Floats], Bool] | None = None if takes is None else lambda rows: takes(rows[:, columns])
     sums = tuple(place_sum(each.terms, columns) for each in origin.sums)
     vectors = tuple(tuple(place_sum(each.terms, columns) for each in vector) for vector in origin.vectors)
-    return _Named(replace(origin, grown=grown, act=act, takes=inside, sums=sums, vectors=vectors), placed, chosen)
+    return _Named(replace(origin, grown=grown, act=act, asks=origin.asks and asks, takes=inside, sums=sums, vectors=vectors), placed, chosen)
 
 
 def _policy(agent: str, named: _Named, numbers: str | None) -> ir.AgentPolicy:

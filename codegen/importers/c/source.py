@@ -22,13 +22,16 @@ from pycparser.c_parser import ParseError
 
 from codegen.errors import InputError, escape_text
 from codegen.floats import FLOAT32, FLOAT64
+from codegen.importers.c.compiled.asking import ask_compiler
+from codegen.importers.c.compiled.unit import Asked
 from codegen.importers.c.declarations import ADVICE, collect_assigned, is_const, walk
-from codegen.importers.c.inputs import Inputs
-from codegen.importers.c.kinds import DOUBLE, STANDARD
+from codegen.importers.c.inputs import Inputs, parts_of
+from codegen.importers.c.kinds import DOUBLE, INT, STANDARD
 from codegen.importers.c.library import PRINTING
 from codegen.importers.c.statements import Statements, parameters_of
 from codegen.importers.c.text import Expanded, expand_source
-from codegen.importers.c.values import Reference
+from codegen.importers.c.values import Origin as Place
+from codegen.importers.c.values import Reference, Struct
 from codegen.importers.origin import NOTHING, Origin, Said
 from codegen.importers.symbolic.paths import Paths
 from codegen.importers.symbolic.program import REPLAYED_BY, Described, origin_of
@@ -50,14 +53,21 @@ def from_c(content: bytes, where: str, said: Said = NOTHING) -> dict[str, Origin
     """The tree of each function of a C file that decides, by the function's name. InputError with the line for
     everything that is not read.
     """
-    text = None
+    text, beside = None, dict[str, bytes]()
+
+    def read_beside(name: str) -> bytes | None:
+        found = said.beside(name)
+        beside.update({} if found is None else {name: found})
+        return found
+
     try:
-        text = expand_source(content, where, said.beside)
+        text = expand_source(content, where, read_beside)
         unknown = _unknown_types(text) if text.missing else []
         types = TYPES + "".join(f"typedef int {name};" for name in unknown)
         parsed = CParser().parse(types + "\n" + text.text, where)
         del parsed.ext[: len(STANDARD) + len(unknown)]
-        return {name: _origin(name, parsed, text, where, said) for name in _deciding(parsed, where, said.wanted)}
+        origins = {name: _origin(name, parsed, text, where, said) for name in _deciding(parsed, where, said.wanted)}
+        return ask_compiler(origins, parsed, content, beside, text, where, scores=said.scores)
     except ParseError as error:
         at = re.match(r"(.*?):(\d+):\d+: (.*)", str(error), re.DOTALL)
         place, what = (f"{where}, line {at[2]}", at[3]) if at else (where, str(error))
@@ -181,6 +191,7 @@ class _Machine(Statements):
         self.plain_char = isinstance(result, c_ast.TypeDecl) and getattr(result.type, "names", None) == ["char"]
         parameters = {each.name: self.parameter(each) for each in parameters_of(self.function)}
         self.inputs = self.observed = Inputs(parameters, numbers == FLOAT64, self.make_error)
+        self.answers = list[Place]()
 
     def _declare_global(self, node: Any) -> None:
         """What stands in the file; what cannot be read is an error only where a decision needs it."""
@@ -197,6 +208,7 @@ class _Machine(Statements):
         self.depth, self.scopes = 0, self.scopes[:1]
         returned = self.run(self.function, self.observed.bind_parameters())
         results = self.observed.results()
+        self.answers = [each.origin for each in results if each.origin]
         if results and returned is not None:
             what = "an action is returned, and another one is written to a parameter"
             raise self.make_error(what, "do one of both; return void where an answer is written")
@@ -204,23 +216,25 @@ class _Machine(Statements):
             return self.together([self.load(each) for each in results])
         if returned is None:
             raise self.make_error("nothing is returned or written on some path", "return an action on every path")
-        value = self.answer(self.load(returned.target) if isinstance(returned, Reference) else returned)
+        target = self.load(returned.target) if isinstance(returned, Reference) else returned
+        self.answers = list(parts_of(target.type if isinstance(target, Struct) else INT, Place("")))
+        value = self.answer(target)
         return chr(value) if self.plain_char and isinstance(value, int) and 32 < value < 127 else value
 
 
-def _origin(name: str, parsed: Any, text: Expanded, where: str, said: Said) -> Origin:
+def _origin(name: str, parsed: Any, text: Expanded, where: str, said: Said) -> tuple[Origin, Asked]:
     machine = _Machine(name, parsed, text, where, FLOAT32)
     kinds = machine.observed.kinds()
     if DOUBLE in kinds:
         return _follow_machine(_Machine(name, parsed, text, where, FLOAT64), text, said)
-    origin = _follow_machine(machine, text, said)
+    origin, asked = _follow_machine(machine, text, said)
     tested = np.abs(origin.grown.threshold[origin.grown.feature >= 0])
     if any(kind.high > EXACT for kind in kinds) and bool((tested >= EXACT).any()):  # no float32 number beyond
         return _follow_machine(_Machine(name, parsed, text, where, FLOAT64), text, said)
-    return origin
+    return origin, asked
 
 
-def _follow_machine(machine: _Machine, text: Expanded, said: Said) -> Origin:
+def _follow_machine(machine: _Machine, text: Expanded, said: Said) -> tuple[Origin, Asked]:
     places: list[int] = []
 
     def describe_program() -> Described:
@@ -243,9 +257,10 @@ def _follow_machine(machine: _Machine, text: Expanded, said: Said) -> Origin:
 
     origin = origin_of(machine.path, machine.where, describe_program, machine.numbers, machine.arithmetic.summing.sums)
     origin = replace(origin, nan=origin.nan and all(kind.floating for kind in machine.observed.kinds()))
+    asked = Asked(machine.function.decl.name, tuple(machine.observed.order), tuple(machine.answers))
     limits = list(machine.arithmetic.defined.values())
     if not limits:
-        return origin
+        return origin, asked
 
     def takes(rows: Floats) -> Bool:
         good = np.asarray(~np.isnan(rows).any(axis=1), dtype=np.bool_)
@@ -254,4 +269,4 @@ def _follow_machine(machine: _Machine, text: Expanded, said: Said) -> Origin:
             good &= np.array([low <= feature.value(each) <= high for each in column], dtype=np.bool_)
         return good
 
-    return replace(origin, takes=takes, nan=False, given=f"{origin.given}; numbers that do not overflow")
+    return replace(origin, takes=takes, nan=False, given=f"{origin.given}; numbers that do not overflow"), asked

@@ -1,0 +1,82 @@
+"""An origin of C that answers as the compiled program does.
+
+Does: hands rows of the declared types to the builds, and their answers on as places of labels, or as numbers.
+Assumes: the labels that the reader gave.
+Does not: evaluate anything of the source.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from codegen.agreement.compiled import find_compiler
+from codegen.importers.c.compiled.builds import COMPILED_BY, Answer, Compiled
+from codegen.importers.c.compiled.tokens import ensure_same_tokens, list_headers
+from codegen.importers.c.compiled.unit import Asked, write_unit
+from codegen.importers.c.text import Expanded
+from codegen.importers.reading import Origin
+from codegen.ir import Floats
+
+BITS = "bits"  # an int of fewer bits
+ENDS: Mapping[str, tuple[int, int]] = {
+    "b1": (0, 1),
+    "c1": (0, 127),
+    **{f"i{size}": (-(2 ** (8 * size - 1)), 2 ** (8 * size - 1) - 1) for size in (1, 2, 4)},
+    **{f"u{size}": (0, 2 ** (8 * size) - 1) for size in (1, 2, 4)},
+    BITS: (-(2**31), 2**31 - 1),
+    "i8": (-(2**53), 2**53),
+    "u8": (0, 2**53),
+}
+
+
+def ask_compiler(
+    origins: Mapping[str, tuple[Origin, Asked]], parsed: Any, content: bytes, beside: Mapping[str, bytes],
+    text: Expanded, where: str, *, scores: bool,
+) -> dict[str, Origin]:  # fmt: skip
+    """The origins, which the builds answer for; without a compiler nobody does. InputError where the preprocessors
+    differ.
+    """
+    compiler = find_compiler()
+    if compiler is None:
+        return {name: origin for name, (origin, _) in origins.items()}
+    ensure_same_tokens(content, beside, text, compiler, where)
+    asked = [each for _, each in origins.values()]
+    unit = write_unit(parsed, asked, text.names, list_headers([content, *beside.values()]))
+    compiled = Compiled(unit, asked, compiler, where, contracts=text.contracts)
+    return {name: _answered(origin, name, compiled, scores=scores) for name, (origin, _) in origins.items()}
+
+
+def _answered(origin: Origin, name: str, compiled: Compiled, *, scores: bool) -> Origin:
+    def act(rows: Floats) -> Any:
+        answers = compiled.answers(name, rows)
+        if origin.vectors:
+            return np.array(answers, np.float64)
+        places = {label: place for place, label in enumerate(origin.labels)}
+        return np.array([places.get(_label(each, scores=scores), -1) for each in answers], np.int32)
+
+    def asks(rows: Floats) -> Floats:
+        types = compiled.types(name)
+        typed = _typed(rows, types)
+        return typed[compiled.holds(name, typed)] if BITS in types else typed
+
+    return replace(origin, act=act, asks=asks, replayed_by=COMPILED_BY)
+
+
+def _label(answer: Sequence[Answer], *, scores: bool) -> Any:
+    if len(answer) == 1:
+        return answer[0]
+    return answer.index(max(answer)) if scores else tuple(answer)
+
+
+def _typed(rows: Floats, types: Sequence[str]) -> Floats:
+    """Rows as a caller can hand them over: numbers of the declared types."""
+    rows = rows.astype(np.float64)
+    for column, type_ in enumerate(types):
+        if type_ == "f4":
+            with np.errstate(over="ignore"):
+                rows[:, column] = rows[:, column].astype(np.float32)
+        elif type_ != "f8":
+            rows[:, column] = np.ceil(rows[:, column]).clip(*ENDS[type_])
+    return np.unique(rows, axis=0)
