@@ -68,10 +68,9 @@ def profile_of(origins: Mapping[str, Origin], given: Names, numbers: str | None 
     compared = ", ".join(dict.fromkeys(policy.numbers for policy in policies))
     facts: dict[str, float | int | str] = {"observations": compared}
     for policy, (origin, features, actions) in zip(policies, named_origins, strict=True):
-        rows = replay.observations(policy, nan=origin.nan, finite=origin.finite)
-        if origin.asks is not None:
-            rows = origin.asks(rows)
-            rows = rows if policy.numbers == origin.numbers else rows[(rows.astype(policy.numbers) == rows).all(axis=1)]
+        rows = replay.observations(policy, nan=origin.nan, finite=origin.finite, asks=origin.asks)
+        if policy.numbers != origin.numbers:
+            rows = rows[(rows.astype(policy.numbers) == rows).all(axis=1)]
         count = replay.replay_origin(policy, origin.act, rows if origin.takes is None else rows[origin.takes(rows)])
         facts |= {f"{policy.agent} from": comment(origin.kind), f"{policy.agent} replayed": count}
         facts[f"{policy.agent} replayed by"] = comment(origin.replayed_by)

@@ -24,10 +24,16 @@ MAX_NUMBERS = 1 << 28  # in all observations together: a GiB
 MAX_SPECIAL = 64  # features that are put at special values, one by one
 
 
-def observations(policy: AgentPolicy, *, nan: bool, finite: bool) -> Floats:
-    """What both are asked about, [n, n_features]. InputError where that is more than fits into memory."""
+Asks = Callable[[Floats], Floats]
+
+
+def observations(policy: AgentPolicy, *, nan: bool, finite: bool, asks: Asks | None = None) -> Floats:
+    """What both are asked about, [n, n_features]. `asks`: what an origin makes of the tree's own rows. InputError where
+    that is more than fits into memory.
+    """
+    asks = asks or (lambda rows: rows)
     if policy.tree.arithmetic:
-        rows = np.concatenate(list(_of_sums(policy)))
+        rows = asks(np.concatenate(list(_of_sums(policy))))
         rows = rows[np.isfinite(rows).all(axis=1)] if finite else rows
         # of finite numbers that are too large a sum may be NaN, too
         sums = (*policy.tree.sums, *(each for vector in policy.tree.vectors for each in vector))
@@ -48,7 +54,7 @@ def observations(policy: AgentPolicy, *, nan: bool, finite: bool) -> Floats:
     special = probes.random(features, len(used) * len(values), rng, numbers)
     for place, feature in enumerate(used):
         special[place * len(values) : (place + 1) * len(values), feature] = values
-    rows = np.concatenate(
+    parts = np.concatenate(
         [
             _boundary(policy.tree, width, fillings, span, rng),
             special,
@@ -57,6 +63,7 @@ def observations(policy: AgentPolicy, *, nan: bool, finite: bool) -> Floats:
             _mix_thresholds(policy.tree, probes.random(features, RANDOM, rng, numbers), rng),
         ]
     )
+    rows = asks(parts)
     keep = np.isfinite(rows) if finite else ~np.isnan(rows) if not nan else np.ones_like(rows, dtype=bool)
     return rows[keep.all(axis=1)]
 
