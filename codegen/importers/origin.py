@@ -141,7 +141,11 @@ def _name_origin(
     inside: Callable[[Floats], Bool] | None = None if takes is None else lambda rows: takes(rows[:, columns])
     sums = tuple(place_sum(each.terms, columns) for each in origin.sums)
     vectors = tuple(tuple(place_sum(each.terms, columns) for each in vector) for vector in origin.vectors)
-    return _Named(replace(origin, grown=grown, act=act, asks=origin.asks and asks, takes=inside, sums=sums, vectors=vectors), placed, chosen)
+    return _Named(
+        replace(origin, grown=grown, act=act, asks=origin.asks and asks, takes=inside, sums=sums, vectors=vectors),
+        placed,
+        chosen,
+    )
 
 
 def _policy(agent: str, named: _Named, numbers: str | None) -> ir.AgentPolicy:

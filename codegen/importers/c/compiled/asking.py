@@ -5,7 +5,7 @@ Assumes: the labels that the reader gave.
 Does not: evaluate anything of the source.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -14,11 +14,13 @@ import numpy as np
 from codegen.agreement.compiled import find_compiler
 from codegen.importers.c.compiled.builds import COMPILED_BY, Answer, Compiled
 from codegen.importers.c.compiled.tokens import ensure_same_tokens, list_headers
-from codegen.importers.c.compiled.unit import Asked, write_unit
+from codegen.importers.c.compiled.unit import BITS, CHAR, Asked, write_unit
 from codegen.importers.c.text import Expanded
 from codegen.importers.reading import Origin
-from codegen.importers.sourced import BITS, as_type, rows_of
+from codegen.importers.sourced import choose_rows
 from codegen.ir import Floats
+
+KINDS = {CHAR: "int8", BITS: "int32"}
 
 
 def ask_compiler(
@@ -48,12 +50,27 @@ def _answered(origin: Origin, name: str, compiled: Compiled, *, scores: bool) ->
 
     def asks(rows: Floats) -> Floats:
         known = compiled.types(name)
-        types = [*known, *["f8"] * (rows.shape[1] - len(known))]  # others are handed over, and looked at by nobody
-        tested = np.column_stack([as_type(rows[:, column], type_) for column, type_ in enumerate(types)])
-        typed = np.concatenate([tested, rows_of(compiled.numbers, types)])
+        types = [
+            *known,
+            *["float64"] * (rows.shape[1] - len(known)),
+        ]  # others are handed over, and nobody looks at them
+        kinds = [KINDS.get(each, each) for each in types]
+        sourced = choose_rows(compiled.numbers, kinds)
+        tested = [_as_type(rows[:, column], kind) for column, kind in enumerate(kinds)]
+        typed = np.column_stack([np.concatenate(pair).astype(np.float64) for pair in zip(tested, sourced, strict=True)])
+        typed[:, np.array(types) == CHAR] = typed[:, np.array(types) == CHAR].clip(0)  # it may have a sign, or none
         return typed[compiled.holds(name, typed)] if BITS in types else typed
 
     return replace(origin, act=act, asks=asks, replayed_by=COMPILED_BY)
+
+
+def _as_type(values: Floats, kind: str) -> Any:
+    """Numbers of the tree's rows as a NumPy type has them: whole ones rounded up, and cut to its ends."""
+    with np.errstate(over="ignore"):
+        if kind.startswith("float"):
+            return values.astype(kind)
+        low, high = (0, 1) if kind == "bool" else (np.iinfo(kind).min, np.iinfo(kind).max)
+        return np.nan_to_num(np.ceil(values.astype(np.float64))).clip(low, high).astype(kind)
 
 
 def _label(answer: Sequence[Answer], *, scores: bool) -> Any:

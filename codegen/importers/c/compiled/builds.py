@@ -24,7 +24,8 @@ import numpy as np
 from codegen.agreement.programs import run
 from codegen.errors import InputError, MissingToolError, escape_text
 from codegen.importers.c.compiled.driver import DRIVER
-from codegen.importers.c.compiled.unit import Asked
+from codegen.importers.c.compiled.unit import WIDE, Asked
+from codegen.importers.c.values import Origin
 from codegen.ir import Bool, Floats
 
 COMPILED_BY = "the C compiler (-O0, -O2, UBSan)"
@@ -85,8 +86,13 @@ class Compiled:
         return sorted({float.fromhex(each) for each in said.split()})
 
     def types(self, function: str) -> list[str]:
-        """Of which type each feature is: its kind (float, int, unsigned, bool, char) and its bytes; a bit-field: bits."""
-        return self._run(function, "O0", np.zeros((0, 1))).stdout.split()
+        """The type of each feature: NumPy's name of it, char, or bits of a bit-field. InputError for one of 64 bits."""
+        types = self._run(function, "O0", np.zeros((0, 1))).stdout.split()
+        for type_, place in zip(types, self._asked[function][1].features, strict=True):
+            if type_ == WIDE:
+                what = f"{_called(place)} is a whole number of 64 bits, whose large numbers are no float64"
+                raise InputError(what, f"{self._where}, function {function}", "declare it int32_t or uint32_t")
+        return types
 
     def holds(self, function: str, rows: Floats) -> Bool:
         """Which rows a caller can hand over, [n]."""
@@ -122,12 +128,15 @@ class Compiled:
         return run(command, self._folder, LIMIT_S, place)
 
     def _make_error(self, function: str, row: Any, what: str) -> InputError:
-        shown = [
-            f"{'.'.join(map(str, (place.parameter, *place.way)))} {value!r}"
-            for place, value in zip(self._asked[function][1].features[:20], row.tolist(), strict=False)
-        ]
+        features = self._asked[function][1].features[:20]
+        shown = [f"{_called(place)} {value!r}" for place, value in zip(features, row.tolist(), strict=False)]
         advice = "test for such numbers first, exclude them by an assert, or compute in a wider type"
         return InputError(what, f"{self._where}, function {function}, at {', '.join(shown)}", advice)
+
+
+def _called(place: Origin) -> str:
+    """A feature, as messages call it."""
+    return ".".join(map(str, (place.parameter, *place.way)))
 
 
 def _first(said: CompletedProcess[str]) -> str:
@@ -144,8 +153,6 @@ def _reason(said: CompletedProcess[str]) -> str:
         if "ssertion" in line:
             return f"an assertion fails: {escape_text(line)[-120:]}"
     return f"it ends there, with status {said.returncode}: what it does is not defined in C, or it calls abort"
-
-
 
 
 def _part(word: str) -> Answer:

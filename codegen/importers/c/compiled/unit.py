@@ -1,7 +1,7 @@
 """What a C file says, written again for a compiler: one file of C with a door to each function that decides.
 
-Does: writes the parts of a syntax tree that functions need by pycparser's own generator, and for each function what sets
-  its parameters, calls it and hands on its answer; lists the file's constant expressions.
+Does: writes the parts of a syntax tree that functions need by pycparser's own generator; adds what sets the parameters
+  of each function, calls it and hands on its answer; lists the file's constant expressions.
 Assumes: nodes of pycparser, without the types that headers name.
 Does not: evaluate anything: the compiler itself says of which type each feature is, and what constants are.
 
@@ -32,10 +32,14 @@ HEADERS: Mapping[str, tuple[str, ...]] = {  # which names make a file need which
     "stdio": ("printf", "fprintf", "puts", "fputs", "putchar", "putc", "fputc", "fflush", "perror", "FILE"),
     "float": ("FLT_MAX", "FLT_MIN", "FLT_EPSILON", "DBL_MAX", "DBL_MIN", "DBL_EPSILON"),
 }
+WIDE, BITS, CHAR = "wide", "bits", "char"
 DOOR = """
-#define maviper_kind(v) _Generic((v), float: "f4", double: "f8", _Bool: "b1", char: "c1", signed char: "i1", \\
-    unsigned char: "u1", short: "i2", unsigned short: "u2", int: "i4", unsigned int: "u4", long: "i4", \\
-    unsigned long: "u4", long long: "i8", unsigned long long: "u8", default: "bits")
+#define maviper_wide(narrow) (sizeof(long) == 8 ? "wide" : narrow)
+#define maviper_kind(v) _Generic((v), float: "float32", double: "float64", _Bool: "bool", char: "char", \\
+    signed char: "int8", unsigned char: "uint8", short: "int16", unsigned short: "uint16", int: "int32", \\
+    unsigned int: "uint32", long: maviper_wide("int32"), \\
+    unsigned long: maviper_wide("uint32"), long long: "wide", \\
+    unsigned long long: "wide", default: "bits")
 #define maviper_give(v) _Generic((v), float: maviper_number, double: maviper_number, char: maviper_letter, \\
     char *: maviper_text, const char *: maviper_text, unsigned long: maviper_natural, \\
     unsigned long long: maviper_natural, default: maviper_whole)(v)
@@ -111,20 +115,20 @@ def _defines(decl: Any) -> bool:
 
 def _headers(nodes: Sequence[Any]) -> Iterator[str]:
     """Headers whose names are used and not declared."""
-    used, declared = set[str](), set[str]()
+    used, declared, types = set[str](), set[str](), set[str]()
     for each in (part for node in nodes for part in walk(node)):
         if isinstance(each, c_ast.ID):
             used.add(each.name)
         elif isinstance(each, c_ast.IdentifierType):
-            used |= set(each.names)
+            types |= set(each.names)
         elif isinstance(each, c_ast.Typedef | c_ast.Decl | c_ast.Enumerator):
             declared.add(each.name)
-    used -= declared
     known = {name for names in HEADERS.values() for name in names}
-    yield from (header for header, names in HEADERS.items() if used & set(names))
-    yield from (["stdint"] if any(name.endswith(("_t", "_MAX", "_MIN")) for name in used - known) else [])
-    yield from (["limits"] if any(name.endswith(("_MAX", "_MIN")) for name in used - known) else [])
-    yield from (["math"] if used - known else [])
+    rest = used - declared - known
+    yield from (header for header, names in HEADERS.items() if ((used | types) - declared) & set(names))
+    ends = any(name.endswith(("_MAX", "_MIN")) for name in rest)
+    yield from (["stdint"] if ends or any(name.endswith("_t") for name in types - declared - known) else [])
+    yield from ([*["limits"] * ends, "math"] if rest else [])
 
 
 def _constants(nodes: Sequence[Any], names: Mapping[str, int]) -> Iterator[str]:
@@ -175,7 +179,9 @@ def _door(at: int, asked: Asked, decl: Any, typedefs: Mapping[str, Any]) -> str:
     lines += [f"maviper_say(maviper_kind({each}));" for each in inputs]
     lines += ["return 1;", "}"]
     lines += [f"{each} = in[{column}];" for column, each in enumerate(inputs)]
-    lines += [f"if ({each} != in[{column}] && in[{column}] == in[{column}]) return 0;" for column, each in enumerate(inputs)]
+    lines += [
+        f"if ({each} != in[{column}] && in[{column}] == in[{column}]) return 0;" for column, each in enumerate(inputs)
+    ]
     lines.append("if (row & 2) return 1;")
     call = f"{asked.name}({', '.join(BEFORE + each.name for each in given)})"
     result = deepcopy(decl.type.type)
