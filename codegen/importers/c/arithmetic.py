@@ -32,7 +32,7 @@ from codegen.importers.c.kinds import (
     truncate_float,
 )
 from codegen.importers.c.sums import CONTRACTED, ROUNDINGS, TEST_ADVICE, WHOLE_ADVICE, Summing
-from codegen.importers.c.values import Condition, Number, Symbol, Value
+from codegen.importers.c.values import Condition, Number, Outside, Symbol, Value
 from codegen.importers.symbolic.affine import Given
 from codegen.importers.symbolic.feature import (
     FALLING,
@@ -67,8 +67,7 @@ class Arithmetic:
         self.paths: Paths | None = None
         self.used = set[int]()  # inputs that a test has looked at
         self.summing = Summing(make_error, numbers, contracts=contracts)
-        # features that must fit, for the program to mean something
-        self.defined = dict[str, tuple[Feature, int, int]]()
+        self.speculating = False  # whether what is evaluated may turn out not to be reached
 
     # --- truth
 
@@ -309,8 +308,15 @@ class Arithmetic:
         if least < kind.low or most > kind.high:
             if not kind.signed:
                 raise self.make_error(f"a number from {least} to {most} wraps around in {kind}", RANGE_ADVICE)
-            self.defined[symbol.feature.key] = (symbol.feature, kind.low, kind.high)
+            self._ensure_fits(symbol.feature, kind)
         return symbol
+
+    def _ensure_fits(self, feature: Feature, kind: Kind) -> None:
+        """Ends the path where a number overflows, which C leaves undefined."""
+        if self.speculating:
+            raise self.make_error("a number may overflow", RANGE_ADVICE)
+        if not (self._holds(feature, ">=", kind.low) and self._holds(feature, "<=", kind.high)):
+            raise Outside("numbers that do not overflow")
 
     def _tabulate(self, sign: str, given: Symbol, c: int, *, first: bool) -> tuple[Symbol, Step]:
         """One of few whole numbers, and a step that has a result for each of them. `first`: it stands before `c`."""
@@ -357,7 +363,7 @@ class Arithmetic:
             return Number(self.wrap_number(abs(given.value), kind) if not kind.floating else abs(given.value), kind)
         symbol = self._then(given, Step("absolute", abs, FOLDING))
         if not kind.floating and self.ends(symbol.feature)[1] > kind.high:
-            self.defined[symbol.feature.key] = (symbol.feature, kind.low, kind.high)
+            self._ensure_fits(symbol.feature, kind)
         return symbol
 
     def extreme(self, most: bool, values: list[Value], kind: Kind) -> Value:

@@ -41,6 +41,11 @@ class Kind:
         """What NumPy calls a float or double."""
         return np.float32 if self == FLOAT else np.float64
 
+    @property
+    def fits_float32(self) -> bool:
+        """Whether every number of it is a float32."""
+        return self == FLOAT if self.floating else max(-self.low, self.high) <= 2**24
+
     def holds(self, value: Any) -> bool:
         """Whether a whole number is one of this type."""
         return self.low <= value <= self.high

@@ -16,7 +16,6 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
 from pycparser import CParser, c_ast
 from pycparser.c_parser import ParseError
 
@@ -26,16 +25,15 @@ from codegen.importers.c.compiled.asking import ask_compiler
 from codegen.importers.c.compiled.unit import Asked
 from codegen.importers.c.declarations import ADVICE, collect_assigned, is_const, walk
 from codegen.importers.c.inputs import Inputs, parts_of
-from codegen.importers.c.kinds import DOUBLE, INT, STANDARD
+from codegen.importers.c.kinds import INT, STANDARD
 from codegen.importers.c.library import PRINTING
 from codegen.importers.c.statements import Statements, parameters_of
 from codegen.importers.c.text import Expanded, expand_source
 from codegen.importers.c.values import Origin as Place
-from codegen.importers.c.values import Reference, Struct
+from codegen.importers.c.values import Outside, Reference, Struct
 from codegen.importers.origin import NOTHING, Origin, Said
-from codegen.importers.symbolic.paths import Paths
+from codegen.importers.symbolic.paths import OUTSIDE, Paths
 from codegen.importers.symbolic.program import REPLAYED_BY, Described, origin_of
-from codegen.ir import Bool, Floats
 
 KIND = "if/else C"
 TYPES = "".join(f"typedef int {name};" for name in STANDARD)
@@ -46,7 +44,6 @@ KEYWORDS = frozenset(
     restrict return short signed sizeof static struct switch typedef union unsigned void volatile while _Bool""".split()  # noqa: SIM905
 )
 ENTRIES = frozenset(("main", "setup", "loop"))
-EXACT = 2.0**24  # up to which a whole number is a float32
 
 
 def from_c(content: bytes, where: str, said: Said = NOTHING) -> dict[str, Origin]:
@@ -168,6 +165,7 @@ class _Machine(Statements):
     def __init__(self, name: str, parsed: Any, text: Expanded, where: str, numbers: str) -> None:
         super().__init__(f"{where}, function {name}", text.names, numbers, contracts=text.contracts)
         self.numbers = numbers
+        self.limits = dict[str, None]()  # which observations it takes, where not all, in words
         for each in parsed.ext:
             if isinstance(each, c_ast.FuncDef):
                 if each.decl.name in self.functions:
@@ -206,7 +204,11 @@ class _Machine(Statements):
         """What the function answers on one path."""
         self.paths = self.arithmetic.paths = paths
         self.depth, self.scopes = 0, self.scopes[:1]
-        returned = self.run(self.function, self.observed.bind_parameters())
+        try:
+            returned = self.run(self.function, self.observed.bind_parameters())
+        except Outside as outside:
+            self.limits[str(outside)] = None
+            return OUTSIDE
         results = self.observed.results()
         self.answers = [each.origin for each in results if each.origin]
         if results and returned is not None:
@@ -224,27 +226,19 @@ class _Machine(Statements):
 
 def _origin(name: str, parsed: Any, text: Expanded, where: str, said: Said) -> tuple[Origin, Asked]:
     machine = _Machine(name, parsed, text, where, FLOAT32)
-    kinds = machine.observed.kinds()
-    if DOUBLE in kinds:
-        return _follow_machine(_Machine(name, parsed, text, where, FLOAT64), text, said)
-    origin, asked = _follow_machine(machine, text, said)
-    tested = np.abs(origin.grown.threshold[origin.grown.feature >= 0])
-    if any(kind.high > EXACT for kind in kinds) and bool((tested >= EXACT).any()):  # no float32 number beyond
-        return _follow_machine(_Machine(name, parsed, text, where, FLOAT64), text, said)
-    return origin, asked
+    if all(kind.fits_float32 for kind in machine.observed.kinds()):
+        return _follow_machine(machine, text, said)
+    return _follow_machine(_Machine(name, parsed, text, where, FLOAT64), text, said)
 
 
 def _follow_machine(machine: _Machine, text: Expanded, said: Said) -> tuple[Origin, Asked]:
-    places: list[int] = []
-
     def describe_program() -> Described:
         used_places, features, count = machine.observed.features(machine.arithmetic.used)
-        places.extend(used_places)
         notes = [f"read without {', '.join(text.missing)}"] if text.missing else []
         return Described(
             kind=KIND,
             replayed_by=REPLAYED_BY,
-            given=f"{machine.numbers}, as it declares",
+            given="; ".join((f"{machine.numbers}, as it declares", *machine.limits)),
             places=used_places,
             features=features,
             n_features=count,
@@ -257,16 +251,4 @@ def _follow_machine(machine: _Machine, text: Expanded, said: Said) -> tuple[Orig
 
     origin = origin_of(machine.path, machine.where, describe_program, machine.numbers, machine.arithmetic.summing.sums)
     origin = replace(origin, nan=origin.nan and all(kind.floating for kind in machine.observed.kinds()))
-    asked = Asked(machine.function.decl.name, tuple(machine.observed.order), tuple(machine.answers))
-    limits = list(machine.arithmetic.defined.values())
-    if not limits:
-        return origin, asked
-
-    def takes(rows: Floats) -> Bool:
-        good = np.asarray(~np.isnan(rows).any(axis=1), dtype=np.bool_)
-        for feature, low, high in limits:
-            column = rows[:, places[feature.place]].astype(np.float64).tolist()
-            good &= np.array([low <= feature.value(each) <= high for each in column], dtype=np.bool_)
-        return good
-
-    return replace(origin, takes=takes, nan=False, given=f"{origin.given}; numbers that do not overflow"), asked
+    return origin, Asked(machine.function.decl.name, tuple(machine.observed.order), tuple(machine.answers))

@@ -13,6 +13,10 @@ from codegen.importers.c.kinds import Kind, Many, Number, Record, Type
 from codegen.importers.symbolic.feature import Feature
 
 
+class Outside(Exception):
+    """The path ends, since the program takes no such observation: an assertion fails, or a number overflows."""
+
+
 @dataclass(frozen=True)
 class Symbol:
     """A number that is computed of an input, and its type."""

@@ -19,7 +19,7 @@ from codegen.importers.summed import with_sums
 from codegen.importers.symbolic.affine import Affine, Bounds, Given, Sums, sum_terms
 from codegen.importers.symbolic.labels import Labels, Value, labels_of
 from codegen.importers.symbolic.paths import Growth, Replay, Run
-from codegen.ir import Floats, GrownTree
+from codegen.ir import Bool, Floats, GrownTree
 
 REPLAYED_BY = "an interpreter of the file's syntax tree"
 
@@ -43,8 +43,17 @@ def origin_of(
     growth = Growth(where, numbers, sums)
     with np.errstate(all="ignore"):
         growth.follow(run)
-    said = replace(describe(), numbers=numbers, nan=growth.nan)
-    return origin_of_tree(growth.tree(), list(growth.values), run, said, where, sums)
+    grown = growth.tree()
+    said = replace(describe(), numbers=numbers, nan=growth.nan and not growth.outside)
+    origin = origin_of_tree(grown, list(growth.values), run, said, where, sums)
+    if not growth.outside:
+        return origin
+    columns = np.array(said.places, dtype=np.int64)
+
+    def takes(rows: Floats) -> Bool:
+        return growth.is_inside([*rows[:, columns].T.astype(np.float64)])
+
+    return replace(origin, takes=takes)
 
 
 def origin_of_tree(
