@@ -68,10 +68,7 @@ def profile_of(origins: Mapping[str, Origin], given: Names, numbers: str | None 
     compared = ", ".join(dict.fromkeys(policy.numbers for policy in policies))
     facts: dict[str, float | int | str] = {"observations": compared}
     for policy, (origin, features, actions) in zip(policies, named_origins, strict=True):
-        rows = replay.observations(policy, nan=origin.nan, finite=origin.finite, asks=origin.asks)
-        if policy.numbers != origin.numbers:
-            rows = rows[(rows.astype(policy.numbers) == rows).all(axis=1)]
-        count = replay.replay_origin(policy, origin.act, rows if origin.takes is None else rows[origin.takes(rows)])
+        count = _replay(policy, origin)
         facts |= {f"{policy.agent} from": comment(origin.kind), f"{policy.agent} replayed": count}
         facts[f"{policy.agent} replayed by"] = comment(origin.replayed_by)
         facts[f"{policy.agent} given"] = comment(origin.given)
@@ -86,6 +83,16 @@ def profile_of(origins: Mapping[str, Origin], given: Names, numbers: str | None 
     provenance = ir.Provenance("imported", "none", 0, "", comment(kinds), facts)
     world = motionless(names.clean_names([given.world], "imported")[0], "", agents)
     return ensure(ir.PolicyProfile(world, tuple(policies), provenance))
+
+
+def _replay(policy: ir.AgentPolicy, origin: Origin) -> int:
+    """How many observations were compared. DisagreementError where the tree decides otherwise than its origin."""
+    if origin.act is None:
+        return 0
+    rows = replay.observations(policy, nan=origin.nan, finite=origin.finite, asks=origin.asks)
+    if policy.numbers != origin.numbers:
+        rows = rows[(rows.astype(policy.numbers) == rows).all(axis=1)]
+    return replay.replay_origin(policy, origin.act, rows if origin.takes is None else rows[origin.takes(rows)])
 
 
 def _list_permits(policy: ir.AgentPolicy, origin: Origin) -> dict[str, float | int | str]:
@@ -127,6 +134,7 @@ def _name_origin(
     )
 
     def act(rows: Floats) -> Any:
+        assert origin.act is not None
         said = np.asarray(origin.act(rows[:, columns]))
         return said if origin.vectors else np.where(said < 0, said, place[said])
 
@@ -142,7 +150,15 @@ def _name_origin(
     sums = tuple(place_sum(each.terms, columns) for each in origin.sums)
     vectors = tuple(tuple(place_sum(each.terms, columns) for each in vector) for vector in origin.vectors)
     return _Named(
-        replace(origin, grown=grown, act=act, asks=origin.asks and asks, takes=inside, sums=sums, vectors=vectors),
+        replace(
+            origin,
+            grown=grown,
+            act=origin.act and act,
+            asks=origin.asks and asks,
+            takes=inside,
+            sums=sums,
+            vectors=vectors,
+        ),
         placed,
         chosen,
     )

@@ -64,7 +64,7 @@ def from_c(content: bytes, where: str, said: Said = NOTHING) -> dict[str, Origin
         parsed = CParser().parse(types + "\n" + text.text, where)
         del parsed.ext[: len(STANDARD) + len(unknown)]
         origins = {name: _origin(name, parsed, text, where, said) for name in _deciding(parsed, where, said.wanted)}
-        return ask_compiler(origins, parsed, content, beside, text, where, scores=said.scores)
+        return ask_compiler(origins, parsed, content, beside, text, where, said)
     except ParseError as error:
         at = re.match(r"(.*?):(\d+):\d+: (.*)", str(error), re.DOTALL)
         place, what = (f"{where}, line {at[2]}", at[3]) if at else (where, str(error))

@@ -16,7 +16,7 @@ from codegen.importers.c.compiled.builds import COMPILED_BY, Answer, Compiled
 from codegen.importers.c.compiled.tokens import ensure_same_tokens, list_headers
 from codegen.importers.c.compiled.unit import BITS, CHAR, Asked, write_unit
 from codegen.importers.c.text import Expanded
-from codegen.importers.reading import Origin
+from codegen.importers.reading import NOT_COMPARED, Origin, Said
 from codegen.importers.sourced import choose_rows
 from codegen.ir import Floats
 
@@ -25,19 +25,19 @@ KINDS = {CHAR: "int8", BITS: "int32"}
 
 def ask_compiler(
     origins: Mapping[str, tuple[Origin, Asked]], parsed: Any, content: bytes, beside: Mapping[str, bytes],
-    text: Expanded, where: str, *, scores: bool,
+    text: Expanded, where: str, said: Said,
 ) -> dict[str, Origin]:  # fmt: skip
-    """The origins, which the builds answer for; without a compiler nobody does. InputError where the preprocessors
-    differ.
+    """The origins, which the builds answer for; without a compiler, or where nothing may be run, nobody does.
+    InputError where the preprocessors differ.
     """
-    compiler = find_compiler()
+    compiler = find_compiler() if said.run else None
     if compiler is None:
-        return {name: origin for name, (origin, _) in origins.items()}
+        return {name: replace(origin, act=None, replayed_by=NOT_COMPARED) for name, (origin, _) in origins.items()}
     ensure_same_tokens(content, beside, text, compiler, where)
     asked = [each for _, each in origins.values()]
     unit = write_unit(parsed, asked, text.names, list_headers([content, *beside.values()]))
     compiled = Compiled(unit, asked, compiler, where, contracts=text.contracts)
-    return {name: _answered(origin, name, compiled, scores=scores) for name, (origin, _) in origins.items()}
+    return {name: _answered(origin, name, compiled, scores=said.scores) for name, (origin, _) in origins.items()}
 
 
 def _answered(origin: Origin, name: str, compiled: Compiled, *, scores: bool) -> Origin:

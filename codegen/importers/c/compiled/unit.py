@@ -33,6 +33,7 @@ HEADERS: Mapping[str, tuple[str, ...]] = {  # which names make a file need which
     "float": ("FLT_MAX", "FLT_MIN", "FLT_EPSILON", "DBL_MAX", "DBL_MIN", "DBL_EPSILON"),
 }
 WIDE, BITS, CHAR = "wide", "bits", "char"
+BEGIN = "void maviper_fail(void);"
 DOOR = """
 #define maviper_wide(narrow) (sizeof(long) == 8 ? "wide" : narrow)
 #define maviper_kind(v) _Generic((v), float: "float32", double: "float64", _Bool: "bool", char: "char", \\
@@ -63,7 +64,8 @@ def write_unit(parsed: Any, asked: Sequence[Asked], names: Mapping[str, int], he
     """
     nodes = list(_needed(parsed, {each.name for each in asked}))
     generator = c_generator.CGenerator()
-    parts = [f"#include <{each}.h>" for each in dict.fromkeys((*headers, *_headers(nodes)))]
+    parts = [BEGIN, *(f"#include <{each}.h>" for each in dict.fromkeys((*headers, *_headers(nodes))))]
+    parts += ["#undef assert", "#define assert(e) ((e) ? (void)0 : maviper_fail())"]
     parts += [f"#define {name} ({value})" for name, value in names.items()]
     parts += [generator.visit(node) + ("" if isinstance(node, c_ast.FuncDef) else ";") for node in nodes]
     functions = {each.decl.name: each for each in nodes if isinstance(each, c_ast.FuncDef)}
