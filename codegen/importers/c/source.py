@@ -50,21 +50,15 @@ def from_c(content: bytes, where: str, said: Said = NOTHING) -> dict[str, Origin
     """The tree of each function of a C file that decides, by the function's name. InputError with the line for
     everything that is not read.
     """
-    text, beside = None, dict[str, bytes]()
-
-    def read_beside(name: str) -> bytes | None:
-        found = said.beside(name)
-        beside.update({} if found is None else {name: found})
-        return found
-
+    text = None
     try:
-        text = expand_source(content, where, read_beside)
+        text = expand_source(content, where, said.beside)
         unknown = _unknown_types(text) if text.missing else []
         types = TYPES + "".join(f"typedef int {name};" for name in unknown)
         parsed = CParser().parse(types + "\n" + text.text, where)
         del parsed.ext[: len(STANDARD) + len(unknown)]
         origins = {name: _origin(name, parsed, text, where, said) for name in _deciding(parsed, where, said.wanted)}
-        return ask_compiler(origins, parsed, content, beside, text, where, said)
+        return ask_compiler(origins, parsed, text, where, said)
     except ParseError as error:
         at = re.match(r"(.*?):(\d+):\d+: (.*)", str(error), re.DOTALL)
         place, what = (f"{where}, line {at[2]}", at[3]) if at else (where, str(error))

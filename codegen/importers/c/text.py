@@ -38,6 +38,8 @@ class Expanded(NamedTuple):
     names: dict[str, int]  # macros that are whole numbers, which stay as names
     missing: tuple[str, ...]  # headers that were not read
     contracts: bool  # whether a compiler may join a product and a sum
+    content: bytes  # of the file, as it stands
+    beside: dict[str, bytes]  # of headers beside it that were read
 
 
 class _Reader(Preprocessor):
@@ -45,6 +47,7 @@ class _Reader(Preprocessor):
         self.where, self.beside = where, beside
         self.missing, self.expansions, self.directive = list[str](), 0, 0
         self.kept, self.contracts, self.most = dict[str, int](), True, MAX_EXPANSIONS
+        self.read, self.ever = dict[str, bytes](), dict[str, int]()  # what was kept, also where it was forgotten since
         super().__init__()
         self.expand_filemacro = self.expand_linemacro = self.expand_countermacro = False
         for name in ("__DATE__", "__TIME__", "__PCPP__", "__FILE__"):
@@ -110,6 +113,7 @@ class _Reader(Preprocessor):
             if self.include_depth > 20:
                 raise self.make_error(f"the header {escape_text(name)} includes itself", self.directive)
             self.most += len(content)
+            self.read[name] = content
             yield from self.parsegen(_splice_lines(_decode_source(content), f"{self.where}, {name}"), name, name)
 
     def define(self, tokens: Any) -> Any:
@@ -122,6 +126,9 @@ class _Reader(Preprocessor):
             text = "".join(tok.value for tok in macro.value)
             if macro.arglist is None and PLAIN.fullmatch(text.strip()) and abs(_value(text)) < 2**31:
                 self.kept[name] = _value(text)
+                if self.ever.setdefault(name, _value(text)) != _value(text):  # which its earlier uses would get, too
+                    what = f"the macro {escape_text(name)} means two numbers"
+                    raise self.make_error(what, self.directive, "give each number a name")
         return defined
 
     def undef(self, tokens: Any) -> Any:
@@ -190,4 +197,5 @@ def expand_source(content: bytes, where: str, beside: Callable[[str], bytes | No
         raise reader.make_error(f"not C that is understood: {escape_text(error)[:80]}", reader.directive) from None
     if out.tell() > MAX_LETTERS:
         raise reader.make_error("macros expand to too much text", 0)
-    return Expanded(out.getvalue(), dict(reader.kept), tuple(dict.fromkeys(reader.missing)), reader.contracts)
+    missing = tuple(dict.fromkeys(reader.missing))
+    return Expanded(out.getvalue(), dict(reader.kept), missing, reader.contracts, content, reader.read)

@@ -18,29 +18,28 @@ from codegen.importers.c.compiled.unit import BITS, CHAR, Asked, write_unit
 from codegen.importers.c.text import Expanded
 from codegen.importers.reading import NOT_COMPARED, Origin, Said
 from codegen.importers.sourced import choose_rows
-from codegen.ir import Floats
+from codegen.ir import Bool, Floats
 
 KINDS = {CHAR: "int8", BITS: "int32"}
 
 
 def ask_compiler(
-    origins: Mapping[str, tuple[Origin, Asked]], parsed: Any, content: bytes, beside: Mapping[str, bytes],
-    text: Expanded, where: str, said: Said,
-) -> dict[str, Origin]:  # fmt: skip
+    origins: Mapping[str, tuple[Origin, Asked]], parsed: Any, text: Expanded, where: str, said: Said
+) -> dict[str, Origin]:
     """The origins, which the builds answer for; without a compiler, or where nothing may be run, nobody does.
     InputError where the preprocessors differ.
     """
     compiler = find_compiler() if said.run else None
     if compiler is None:
         return {name: replace(origin, act=None, replayed_by=NOT_COMPARED) for name, (origin, _) in origins.items()}
-    ensure_same_tokens(content, beside, text, compiler, where)
+    ensure_same_tokens(text, compiler, where)
     asked = [each for _, each in origins.values()]
-    unit = write_unit(parsed, asked, text.names, list_headers([content, *beside.values()]))
+    unit = write_unit(parsed, asked, text.names, list_headers(text))
     compiled = Compiled(unit, asked, compiler, where, contracts=text.contracts)
-    return {name: _answered(origin, name, compiled, scores=said.scores) for name, (origin, _) in origins.items()}
+    return {name: _ask_builds(origin, name, compiled, scores=said.scores) for name, (origin, _) in origins.items()}
 
 
-def _answered(origin: Origin, name: str, compiled: Compiled, *, scores: bool) -> Origin:
+def _ask_builds(origin: Origin, name: str, compiled: Compiled, *, scores: bool) -> Origin:
     def act(rows: Floats) -> Any:
         answers = compiled.answers(name, rows)
         if origin.vectors:
@@ -61,7 +60,14 @@ def _answered(origin: Origin, name: str, compiled: Compiled, *, scores: bool) ->
         typed[:, np.array(types) == CHAR] = typed[:, np.array(types) == CHAR].clip(0)  # it may have a sign, or none
         return typed[compiled.holds(name, typed)] if BITS in types else typed
 
-    return replace(origin, act=act, asks=asks, replayed_by=COMPILED_BY)
+    def takes(rows: Floats) -> Bool:
+        assert origin.takes is not None
+        good = origin.takes(rows)
+        if "overflow" not in origin.given:  # where assertions alone rule observations out
+            compiled.ensure_failing(name, rows[~good & ~np.isnan(rows).any(axis=1)])
+        return good
+
+    return replace(origin, act=act, asks=asks, takes=origin.takes and takes, replayed_by=COMPILED_BY)
 
 
 def _as_type(values: Floats, kind: str) -> Any:

@@ -7,7 +7,7 @@ Does not: compile. Headers of the system are read by both, and their content is 
 
 import re
 import tempfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path, PurePosixPath
 
 from codegen.agreement.programs import run
@@ -15,6 +15,7 @@ from codegen.errors import InputError, escape_text
 from codegen.importers.c.text import MORE, PREDEFINED, STANDARD, Expanded
 
 SOURCE, AGAIN = "source.c", "again.c"
+ASSERT = "assert.h"  # whose macro names the line where it stands: left as it is
 TOKEN = re.compile(
     r"""(?:u8?|U|L)?"(?:[^"\\]|\\.)*"|(?:u8?|U|L)?'(?:[^'\\]|\\.)*'|[A-Za-z_$]\w*|\.?\d(?:[eEpP][+-]|[\w.])*"""
     r"""|\.\.\.|<<=|>>=|->|\+\+|--|<<|>>|[<>=!+\-*/%&|^]=|&&|\|\||\#\#|\S"""
@@ -27,29 +28,27 @@ ADVICE = "write what the macro means where it is used"
 Token = tuple[str, str]  # its place, and itself
 
 
-def list_headers(contents: Sequence[bytes]) -> list[str]:
+def list_headers(text: Expanded) -> list[str]:
     """The headers of the language that a file and those beside it include."""
-    names = [each.decode() for content in contents for each in INCLUDED.findall(content)]
+    names = [each.decode() for content in (text.content, *text.beside.values()) for each in INCLUDED.findall(content)]
     return [each for each in dict.fromkeys(names) if each in STANDARD]
 
 
-def ensure_same_tokens(
-    content: bytes, beside: Mapping[str, bytes], text: Expanded, compiler: Sequence[str], where: str
-) -> None:
+def ensure_same_tokens(text: Expanded, compiler: Sequence[str], where: str) -> None:
     """InputError with the first token that the compiler's preprocessor gives, and pcpp does not."""
     with tempfile.TemporaryDirectory(prefix="maviper-") as folder:
         place = Path(folder)
-        for name, given in {**dict.fromkeys(text.missing, b""), **beside}.items():
+        for name, given in {**dict.fromkeys((ASSERT, *text.missing), b""), **text.beside}.items():
             pure = PurePosixPath(name)
             if pure.is_absolute() or ".." in pure.parts:
                 advice = "put it beside the file"
                 raise InputError(f"a header lies outside the file's folder: {escape_text(name)}", where, advice)
             (place / pure).parent.mkdir(parents=True, exist_ok=True)
             (place / pure).write_bytes(given)
-        (place / SOURCE).write_bytes(content)
+        (place / SOURCE).write_bytes(text.content)
         bodies = dict[str, str]()
         theirs = list(_tokens(_expand(compiler, place, SOURCE, where), bodies))
-        again = [f"#include <{each}.h>" for each in list_headers([content, *beside.values()])]
+        again = [f"#include <{each}.h>" for each in list_headers(text)]
         again += [f"#define {name} {bodies.get(name, value)}" for name, value in text.names.items()]
         again.append(re.sub(r"^#line.*$", "", text.text, flags=re.MULTILINE))
         (place / AGAIN).write_text("\n".join(again))

@@ -62,7 +62,7 @@ def write_unit(parsed: Any, asked: Sequence[Asked], names: Mapping[str, int], he
     """A file of C that needs a driver (builds.py). `names`: macros that stand in the tree as names; `headers`: that
     the source includes.
     """
-    nodes = list(_needed(parsed, {each.name for each in asked}))
+    nodes = list(_choose_nodes(parsed, {each.name for each in asked}))
     generator = c_generator.CGenerator()
     parts = [BEGIN, *(f"#include <{each}.h>" for each in dict.fromkeys((*headers, *_headers(nodes))))]
     parts += ["#undef assert", "#define assert(e) ((e) ? (void)0 : maviper_fail())"]
@@ -78,7 +78,7 @@ def write_unit(parsed: Any, asked: Sequence[Asked], names: Mapping[str, int], he
     return "\n".join(parts) + "\n"
 
 
-def _needed(parsed: Any, wanted: set[str]) -> Iterator[Any]:
+def _choose_nodes(parsed: Any, wanted: set[str]) -> Iterator[Any]:
     """What stands in the file and functions need, in its order; each name is the file's own."""
     named: dict[str, list[Any]] = {}
     for each in parsed.ext:

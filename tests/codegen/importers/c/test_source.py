@@ -342,3 +342,10 @@ def test_the_address_of_a_constant_changes_nothing(place):
     held = table.replace("const ", "static ", 1) if not place else table.replace("const ", "", 1)
     with pytest.raises(InputError, match=r"variable bands (is kept|keeps what)"):
         from_c(f"int f(double x) {{ {held} struct band *b = bands + 1; b->act += 1; return 1; }}".encode(), "tree.c")
+
+
+def test_a_macro_that_means_two_numbers_is_refused():
+    text = "#define N 1\nint f(float x) { return x > N; }\n#undef N\n#define N 2\nint g(float x) { return x > N; }"
+    with pytest.raises(InputError, match="the macro N means two numbers") as caught:
+        from_c(text.encode(), "tree.c")
+    assert caught.value.where == "tree.c, line 4"

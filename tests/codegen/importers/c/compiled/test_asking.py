@@ -64,7 +64,8 @@ BODIES = {
     "texts": 'const char *f(double speed) { return speed > 0.1 ? "go \\"now\\"" : "stay"; }',
     "letters": "char f(const float *x) { return x[0] > 0 ? 'a' : 'b'; }",
     "negative numbers": "float f(const float *x) { return x[0] > 0 ? -0.1f : -0x1.8p-3f; }",
-    "a struct": "struct obs { float gap; uint8_t mode; }; int f(const struct obs *o) { return o->mode == 3 && o->gap < 1; }",
+    "a struct": "struct obs { float gap; uint8_t mode; };"
+    "int f(const struct obs *o) { return o->mode == 3 && o->gap < 1; }",
     "structs in arrays": "typedef struct { float v[2]; bool on; } Wheel; typedef struct { Wheel w[2]; } Car;"
     "int f(Car c) { return c.w[1].on && c.w[0].v[1] > 2; }",
     "bits": "struct flags { unsigned level : 3, on : 1; }; int f(struct flags g) { return g.on && g.level > 5; }",
@@ -72,8 +73,10 @@ BODIES = {
     "a number of the caller's": "void f(const float *x, int *out) { *out = x[0] > 2; }",
     "what is printed": '#include <stdio.h>\nint f(float x) { printf("%f\\n", x); return x > 2; }',
     "a sum": "float f(const float *x) { return x[0] - x[1] > 1 ? x[0] + x[1] : 0; }",
-    "a macro": "#define LOW (-3)\n#define TWICE(n) ((n) * 2)\nint f(const int16_t *x) { return x[0] > TWICE(LOW) ? LOW : 1; }",
-    "names of the C library": "/* of the library */ float round(float y0) { return y0; } int f(float index) { return round(index) > 1; }",
+    "a macro": "#define LOW (-3)\n#define TWICE(n) ((n) * 2)\n"
+    "int f(const int16_t *x) { return x[0] > TWICE(LOW) ? LOW : 1; }",
+    "names of the C library": "/* of the library */ float round(float y0) { return y0; }"
+    "int f(float index) { return round(index) > 1; }",
     "a table of functions": "static int one(float v) { return v > 1; } static int two(float v) { return v > 2; }"
     "static int (*const t[2])(float) = {one, two}; int f(float v) { return t[1](v) + t[0](v); }",
 }
@@ -135,3 +138,23 @@ def test_a_text_that_is_misread_is_seen(monkeypatch):
     monkeypatch.setattr(Statements, "_plain", lambda self, value: plain(self, value).upper())
     with pytest.raises(DisagreementError):
         imported('const char *f(float x) { return x > 1 ? "go" : "stay"; }')
+
+
+def test_observations_that_an_assertion_rules_out_are_not_asked():
+    text = "#include <assert.h>\nint f(float total) { assert(total >= 4); if (total > 9) return 1; return 0; }"
+    policy, _, facts = imported(text)
+    assert facts["f replayed"] > 50 and policy.tree.threshold[0] == 9
+
+
+def test_an_assertion_that_is_misread_is_seen(monkeypatch):
+    read = expressions.literal
+    text = "#include <assert.h>\nint f(float total) { assert(total >= 4); if (total > 9) return 1; return 0; }"
+    for wrong, says in (("5", "leaves out an observation"), ("3", "an assertion fails that the reader does")):
+        monkeypatch.setattr(expressions, "literal", lambda text, wrong=wrong: read(wrong if text == "4" else text))
+        with pytest.raises(InputError, match=says):
+            imported(text)
+
+
+def test_numbers_that_overflow_are_not_asked():
+    _, _, facts = imported("int f(int16_t v, int32_t w) { return v * 3 > 7 || w + 5 > 9; }")
+    assert "overflow" in facts["f given"] and facts["f replayed"] > 50
