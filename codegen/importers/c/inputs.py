@@ -63,6 +63,9 @@ class Inputs:
             raise self.make_error(what, "give arrays and structs of numbers")
         if origin.parameter in self.written:
             raise self.make_error(f"{origin.parameter} is read and written: what it held decides", STATE_ADVICE)
+        if not kind.floating and kind.bits == 64:
+            what = f"the feature {'_'.join(map(str, (origin.parameter, *origin.way)))} is of type {kind}"
+            raise self.make_error(f"{what}, whose large numbers are no float64", "declare it int32_t or uint32_t")
         at = self.read.setdefault(origin, len(self.read))
         return Symbol(Feature(at, self._first(kind)), kind)
 
