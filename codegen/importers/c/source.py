@@ -12,7 +12,7 @@ are skipped. A function whose floating numbers are all `double` compares float64
 # pyright: basic
 # pycparser's nodes have no declared attributes
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -27,10 +27,10 @@ from codegen.importers.c.declarations import ADVICE, collect_assigned, is_const,
 from codegen.importers.c.inputs import Inputs, parts_of
 from codegen.importers.c.kinds import INT, STANDARD
 from codegen.importers.c.library import PRINTING
-from codegen.importers.c.statements import Statements, parameters_of
+from codegen.importers.c.statements import Open, Statements, parameters_of
 from codegen.importers.c.text import Expanded, expand_source
 from codegen.importers.c.values import Origin as Place
-from codegen.importers.c.values import Outside, Reference, Struct
+from codegen.importers.c.values import Outside, Reference, Struct, copy_objects
 from codegen.importers.origin import NOTHING, Origin, Said
 from codegen.importers.symbolic.paths import OUTSIDE, Paths
 from codegen.importers.symbolic.program import REPLAYED_BY, Described, origin_of
@@ -179,6 +179,7 @@ class _Machine(Statements):
             elif not isinstance(each, c_ast.Pragma | c_ast.StaticAssert):
                 raise self.make_error("only functions, types and constants may stand outside functions", ADVICE)
         self.function = self.functions[name]
+        self.writes = bool(_collect_written(name, self.functions, frozenset()))
         result = self.function.decl.type.type
         self.plain_char = isinstance(result, c_ast.TypeDecl) and getattr(result.type, "names", None) == ["char"]
         parameters = {each.name: self.parameter(each) for each in parameters_of(self.function)}
@@ -199,7 +200,12 @@ class _Machine(Statements):
         self.paths = self.arithmetic.paths = paths
         self.depth, self.scopes = 0, self.scopes[:1]
         try:
-            returned = self.run(self.function, self.observed.bind_parameters())
+            if state is None:
+                returned = self.run(self.function, self.observed.bind_parameters(), ((self.function.body, None), []))
+            else:
+                objects, (frame, *scopes) = _copy_state(*state[1:])
+                self.observed.objects |= objects
+                returned = self.run(self.function, frame, (state[0], scopes))
         except Outside as outside:
             self.limits[str(outside)] = None
             return OUTSIDE
@@ -216,6 +222,18 @@ class _Machine(Statements):
         self.answers = list(parts_of(target.type if isinstance(target, Struct) else INT, Place("")))
         value = self.answer(target)
         return chr(value) if self.plain_char and isinstance(value, int) and 32 < value < 127 else value
+
+    def mark(self, open_: Open) -> None:
+        """The path can go on from here, with copies of its variables."""
+        assert self.paths is not None
+        self.paths.mark((open_, *_copy_state(self.observed.objects if self.writes else {}, self.scopes[1:])))
+
+
+def _copy_state(objects: Mapping[str, Any], scopes: Sequence[Mapping[str, Any]]) -> tuple[Any, Any]:
+    """What the caller handed over, and the variables of each scope, as they are now."""
+    held = [*objects.values(), *(each for scope in scopes for each in scope.values())]
+    copies = iter(copy_objects(held))
+    return {name: next(copies) for name in objects}, [{name: next(copies) for name in scope} for scope in scopes]
 
 
 def _origin(name: str, parsed: Any, text: Expanded, where: str, said: Said) -> tuple[Origin, Asked]:
