@@ -16,6 +16,7 @@ import ast
 import copy
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -29,18 +30,21 @@ from codegen.importers.python.file import ALONE, Decider, File, deciders, file_o
 from codegen.importers.python.inputs import MAX_FEATURES, Inputs
 from codegen.importers.python.machine import RETURN_ADVICE, Machine
 from codegen.importers.python.statements import follow, link_statements
-from codegen.importers.python.values import Class, Condition, Extreme, Instance, Member, Part, Scope, Symbol
+from codegen.importers.python.values import Class, Condition, Extreme, Function, Instance, Member, Part, Scope, Symbol
+from codegen.importers.running.asking import PYTHON, act_python, run_source
+from codegen.importers.running.calling import Called, shape_parameters
 from codegen.importers.summed import rounds
 from codegen.importers.symbolic.affine import IN_ORDER, NO_SUM, Affine, Given, Sums
 from codegen.importers.symbolic.feature import Feature, Test
 from codegen.importers.symbolic.labels import Value
 from codegen.importers.symbolic.paths import Paths
-from codegen.importers.symbolic.program import REPLAYED_BY, Described, origin_of
+from codegen.importers.symbolic.program import Described, origin_of
 from codegen.process.unwarned import silence_warnings
 
 KIND = "if/else Python"
 MAX_BITS = 1 << 12  # of a returned integer; Python writes out no more than some thousand digits
 GIVEN = {"": "Python's floats, or float64 arrays", FLOAT32: "float32 arrays of NumPy 2", FLOAT64: "float64 arrays"}
+FORMS = {"": ["floats", FLOAT64], FLOAT64: [FLOAT64, "floats"], FLOAT32: [FLOAT32]}  # in which a source is asked
 FLOATS_ONLY = "Python's floats, no arrays: a whole number in the file is no double"
 
 
@@ -54,7 +58,8 @@ def from_python(text: bytes, where: str, said: Said = NOTHING) -> dict[str, Orig
             compile(parsed, "file", "exec", dont_inherit=True)  # refuses what the grammar allows: a parameter twice
             file = file_of(parsed, Machine(where, said.arrays))
             chosen = deciders(file, said.wanted)
-            return {each.name: _origin(file, each, said, len(chosen)) for each in chosen}
+            source = text.decode("latin-1") if said.run else ""
+            return {each.name: _origin(file, each, said, len(chosen), source) for each in chosen}
     except SyntaxError as error:
         advice = "Python must be able to read the file"
         place = where if error.lineno is None else f"{where}, line {error.lineno}"
@@ -65,7 +70,7 @@ def from_python(text: bytes, where: str, said: Said = NOTHING) -> dict[str, Orig
         raise InputError(f"not Python: {escape_text(error)}", where, "Python must be able to read the file") from None
 
 
-def _origin(file: File, decider: Decider, said: Said, count: int) -> Origin:
+def _origin(file: File, decider: Decider, said: Said, count: int, source: str) -> Origin:
     widths = dict[tuple[int | str, ...], int]()
     while True:  # again, where a later line says how many features there are
         follower = _Follower(file, decider, said)
@@ -73,7 +78,8 @@ def _origin(file: File, decider: Decider, said: Said, count: int) -> Origin:
         inputs.widths |= widths
         try:
             numbers, m = said.arrays or FLOAT64, follower.machine
-            return _ensure_said(origin_of(follower.run, m.where, follower.describe_program, numbers, m.sums), said, m)
+            origin = origin_of(follower.run, m.where, follower.describe_program, numbers, m.sums)
+            return follower.ask_python(_ensure_said(origin, said, m), decider, source)
         except InputError as error:
             if len(inputs.widths) > len(widths):
                 widths = dict(inputs.widths)
@@ -225,7 +231,7 @@ class _Follower:
         last = max((_find_index(node, m.inputs.parameters) for node in ast.walk(self.function.node)), default=-1)
         plain = Described(
             kind=KIND,
-            replayed_by=REPLAYED_BY,
+            replayed_by=PYTHON,
             given=given,
             order=order,
             called=self._collect_names(),
@@ -234,7 +240,31 @@ class _Follower:
             n_read=last + 1,
             notes=tuple(m.notes),
         )
-        return m.inputs.describe_inputs(plain)
+        described = m.inputs.describe_inputs(plain)
+        self.places = [int(each) for each in described.places]
+        return described
+
+    def ask_python(self, origin: Origin, decider: Decider, source: str) -> Origin:
+        """The origin that Python itself answers for; without a source, nobody does."""
+        if not source:
+            return replace(origin, act=None, compared=False)
+        m, takes = self.machine, self.function.node.args
+        names = [*self.names, *self.keywords]
+        shapes = shape_parameters(names, dict(zip(m.inputs.places, self.places, strict=True)))
+        first = [each.arg for each in (*takes.posonlyargs, *takes.args)][len(self.first) :]
+        plain = [name for name, own in zip(first, self.names, strict=False) if name == own]
+        called = Called(
+            source=source,
+            where=m.where,
+            entry=decider.name,
+            method="" if isinstance(self.file.scope.names[decider.name], Function) else self.function.name,
+            made=not self.function.kind,
+            given=[shapes.pop(name) for name in plain],
+            named=shapes,
+            forms=FORMS[self.said.arrays] if self.said.arrays or not m.long else FORMS[""][:1],
+            scores=self.said.scores,
+        )
+        return replace(origin, second=partial(run_source, called, origin), act=partial(act_python, called, origin))
 
     def _constant(self, node: ast.expr) -> tuple[str, Any]:
         """The name of a constant of the file, or of a class, and the constant."""

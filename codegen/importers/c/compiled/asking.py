@@ -16,7 +16,7 @@ from codegen.importers.c.compiled.builds import COMPILED_BY, Answer, Compiled
 from codegen.importers.c.compiled.tokens import ensure_same_tokens, list_headers
 from codegen.importers.c.compiled.unit import BITS, CHAR, Asked, write_unit
 from codegen.importers.c.text import Expanded
-from codegen.importers.reading import NOT_COMPARED, Origin, Said
+from codegen.importers.reading import Origin, Said
 from codegen.importers.sourced import choose_rows
 from codegen.ir import Bool, Floats
 
@@ -31,7 +31,7 @@ def ask_compiler(
     """
     compiler = find_compiler() if said.run else None
     if compiler is None:
-        return {name: replace(origin, act=None, replayed_by=NOT_COMPARED) for name, (origin, _) in origins.items()}
+        return {name: replace(origin, act=None, compared=False) for name, (origin, _) in origins.items()}
     ensure_same_tokens(text, compiler, where)
     asked = [each for _, each in origins.values()]
     unit = write_unit(parsed, asked, text.names, list_headers(text))
