@@ -22,6 +22,18 @@ ALLOWED: dict[tuple[str, str], str] = {
     ("maviper/worlds/outside/making.py", "import_module"): "user code that the user names on the command line",
 }
 
+STARTERS = ("subprocess", "multiprocessing", "codegen.agreement.programs")
+STARTS: dict[str, str] = {
+    "codegen/agreement/programs.py": "what others name, with a limit of time",
+    "codegen/agreement/compiled.py": "a compiler, of code that this very run has generated",
+    "codegen/agreement/readback.py": "interpreters, of code that this very run has generated",
+    "codegen/importers/c/compiled/tokens.py": "the C preprocessor, of a file that is imported",
+    "codegen/importers/c/compiled/builds.py": "C that was accepted and written again, with limits (driver.py)",
+    "codegen/importers/running/asking.py": "Python, of a source that passed the gate",
+    "maviper/compilation/frama_c.py": "Frama-C, of code that this very run has generated",
+    "maviper/worlds/outside/processes.py": "copies of an environment that the user names on the command line",
+}
+
 
 def dotted(node):
     """`a.b.c` of an expression; nothing of any other."""
@@ -66,6 +78,17 @@ def test_nothing_that_we_read_can_run_code():
         for path in (ROOT / package).rglob("*.py"):
             found |= {(path.relative_to(ROOT).as_posix(), name) for name in running(nodes_of(path))}
     assert found == set(ALLOWED), sorted(found ^ set(ALLOWED))
+
+
+def test_what_starts_programs_stands_in_a_table():
+    found = set()
+    for package in PACKAGES:
+        for path in (ROOT / package).rglob("*.py"):
+            for node in nodes_of(path):
+                names = [one.name for one in node.names] if isinstance(node, ast.Import) else []
+                names += [node.module or ""] if isinstance(node, ast.ImportFrom) else []
+                found |= {path.relative_to(ROOT).as_posix() for name in names if name.startswith(STARTERS)}
+    assert found == set(STARTS), sorted(found ^ set(STARTS))
 
 
 @pytest.mark.parametrize(

@@ -3,10 +3,14 @@ others: what small trees reach there.
 
     python tests/benchmarks/interop.py [--json] [--trees N]
     python tests/benchmarks/interop.py --games turns|vmas [--json]
+    python tests/benchmarks/interop.py --second [--json]
 
 Differences are counted against the program that wrote a file, or that a compiler makes of it, at every threshold and
 at both its float32 neighbours, and at random. A time is one of CPU, and a ratio to what the language itself needs
 for the file: CPython to compile if/else Python, gcc -O0 to compile C.
+
+--second: what it costs that the C compiler reads a file, too: seconds of CPU of imports with and without it, of a file
+of the corpus and of 5,000 ifs, and of each build of these.
 
 --games turns: TicTacToe of PettingZoo, with turns and masks; trees of a player written by hand, against random moves.
 --games vmas: navigation of VMAS; an expert is trained by reward, without a critic, and extracted. Both play in the
@@ -14,6 +18,7 @@ library's own loop, by the generated Python module. A share is (tree - random) /
 """
 
 import argparse
+import itertools
 import json
 import shutil
 import subprocess
@@ -27,12 +32,14 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).parents[2]))  # for tests.*, also when run by this path
 
 import numpy as np
+from pycparser import CParser
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import MinMaxScaler, StandardScaler
 from sklearn.tree import DecisionTreeClassifier
 
 from codegen import ir
 from codegen.errors import InputError
+from codegen.importers.c.compiled.builds import TRAPS, UNCHECKED
 from codegen.importers.c.source import from_c
 from codegen.importers.onnx.graph import decision_tree
 from codegen.importers.onnx.model import from_onnx
@@ -138,6 +145,45 @@ def large() -> Iterator[dict[str, Any]]:
     yield ratio("C, import / gcc -O0", taken, peer)
 
 
+def second() -> Iterator[dict[str, Any]]:
+    """Seconds of CPU of imports of C, compared with the compiler and not, and of parsing alone."""
+    corpus = (Path(__file__).parents[1] / "corpus/c/plant_watering.c").read_bytes()
+    for name, content in (("plant_watering.c", corpus), ("5,000 ifs", many_ifs(5_000).encode())):
+        for what, run in (("compared", True), ("not compared", False)):
+            taken = seconds(lambda content=content, run=run: profile_of(from_c(content, "a.c", Said(run=run)), Names()))
+            yield {"name": f"{name}, {what}, s of CPU", "value": taken, "reach": 60, "stretch": 5, "better": "lower"}
+    text = many_ifs(5_000)
+    taken = seconds(lambda: CParser().parse(text))
+    yield {"name": "5,000 ifs, pycparser alone, s of CPU", "value": taken, "reach": 60, "stretch": 5, "better": "lower"}
+    with tempfile.TemporaryDirectory() as folder:
+        (Path(folder) / "a.c").write_text(text)
+        for flags in (["-O0"], ["-O2"], ["-O0", TRAPS, UNCHECKED]):
+            command = [str(COMPILER), *flags, "-c", "-o", f"{folder}/a.o", f"{folder}/a.c"]
+            taken = seconds(lambda command=command: subprocess.run(command, check=True))
+            name = f"5,000 ifs, compiler alone, {' '.join(flags)[:14]}, s of CPU"
+            yield {"name": name, "value": taken, "reach": 60, "stretch": 5, "better": "lower"}
+
+
+def many_ifs(count: int) -> str:
+    """A balanced tree of ifs, a test of one of six features each."""
+
+    def lines(left: int, box: dict[int, tuple[float, float]], indent: str) -> Iterator[str]:
+        if left == 0:
+            yield f"{indent}return {next(leaves) % 5};\n"
+            return
+        feature = int(rng.integers(6))
+        low, high = box[feature]
+        middle = round((low + high) / 2, 6)
+        yield f"{indent}if (x[{feature}] <= {middle}f) {{\n"
+        yield from lines((left - 1) // 2, {**box, feature: (low, middle)}, indent + " ")
+        yield f"{indent}}} else {{\n"
+        yield from lines(left - 1 - (left - 1) // 2, {**box, feature: (middle, high)}, indent + " ")
+        yield f"{indent}}}\n"
+
+    rng, leaves = np.random.default_rng(1), itertools.count()
+    return f"int act(const float *x)\n{{\n{''.join(lines(count, dict.fromkeys(range(6), (-10.0, 10.0)), ' '))}}}\n"
+
+
 def in_c(lines: list[str]) -> Iterator[str]:
     """Lines of nested ifs of Python as C: each `else` follows the block of its `if`."""
     open_ = 0
@@ -166,8 +212,9 @@ def main() -> None:
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--trees", type=int, default=20)
     parser.add_argument("--games", choices=["turns", "vmas"])
+    parser.add_argument("--second", action="store_true")
     options = parser.parse_args()
-    figures = games(options.games) if options.games else imports(options.trees)
+    figures = list(second()) if options.second else games(options.games) if options.games else imports(options.trees)
     if options.json:
         print(json.dumps({"figures": figures}))
         return
