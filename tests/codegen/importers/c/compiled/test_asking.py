@@ -12,8 +12,10 @@ from codegen.importers.c.inputs import Inputs
 from codegen.importers.c.source import from_c
 from codegen.importers.c.statements import Statements
 from codegen.importers.origin import Names, Said, profile_of
+from codegen.importers.reading import NOT_COMPARED
 from codegen.importers.symbolic import feature
 from tests.codegen.importers.origins import label_of
+from verify.reports.trusted import readers
 
 pytestmark = [pytest.mark.compile, pytest.mark.skipif(find_compiler() is None, reason="no C compiler")]
 HEAD = "#include <stdint.h>\n#include <stdbool.h>\n#include <math.h>\n"
@@ -158,3 +160,22 @@ def test_an_assertion_that_is_misread_is_seen(monkeypatch):
 def test_numbers_that_overflow_are_not_asked():
     _, _, facts = imported("int f(int16_t v, int32_t w) { return v * 3 > 7 || w + 5 > 9; }")
     assert "overflow" in facts["f given"] and facts["f replayed"] > 50
+
+
+def test_nobody_is_asked_where_nothing_may_be_run():
+    _, origin, facts = imported("int f(float x) { return x > 2; }", run=False)
+    assert origin.act is None and not origin.compared
+    assert (facts["f replayed"], facts["f replayed by"]) == (0, NOT_COMPARED)
+
+
+def test_nobody_is_asked_without_a_compiler(monkeypatch):
+    monkeypatch.setenv("CC", "/no/compiler")
+    _, _, facts = imported("int f(float x) { return x > 2; }")
+    assert facts["f replayed by"] == NOT_COMPARED
+    profile = profile_of(from_c(b"int f(float x) { return x > 2; }", "tree.c"), Names())
+    (line,) = readers(profile)
+    assert "f was read as its language means it (the reader of if/else C)" in line
+
+
+def test_reports_trust_no_reader_that_was_compared():
+    assert readers(profile_of(from_c(b"int f(float x) { return x > 2; }", "tree.c"), Names())) == []
