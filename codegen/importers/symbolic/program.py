@@ -21,8 +21,6 @@ from codegen.importers.symbolic.labels import Labels, Value, labels_of
 from codegen.importers.symbolic.paths import Growth, Replay, Run
 from codegen.ir import Bool, Floats, GrownTree
 
-REPLAYED_BY = "an interpreter of the file's syntax tree"
-
 
 @dataclass(frozen=True, kw_only=True)
 class Described(Facts):

@@ -83,20 +83,22 @@ def _choose_nodes(parsed: Any, wanted: set[str]) -> Iterator[Any]:
     named: dict[str, list[Any]] = {}
     for each in parsed.ext:
         decl = each.decl if isinstance(each, c_ast.FuncDef) else each
-        if isinstance(decl, c_ast.Decl) and decl.name:
+        if isinstance(decl, c_ast.Decl | c_ast.Typedef) and decl.name:
             named.setdefault(decl.name, []).append(each)
     needed, open_ = set[str](), list(wanted)
     while open_:
         name = open_.pop()
         if name not in needed and name in named:
             needed.add(name)
-            open_ += [part.name for each in named[name] for part in walk(each) if isinstance(part, c_ast.ID)]
+            for part in (part for each in named[name] for part in walk(each)):
+                open_ += [part.name] if isinstance(part, c_ast.ID) else []
+                open_ += part.names if isinstance(part, c_ast.IdentifierType) else []
     defined = {each.decl.name for each in parsed.ext if isinstance(each, c_ast.FuncDef)}
     for each in parsed.ext:
         function = isinstance(each, c_ast.FuncDef)
         decl = each.decl if function else each
         if isinstance(each, c_ast.Typedef):
-            yield each
+            yield from [each] * (each.name in needed or _defines(each))
         elif isinstance(decl, c_ast.Decl) and (decl.name in needed or (not function and _defines(decl))):
             own = decl.name in defined or not isinstance(decl.type, c_ast.FuncDecl)
             held = copy(decl)

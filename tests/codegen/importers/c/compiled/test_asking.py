@@ -84,6 +84,19 @@ BODIES = {
 }
 
 
+def test_what_no_decision_needs_is_left_out():
+    text = '#include "servo.h"\nstatic Servo arm; void setup(void) { attach(arm, 9); }'
+    _, _, facts = imported(text + "\nint f(float x) { return x > 2; }")
+    assert "read without servo.h" in facts["f notes"] and facts["f replayed"] > 50
+
+
+def test_several_functions_of_a_file_are_compared():
+    text = "#define N 3\nstatic int high(float v) { return v > N; } int up(float v) { return high(v); }"
+    origins = from_c((text + "int down(int v) { return v < -N; }").encode(), "tree.c")
+    facts = profile_of(origins, Names()).provenance.training
+    assert facts["up replayed by"] == facts["down replayed by"] == COMPILED_BY
+
+
 @pytest.mark.parametrize("name", BODIES)
 def test_what_is_read_is_what_is_compiled(name):
     _, _, facts = imported(BODIES[name])
