@@ -13,6 +13,7 @@ from codegen.errors import InputError
 from codegen.importers import boosted, documents
 from codegen.importers.c import header
 from codegen.importers.c import source as c
+from codegen.importers.c.plain import ENDINGS
 from codegen.importers.onnx import model as onnx
 from codegen.importers.origin import AGENT, NOTHING, Origin, Said
 from codegen.importers.python import source as python
@@ -44,7 +45,7 @@ KINDS = (
     Kind(python.KIND, (".py",), None, python.from_python),
     Kind(onnx.KIND, (".onnx",), None, _onnx),
     Kind(header.KIND, (".h",), re.compile(rb"^#define \w+_PROFILE \"", re.MULTILINE), _alone(header.from_header)),
-    Kind(c.KIND, (".c", ".h"), None, c.from_c),
+    Kind(c.KIND, (".c", *ENDINGS), None, c.from_c),
     Kind(boosted.XGBOOST, (".json",), re.compile(rb'"gradient_booster"\s*:'), _alone(boosted.from_xgboost)),
     Kind(documents.TREELITE, (".json",), re.compile(rb'"leaf_vector_shape"\s*:'), _alone(documents.from_treelite)),
     Kind(documents.DTCONTROL, (".json",), re.compile(rb'"actual_label"\s*:'), documents.from_dtcontrol),

@@ -4,6 +4,7 @@ others: what small trees reach there.
     python tests/benchmarks/interop.py [--json] [--trees N]
     python tests/benchmarks/interop.py --games turns|vmas [--json]
     python tests/benchmarks/interop.py --second [--json]
+    python tests/benchmarks/interop.py --ifs [--json]
 
 Differences are counted against the program that wrote a file, or that a compiler makes of it, at every threshold and
 at both its float32 neighbours, and at random. A time is one of CPU, and a ratio to what the language itself needs
@@ -12,6 +13,7 @@ for the file: CPython to compile if/else Python, gcc -O0 to compile C.
 --second: what it costs that the C compiler reads a file, too: seconds of CPU of imports with and without it, of a file
 of the corpus and of 5,000 ifs, and of each build of these.
 
+--ifs: the command `maviper import` of a file of 5,000 nested ifs, as CPU time over that of the parser alone.
 --games turns: TicTacToe of PettingZoo, with turns and masks; trees of a player written by hand, against random moves.
 --games vmas: navigation of VMAS; an expert is trained by reward, without a critic, and extracted. Both play in the
 library's own loop, by the generated Python module. A share is (tree - random) / (expert - random), in returns.
@@ -201,6 +203,48 @@ def in_c(lines: list[str]) -> Iterator[str]:
     yield "}\n" * open_
 
 
+def ifs() -> Iterator[dict[str, Any]]:
+    """The whole command for 5,000 ifs of C, over pycparser alone for the text behind its preprocessor, in turns."""
+    from pycparser import CParser
+
+    names = ["speed", "gap", "level", "heat", "load", "angle", "rate", "mass"]
+    head = "typedef struct { float " + ", ".join(names) + "; } obs_t;\nenum action { STOP, GO, TURN };\n"
+    plain = f"{head}int act(const obs_t *o)\n{{\n{nested_ifs(5_000, names)}}}\n"
+    written = "#include <stdint.h>\n#define IDLE 0\n#define TWICE(v) ((v) * 2)\n" + plain
+    ratios = []
+    with tempfile.TemporaryDirectory() as folder:
+        (Path(folder) / "tree.c").write_text(written)
+        command = [sys.executable, "-m", "maviper", "import", f"{folder}/tree.c", "-o", f"{folder}/profile.json"]
+        for _ in range(3):
+            peer = seconds(lambda: CParser().parse(plain))
+            ratios.append(seconds(lambda: subprocess.run(command, check=True, capture_output=True)) / peer)
+            (Path(folder) / "profile.json").unlink()
+    name = "5,000 ifs of C, command / pycparser alone"
+    yield {"name": name, "value": float(np.median(ratios)), "reach": 3, "stretch": 2, "better": "lower"}
+
+
+def nested_ifs(count: int, names: list[str]) -> str:
+    """A tree of so many ifs of C, each of which may hold or not."""
+    rng, lines = np.random.default_rng(0), list[str]()
+
+    def add_lines(left: int, bounds: dict[str, tuple[float, float]], level: int) -> None:
+        pad = "    " * level
+        if left == 0:
+            lines.append(f"{pad}return {rng.choice(['STOP', 'GO', 'TURN'])};\n")
+            return
+        name = str(rng.choice(names))
+        low, high = bounds[name]
+        at = round(float(rng.uniform(low, high)), 4)
+        lines.append(f"{pad}if (o->{name} <= {at}f) {{\n")
+        add_lines((left - 1) // 2, {**bounds, name: (low, at)}, level + 1)
+        lines.append(f"{pad}}} else {{\n")
+        add_lines(left - 1 - (left - 1) // 2, {**bounds, name: (at, high)}, level + 1)
+        lines.append(f"{pad}}}\n")
+
+    add_lines(count, dict.fromkeys(names, (-100.0, 100.0)), 1)
+    return "".join(lines)
+
+
 def ratio(name: str, ours: float, peer: float) -> dict[str, Any]:
     """A time as a ratio to a peer's."""
     return {"name": name, "value": ours / peer, "reach": 40, "stretch": 10, "better": "lower"}
@@ -211,10 +255,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--trees", type=int, default=20)
+    parser.add_argument("--ifs", action="store_true")
     parser.add_argument("--games", choices=["turns", "vmas"])
     parser.add_argument("--second", action="store_true")
     options = parser.parse_args()
-    figures = list(second()) if options.second else games(options.games) if options.games else imports(options.trees)
+    figures = list(second() if options.second else ifs()) if options.second or options.ifs else []
+    figures = figures or (games(options.games) if options.games else imports(options.trees))
     if options.json:
         print(json.dumps({"figures": figures}))
         return

@@ -182,7 +182,14 @@ def literal(text: str) -> Number | None:
         return _parse_integer(match[1], match[2].lower())
     match = DECIMAL.fullmatch(text)
     if match and (match[2] or "." in match[1]):
-        return _finite(Fraction(match[1] + (match[2] or "")), FLOAT if match[3] else DOUBLE)
+        digits = match[1] + (match[2] or "")
+        near = np.float64(digits)
+        if not match[3]:
+            return Number(near, DOUBLE) if np.isfinite(near) else None
+        middle = int(near.view(np.uint64)) % 2**29 == 2**28  # of two floats: the digits say which is nearer
+        if not middle and 2.0**-126 <= near < 2.0**127:
+            return Number(np.float32(near), FLOAT)
+        return _finite(Fraction(digits), FLOAT)
     match = HEXADECIMAL.fullmatch(text)
     if match:
         digits, _, exponent = match[1].lower().partition("p")

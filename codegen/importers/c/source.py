@@ -160,13 +160,16 @@ class _Machine(Statements):
         super().__init__(f"{where}, function {name}", text.names, numbers, contracts=text.contracts)
         self.numbers = numbers
         self.limits = dict[str, None]()  # which observations it takes, where not all, in words
+        aliased = _collect_aliased(parsed)
         for each in parsed.ext:
             if isinstance(each, c_ast.FuncDef):
                 if each.decl.name in self.functions:
                     self.at(each.decl)
                     raise self.make_error(f"there are two functions {escape_text(each.decl.name)}", "keep one of them")
                 self.functions[each.decl.name] = each
-                self.changing |= collect_assigned(each) | (_collect_aliased(parsed) & _collect_escaping(each.body))
+                self.changing |= collect_assigned(each) | (
+                    aliased & _collect_escaping(each.body) if aliased else aliased
+                )
         self.changing -= {each.name for each in parsed.ext if isinstance(each, c_ast.Decl) and is_const(each)}
         for each in parsed.ext:
             self.at(each)

@@ -94,7 +94,9 @@ class Summing:
     def _compute_in(self, kind: Kind) -> None:
         """Sums are of this type from now on. InputError where others are of another one."""
         numbers = FLOAT32 if kind == FLOAT else FLOAT64
-        if self.sums.numbers not in ("", numbers) or (self._numbers, numbers) == (FLOAT64, FLOAT32):
+        if self.sums.numbers not in ("", numbers):
+            raise self._make_error("sums of float and of double stand side by side", "use one type for all of them")
+        if (self._numbers, numbers) == (FLOAT64, FLOAT32):
             what = "sums of float stand in a function that is given doubles, or whole numbers of more than 16 bits"
             raise self._make_error(what, "use double for all of them, or declare whole numbers int16_t or smaller")
         self.sums.numbers, self.sums.weights = numbers, self._numbers

@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 from pcpp.preprocessor import Action, OutputDirective, Preprocessor
 
 from codegen.errors import InputError, escape_text
+from codegen.importers.c.plain import ENDINGS, strip_cpp
 
 STANDARD = frozenset(
     """assert complex ctype errno fenv float inttypes iso646 limits locale math setjmp signal stdalign stdarg stdatomic
@@ -105,7 +106,7 @@ class _Reader(Preprocessor):
         """Reads a header that lies beside the file; others are skipped."""
         text = "".join(tok.value for tok in self.tokenstrip(list(tokens)))
         name = text[1:-1]
-        if text[:1] == "<" and name.removesuffix(".h") in STANDARD:
+        if text[:1] == "<" and {name.removesuffix(".h"), name.removeprefix("c")} & STANDARD:
             return
         if name in self.include_once:
             return
@@ -236,6 +237,8 @@ def _hide_lines(lines: list[str], expanding: set[str]) -> str:
 def expand_source(content: bytes, where: str, beside: Callable[[str], bytes | None]) -> Expanded:
     """The text as a compiler's parser meets it. InputError with its line for what is not understood."""
     text = _blank_comments(_splice_lines(_decode_source(content), where), where)
+    if where.lower().endswith(ENDINGS):
+        text = strip_cpp(text, where)
     lines = text.split("\n")
     hides = HIDDEN.search(text) is None
     reader = _Reader(where, beside)

@@ -14,13 +14,13 @@ import numpy as np
 from codegen.agreement.compiled import find_compiler
 from codegen.importers.c.compiled.builds import COMPILED_BY, Answer, Compiled
 from codegen.importers.c.compiled.tokens import ensure_same_tokens, list_headers
-from codegen.importers.c.compiled.unit import BITS, CHAR, Asked, write_unit
+from codegen.importers.c.compiled.unit import CHAR, Asked, write_unit
 from codegen.importers.c.text import Expanded
 from codegen.importers.reading import Origin, Said
 from codegen.importers.sourced import choose_rows
 from codegen.ir import Bool, Floats
 
-KINDS = {CHAR: "int8", BITS: "int32"}
+KINDS = {CHAR: "int8"}
 
 
 def ask_compiler(
@@ -58,7 +58,7 @@ def _ask_builds(origin: Origin, name: str, compiled: Compiled, *, scores: bool) 
         tested = [_as_type(rows[:, column], kind) for column, kind in enumerate(kinds)]
         typed = np.column_stack([np.concatenate(pair).astype(np.float64) for pair in zip(tested, sourced, strict=True)])
         typed[:, np.array(types) == CHAR] = typed[:, np.array(types) == CHAR].clip(0)  # it may have a sign, or none
-        return typed[compiled.holds(name, typed)] if BITS in types else typed
+        return typed
 
     def takes(rows: Floats) -> Bool:
         assert origin.takes is not None

@@ -28,7 +28,7 @@ from codegen.errors import InputError, MissingToolError, escape_text
 from codegen.importers.c.compiled.driver import DRIVER
 from codegen.importers.c.compiled.unit import WIDE, Asked
 from codegen.importers.c.values import Origin
-from codegen.ir import Bool, Floats
+from codegen.ir import Floats
 
 COMPILED_BY = "the C compiler (-O0, -O2, UBSan)"
 TRAPPING = "UBSan"
@@ -38,7 +38,7 @@ UNCHECKED = "-fno-sanitize=null,alignment,object-size,pointer-overflow"  # of me
 LIMIT_S, BUILD_S = 120, 1_800
 NO_TRAPS = "set CC to gcc or clang, or say --no-run"
 Answer = int | float | str
-EACH, HOLDS, FAILED = 1, 2, "!"  # modes of the driver, and its word for a row at which an assertion fails
+EACH, FAILED = 1, "!"  # a mode of the driver, and its word for a row at which an assertion fails
 
 
 class Compiled:
@@ -89,18 +89,13 @@ class Compiled:
         return sorted({float.fromhex(each) for each in said.split()})
 
     def types(self, function: str) -> list[str]:
-        """The type of each feature: NumPy's name of it, char, or bits of a bit-field. InputError for one of 64 bits."""
+        """The type of each feature: NumPy's name of it, or char. InputError for one of 64 bits."""
         types = self._run(function, "O0", np.zeros((0, 1))).stdout.split()
         for type_, place in zip(types, self._asked[function][1].features, strict=True):
             if type_ == WIDE:
                 what = f"{_name_place(place)} is a whole number of 64 bits, whose large numbers are no float64"
                 raise InputError(what, f"{self._where}, function {function}", "declare it int32_t or uint32_t")
         return types
-
-    def holds(self, function: str, rows: Floats) -> Bool:
-        """Which rows a caller can hand over, [n]."""
-        said = self._run(function, "O0", rows, HOLDS).stdout.splitlines()[1:]
-        return np.array(said, np.str_) != "-"
 
     def answers(self, function: str, rows: Floats) -> list[tuple[Answer, ...]]:
         """What the builds answer, one after the other, for each row.

@@ -32,7 +32,7 @@ HEADERS: Mapping[str, tuple[str, ...]] = {  # which names make a file need which
     "stdio": ("printf", "fprintf", "puts", "fputs", "putchar", "putc", "fputc", "fflush", "perror", "FILE"),
     "float": ("FLT_MAX", "FLT_MIN", "FLT_EPSILON", "DBL_MAX", "DBL_MIN", "DBL_EPSILON"),
 }
-WIDE, BITS, CHAR = "wide", "bits", "char"
+WIDE, CHAR = "wide", "char"
 BEGIN = "void maviper_fail(void);"
 DOOR = """
 #define maviper_wide(narrow) (sizeof(long) == 8 ? "wide" : narrow)
@@ -40,7 +40,7 @@ DOOR = """
     signed char: "int8", unsigned char: "uint8", short: "int16", unsigned short: "uint16", int: "int32", \\
     unsigned int: "uint32", long: maviper_wide("int32"), \\
     unsigned long: maviper_wide("uint32"), long long: "wide", \\
-    unsigned long long: "wide", default: "bits")
+    unsigned long long: "wide", default: "other")
 #define maviper_give(v) _Generic((v), float: maviper_number, double: maviper_number, char: maviper_letter, \\
     char *: maviper_text, const char *: maviper_text, unsigned long: maviper_natural, \\
     unsigned long long: maviper_natural, default: maviper_whole)(v)
@@ -168,7 +168,7 @@ def _is_fixed(node: Any, known: set[str]) -> bool:
 
 def _door(at: int, asked: Asked, decl: Any, typedefs: Mapping[str, Any]) -> str:
     """What sets the parameters of a function to a row, calls it, and hands on its answer; without a row it says of
-    which type each feature is. 0 is returned for a number that a parameter does not hold; `row & 2`: nothing is called.
+    which type each feature is. 0 is returned for a number that a parameter does not hold.
     """
     places = [*asked.features, *asked.answers]
     given = [each for each in (decl.type.args.params if decl.type.args else ()) if isinstance(each, c_ast.Decl)]
@@ -186,7 +186,6 @@ def _door(at: int, asked: Asked, decl: Any, typedefs: Mapping[str, Any]) -> str:
     lines += [
         f"if ({each} != in[{column}] && in[{column}] == in[{column}]) return 0;" for column, each in enumerate(inputs)
     ]
-    lines.append("if (row & 2) return 1;")
     call = f"{asked.name}({', '.join(BEFORE + each.name for each in given)})"
     result = deepcopy(decl.type.type)
     if getattr(getattr(result, "type", None), "names", None) != ["void"] or isinstance(result, c_ast.PtrDecl):

@@ -20,7 +20,6 @@ TYPES = {
 }  # fmt: skip
 CODES = "static const uint32_t codes[] = {7, 100000001u, 100000003u, 4294967295u};\n"
 CODED = "for (int i = 0; i < 4; i++) if (codes[i] == t) return i; return -1;"
-WRAPPED = "uint32_t u = (uint32_t)t + 4294967290u; return"
 BODIES = [  # type of the feature t, and the body
     ("int32_t", "if (t == 100000001) return 1; return 0;"),
     ("int32_t", "return t != 100000001;"),
@@ -35,7 +34,7 @@ BODIES = [  # type of the feature t, and the body
     ("int16_t", "return (t & 0x0100) != 0;"),
     ("uint16_t", "return (t & 0x0300) == 0x0100 ? (t >> 12) : 20;"),
     ("int16_t", "return (uint8_t)t > 100;"),
-    ("int16_t", "return (int8_t)t;"),
+    ("uint8_t", "return (int8_t)t;"),
     ("uint8_t", "return (int8_t)t < -5 ? (t >> 3) & 3 : ~t + 20 > 0;"),
     ("int8_t", "return t % 5;"),
     ("uint8_t", "return (t ^ 0x55) > 100 ? (t | 3) == 7 : (t & 6) == 4;"),
@@ -44,7 +43,6 @@ BODIES = [  # type of the feature t, and the body
     ("uint8_t", "return (uint16_t)(t << 4 | t >> 4) > 3000;"),
     ("uint8_t", "return t - 10 > 5 ? 1 : -t < -3 ? 2 : 3;"),
     ("int8_t", "return -t > 100 ? 1 : t * t > 144;"),
-    ("int8_t", f"{WRAPPED} u < 3u;"),
 ]  # fmt: skip
 
 
@@ -91,7 +89,7 @@ def test_whole_numbers_decide_as_compiled(tmp_path):
 
 SEVERAL = [
     "int act(const int32_t *x) { return x[0] > x[1]; }",
-    "int act(const uint8_t *x) { return x[0] - x[1] > 5 ? 1 : x[0] + x[1] == 20; }",
+    "int act(const uint8_t *x) { return x[0] - x[1] > 5; }",
     "int act(const int16_t *x) { return x[0] * 2 - x[1] + 7 > 5 || x[0] == x[1]; }",
     "int act(const uint32_t *x) { return x[0] >= x[1]; }",
 ]

@@ -70,7 +70,6 @@ BODIES = {
     "int f(const struct obs *o) { return o->mode == 3 && o->gap < 1; }",
     "structs in arrays": "typedef struct { float v[2]; bool on; } Wheel; typedef struct { Wheel w[2]; } Car;"
     "int f(Car c) { return c.w[1].on && c.w[0].v[1] > 2; }",
-    "bits": "struct flags { unsigned level : 3, on : 1; }; int f(struct flags g) { return g.on && g.level > 5; }",
     "a pointer's type": "typedef const float *Row; int f(Row x) { return x[1] < 3; }",
     "a number of the caller's": "void f(const float *x, int *out) { *out = x[0] > 2; }",
     "what is printed": '#include <stdio.h>\nint f(float x) { printf("%f\\n", x); return x > 2; }',
