@@ -90,6 +90,7 @@ class Said:
     features: tuple[str, ...] = ()  # names of all features, in their order; (): not said
     arrays: str = ""  # of which numbers NumPy hands over to Python: float32 or float64; "": it is given Python's floats
     outputs: tuple[str, ...] = ()  # names of the numbers that are returned to be given; (): labels are returned
+    floats: bool = False  # whether it is given Python's floats only
     run: bool = True  # whether source code may be run, in a process of its own, to be compared
     prefer: tuple[str, ...] = ()  # labels, the most wanted first, where a leaf permits several
     beside: Callable[[str], bytes | None] = lambda _: None  # the content of a file that lies beside the source

@@ -3,7 +3,8 @@
 Does: follows functions along all of their paths (machine.py), with the numbers of the observation as features; makes
   labels of what they return.
 Assumes: Python's own grammar (the module ast); a caller that hands over observations as numbers.
-Does not: run or import anything of the file. What has no meaning as a tree is refused with its line.
+Does not: run or import anything of the file: Python does, behind a gate, in a process of its own
+  (`codegen.importers.running`). What has no meaning as a tree is refused with its line.
 
 Python compares doubles, so that each test can be kept exactly. An element of a NumPy array is no Python float: NumPy 2
 first makes the other number one of the array's type, so that float32 arrays meet float32(0.1), not 0.1. Only the caller
@@ -45,7 +46,8 @@ KIND = "if/else Python"
 MAX_BITS = 1 << 12  # of a returned integer; Python writes out no more than some thousand digits
 GIVEN = {"": "Python's floats, or float64 arrays", FLOAT32: "float32 arrays of NumPy 2", FLOAT64: "float64 arrays"}
 FORMS = {"": ["floats", FLOAT64], FLOAT64: [FLOAT64, "floats"], FLOAT32: [FLOAT32]}  # in which a source is asked
-FLOATS_ONLY = "Python's floats, no arrays: a whole number in the file is no double"
+FLOATS_SAID = "Python's floats, no arrays"
+FLOATS_ONLY = f"{FLOATS_SAID}: a whole number in the file is no double"
 
 
 def from_python(text: bytes, where: str, said: Said = NOTHING) -> dict[str, Origin]:
@@ -90,7 +92,7 @@ def _origin(file: File, decider: Decider, said: Said, count: int, source: str) -
 
 def _ensure_said(origin: Origin, said: Said, m: Machine) -> Origin:
     """InputError for sums of features whose arithmetic nobody states: it depends on what the caller hands over."""
-    if not said.arrays and rounds(origin):
+    if not (said.arrays or said.floats) and rounds(origin):
         what = "sums of features are computed, and their roundings depend on the numbers that are given"
         advice = "say --arrays float64 for Python's floats or float64 arrays, --arrays float32 for float32 arrays"
         raise InputError(what, f"{m.where}, line {m.sums.line}", advice)
@@ -228,6 +230,7 @@ class _Follower:
         for each in sorted(self.defaults):
             m.notes[f"{escape_text(each)} is what its default says, unless --features names it"] = None
         given = FLOATS_ONLY if m.long and not self.said.arrays else GIVEN[self.said.arrays]
+        given = FLOATS_SAID if self.said.floats else given
         last = max((_find_index(node, m.inputs.parameters) for node in ast.walk(self.function.node)), default=-1)
         plain = Described(
             kind=KIND,
@@ -261,7 +264,7 @@ class _Follower:
             made=not self.function.kind,
             given=[shapes.pop(name) for name in plain],
             named=shapes,
-            forms=FORMS[self.said.arrays] if self.said.arrays or not m.long else FORMS[""][:1],
+            forms=FORMS[self.said.arrays][:1] if m.long or self.said.floats else FORMS[self.said.arrays],
             scores=self.said.scores,
         )
         return replace(origin, second=partial(run_source, called, origin), act=partial(act_python, called, origin))
