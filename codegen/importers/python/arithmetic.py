@@ -20,8 +20,8 @@ from typing import Any
 
 import numpy as np
 
-from codegen.importers.python.machine import MAX_ITEMS, TEST_ADVICE, Machine, step_of, words_of
-from codegen.importers.python.values import Array, Condition, Extreme, Instance, Member, Part, Refused, Symbol
+from codegen.importers.python.machine import MAX_ITEMS, TEST_ADVICE, Machine, step_of
+from codegen.importers.python.values import Array, Condition, Extreme, Instance, Member, Part, Refused, Symbol, words_of
 from codegen.importers.symbolic.affine import CUT_BEFORE, CUTTING, IN_ORDER
 from codegen.importers.symbolic.feature import FALLING, FOLDING, RISING, SIGNS, TURNED, Feature, Step, Test, at_most
 

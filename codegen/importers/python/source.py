@@ -25,10 +25,21 @@ from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers.origin import NOTHING, Origin, Said
 from codegen.importers.python.file import ALONE, Decider, File, deciders, file_of
 from codegen.importers.python.inputs import MAX_FEATURES, Inputs
-from codegen.importers.python.machine import ARRAYS_ADVICE, FAILURES, Machine, words_of
+from codegen.importers.python.machine import ARRAYS_ADVICE, FAILURES, Machine
 from codegen.importers.python.objects import instance_of
 from codegen.importers.python.statements import follow, link_statements
-from codegen.importers.python.values import Class, Condition, Extreme, Instance, Member, Part, Refused, Scope, Symbol
+from codegen.importers.python.values import (
+    Class,
+    Condition,
+    Extreme,
+    Instance,
+    Member,
+    Part,
+    Refused,
+    Scope,
+    Symbol,
+    words_of,
+)
 from codegen.importers.reading import FLOATS
 from codegen.importers.summed import rounds
 from codegen.importers.symbolic.affine import IN_ORDER, NO_SUM, Affine, Given, Sums
