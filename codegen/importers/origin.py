@@ -24,9 +24,9 @@ from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers import names, replay
 from codegen.importers.reading import AGENT as AGENT
 from codegen.importers.reading import DOUBLES as DOUBLES
+from codegen.importers.reading import NOT_COMPARED, SUMS
 from codegen.importers.reading import NOTHING as NOTHING
 from codegen.importers.reading import SINGLES as SINGLES
-from codegen.importers.reading import SUMS
 from codegen.importers.reading import Origin as Origin
 from codegen.importers.reading import Said as Said
 from codegen.importers.summed import ensure_alike, place_sum
@@ -37,7 +37,6 @@ from codegen.profiles.rules import ensure
 
 MAX_NOTES = 8
 TEAM = "team"
-NOT_COMPARED = "nobody: the source was not compared"
 NAN_KEPT, NAN_RIGHT = "decided as in the origin", "goes right, whatever the origin does"
 
 
@@ -92,8 +91,10 @@ def _replay(policy: ir.AgentPolicy, named: "_Named") -> tuple[int, str]:
     itself is asked at its own numbers, too.
     """
     origin = named.origin
-    rows = replay.observations(policy, nan=origin.nan, finite=origin.finite)
+    rows = replay.observations(policy, nan=origin.nan, finite=origin.finite, asks=origin.asks)
     if origin.second is None:
+        if origin.asks is not None and policy.numbers != origin.numbers:
+            rows = rows[(rows.astype(policy.numbers) == rows).all(axis=1)]
         rows = rows if origin.takes is None else rows[origin.takes(rows)]
         return replay.replay_origin(policy, origin.act, rows), ""
     with origin.second() as (numbers, ask):
@@ -145,14 +146,34 @@ def _name_origin(
     )
 
     def act(rows: Floats) -> Any:
+        assert origin.act is not None
         said = np.asarray(origin.act(rows[:, columns]))
         return said if origin.vectors else np.where(said < 0, said, place[said])
+
+    def asks(rows: Floats) -> Floats:
+        assert origin.asks is not None
+        given = origin.asks(rows[:, columns])
+        chosen = np.zeros((len(given), rows.shape[1]))
+        chosen[:, columns] = given
+        return chosen
 
     takes = origin.takes
     inside: Callable[[Floats], Bool] | None = None if takes is None else lambda rows: takes(rows[:, columns])
     sums = tuple(place_sum(each.terms, columns) for each in origin.sums)
     vectors = tuple(tuple(place_sum(each.terms, columns) for each in vector) for vector in origin.vectors)
-    return _Named(replace(origin, grown=grown, act=act, takes=inside, sums=sums, vectors=vectors), placed, chosen)
+    return _Named(
+        replace(
+            origin,
+            grown=grown,
+            act=origin.act and act,
+            asks=origin.asks and asks,
+            takes=inside,
+            sums=sums,
+            vectors=vectors,
+        ),
+        placed,
+        chosen,
+    )
 
 
 def _policy(agent: str, named: _Named, numbers: str | None) -> ir.AgentPolicy:

@@ -14,8 +14,10 @@ from codegen.floats import FLOAT32, FLOAT64
 from codegen.ir import Bool, Floats, GrownTree, Sum
 
 AGENT = "agent_0"
+NOT_COMPARED = "nobody: the source was not compared"  # who replayed an import, where nobody did
 SUMS = 1 << 24  # from this place on, features of a grown tree are sums
 MAX_FEATURES = 1 << 20  # of an observation
+FLOATS = "floats"  # Python's own, beside the types of arrays
 SINGLES, DOUBLES = (f"any numbers, which it makes {numbers}" for numbers in (FLOAT32, FLOAT64))
 
 
@@ -63,7 +65,9 @@ class Origin(Facts):
 
     grown: GrownTree  # a leaf's action is the place of its label
     labels: tuple[Any, ...]  # that its leaves return; numbers ascending
-    act: Callable[[Floats], Any]  # rows [n, n_features] -> the places of its own labels [n], or numbers [n, n_outputs]
+    # rows [n, n_features] -> the places of its own labels [n], or numbers [n, n_outputs]; None: nobody is asked
+    act: Callable[[Floats], Any] | None
+    asks: Callable[[Floats], Floats] | None = None  # the tree's own rows -> those that it is asked about
     takes: Callable[[Floats], Bool] | None = None  # which observations it takes, where not all finite ones
     arithmetic: str = ""  # of sums; "": there is none
     sums: tuple[Sum, ...] = ()  # the feature SUMS + k of `grown` is sums[k]
@@ -88,9 +92,8 @@ class Said:
     scores: bool = False  # whether a list of numbers holds a score for each action
     wanted: str = ""  # the function that is asked for, where a file has several
     features: tuple[str, ...] = ()  # names of all features, in their order; (): not said
-    arrays: str = ""  # of which numbers NumPy hands over to Python: float32 or float64; "": it is given Python's floats
+    arrays: str = ""  # what Python is given: floats, or arrays of float32 or float64; "": not said
     outputs: tuple[str, ...] = ()  # names of the numbers that are returned to be given; (): labels are returned
-    floats: bool = False  # whether it is given Python's floats only
     run: bool = True  # whether source code may be run, in a process of its own, to be compared
     prefer: tuple[str, ...] = ()  # labels, the most wanted first, where a leaf permits several
     beside: Callable[[str], bytes | None] = lambda _: None  # the content of a file that lies beside the source

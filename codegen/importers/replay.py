@@ -27,10 +27,16 @@ WORK = 1 << 24  # rows times numbers of a source
 MAX_SPECIAL = 64  # features that are put at special values, one by one
 
 
-def observations(policy: AgentPolicy, *, nan: bool, finite: bool) -> Floats:
-    """What both are asked about, [n, n_features]. InputError where that is more than fits into memory."""
+Asks = Callable[[Floats], Floats]
+
+
+def observations(policy: AgentPolicy, *, nan: bool, finite: bool, asks: Asks | None = None) -> Floats:
+    """What both are asked about, [n, n_features]. `asks`: what an origin makes of the tree's own rows. InputError where
+    that is more than fits into memory.
+    """
+    asks = asks or (lambda rows: rows)
     if policy.tree.arithmetic:
-        return _keep_rows(policy, np.concatenate(list(_of_sums(policy))), nan=nan, finite=finite)
+        return _keep_rows(policy, asks(np.concatenate(list(_of_sums(policy)))), nan=nan, finite=finite)
     rng, width = np.random.default_rng(0), len(policy.features)
     tested = policy.tree.feature != NO_FEATURE
     n_splits = int(tested.sum())
@@ -55,7 +61,7 @@ def observations(policy: AgentPolicy, *, nan: bool, finite: bool) -> Floats:
             _mix_thresholds(policy.tree, probes.random(features, RANDOM, rng, numbers), rng),
         ]
     )
-    return _keep_rows(policy, rows, nan=nan, finite=finite)
+    return _keep_rows(policy, asks(rows), nan=nan, finite=finite)
 
 
 def source_observations(policy: AgentPolicy, numbers: Sequence[int | float], *, nan: bool, finite: bool) -> Floats:

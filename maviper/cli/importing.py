@@ -56,7 +56,7 @@ def import_verb(
 
     FILE is if/else Python or C (one function per agent), an ONNX model, a single tree of XGBoost (JSON), LightGBM
     (text) or treelite (JSON), dtControl's JSON, or a C header of `maviper compile`. Its kind is detected. Nothing in
-    it is run but if/else Python, in a process of its own behind a gate; `--no-run` leaves that out.
+    it is run but if/else Python behind a gate, and compiled C, each in a process of its own; `--no-run` runs neither.
 
     The profile decides as FILE does for every observation of the numbers that FILE compares, float32 or float64. It is
     written only after a comparison: both must decide the same at every threshold, at its neighbours, at random

@@ -35,8 +35,7 @@ def import_trees(
     said = Said(
         asked.scores,
         features=plain,
-        arrays="" if asked.arrays == "none" else asked.arrays or "",
-        floats=asked.arrays == "none",
+        arrays=asked.arrays or "",
         outputs=outputs,
         run=asked.run,
         prefer=tuple(asked.prefer or ()),

@@ -47,11 +47,11 @@ class ImportOptions(TypedDict, total=False):
         ),
     ]
     arrays: Annotated[
-        Literal["float32", "float64", "none"] | None,
+        Literal["floats", "float32", "float64"] | None,
         Option(
             None,
             IMPORTED,
-            "Arrays that if/else Python is given; NumPy 2 rounds its numbers to their type. Default: none, or float64.",
+            "What if/else Python is given: Python's floats, or arrays of NumPy; asked for where they differ.",
         ),
     ]
     output_names: Annotated[
