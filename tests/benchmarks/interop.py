@@ -13,7 +13,9 @@ for the file: CPython to compile if/else Python, gcc -O0 to compile C.
 --second: what it costs that the C compiler reads a file, too: seconds of CPU of imports with and without it, of a file
 of the corpus and of 5,000 ifs, and of each build of these.
 
---ifs: the command `maviper import` of a file of 5,000 nested ifs, as CPU time over that of the parser alone.
+--ifs: the command `maviper import` of a file of 5,000 nested ifs, as CPU time over that of the parser alone: Python
+(each the least of several, one after the other), and C.
+
 --games turns: TicTacToe of PettingZoo, with turns and masks; trees of a player written by hand, against random moves.
 --games vmas: navigation of VMAS; an expert is trained by reward, without a critic, and extracted. Both play in the
 library's own loop, by the generated Python module. A share is (tree - random) / (expert - random), in returns.
@@ -52,6 +54,7 @@ from tests.support.c_source import COMPILER, compiled, scores
 from tests.support.python_source import nested
 
 SCORES = Said(scores=True)
+IFS = 12  # levels of 4,095 ifs
 LARGE = 17  # levels: 131,072 leaves, 262,143 nodes
 
 
@@ -186,6 +189,32 @@ def many_ifs(count: int) -> str:
     return f"int act(const float *x)\n{{\n{''.join(lines(count, dict.fromkeys(range(6), (-10.0, 10.0)), ' '))}}}\n"
 
 
+def python_ifs(count: int = 5_000) -> Iterator[dict[str, Any]]:
+    """The whole command on so many ifs, and a process that only parses them."""
+    rng, rest = np.random.default_rng(0), count - 2**IFS + 1
+    lines = ["def act(x):\n"]
+    for line in nested(IFS, dict.fromkeys(range(8), (-100.0, 100.0)), " ", rng):
+        if "return" in line and rest > 0:
+            indent, rest = line[: -len(line.lstrip())], rest - 1
+            lines += [f"{indent}if x[9] <= {float(rng.uniform(-1, 1))!r}:\n", f"{indent} return 7\n"]
+        lines.append(line)
+    assert sum("if " in line for line in lines) == count
+    with tempfile.TemporaryDirectory() as folder:
+        source = Path(folder) / "act.py"
+        source.write_text("".join(lines))
+        command = [sys.executable, "-m", "maviper", "import", str(source), "-o", str(Path(folder) / "act.json")]
+        parse = [sys.executable, "-c", f"import ast; ast.parse(open({str(source)!r}).read())"]
+        turns = [(seconds(lambda: quiet(command)), seconds(lambda: quiet(parse))) for _ in range(7)]
+    ours, peer = (min(each) for each in zip(*turns, strict=True))
+    name = f"{count:,} ifs, whole command / a process with ast.parse"
+    yield {"name": name, "value": ours / peer, "reach": 8, "stretch": 5, "better": "lower"}
+
+
+def quiet(command: list[str]) -> None:
+    """Runs a command to its end, without its words."""
+    subprocess.run(command, check=True, capture_output=True)
+
+
 def in_c(lines: list[str]) -> Iterator[str]:
     """Lines of nested ifs of Python as C: each `else` follows the block of its `if`."""
     open_ = 0
@@ -259,7 +288,7 @@ def main() -> None:
     parser.add_argument("--games", choices=["turns", "vmas"])
     parser.add_argument("--second", action="store_true")
     options = parser.parse_args()
-    figures = list(second() if options.second else ifs()) if options.second or options.ifs else []
+    figures = list(second()) if options.second else [*python_ifs(), *ifs()] if options.ifs else []
     figures = figures or (games(options.games) if options.games else imports(options.trees))
     if options.json:
         print(json.dumps({"figures": figures}))
@@ -290,7 +319,7 @@ def imports(trees: int) -> list[dict[str, Any]]:
             continue
         what = f"{name}: differences in {trees} trees"
         figures.append({"name": what, "value": found, "reach": 0, "stretch": 0, "better": "lower"})
-    return figures + list(large())
+    return figures + list(ifs()) + list(large())
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""All paths of a program, one after the other: as a tree, and once more for many observations at once.
+"""All paths of a program, one after the other, as a tree.
 
 Does: `holds` answers a test that a program asks, and comes back later for the other answer; tests that earlier ones
   decide are no split, so that every leaf can be reached.
@@ -11,7 +11,6 @@ end is an ordinary interpreter: it forks by calling `holds`, and needs no copy o
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from itertools import repeat
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -20,8 +19,7 @@ from codegen.errors import InputError
 from codegen.importers.folding import without
 from codegen.importers.reading import SUMS
 from codegen.importers.symbolic.affine import Sums
-from codegen.importers.symbolic.feature import SIGNS, Feature, Test, Turns, pieces, turns_of
-from codegen.importers.symbolic.line import LAST, number
+from codegen.importers.symbolic.feature import LAST, Feature, Test, Turns, number, pieces, turns_of
 from codegen.ir import MAX_DEPTH, NO_ACTION, NO_CHILD, NO_FEATURE, Bool, Floats, GrownTree
 
 MAX_NODES = 1 << 19
@@ -57,6 +55,7 @@ class Paths(ABC):
         self._answers: tuple[bool, ...] = ()
         self._given, self._parent, self._depth = list[bool](), NO_CHILD, 0
         self._mark: tuple[Any, Any] = (None, known)
+        self._other: Any = None  # what is known where the last test has the other answer, which decides it
 
     def follow(self, run: Run) -> None:
         """Follows all paths. InputError for too many."""
@@ -69,6 +68,12 @@ class Paths(ABC):
         """The program could go on from this state, which nothing changes any more."""
         if len(self._given) >= len(self._answers):
             self._mark, self._answers, self._given = (state, self.known), (), []
+
+    def branch(self, state: Any) -> None:
+        """The other answer to the last test goes on from this state, if it was the only one since the mark."""
+        if self._other is not None and self._given == [True] and not self._answers:
+            last = self._open.pop()
+            self._open.append(_Open(state, (), self._other, last.parent, last.depth))
 
     def step(self, count: int = 1) -> None:
         """Counts the work. InputError beyond its limit."""
@@ -122,7 +127,7 @@ class Growth(Paths):
 
     def holds(self, test: Test) -> bool:
         """Splits as often as the test turns within what is known."""
-        numbers = self._sums.numbers_of(test.feature, self.numbers)
+        self._other, numbers = None, self._sums.numbers_of(test.feature, self.numbers)
         key, last, feature = test.key, LAST[numbers], test.feature.place
         turns = self._turns.get(key)
         if turns is None:
@@ -136,7 +141,11 @@ class Growth(Paths):
                 return holds
             at = inner[-1] if len(inner) <= MAX_CHAIN else inner[len(inner) // 2]
             left = self._fork((feature, at.threshold))
-            self.known = {**self.known, feature: (low, at.place) if left else (at.place + 1, high)}
+            right = {**self.known, feature: (at.place + 1, high)}
+            self.known = {**self.known, feature: (low, at.place)} if left else right
+            if len(inner) == 1:
+                self._other = right
+                self.nan &= high < last or turns.nan != (turns.first ^ (turns.turns.index(at) % 2 == 1))
 
     def least(self, feature: Feature) -> Any:
         """The least at the ends of the stretches on which the feature only rises or falls."""
@@ -207,56 +216,3 @@ class Growth(Paths):
             self.rows[~self._parent if right else self._parent][3 if right else 2] = len(self.rows)
         self.rows.append(row)
         return len(self.rows) - 1
-
-
-class Replay(Paths):
-    """What a program returns for each of many observations, by its own comparisons."""
-
-    def __init__(self, where: str, rows: Floats, sums: Sums | None = None) -> None:
-        super().__init__(where, np.arange(len(rows)))  # the observations that come this far
-        self.columns = [np.asarray(column, dtype=np.float64) for column in rows.T]
-        self._sums, self._of_sums = sums, dict[int, Floats]()
-        self.values: list[Any] = [None] * len(rows)
-        self._computed: dict[str, dict[int, Any]] = {}  # by feature, of each observation that came where it is asked
-
-    def holds(self, test: Test) -> bool:
-        """Splits the observations once, where some of them pass and others do not."""
-        holds = self._passing(test)
-        if holds.all() or not holds.any():
-            return bool(len(holds)) and bool(holds[0])
-        answer = self._fork((0, 0.0))
-        self.known = self.known[holds if answer else ~holds]
-        return answer
-
-    def end_path(self, value: Any) -> None:
-        """The observations that came here return this."""
-        for place in self.known.tolist():
-            self.values[place] = value
-
-    def least(self, feature: Feature) -> Any:
-        """The least among the observations that came here."""
-        return min(self._values(feature))
-
-    def _column(self, place: int) -> Floats:
-        """The numbers of an input or of a sum, one for each observation."""
-        if place < SUMS or self._sums is None:
-            return self.columns[place]
-        if place not in self._of_sums:
-            self._of_sums[place] = self._sums.column(place, self.columns)
-        return self._of_sums[place]
-
-    def _passing(self, test: Test) -> Bool:
-        if test.feature.steps or not isinstance(test.number, float):
-            compare, number = SIGNS[test.sign], test.number
-            return np.fromiter(map(compare, self._values(test.feature), repeat(number)), np.bool_, len(self.known))
-        given = self._column(test.feature.place)[self.known]
-        return np.asarray(SIGNS[test.sign](given, test.number), dtype=np.bool_)
-
-    def _values(self, feature: Feature) -> list[Any]:
-        """What is computed of the observations that came here; of each once, for many tests ask about it."""
-        computed, column = self._computed.setdefault(feature.key, {}), self._column(feature.place)
-        known: list[int] = self.known.tolist()
-        if len(computed) < len(self.values):
-            new = np.array([row for row in known if row not in computed], np.int64)
-            computed |= zip(new.tolist(), map(feature.value, column[new].tolist()), strict=True)
-        return list(map(computed.__getitem__, known))
