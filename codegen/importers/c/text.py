@@ -44,7 +44,7 @@ class Expanded(NamedTuple):
     names: dict[str, int]  # macros that are whole numbers, which stay as names
     missing: tuple[str, ...]  # headers that were not read
     contracts: bool  # whether a compiler may join a product and a sum
-    content: bytes  # of the file, as it stands
+    content: bytes  # of the file, as a compiler of C takes it
     beside: dict[str, bytes]  # of headers beside it that were read
 
 
@@ -239,6 +239,7 @@ def expand_source(content: bytes, where: str, beside: Callable[[str], bytes | No
     text = _blank_comments(_splice_lines(_decode_source(content), where), where)
     if where.lower().endswith(ENDINGS):
         text = strip_cpp(text, where)
+        content = text.encode()  # a compiler of C is asked about the C inside
     lines = text.split("\n")
     hides = HIDDEN.search(text) is None
     reader = _Reader(where, beside)
