@@ -15,11 +15,27 @@ METHODS = ("exec_module", "load_module", "run_path", "run_module", "load_pickle"
 LOADERS = {"np.load", "numpy.load", "joblib.load", "torch.load", "torch.jit.load", "torch.hub.load"}
 ALLOWED: dict[tuple[str, str], str] = {
     ("codegen/importers/python/source.py", "compile"): "checks the grammar; what it gives is thrown away, never run",
+    ("codegen/importers/running/child.py", "compile"): "if/else Python that passed the gate, in a process of its own",
+    ("codegen/importers/running/child.py", "exec"): "the same; SECURITY.md says under which limits",
+    ("codegen/importers/running/child.py", "import_module"): "modules of the gate's table, by name; numpy; the gate",
     ("codegen/agreement/readback.py", "import_module"): "jax or torch, by its name in the sources",
     ("codegen/agreement/readback.py", "runpy"): "code that this very run has generated, to compare it with the trees",
     ("codegen/agreement/readback.py", "runpy.run_path"): "the same",
+    ("codegen/importers/kinds.py", "import_module"): "a reader of this package, by its name in the sources",
     ("maviper/reproduction/run.py", "import_module"): "a module of this package, by its name in the sources",
     ("maviper/worlds/outside/making.py", "import_module"): "user code that the user names on the command line",
+}
+
+STARTERS = ("subprocess", "multiprocessing", "codegen.agreement.programs")
+STARTS: dict[str, str] = {
+    "codegen/agreement/programs.py": "what others name, with a limit of time",
+    "codegen/agreement/compiled.py": "a compiler, of code that this very run has generated",
+    "codegen/agreement/readback.py": "interpreters, of code that this very run has generated",
+    "codegen/importers/c/compiled/tokens.py": "the C preprocessor, of a file that is imported",
+    "codegen/importers/c/compiled/builds.py": "C that was accepted and written again, with limits (driver.py)",
+    "codegen/importers/running/asking.py": "Python, of a source that passed the gate",
+    "maviper/compilation/frama_c.py": "Frama-C, of code that this very run has generated",
+    "maviper/worlds/outside/processes.py": "copies of an environment that the user names on the command line",
 }
 
 
@@ -66,6 +82,17 @@ def test_nothing_that_we_read_can_run_code():
         for path in (ROOT / package).rglob("*.py"):
             found |= {(path.relative_to(ROOT).as_posix(), name) for name in running(nodes_of(path))}
     assert found == set(ALLOWED), sorted(found ^ set(ALLOWED))
+
+
+def test_what_starts_programs_stands_in_a_table():
+    found = set()
+    for package in PACKAGES:
+        for path in (ROOT / package).rglob("*.py"):
+            for node in nodes_of(path):
+                names = [one.name for one in node.names] if isinstance(node, ast.Import) else []
+                names += [node.module or ""] if isinstance(node, ast.ImportFrom) else []
+                found |= {path.relative_to(ROOT).as_posix() for name in names if name.startswith(STARTERS)}
+    assert found == set(STARTS), sorted(found ^ set(STARTS))
 
 
 @pytest.mark.parametrize(

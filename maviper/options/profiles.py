@@ -47,11 +47,11 @@ class ImportOptions(TypedDict, total=False):
         ),
     ]
     arrays: Annotated[
-        Literal["float32", "float64"] | None,
+        Literal["floats", "float32", "float64"] | None,
         Option(
             None,
             IMPORTED,
-            "Arrays that if/else Python is given; NumPy 2 rounds its numbers to their type. Default: Python's floats.",
+            "What if/else Python is given: Python's floats, or arrays of NumPy; asked for where they differ.",
         ),
     ]
     output_names: Annotated[
@@ -78,6 +78,12 @@ class ImportOptions(TypedDict, total=False):
     scores: Annotated[
         bool,
         Option(False, IMPORTED, "A list of numbers that FILE returns holds a score for each action: the largest acts."),
+    ]
+    run: Annotated[
+        bool,
+        Option(
+            True, IMPORTED, "Do not run FILE to compare it: the profile then says that its source was not compared."
+        ),
     ]
 
 

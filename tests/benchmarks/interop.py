@@ -3,10 +3,18 @@ others: what small trees reach there.
 
     python tests/benchmarks/interop.py [--json] [--trees N]
     python tests/benchmarks/interop.py --games turns|vmas [--json]
+    python tests/benchmarks/interop.py --second [--json]
+    python tests/benchmarks/interop.py --ifs [--json]
 
 Differences are counted against the program that wrote a file, or that a compiler makes of it, at every threshold and
 at both its float32 neighbours, and at random. A time is one of CPU, and a ratio to what the language itself needs
 for the file: CPython to compile if/else Python, gcc -O0 to compile C.
+
+--second: what it costs that the C compiler reads a file, too: seconds of CPU of imports with and without it, of a file
+of the corpus and of 5,000 ifs, and of each build of these.
+
+--ifs: the command `maviper import` of a file of 5,000 nested ifs, as CPU time over that of the parser alone: Python
+(each the least of several, one after the other), and C.
 
 --games turns: TicTacToe of PettingZoo, with turns and masks; trees of a player written by hand, against random moves.
 --games vmas: navigation of VMAS; an expert is trained by reward, without a critic, and extracted. Both play in the
@@ -14,6 +22,7 @@ library's own loop, by the generated Python module. A share is (tree - random) /
 """
 
 import argparse
+import itertools
 import json
 import shutil
 import subprocess
@@ -27,12 +36,14 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).parents[2]))  # for tests.*, also when run by this path
 
 import numpy as np
+from pycparser import CParser
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import MinMaxScaler, StandardScaler
 from sklearn.tree import DecisionTreeClassifier
 
 from codegen import ir
 from codegen.errors import InputError
+from codegen.importers.c.compiled.builds import TRAPS, UNCHECKED
 from codegen.importers.c.source import from_c
 from codegen.importers.onnx.graph import decision_tree
 from codegen.importers.onnx.model import from_onnx
@@ -43,6 +54,7 @@ from tests.support.c_source import COMPILER, compiled, scores
 from tests.support.python_source import nested
 
 SCORES = Said(scores=True)
+IFS = 12  # levels of 4,095 ifs
 LARGE = 17  # levels: 131,072 leaves, 262,143 nodes
 
 
@@ -138,6 +150,71 @@ def large() -> Iterator[dict[str, Any]]:
     yield ratio("C, import / gcc -O0", taken, peer)
 
 
+def second() -> Iterator[dict[str, Any]]:
+    """Seconds of CPU of imports of C, compared with the compiler and not, and of parsing alone."""
+    corpus = (Path(__file__).parents[1] / "corpus/c/plant_watering.c").read_bytes()
+    for name, content in (("plant_watering.c", corpus), ("5,000 ifs", many_ifs(5_000).encode())):
+        for what, run in (("compared", True), ("not compared", False)):
+            taken = seconds(lambda content=content, run=run: profile_of(from_c(content, "a.c", Said(run=run)), Names()))
+            yield {"name": f"{name}, {what}, s of CPU", "value": taken, "reach": 60, "stretch": 5, "better": "lower"}
+    text = many_ifs(5_000)
+    taken = seconds(lambda: CParser().parse(text))
+    yield {"name": "5,000 ifs, pycparser alone, s of CPU", "value": taken, "reach": 60, "stretch": 5, "better": "lower"}
+    with tempfile.TemporaryDirectory() as folder:
+        (Path(folder) / "a.c").write_text(text)
+        for flags in (["-O0"], ["-O2"], ["-O0", TRAPS, UNCHECKED]):
+            command = [str(COMPILER), *flags, "-c", "-o", f"{folder}/a.o", f"{folder}/a.c"]
+            taken = seconds(lambda command=command: subprocess.run(command, check=True))
+            name = f"5,000 ifs, compiler alone, {' '.join(flags)[:14]}, s of CPU"
+            yield {"name": name, "value": taken, "reach": 60, "stretch": 5, "better": "lower"}
+
+
+def many_ifs(count: int) -> str:
+    """A balanced tree of ifs, a test of one of six features each."""
+
+    def lines(left: int, box: dict[int, tuple[float, float]], indent: str) -> Iterator[str]:
+        if left == 0:
+            yield f"{indent}return {next(leaves) % 5};\n"
+            return
+        feature = int(rng.integers(6))
+        low, high = box[feature]
+        middle = round((low + high) / 2, 6)
+        yield f"{indent}if (x[{feature}] <= {middle}f) {{\n"
+        yield from lines((left - 1) // 2, {**box, feature: (low, middle)}, indent + " ")
+        yield f"{indent}}} else {{\n"
+        yield from lines(left - 1 - (left - 1) // 2, {**box, feature: (middle, high)}, indent + " ")
+        yield f"{indent}}}\n"
+
+    rng, leaves = np.random.default_rng(1), itertools.count()
+    return f"int act(const float *x)\n{{\n{''.join(lines(count, dict.fromkeys(range(6), (-10.0, 10.0)), ' '))}}}\n"
+
+
+def python_ifs(count: int = 5_000) -> Iterator[dict[str, Any]]:
+    """The whole command on so many ifs, and a process that only parses them."""
+    rng, rest = np.random.default_rng(0), count - 2**IFS + 1
+    lines = ["def act(x):\n"]
+    for line in nested(IFS, dict.fromkeys(range(8), (-100.0, 100.0)), " ", rng):
+        if "return" in line and rest > 0:
+            indent, rest = line[: -len(line.lstrip())], rest - 1
+            lines += [f"{indent}if x[9] <= {float(rng.uniform(-1, 1))!r}:\n", f"{indent} return 7\n"]
+        lines.append(line)
+    assert sum("if " in line for line in lines) == count
+    with tempfile.TemporaryDirectory() as folder:
+        source = Path(folder) / "act.py"
+        source.write_text("".join(lines))
+        command = [sys.executable, "-m", "maviper", "import", str(source), "-o", str(Path(folder) / "act.json")]
+        parse = [sys.executable, "-c", f"import ast; ast.parse(open({str(source)!r}).read())"]
+        turns = [(seconds(lambda: quiet(command)), seconds(lambda: quiet(parse))) for _ in range(7)]
+    ours, peer = (min(each) for each in zip(*turns, strict=True))
+    name = f"{count:,} ifs, whole command / a process with ast.parse"
+    yield {"name": name, "value": ours / peer, "reach": 8, "stretch": 5, "better": "lower"}
+
+
+def quiet(command: list[str]) -> None:
+    """Runs a command to its end, without its words."""
+    subprocess.run(command, check=True, capture_output=True)
+
+
 def in_c(lines: list[str]) -> Iterator[str]:
     """Lines of nested ifs of Python as C: each `else` follows the block of its `if`."""
     open_ = 0
@@ -155,6 +232,48 @@ def in_c(lines: list[str]) -> Iterator[str]:
     yield "}\n" * open_
 
 
+def ifs() -> Iterator[dict[str, Any]]:
+    """The whole command for 5,000 ifs of C, over pycparser alone for the text behind its preprocessor, in turns."""
+    from pycparser import CParser
+
+    names = ["speed", "gap", "level", "heat", "load", "angle", "rate", "mass"]
+    head = "typedef struct { float " + ", ".join(names) + "; } obs_t;\nenum action { STOP, GO, TURN };\n"
+    plain = f"{head}int act(const obs_t *o)\n{{\n{nested_ifs(5_000, names)}}}\n"
+    written = "#include <stdint.h>\n#define IDLE 0\n#define TWICE(v) ((v) * 2)\n" + plain
+    ratios = []
+    with tempfile.TemporaryDirectory() as folder:
+        (Path(folder) / "tree.c").write_text(written)
+        command = [sys.executable, "-m", "maviper", "import", f"{folder}/tree.c", "-o", f"{folder}/profile.json"]
+        for _ in range(3):
+            peer = seconds(lambda: CParser().parse(plain))
+            ratios.append(seconds(lambda: subprocess.run(command, check=True, capture_output=True)) / peer)
+            (Path(folder) / "profile.json").unlink()
+    name = "5,000 ifs of C, command / pycparser alone"
+    yield {"name": name, "value": float(np.median(ratios)), "reach": 3, "stretch": 2, "better": "lower"}
+
+
+def nested_ifs(count: int, names: list[str]) -> str:
+    """A tree of so many ifs of C, each of which may hold or not."""
+    rng, lines = np.random.default_rng(0), list[str]()
+
+    def add_lines(left: int, bounds: dict[str, tuple[float, float]], level: int) -> None:
+        pad = "    " * level
+        if left == 0:
+            lines.append(f"{pad}return {rng.choice(['STOP', 'GO', 'TURN'])};\n")
+            return
+        name = str(rng.choice(names))
+        low, high = bounds[name]
+        at = round(float(rng.uniform(low, high)), 4)
+        lines.append(f"{pad}if (o->{name} <= {at}f) {{\n")
+        add_lines((left - 1) // 2, {**bounds, name: (low, at)}, level + 1)
+        lines.append(f"{pad}}} else {{\n")
+        add_lines(left - 1 - (left - 1) // 2, {**bounds, name: (at, high)}, level + 1)
+        lines.append(f"{pad}}}\n")
+
+    add_lines(count, dict.fromkeys(names, (-100.0, 100.0)), 1)
+    return "".join(lines)
+
+
 def ratio(name: str, ours: float, peer: float) -> dict[str, Any]:
     """A time as a ratio to a peer's."""
     return {"name": name, "value": ours / peer, "reach": 40, "stretch": 10, "better": "lower"}
@@ -165,9 +284,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--trees", type=int, default=20)
+    parser.add_argument("--ifs", action="store_true")
     parser.add_argument("--games", choices=["turns", "vmas"])
+    parser.add_argument("--second", action="store_true")
     options = parser.parse_args()
-    figures = games(options.games) if options.games else imports(options.trees)
+    figures = list(second()) if options.second else [*python_ifs(), *ifs()] if options.ifs else []
+    figures = figures or (games(options.games) if options.games else imports(options.trees))
     if options.json:
         print(json.dumps({"figures": figures}))
         return
@@ -197,7 +319,7 @@ def imports(trees: int) -> list[dict[str, Any]]:
             continue
         what = f"{name}: differences in {trees} trees"
         figures.append({"name": what, "value": found, "reach": 0, "stretch": 0, "better": "lower"})
-    return figures + list(large())
+    return figures + list(ifs()) + list(large())
 
 
 if __name__ == "__main__":

@@ -11,6 +11,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 from typing import Any, Final, TypeAlias
 
 import numpy as np
@@ -40,6 +41,11 @@ class Kind:
     def float_type(self) -> Any:
         """What NumPy calls a float or double."""
         return np.float32 if self == FLOAT else np.float64
+
+    @property
+    def fits_float32(self) -> bool:
+        """Whether every number of it is a float32."""
+        return self == FLOAT if self.floating else max(-self.low, self.high) <= 2**24
 
     def holds(self, value: Any) -> bool:
         """Whether a whole number is one of this type."""
@@ -165,6 +171,7 @@ MAX_DIGITS = 1_000
 LEAST_INFINITE = 2**128 - 2**103  # halfway between the largest float and 2**128
 
 
+@lru_cache(maxsize=1 << 16)
 def literal(text: str) -> Number | None:
     """A literal without its sign; None: it is not understood, or not finite."""
     if len(text) > MAX_DIGITS:
@@ -175,7 +182,14 @@ def literal(text: str) -> Number | None:
         return _parse_integer(match[1], match[2].lower())
     match = DECIMAL.fullmatch(text)
     if match and (match[2] or "." in match[1]):
-        return _finite(Fraction(match[1] + (match[2] or "")), FLOAT if match[3] else DOUBLE)
+        digits = match[1] + (match[2] or "")
+        near = np.float64(digits)
+        if not match[3]:
+            return Number(near, DOUBLE) if np.isfinite(near) else None
+        middle = int(near.view(np.uint64)) % 2**29 == 2**28  # of two floats: the digits say which is nearer
+        if not middle and 2.0**-126 <= near < 2.0**127:
+            return Number(np.float32(near), FLOAT)
+        return _finite(Fraction(digits), FLOAT)
     match = HEXADECIMAL.fullmatch(text)
     if match:
         digits, _, exponent = match[1].lower().partition("p")

@@ -15,7 +15,8 @@ knows which it is: `Said.arrays`.
 import ast
 import copy
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -24,24 +25,43 @@ import numpy as np
 from codegen.errors import InputError, escape_text
 from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers.origin import NOTHING, Origin, Said
-from codegen.importers.python.classes import instance_of
 from codegen.importers.python.file import ALONE, Decider, File, deciders, file_of
 from codegen.importers.python.inputs import MAX_FEATURES, Inputs
-from codegen.importers.python.machine import RETURN_ADVICE, Machine
+from codegen.importers.python.machine import ARRAYS_ADVICE, FAILURES, Machine
+from codegen.importers.python.objects import instance_of
 from codegen.importers.python.statements import follow, link_statements
-from codegen.importers.python.values import Class, Condition, Extreme, Instance, Member, Part, Scope, Symbol
+from codegen.importers.python.values import (
+    Class,
+    Condition,
+    Extreme,
+    Function,
+    Instance,
+    Member,
+    Part,
+    Refused,
+    Scope,
+    Symbol,
+    words_of,
+)
+from codegen.importers.reading import FLOATS
+from codegen.importers.running.asking import PYTHON, act_python, run_source
+from codegen.importers.running.calling import Called, shape_parameters
 from codegen.importers.summed import rounds
 from codegen.importers.symbolic.affine import IN_ORDER, NO_SUM, Affine, Given, Sums
 from codegen.importers.symbolic.feature import Feature, Test
-from codegen.importers.symbolic.labels import Value
 from codegen.importers.symbolic.paths import Paths
-from codegen.importers.symbolic.program import REPLAYED_BY, Described, origin_of
+from codegen.importers.symbolic.program import Described, Value, origin_of
 from codegen.process.unwarned import silence_warnings
 
 KIND = "if/else Python"
 MAX_BITS = 1 << 12  # of a returned integer; Python writes out no more than some thousand digits
-GIVEN = {"": "Python's floats, or float64 arrays", FLOAT32: "float32 arrays of NumPy 2", FLOAT64: "float64 arrays"}
-FLOATS_ONLY = "Python's floats, no arrays: a whole number in the file is no double"
+VALUED = (ast.IfExp, ast.List, ast.Tuple, ast.Dict, ast.Lambda, ast.Return, ast.Assign, ast.AnnAssign)
+RETURN_ADVICE = "return a number, a text, a name or a list of numbers"
+GIVEN = {
+    "": "Python's floats, or float64 arrays", FLOATS: "Python's floats",
+    FLOAT32: "float32 arrays of NumPy 2", FLOAT64: "float64 arrays",
+}  # fmt: skip
+FORMS = {"": [FLOATS, FLOAT64], FLOATS: [FLOATS], FLOAT64: [FLOAT64], FLOAT32: [FLOAT32]}  # in which a source is asked
 
 
 def from_python(text: bytes, where: str, said: Said = NOTHING) -> dict[str, Origin]:
@@ -52,9 +72,11 @@ def from_python(text: bytes, where: str, said: Said = NOTHING) -> dict[str, Orig
         with silence_warnings():  # about spellings, which would stand on the screen
             parsed = ast.parse(text)
             compile(parsed, "file", "exec", dont_inherit=True)  # refuses what the grammar allows: a parameter twice
-            file = file_of(parsed, Machine(where, said.arrays))
+            with np.errstate(all="ignore"):
+                file = file_of(parsed, Machine(where, said.arrays))
             chosen = deciders(file, said.wanted)
-            return {each.name: _origin(file, each, said, len(chosen)) for each in chosen}
+            source = text.decode("latin-1") if said.run else ""
+            return {each.name: _origin(file, each, said, len(chosen), source) for each in chosen}
     except SyntaxError as error:
         advice = "Python must be able to read the file"
         place = where if error.lineno is None else f"{where}, line {error.lineno}"
@@ -65,30 +87,25 @@ def from_python(text: bytes, where: str, said: Said = NOTHING) -> dict[str, Orig
         raise InputError(f"not Python: {escape_text(error)}", where, "Python must be able to read the file") from None
 
 
-def _origin(file: File, decider: Decider, said: Said, count: int) -> Origin:
+def _origin(file: File, decider: Decider, said: Said, count: int, source: str) -> Origin:
+    """The origin of a function. InputError also for sums whose arithmetic nobody states."""
     widths = dict[tuple[int | str, ...], int]()
     while True:  # again, where a later line says how many features there are
         follower = _Follower(file, decider, said)
-        inputs = follower.machine.inputs
-        inputs.widths |= widths
+        m = follower.machine
+        m.inputs.widths |= widths
         try:
-            numbers, m = said.arrays or FLOAT64, follower.machine
-            return _ensure_said(origin_of(follower.run, m.where, follower.describe_program, numbers, m.sums), said, m)
+            origin = origin_of(follower.run, m.where, follower.describe_program, m.kind or FLOAT64, m.sums)
+            if not said.arrays and rounds(origin):
+                what = "sums of features are computed, and their roundings depend on the numbers that are given"
+                raise InputError(what, f"{m.where}, line {m.sums.line}", ARRAYS_ADVICE)
+            return follower.ask_python(origin, decider, source)
         except InputError as error:
-            if len(inputs.widths) > len(widths):
-                widths = dict(inputs.widths)
+            if len(m.inputs.widths) > len(widths):
+                widths = dict(m.inputs.widths)
                 continue
             more = f"; or {ALONE.format(escape_text(decider.name))}" if count > 1 else ""
             raise InputError(error.what, error.where, f"{error.next_step}{more}") from None
-
-
-def _ensure_said(origin: Origin, said: Said, m: Machine) -> Origin:
-    """InputError for sums of features whose arithmetic nobody states: it depends on what the caller hands over."""
-    if not said.arrays and rounds(origin):
-        what = "sums of features are computed, and their roundings depend on the numbers that are given"
-        advice = "say --arrays float64 for Python's floats or float64 arrays, --arrays float32 for float32 arrays"
-        raise InputError(what, f"{m.where}, line {m.sums.line}", advice)
-    return origin
 
 
 class _Follower:
@@ -104,13 +121,36 @@ class _Follower:
         self.defaults = {name for name in self.function.defaults if name not in said.features}
         self.names = [name for name in places if name not in self.defaults]
         self.keywords = [each.arg for each in takes.kwonlyargs if each.arg not in self.defaults]
-        m.sums = Sums(said.arrays or FLOAT64)
+        m.sums = Sums(m.kind or FLOAT64)
         m.inputs = Inputs(m.where, (*self.names, *self.keywords), len(said.features))
         m.notes, m.called, m.texts, m.symbols = dict(m.notes), {}, set(), set()
+        m.finite = False
+        self.n_read = self._look_ahead(m)
         for each in (*takes.posonlyargs, *takes.args, *takes.kwonlyargs):
             kind = file.scope.names.get(each.annotation.id) if isinstance(each.annotation, ast.Name) else None
             if isinstance(kind, Class) and kind.fields:
                 m.inputs.names[each.arg,] = kind.fields
+
+    def _look_ahead(self, m: Machine) -> int:
+        """What the text says of a sole parameter: `len(x) == 4`, and the last number that it looks at."""
+        name, node, last = m.inputs.parameters[:1], self.function.node, -1
+        for each in self.file.inside(node, ast.Subscript):
+            place = each.slice.value if isinstance(each.slice, ast.Constant) else -1
+            if isinstance(place, int) and (getattr(each.value, "id", ""),) == name:
+                last = max(last, place if place < MAX_FEATURES else -1)
+        for each in self.file.inside(node, ast.Call):
+            of = isinstance(each.func, ast.Name) and each.func.id == "len" and each.args
+            if of and (getattr(each.args[0], "id", ""),) == name:
+                self._count_features(m, name, each)
+        return last + 1
+
+    def _count_features(self, m: Machine, name: tuple[str, ...], call: ast.Call) -> None:
+        """Takes what the length of the observation is compared with for its length."""
+        for each in self.file.inside(call, ast.Compare):
+            number = each.comparators[0]
+            if each.left is call and isinstance(each.ops[0], ast.Eq | ast.NotEq) and isinstance(number, ast.Constant):
+                m.inputs.widths.setdefault(name, number.value)
+                m.notes[f"line {each.lineno}: the observation is taken to have {number.value} numbers"] = None
 
     def _object(self, m: Machine, given: Any) -> Any:
         """The object whose method decides."""
@@ -125,7 +165,7 @@ class _Follower:
     def run(self, paths: Paths, state: Any) -> Value:
         """What is returned on the present path."""
         m, function = self.machine, self.function
-        m.paths, m.fresh, m.written, m.depth, m.streams = paths, {}, {}, 0, False
+        m.paths, m.fresh, m.depth = paths, {}, 0
         if state is None:
             named = {each: Part((each,)) for each in self.keywords}
             named |= {each: Part((each,)) for each in self.names}
@@ -135,23 +175,27 @@ class _Follower:
                 body = [ast.copy_location(ast.Return(body), body)]
             state = link_statements(body, None), names
         rest, names = state
-        scope = Scope(dict(names), function.scope, function.local)
-        value = follow(m, rest, scope, marks=self.file.simple)
-        paths.line = m.line
-        return self.label(value)
+        try:
+            end = follow(m, rest, Scope(dict(names), function.scope, function.local), marks=self.file.simple)
+            return self._label(end.value if end else None)
+        except FAILURES as error:
+            raise m.make_error(None, error) from None
 
-    def label(self, value: Any) -> Value:
+    def _label(self, value: Any) -> Value:
         """What is returned, as a label."""
         m = self.machine
+        if type(value) is int and not self.said.outputs and value.bit_length() <= MAX_BITS:
+            return value  # most are this
+        while isinstance(value, list | tuple) and len(value) == 1 and not isinstance(value[0], str):
+            value = value[0]  # a list of one number is that number
         if isinstance(value, Symbol):
             m.symbols.add(value.name)
             return value.name
-        value = m.require_value(value)
         if isinstance(value, Member):
             plain = value.value if isinstance(value.value, int | float | str) else value.name
             if not isinstance(plain, str) or plain != value.name:
                 m.called.setdefault(plain, value.name)
-            return self.label(plain)
+            return self._label(plain)
         if isinstance(value, Test | Condition):
             return m.truth(value)
         if isinstance(value, np.generic):
@@ -182,28 +226,26 @@ class _Follower:
         """What is given, as a form for each output."""
         m, forms = self.machine, list[Affine]()
         for each in parts:
-            value = m.require_value(m.plain(each))
+            value = m.plain(each)
             if isinstance(value, Extreme):
-                raise m.make_error(None, NO_SUM, IN_ORDER)
+                raise Refused(NO_SUM, IN_ORDER)
             given = value if isinstance(value, Feature) else self._number(value)
-            forms.append(m.sums.represent(given, partial(m.make_error, None)))
+            forms.append(m.sums.represent(given, Refused))
             m.sums.line = m.sums.line or m.line
         return Given(forms)
 
     def _number(self, value: Any) -> Any:
         m = self.machine
-        value = m.whole(value)
+        if isinstance(value, Extreme):
+            raise Refused(NO_SUM, IN_ORDER)
+        value = m.truth(value) if isinstance(value, Test | Condition) else m.whole(value)
         value = value.value if isinstance(value, Member) else value.item() if isinstance(value, np.generic) else value
         if isinstance(value, int) and value.bit_length() > MAX_BITS:
-            raise m.make_error(None, "a number is too long for a name", "return a shorter one")
+            raise Refused("a number is too long for a name", "return a shorter one")
         if not isinstance(value, int | float) or not math.isfinite(value):
             if value is None:
-                raise m.make_error(
-                    None, "a path ends without a return, or returns None", "return an action on every path"
-                )
-            words = {dict: "a dictionary", str: "a text in a list", Instance: "an object"}
-            what = words.get(type(value), f"{type(value).__name__.lower()}")
-            raise m.make_error(None, f"what is returned is no label: {what}", RETURN_ADVICE)
+                raise Refused("a path ends without a return, or returns None", "return an action on every path")
+            raise Refused(f"what is returned is no label: {words_of(value)}", RETURN_ADVICE)
         return value
 
     def describe_program(self) -> Described:
@@ -212,29 +254,51 @@ class _Follower:
         both = m.symbols & m.texts
         if both:
             what = f"{escape_text(min(both))!r} is returned as a text and as a name"
-            raise m.make_error(self.function.node, what, "return one of them")
+            raise InputError(what, f"{m.where}, line {self.function.node.lineno}", "return one of them")
+        named = (ast.Name, ast.Attribute) if m.symbols else ()
+        texts = [each for each in self.file.nodes[ast.Constant] if isinstance(each.value, str)]
         order: list[Any] = [
             each.value if isinstance(each, ast.Constant) else ast.unparse(each)
-            for each in self.file.nodes
-            if (isinstance(each, ast.Constant) and isinstance(each.value, str))
-            or (isinstance(each, ast.Name | ast.Attribute) and m.symbols)
+            for each in _in_order([*texts, *(each for kind in named for each in self.file.nodes[kind])])
         ]
         for each in sorted(self.defaults):
             m.notes[f"{escape_text(each)} is what its default says, unless --features names it"] = None
-        given = FLOATS_ONLY if m.long and not self.said.arrays else GIVEN[self.said.arrays]
-        last = max((_find_index(node, m.inputs.parameters) for node in ast.walk(self.function.node)), default=-1)
         plain = Described(
             kind=KIND,
-            replayed_by=REPLAYED_BY,
-            given=given,
+            replayed_by=PYTHON,
+            given=GIVEN[self.said.arrays],
             order=order,
             called=self._collect_names(),
             scores=self.said.scores,
             finite=m.finite,
-            n_read=last + 1,
+            n_read=self.n_read,
             notes=tuple(m.notes),
         )
-        return m.inputs.describe_inputs(plain)
+        described = m.inputs.describe_inputs(plain)
+        self.places = [int(each) for each in described.places]
+        return described
+
+    def ask_python(self, origin: Origin, decider: Decider, source: str) -> Origin:
+        """The origin that Python itself answers for; without a source, nobody does."""
+        if not source:
+            return replace(origin, act=None, compared=False)
+        m, takes = self.machine, self.function.node.args
+        names = [*self.names, *self.keywords]
+        shapes = shape_parameters(names, dict(zip(m.inputs.places, self.places, strict=True)))
+        first = [each.arg for each in (*takes.posonlyargs, *takes.args)][len(self.first) :]
+        plain = [name for name, own in zip(first, self.names, strict=False) if name == own]
+        called = Called(
+            source=source,
+            where=m.where,
+            entry=decider.name,
+            method="" if isinstance(self.file.scope.names[decider.name], Function) else self.function.name,
+            made=not self.function.kind,
+            given=[shapes.pop(name) for name in plain],
+            named=shapes,
+            forms=FORMS[self.said.arrays],
+            scores=self.said.scores,
+        )
+        return replace(origin, second=partial(run_source, called, origin), act=partial(act_python, called, origin))
 
     def _constant(self, node: ast.expr) -> tuple[str, Any]:
         """The name of a constant of the file, or of a class, and the constant."""
@@ -244,25 +308,22 @@ class _Follower:
             return "", None
         owner = self.file.scope.names.get(node.value.id, self.first[0] if self.first else None)
         kind = owner.kind if isinstance(owner, Instance) else owner
-        return node.attr, kind.find(node.attr) if isinstance(kind, Class) else None
+        return node.attr, kind.members.get(node.attr) if isinstance(kind, Class) else None
 
     def _collect_names(self) -> Mapping[Value, str]:
         """What the source calls its numbers, where it uses a name for one as a value."""
         names: dict[Value, str] = {}
-        for node in self.file.nodes:
-            for each in _values(node):
-                name, held = self._constant(each)
-                if isinstance(held, int | float) and not isinstance(held, bool) and held == held:
-                    names.setdefault(held, name)
+        named = (each for kind in VALUED for node in self.file.nodes[kind] for each in _values(node))
+        for each in _in_order(each for each in named if isinstance(each, ast.Name | ast.Attribute)):
+            name, held = self._constant(each)
+            if isinstance(held, int | float) and not isinstance(held, bool) and held == held:
+                names.setdefault(held, name)
         return {**names, **self.machine.called}
 
 
-def _find_index(node: ast.AST, parameters: tuple[str, ...]) -> int:
-    """The number by which a node looks at the observation, also where nothing comes of it; -1: it does not."""
-    if isinstance(node, ast.Subscript) and isinstance(node.value, ast.Name) and node.value.id in parameters[:1]:
-        key = node.slice.value if isinstance(node.slice, ast.Constant) else None
-        return key if isinstance(key, int) and key < MAX_FEATURES else -1
-    return -1
+def _in_order(nodes: Iterable[Any]) -> list[Any]:
+    """Nodes in the order of the text."""
+    return sorted(nodes, key=lambda node: (node.lineno, node.col_offset))
 
 
 def _values(node: ast.AST) -> list[ast.expr]:

@@ -1,7 +1,7 @@
 """Tests of one number of the observation: where, among all floats, their answer turns.
 
-Does: a feature as a chain of steps on one input; the truth of a test at a number; the places where it changes, found
-  by bisection through the steps' own arithmetic.
+Does: floats in their order, counted from 0 outwards; a feature as a chain of steps on one input; the truth of a test
+  at a number; the places where it changes, found by bisection through the steps' own arithmetic.
 Assumes: each step never falls, never rises, falls below 0 and rises from there on, or takes few whole numbers; it takes
   every float, also infinite ones, and gives NaN for NaN only.
 Does not: follow a program, or know a language: steps and comparisons compute with the scalars that a front end chose.
@@ -10,12 +10,16 @@ Additions of, products with and quotients by finite numbers that are not 0, mini
 are such steps, in any precision. They may be constant on stretches and overflow: what is found is exact nevertheless.
 """
 
+import math
 import operator
-from collections.abc import Callable, Iterator, Mapping
+import struct
+from bisect import bisect_right
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
-from codegen.importers.symbolic.line import LAST, Number, at_most, below, number, place
+from codegen.floats import FLOAT32, FLOAT64
+from codegen.numbers.rounding import round_down
 
 SIGNS: Mapping[str, Callable[[Any, Any], Any]] = {
     "<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge, "==": operator.eq, "!=": operator.ne,
@@ -23,6 +27,45 @@ SIGNS: Mapping[str, Callable[[Any, Any], Any]] = {
 TURNED = {"<": ">", "<=": ">=", ">": "<", ">=": "<=", "==": "==", "!=": "!="}
 RISING, FALLING, FOLDING = "rising", "falling", "folding"  # folding: falls below 0, rises from 0 on
 JUMPING = "jumping"  # of few whole numbers: anything for each of them
+Number: TypeAlias = int | float
+LAST: dict[str, int] = {FLOAT32: 0x7F800000, FLOAT64: 0x7FF0000000000000}  # the places of infinity
+
+
+# --- floats in their order: 0.0 and -0.0 share the place 0, infinities are the ends
+
+
+def at_most(number: Number) -> float:
+    """The largest double that is not above a number."""
+    try:
+        near = float(number)
+    except OverflowError:
+        near = math.inf if number > 0 else -math.inf
+    return near if near <= number else math.nextafter(near, -math.inf)
+
+
+def below(number: Number) -> float:
+    """The largest double that is below a number."""
+    near = at_most(number)
+    return math.nextafter(near, -math.inf) if near == number else near
+
+
+def place(value: float, numbers: str) -> int:
+    """The place of the largest of the `numbers` that is not above a double; infinities are the ends."""
+    if numbers == FLOAT32:
+        bits: int = struct.unpack("<i", struct.pack("<f", value if math.isinf(value) else round_down(value)))[0]
+        return bits if bits >= 0 else -(bits & 0x7FFFFFFF)
+    bits = struct.unpack("<q", struct.pack("<d", value))[0]
+    return bits if bits >= 0 else -(bits & 0x7FFFFFFFFFFFFFFF)
+
+
+def number(at: int, numbers: str) -> float:
+    """The number at a place."""
+    kinds = ("<i", "<f") if numbers == FLOAT32 else ("<q", "<d")
+    value: float = struct.unpack(kinds[1], struct.pack(kinds[0], abs(at)))[0]
+    return -value if at < 0 else value
+
+
+# --- features and their tests
 
 
 @dataclass(frozen=True)
@@ -33,6 +76,7 @@ class Step:
     apply: Callable[[Any], Any]
     sense: str = RISING
     form: tuple[Any, ...] | None = field(default=None, kw_only=True)  # of arithmetic with a number, see affine.py
+    jumps: tuple[int, ...] = field(default=(), kw_only=True)  # of JUMPING: whole numbers between which it never falls
 
 
 @dataclass(frozen=True)
@@ -98,6 +142,8 @@ def turns_of(test: Test, numbers: str) -> Turns:
     """All turns of a test among the `numbers`."""
     last = LAST[numbers]
     candidates = _exact(test, numbers) if not test.feature.steps else _search_turns(test, numbers)
+    if len(candidates) == 1 and -last <= candidates[0].place < last:
+        return Turns(test.sign in ("<", "<="), tuple(candidates), nan=False)  # an input and an order: most are this
     first = answer = test.at(number(-last, numbers))
     turns: list[Turn] = []
     for each in sorted(set(candidates)):
@@ -134,7 +180,9 @@ def pieces(feature: Feature, numbers: str) -> list[tuple[int, int, bool]]:
         before, parts = Feature(feature.place, feature.steps[:count]), list[tuple[int, int, bool]]()
         if step.sense == JUMPING:
             stretches = [
-                (start, end, True) for low, high, _ in stretches for start, end in _alike(before, numbers, low, high)
+                (start, end, rising if step.jumps else True)
+                for low, high, rising in stretches
+                for start, end in _alike(before, step.jumps, numbers, low, high)
             ]
         if step.sense != FOLDING:
             continue
@@ -148,11 +196,16 @@ def pieces(feature: Feature, numbers: str) -> list[tuple[int, int, bool]]:
     return stretches
 
 
-def _alike(feature: Feature, numbers: str, low: int, high: int) -> Iterator[tuple[int, int]]:
-    """Stretches of places, first to last, on which a feature is the same number."""
+def _alike(feature: Feature, jumps: Sequence[int], numbers: str, low: int, high: int) -> Iterator[tuple[int, int]]:
+    """Stretches of places, first to last, on which a feature passes no jump; without any, is the same number."""
+
+    def stretch_of(at: int) -> Any:
+        value = feature.value(number(at, numbers))
+        return bisect_right(jumps, value) if jumps else value
+
     while low <= high:
-        value = feature.value(number(low, numbers))
-        end = _last(low, high, lambda at, value=value: feature.value(number(at, numbers)) == value)
+        first = stretch_of(low)
+        end = _last(low, high, lambda at, first=first: stretch_of(at) == first)
         yield low, end
         low = end + 1
 

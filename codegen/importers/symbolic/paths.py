@@ -1,4 +1,4 @@
-"""All paths of a program, one after the other: as a tree, and once more for many observations at once.
+"""All paths of a program, one after the other, as a tree.
 
 Does: `holds` answers a test that a program asks, and comes back later for the other answer; tests that earlier ones
   decide are no split, so that every leaf can be reached.
@@ -10,8 +10,7 @@ end is an ordinary interpreter: it forks by calling `holds`, and needs no copy o
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
-from itertools import repeat
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -20,14 +19,14 @@ from codegen.errors import InputError
 from codegen.importers.folding import without
 from codegen.importers.reading import SUMS
 from codegen.importers.symbolic.affine import Sums
-from codegen.importers.symbolic.feature import SIGNS, Feature, Test, Turns, pieces, turns_of
-from codegen.importers.symbolic.line import LAST, number
+from codegen.importers.symbolic.feature import LAST, Feature, Test, Turns, number, pieces, turns_of
 from codegen.ir import MAX_DEPTH, NO_ACTION, NO_CHILD, NO_FEATURE, Bool, Floats, GrownTree
 
 MAX_NODES = 1 << 19
 MAX_STEPS = 5_000_000  # of following paths, which a program of many variables multiplies
 MAX_CHAIN = 4  # turns of a test that are asked one after the other; of more, the middle one first
 MAX_CALLS = 40  # functions of the program within one another
+OUTSIDE: Any = object()  # what a path gives that the program rules out by an assertion
 STATE_ADVICE = "a decision may depend on the observation alone; give what is remembered as a feature"
 MANY_PATHS = "return in each branch, and build tables outside the function"
 Run: TypeAlias = "Callable[[Paths, Any], Any]"  # paths, the state to go on from or None -> what is returned
@@ -56,6 +55,7 @@ class Paths(ABC):
         self._answers: tuple[bool, ...] = ()
         self._given, self._parent, self._depth = list[bool](), NO_CHILD, 0
         self._mark: tuple[Any, Any] = (None, known)
+        self._other: Any = None  # what is known where the last test has the other answer, which decides it
 
     def follow(self, run: Run) -> None:
         """Follows all paths. InputError for too many."""
@@ -68,6 +68,12 @@ class Paths(ABC):
         """The program could go on from this state, which nothing changes any more."""
         if len(self._given) >= len(self._answers):
             self._mark, self._answers, self._given = (state, self.known), (), []
+
+    def branch(self, state: Any) -> None:
+        """The other answer to the last test goes on from this state, if it was the only one since the mark."""
+        if self._other is not None and self._given == [True] and not self._answers:
+            last = self._open.pop()
+            self._open.append(_Open(state, (), self._other, last.parent, last.depth))
 
     def step(self, count: int = 1) -> None:
         """Counts the work. InputError beyond its limit."""
@@ -117,10 +123,11 @@ class Growth(Paths):
         self._sums = sums or Sums(numbers)
         self.numbers, self.rows, self.values = numbers, list[list[float]](), dict[Any, int]()
         self._turns, self._pieces = dict[str, Turns](), dict[str, list[tuple[int, int, bool]]]()
+        self.outside = list[dict[int, tuple[int, int]]]()  # what is known on paths that the program rules out
 
     def holds(self, test: Test) -> bool:
         """Splits as often as the test turns within what is known."""
-        numbers = self._sums.numbers_of(test.feature, self.numbers)
+        self._other, numbers = None, self._sums.numbers_of(test.feature, self.numbers)
         key, last, feature = test.key, LAST[numbers], test.feature.place
         turns = self._turns.get(key)
         if turns is None:
@@ -134,7 +141,11 @@ class Growth(Paths):
                 return holds
             at = inner[-1] if len(inner) <= MAX_CHAIN else inner[len(inner) // 2]
             left = self._fork((feature, at.threshold))
-            self.known = {**self.known, feature: (low, at.place) if left else (at.place + 1, high)}
+            right = {**self.known, feature: (at.place + 1, high)}
+            self.known = {**self.known, feature: (low, at.place)} if left else right
+            if len(inner) == 1:
+                self._other = right
+                self.nan &= high < last or turns.nan != (turns.first ^ (turns.turns.index(at) % 2 == 1))
 
     def least(self, feature: Feature) -> Any:
         """The least at the ends of the stretches on which the feature only rises or falls."""
@@ -151,21 +162,46 @@ class Growth(Paths):
 
     def end_path(self, value: Any) -> None:
         """A leaf."""
+        if value is OUTSIDE:
+            self.outside.append(self.known)
+            self._node([NO_FEATURE, 0.0, NO_CHILD, NO_CHILD, NO_ACTION])
+            return
         self._node([NO_FEATURE, 0.0, NO_CHILD, NO_CHILD, self.values.setdefault(value, len(self.values))])
 
     def tree(self) -> GrownTree:
-        """The tree; a split whose sides decide alike is left out."""
+        """The tree; a split whose sides decide alike is left out, and so is one of which one side is ruled out."""
         tree = GrownTree(*np.array(self.rows, dtype=np.float64).T)
         same, kinds = dict[int, int](), dict[Any, int]()  # splits to leave out; what decides, and its number
         kind = [0] * len(self.rows)
         for node in range(len(self.rows) - 1, -1, -1):
             feature, threshold, left, right, action = self.rows[node]
             sides = (kind[int(left)], kind[int(right)]) if feature != NO_FEATURE else ()
-            if sides and sides[0] == sides[1]:
-                same[node], kind[node] = int(left), sides[0]
+            if not sides and action == NO_ACTION:
+                kind[node] = NO_ACTION
+            elif sides and (sides[0] == sides[1] or NO_ACTION in sides):
+                same[node] = int(right if sides[0] == NO_ACTION else left)
+                kind[node] = kind[same[node]]
             else:
                 kind[node] = kinds.setdefault((feature, threshold, action, sides), len(kinds))
+        if kind[0] == NO_ACTION:
+            raise self.make_error("every observation is ruled out by an assertion", "mend the assertion")
         return without(tree, same)
+
+    def is_inside(self, columns: Sequence[Floats]) -> Bool:
+        """Which observations the program does not rule out. `columns`: of its inputs; those with NaN count as outside,
+        if it rules out any.
+        """
+        inside = np.ones(len(columns[0]) if columns else 0, dtype=np.bool_)
+        for column in columns if self.outside else ():
+            inside &= ~np.isnan(column)
+        for known in self.outside:
+            within = np.ones(len(inside), dtype=np.bool_)
+            for feature, (low, high) in known.items():
+                numbers = self._sums.numbers if feature >= SUMS else self.numbers
+                given = self._sums.column(feature, columns) if feature >= SUMS else columns[feature]
+                within &= (number(low, numbers) <= given) & (given <= number(high, numbers))
+            inside &= ~within
+        return inside
 
     def _split(self, asked: tuple[int, float]) -> int:
         if self._depth == MAX_DEPTH:
@@ -180,56 +216,3 @@ class Growth(Paths):
             self.rows[~self._parent if right else self._parent][3 if right else 2] = len(self.rows)
         self.rows.append(row)
         return len(self.rows) - 1
-
-
-class Replay(Paths):
-    """What a program returns for each of many observations, by its own comparisons."""
-
-    def __init__(self, where: str, rows: Floats, sums: Sums | None = None) -> None:
-        super().__init__(where, np.arange(len(rows)))  # the observations that come this far
-        self.columns = [np.asarray(column, dtype=np.float64) for column in rows.T]
-        self._sums, self._of_sums = sums, dict[int, Floats]()
-        self.values: list[Any] = [None] * len(rows)
-        self._computed: dict[str, dict[int, Any]] = {}  # by feature, of each observation that came where it is asked
-
-    def holds(self, test: Test) -> bool:
-        """Splits the observations once, where some of them pass and others do not."""
-        holds = self._passing(test)
-        if holds.all() or not holds.any():
-            return bool(len(holds)) and bool(holds[0])
-        answer = self._fork((0, 0.0))
-        self.known = self.known[holds if answer else ~holds]
-        return answer
-
-    def end_path(self, value: Any) -> None:
-        """The observations that came here return this."""
-        for place in self.known.tolist():
-            self.values[place] = value
-
-    def least(self, feature: Feature) -> Any:
-        """The least among the observations that came here."""
-        return min(self._values(feature))
-
-    def _column(self, place: int) -> Floats:
-        """The numbers of an input or of a sum, one for each observation."""
-        if place < SUMS or self._sums is None:
-            return self.columns[place]
-        if place not in self._of_sums:
-            self._of_sums[place] = self._sums.column(place, self.columns)
-        return self._of_sums[place]
-
-    def _passing(self, test: Test) -> Bool:
-        if test.feature.steps or not isinstance(test.number, float):
-            compare, number = SIGNS[test.sign], test.number
-            return np.fromiter(map(compare, self._values(test.feature), repeat(number)), np.bool_, len(self.known))
-        given = self._column(test.feature.place)[self.known]
-        return np.asarray(SIGNS[test.sign](given, test.number), dtype=np.bool_)
-
-    def _values(self, feature: Feature) -> list[Any]:
-        """What is computed of the observations that came here; of each once, for many tests ask about it."""
-        computed, column = self._computed.setdefault(feature.key, {}), self._column(feature.place)
-        known: list[int] = self.known.tolist()
-        if len(computed) < len(self.values):
-            new = np.array([row for row in known if row not in computed], np.int64)
-            computed |= zip(new.tolist(), map(feature.value, column[new].tolist()), strict=True)
-        return list(map(computed.__getitem__, known))
