@@ -314,7 +314,7 @@ class Arithmetic:
                 given, f"{sign}{c}{first}{kind}", lambda v: compute_pair(*((v, c) if first else (c, v)))
             )
         symbol = self._then(Symbol(given.feature, kind), step)
-        return self._ensure_fits(symbol, self.ends(symbol.feature))
+        return self.ensure_fits(symbol, self.ends(symbol.feature))
 
     def _join_whole(self, sign: str, one: Symbol, other: Symbol, kind: Kind) -> Value:
         """What two whole numbers give: one of few is asked which it is, others are added."""
@@ -325,9 +325,9 @@ class Arithmetic:
             raise self.make_error(f"the operator {sign} of two features is not read", TEST_ADVICE)
         (low, high), (less, more) = self.ends(one.feature), self.ends(other.feature)
         ends = (low + less, high + more) if sign == "+" else (low - more, high - less)
-        return self._ensure_fits(Symbol(self.summing.add_whole(sign, one, other).feature, kind), ends)
+        return self.ensure_fits(Symbol(self.summing.add_whole(sign, one, other).feature, kind), ends)
 
-    def _ensure_fits(self, symbol: Symbol, ends: tuple[Any, Any]) -> Symbol:
+    def ensure_fits(self, symbol: Symbol, ends: tuple[Any, Any]) -> Symbol:
         """The symbol. The path ends where its number overflows, which C leaves undefined; InputError where it wraps."""
         feature, kind, (least, most) = symbol.feature, symbol.kind, ends
         if kind.low <= least and most <= kind.high:
@@ -383,31 +383,6 @@ class Arithmetic:
         if one.value < 0:
             raise self.make_error("a negative number is shifted", "write the value")
         return Number(self.wrap_number(one.value * factor if sign == "<<" else one.value // factor, one.kind), one.kind)
-
-    # --- functions of one number
-
-    def absolute(self, value: Value, kind: Kind) -> Value:
-        """The absolute value, as one of a type."""
-        given = self.plain(self.convert_value(value, kind))
-        if isinstance(given, Number):
-            return Number(self.wrap_number(abs(given.value), kind) if not kind.floating else abs(given.value), kind)
-        symbol = self._then(given, Step("absolute", abs, FOLDING))
-        return symbol if kind.floating else self._ensure_fits(symbol, self.ends(symbol.feature))
-
-    def extreme(self, most: bool, values: list[Value], kind: Kind) -> Value:
-        """fmin and fmax."""
-        one, other = (self.plain(self.convert_value(each, kind)) for each in values)
-        choose = max if most else min
-        if isinstance(one, Number) and isinstance(other, Number):
-            return Number(choose(one.value, other.value), kind)
-        if isinstance(one, Symbol) and isinstance(other, Symbol):
-            raise self.make_error("the larger or smaller of two features is not read", TEST_ADVICE)
-        given, number = (one, other) if isinstance(one, Symbol) else (other, one)
-        assert isinstance(given, Symbol) and isinstance(number, Number) and self.paths is not None
-        self.paths.nan = False  # they leave a NaN out
-        c = number.value
-        name = "max" if most else "min"
-        return self._then(given, Step(f"{name}{c!r}", lambda v: v if v != v else choose(v, c), form=(name, c, False)))
 
 
 def _to(kind: Kind) -> Step:

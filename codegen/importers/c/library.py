@@ -1,6 +1,6 @@
-"""What C's own headers give to a decision: constants, functions of numbers, copies of memory.
+"""What C's own headers give to a decision: constants, functions of numbers,a copy of memory.
 
-Does: fabs, fmin, fmax, floor and their like, of numbers and of features; memcpy and memset; skips what prints.
+Does: fabs, fmin, fmax, floor and their like, of numbers and of features; memcpy; skips what prints.
 Assumes: IEEE 754; that functions of the standard library are not replaced.
 Does not: compute what libraries round differently (sin, exp, pow), draw numbers, or read files.
 """
@@ -30,8 +30,8 @@ from codegen.importers.c.kinds import (
     Type,
     size_of,
 )
-from codegen.importers.c.values import Array, Condition, Number, Outside, Reference, Struct, Symbol, Value
-from codegen.importers.symbolic.feature import Step
+from codegen.importers.c.values import Array, Number, Outside, Reference, Struct, Symbol, Value
+from codegen.importers.symbolic.feature import FOLDING, Step
 
 PRINTING = ["printf", "fprintf", "puts", "fputs", "putchar", "putc", "fputc", "fflush", "perror"]
 SINGLE, HUGE = float(np.finfo(np.float32).max), float(np.finfo(np.float64).max)
@@ -56,15 +56,41 @@ Handler = Callable[[Any, list[Any]], Value]
 
 
 def _absolute(kind: Kind) -> Handler:
-    return lambda machine, given: machine.arithmetic.absolute(machine.value(given[0]), kind)
+    """The absolute value, as one of a type."""
+
+    def handler(machine: Any, given: list[Any]) -> Value:
+        arithmetic = machine.arithmetic
+        value = arithmetic.plain(arithmetic.convert_value(machine.value(given[0]), kind))
+        if isinstance(value, Number):
+            whole = abs(value.value)
+            return Number(whole if kind.floating else arithmetic.wrap_number(whole, kind), kind)
+        symbol = Symbol(value.feature.then(Step("absolute", abs, FOLDING)), kind)
+        return symbol if kind.floating else arithmetic.ensure_fits(symbol, arithmetic.ends(symbol.feature))
+
+    return handler
 
 
 def _extreme(most: bool, kind: Kind) -> Handler:
-    return lambda machine, given: machine.arithmetic.extreme(most, [machine.value(each) for each in given[:2]], kind)
+    """fmin and fmax, of which one is a number."""
+    choose, name = (max, "max") if most else (min, "min")
+
+    def handler(machine: Any, given: list[Any]) -> Value:
+        arithmetic = machine.arithmetic
+        one, other = (arithmetic.plain(arithmetic.convert_value(machine.value(each), kind)) for each in given[:2])
+        if isinstance(one, Number) and isinstance(other, Number):
+            return Number(choose(one.value, other.value), kind)
+        if isinstance(one, Symbol) and isinstance(other, Symbol):
+            raise machine.make_error("the larger or smaller of two features is not read", TEST_ADVICE)
+        symbol, c = (one, other.value) if isinstance(one, Symbol) else (other, one.value)
+        machine.paths.nan = False  # they leave a NaN out
+        step = Step(f"{name}{c!r}", lambda v: v if v != v else choose(v, c), form=(name, c, False))
+        return Symbol(symbol.feature.then(step), kind)
+
+    return handler
 
 
-def _make_step(name: str, kind: Kind, compute: Callable[[Any], Any], *, rising: bool = True) -> Handler:
-    """A function that never falls; one that is not `rising` takes numbers only."""
+def _make_step(name: str, kind: Kind, compute: Callable[[Any], Any]) -> Handler:
+    """A function that never falls."""
 
     def handler(machine: Any, given: list[Any]) -> Value:
         value = machine.arithmetic.plain(machine.arithmetic.convert_value(machine.value(given[0]), kind))
@@ -72,8 +98,6 @@ def _make_step(name: str, kind: Kind, compute: Callable[[Any], Any], *, rising: 
         if isinstance(value, Number):
             with np.errstate(all="ignore"):
                 return Number(make(compute(make(value.value))), kind)
-        if not rising:
-            raise machine.make_error(f"the function {name} of a feature is not read", TEST_ADVICE)
         return Symbol(value.feature.then(Step(name, lambda v: make(compute(make(v))))), kind)
 
     return handler
@@ -91,25 +115,9 @@ def _to_long(name: str, kind: Kind) -> Handler:
     return lambda machine, given: machine.arithmetic.convert_value(rounds(machine, given), LONG)
 
 
-def _make_test(test: Callable[[Any, Value], Value]) -> Handler:
-    """A question about NaN and infinities."""
-
-    def handler(machine: Any, given: list[Any]) -> Value:
-        value = machine.arithmetic.plain(machine.value(given[0]))
-        if isinstance(value, Symbol) and machine.paths is not None:
-            machine.paths.nan = False
-        return test(machine.arithmetic, value)
-
-    return handler
-
-
-def _is_infinite(arithmetic: Any, value: Value) -> Value:
-    return arithmetic.binary("==", arithmetic.absolute(value, DOUBLE), CONSTANTS["HUGE_VAL"])
-
-
-def _is_finite(arithmetic: Any, value: Value) -> Value:
-    infinite = _is_infinite(arithmetic, value)
-    return Condition(lambda: not arithmetic.truth(infinite))
+def _is_nan(machine: Any, given: list[Any]) -> Value:
+    machine.paths.nan &= isinstance(machine.arithmetic.plain(machine.value(given[0])), Number)
+    return Number(0, INT)
 
 
 def _copy_memory(machine: Any, given: list[Any]) -> Value:
@@ -134,18 +142,6 @@ def _copy_memory(machine: Any, given: list[Any]) -> Value:
     return target
 
 
-def _clear_memory(machine: Any, given: list[Any]) -> Value:
-    """memset to 0 of a whole object."""
-    target, value, size = (machine.value(each) for each in given)
-    whole = target.target if isinstance(target, Reference) else None
-    if whole is None or not isinstance(value, Number) or value.value != 0 or not isinstance(size, Number):
-        raise machine.make_error("memset is not read", "set each part")
-    if size_of(whole.type)[0] != size.value or getattr(whole, "origin", None) is not None:
-        raise machine.make_error("memset does not set a whole variable", "set each part")
-    machine.zero_object(whole)
-    return target
-
-
 def _skip_print(machine: Any, given: list[Any]) -> Value:
     machine.note("what is printed is skipped")
     return None
@@ -162,17 +158,13 @@ FUNCTIONS: Mapping[str, Handler] = {
     "llabs": _absolute(LLONG), "fmin": _extreme(False, DOUBLE), "fminf": _extreme(False, FLOAT),
     "fmax": _extreme(True, DOUBLE), "fmaxf": _extreme(True, FLOAT),
     **{f"{name}{end}": _make_step(f"{name}{end}", kind, compute) for end, kind in (("", DOUBLE), ("f", FLOAT))
-       for name, compute in (("floor", np.floor), ("ceil", np.ceil), ("trunc", np.trunc), ("rint", np.rint),
-                             ("nearbyint", np.rint), ("round", _round_away))},
+       for name, compute in (("floor", np.floor), ("ceil", np.ceil), ("trunc", np.trunc), ("round", _round_away))},
     "lround": _to_long("round", DOUBLE), "lroundf": _to_long("roundf", FLOAT),
-    "sqrt": _make_step("sqrt", DOUBLE, np.sqrt, rising=False),
-    "sqrtf": _make_step("sqrtf", FLOAT, np.sqrt, rising=False),
-    "isnan": _make_test(lambda arithmetic, value: Number(0, INT)), "isinf": _make_test(_is_infinite),
-    "isfinite": _make_test(_is_finite), "memcpy": _copy_memory, "memset": _clear_memory, "assert": _assertion,
+    "isnan": _is_nan, "memcpy": _copy_memory, "assert": _assertion,
     **dict.fromkeys(PRINTING, _skip_print),
 }  # fmt: skip
 RESULTS: Mapping[str, Type] = {
     **{name: FLOAT if name.endswith("f") else DOUBLE for name in FUNCTIONS if name[0] in "fcrnst"},
     **dict.fromkeys(("labs", "lround", "lroundf"), LONG), "llabs": LLONG,
-    **dict.fromkeys(("abs", "isnan", "isinf", "isfinite"), INT),
+    **dict.fromkeys(("abs", "isnan"), INT),
 }  # fmt: skip
