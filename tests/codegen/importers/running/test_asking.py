@@ -75,9 +75,9 @@ def test_show_says_that_nothing_was_compared(tmp_path, capsys):
     file = tmp_path / "act.py"
     file.write_text(PLAIN)
     for options, told in (([], False), (["--no-run"], True)):
-        assert main(["import", str(file), "-o", str(tmp_path / "act.json"), *options]) == 0
+        assert main.run(["import", str(file), "-o", str(tmp_path / "act.json"), *options]) == 0
         assert ("compared    none, nobody" in capsys.readouterr().err) == told
-        assert main(["show", str(tmp_path / "act.json")]) == 0
+        assert main.run(["show", str(tmp_path / "act.json")]) == 0
         assert ("its source was not compared" in capsys.readouterr().out) == told
 
 
