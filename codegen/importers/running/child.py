@@ -43,7 +43,7 @@ class Names(dict):
 
 
 def limit_process(asked: dict[str, Any]) -> None:
-    """No files, no processes, so much time and memory; and an end at the first event that reaches out."""
+    """No files written, no processes, so much time and memory."""
     import resource
 
     size, seconds = asked["bytes"], asked["seconds"]
@@ -53,6 +53,10 @@ def limit_process(asked: dict[str, Any]) -> None:
             resource.setrlimit(getattr(resource, f"RLIMIT_{name}"), (value, value))
         except (AttributeError, ValueError, OSError):
             continue  # of a system that has no such limit; the parent's clock remains
+
+
+def watch_process() -> None:
+    """An end at the first event that reaches out."""
 
     def end_process(event: str, _: Any) -> None:
         if event.partition(".")[0] not in HARMLESS:
@@ -229,6 +233,7 @@ def main() -> None:
         to.flush()
 
     asked = json.loads(read.readline())
+    limit_process(asked)
     sys.path.append(str(Path(__file__).parent))
     sys.path.append(asked["library"])
     content = asked["source"].encode("latin-1")
@@ -239,7 +244,7 @@ def main() -> None:
         tree, imports = gate.gate_source(content, asked["entry"], asked["method"])
         space = build_namespace(imports, gate)
         code = compile(tree, "source", "exec", dont_inherit=True)
-        limit_process(asked)
+        watch_process()
         exec(code, space)
         entry = find_entry(space, asked)
         say({"numbers": collect_numbers(tree, space)})

@@ -12,6 +12,7 @@ from codegen import ir
 from codegen.errors import DisagreementError, InputError
 from codegen.importers.origin import Names, Said, profile_of
 from codegen.importers.python.source import from_python
+from maviper.cli import main
 from tests.codegen.importers.origins import label_of
 from tests.support.python_source import NUMBERS, around, called
 
@@ -68,6 +69,16 @@ def test_no_run_says_that_nothing_was_compared(monkeypatch):
     monkeypatch.setattr("codegen.importers.running.asking.subprocess.Popen", None)
     facts = facts_of(PLAIN, Said(run=False))
     assert facts["act replayed"] == 0 and facts["act replayed by"] == "nobody: the source was not compared"
+
+
+def test_show_says_that_nothing_was_compared(tmp_path, capsys):
+    file = tmp_path / "act.py"
+    file.write_text(PLAIN)
+    for options, told in (([], False), (["--no-run"], True)):
+        assert main.run(["import", str(file), "-o", str(tmp_path / "act.json"), *options]) == 0
+        assert ("compared    none, nobody" in capsys.readouterr().err) == told
+        assert main.run(["show", str(tmp_path / "act.json")]) == 0
+        assert ("its source was not compared" in capsys.readouterr().out) == told
 
 
 def test_a_difference_names_the_observation_and_both_answers():

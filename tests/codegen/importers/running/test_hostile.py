@@ -30,11 +30,11 @@ def watch(event, given):
 watch.on = False
 sys.addaudithook(watch)
 space = runpy.run_path({child!r})
-limit = space["limit_process"]
-def start(asked):
-    limit(asked)
+begin = space["watch_process"]
+def start():
+    begin()
     watch.on = True
-space["main"].__globals__["limit_process"] = start
+space["main"].__globals__["watch_process"] = start
 space["main"]()
 """
 
