@@ -34,7 +34,7 @@ PYTHON = f"Python {sys.version_info.major}.{sys.version_info.minor} itself"
 CHILD = Path(__file__).parent / "child.py"
 PRECONDITION = "AssertionError"
 FORMS = {"floats": "Python's floats", FLOAT64: "float64 arrays", FLOAT32: "float32 arrays of NumPy 2"}
-FORM_ADVICE = "say --arrays if it is given arrays of one type only; else make floats of what it compares: float(x[0])"
+FORM_ADVICE = "say --arrays floats if it is given no arrays; else make floats of what it compares: float(x[0])"
 ENVIRONMENT = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "PATH": ""}
 
 
