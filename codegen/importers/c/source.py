@@ -32,7 +32,7 @@ from codegen.importers.c.text import Expanded, expand_source
 from codegen.importers.c.values import Origin as Place
 from codegen.importers.c.values import Outside, Reference, Struct, copy_objects
 from codegen.importers.origin import NOTHING, Origin, Said
-from codegen.importers.symbolic.paths import OUTSIDE, Paths
+from codegen.importers.symbolic.paths import OUTSIDE, Growth
 from codegen.importers.symbolic.program import Described, origin_of
 
 KIND = "if/else C"
@@ -198,7 +198,7 @@ class _Machine(Statements):
                 raise
             self.scopes[0].pop(node.name, None)
 
-    def path(self, paths: Paths, state: Any) -> Any:
+    def path(self, paths: Growth, state: Any) -> Any:
         """What the function answers on one path."""
         self.paths = self.arithmetic.paths = paths
         self.depth, self.scopes = 0, self.scopes[:1]

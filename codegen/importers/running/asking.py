@@ -113,6 +113,8 @@ def _read_answer(said: Any, called: Called, origin: Origin) -> _Answer:
     text = escape_text(repr(said["member"] if isinstance(said, dict) else said))[:200]
     if isinstance(said, dict):
         said = said["value"] if isinstance(said["value"], int | float | str) else said["member"]
+    while isinstance(said, list) and len(said) == 1 and not isinstance(said[0], str):
+        said = said[0]  # a list of one number is that number
     if origin.vectors:
         parts = said if isinstance(said, list) else [said]
         plain = len(parts) == len(origin.vectors[0]) and all(type(each) in (int, float, bool) for each in parts)
