@@ -1,1 +1,1 @@
-"""Random sources of if/else Python and C, imported, and asked beside Python itself and compiled C: see tests/hunt.py."""
+"""Random sources of Python and C, read, and asked beside Python itself and compiled C: see tests/hunt.py."""

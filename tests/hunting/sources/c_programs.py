@@ -1,7 +1,8 @@
 """Random C programs of the subset that importing.md states, as people write firmware.
 
 Does: draws functions of arrays, structs and parameters of declared types, with enumerators, macros, constants, helpers,
-  tables, switches and loops with constant bounds. Names of the file end with the seed: many stand in one translation unit.
+  tables, switches and loops with constant bounds. Names of the file end with the seed, so that many stand in one
+  translation unit.
 Assumes: what importing.md says is refused is avoided: numbers that may not fit, unsigned ones that may wrap around,
   products of features, sums of products that a compiler may join.
 Does not: compile them, or know how they are read.
@@ -40,6 +41,7 @@ class CDraft(Draft):
         self.end = f"_{seed}"
         self.agent = rng.choice(("steer", "decide", "control", "gate", "policy")) + self.end
         self.given = rng.choice(("in", "x", "obs", "s"))
+        self.shared = ""  # the type of an array's numbers
         names = rng.sample(NAMES, rng.randint(1, 5))
         self.features = tuple(self._feature(place, name) for place, name in enumerate(names))
         self.includes = {"#include <stdint.h>", "#include <stdbool.h>"}
@@ -54,10 +56,9 @@ class CDraft(Draft):
         self._helpers()
 
     def _feature(self, place: int, name: str) -> Feature:
-        rng = self.rng
         if self.form == "array":
-            kind = self.features_kind = getattr(self, "features_kind", "") or self._type()
-            return Feature(f"x{place}", kind, f"{self.given}[{place}]")
+            self.shared = self.shared or self._type()
+            return Feature(f"x{place}", self.shared, f"{self.given}[{place}]")
         joint = {"pointer": "->", "value": "."}.get(self.form)
         return Feature(name, self._type(), name if joint is None else f"{self.given}{joint}{name}")
 
@@ -88,7 +89,11 @@ class CDraft(Draft):
             return f"-{value}" if low < 0 and rng.random() < 0.3 and value else str(value)
         value = rng.choice((*DECIMAL, *WHOLE))
         text = str(float(value)) if self.chance(0.85) else str(value)
-        text = rng.choice((text, text, text, "1.0 / 3", "16777217.0", "0.1 + 0.2", "1e3", "0x1p-3")) if self.chance(0.1) else text
+        text = (
+            rng.choice((text, text, text, "1.0 / 3", "16777217.0", "0.1 + 0.2", "1e3", "0x1p-3"))
+            if self.chance(0.1)
+            else text
+        )
         if kind == "float" and self.chance(0.8) and " " not in text and not text.isdigit():
             text += "f"
         return f"-{text}" if rng.random() < 0.3 and " " not in text else text
@@ -113,7 +118,9 @@ class CDraft(Draft):
                 text = self._computed(text, kind)
         elif kind in ("int8", "int16", "uint8", "uint16") and self.chance(0.35):
             number = rng.choice([each for each in WHOLE if each])
-            text = rng.choice((f"({text} + {number})", f"({text} - {number})", f"{text} * {number}", f"{text} / {number}", f"-{text}"))
+            text = rng.choice(
+                (f"({text} + {number})", f"({text} - {number})", f"{text} * {number}", f"{text} / {number}", f"-{text}")
+            )
             kind = "int32"
         return text, kind
 
@@ -191,7 +198,9 @@ class CDraft(Draft):
             name = f"{stem}{self.end}"
             text = str(rng.choice(WHOLE)) if kind == "whole" else self.literal(kind)
             if self.chance(0.5):
-                self.top.append(f"#define {name} " + (f"({text})" if self.chance(0.7) or "-" in text or " " in text else text))
+                self.top.append(
+                    f"#define {name} " + (f"({text})" if self.chance(0.7) or "-" in text or " " in text else text)
+                )
             else:
                 self.top.append(f"static const {'int' if kind == 'whole' else kind} {name} = {text};")
             self.numbers[kind].append(name)
@@ -203,7 +212,10 @@ class CDraft(Draft):
 
     def _actions(self) -> None:
         rng = self.rng
-        kind, count = rng.choice(("enum", "enum", "enum", "whole", "whole", "defines", "bool", "odd", "valued")), rng.randint(2, 5)
+        kind, count = (
+            rng.choice(("enum", "enum", "enum", "whole", "whole", "defines", "bool", "odd", "valued")),
+            rng.randint(2, 5),
+        )
         names = [f"{text.upper()}{self.end}" for text in rng.sample(TEXTS, count)]
         self.labels: tuple[str, ...] = ()
         self.answer = "int"
@@ -211,7 +223,10 @@ class CDraft(Draft):
             values = sorted(rng.sample(range(9), count)) if kind == "valued" else None
             if values and self.chance(0.3):
                 rng.shuffle(values)
-            inside = ", ".join(name if values is None else f"{name} = {value}" for name, value in zip(names, values or names, strict=True))
+            inside = ", ".join(
+                name if values is None else f"{name} = {value}"
+                for name, value in zip(names, values or names, strict=True)
+            )
             self.answer = f"action{self.end}_t"
             text = f"typedef enum {{ {inside} }} {self.answer};"
             if self.chance(0.3):
@@ -223,14 +238,19 @@ class CDraft(Draft):
             if self.chance(0.15):
                 self.answer = rng.choice(("int", "uint8_t"))
         elif kind == "whole":
-            self.actions, self.answer = [str(each) for each in range(count)], rng.choice(("int", "uint8_t", "int32_t", "unsigned"))
+            self.actions, self.answer = (
+                [str(each) for each in range(count)],
+                rng.choice(("int", "uint8_t", "int32_t", "unsigned")),
+            )
         elif kind == "defines":
             self.top += [f"#define {name} {value}" for value, name in enumerate(names)]
             self.actions, self.labels = names, tuple(names)
         elif kind == "bool":
             self.actions, self.answer = rng.choice((["true", "false"], ["1", "0"])), "bool"
         else:
-            self.actions, self.answer = rng.choice(((["-1", "0", "1"], "int"), (["-2", "4", "7"], "int8_t"), (["100", "300"], "int")))
+            self.actions, self.answer = rng.choice(
+                ((["-1", "0", "1"], "int"), (["-2", "4", "7"], "int8_t"), (["100", "300"], "int"))
+            )
 
     def action(self) -> str:
         """What a path returns."""
@@ -246,12 +266,24 @@ class CDraft(Draft):
             name = rng.choice(("scale", "limit", "is_far", "close_to")) + f"{number}{self.end}"
             typed, low, high = self.typed(kind), self.literal(kind), self.literal(kind)
             if what == "number":
-                body = rng.choice((f"return v < {low} ? {low} : v;", f"if (v > {high}) return {high};\n{INDENT}return v;", f"return v * 2;"))
+                body = rng.choice(
+                    (
+                        f"return v < {low} ? {low} : v;",
+                        f"if (v > {high}) return {high};\n{INDENT}return v;",
+                        "return v * 2;",
+                    )
+                )
                 head = f"static {typed} {name}({typed} v)"
             else:
                 body = rng.choice((f"return v > {low};", f"return v >= {low} && v < {high};", f"return !(v < {low});"))
                 head = f"static {rng.choice(('bool', 'bool', 'int'))} {name}({typed} v)"
-            self.helping[name] = [f"{rng.choice(('', '', 'inline '))}{head}".replace("inline static", "static inline"), "{", f"{INDENT}{body}", "}", ""]
+            self.helping[name] = [
+                f"{rng.choice(('', '', 'inline '))}{head}".replace("inline static", "static inline"),
+                "{",
+                f"{INDENT}{body}",
+                "}",
+                "",
+            ]
             self.helpers.append((name, what, kind))
 
     # --- statements
@@ -314,15 +346,26 @@ class CDraft(Draft):
             kind = self.answer if self.answer != "bool" else "int"
             lines.append(f"static const {kind} {table}a[] = {{{actions}}};")
             given = f"{table}a[{name}]"
-        head = rng.choice((f"for (int {name} = 0; {name} < {count}; {name}++)", f"for (int {name} = {count - 1}; {name} >= 0; --{name})"))
-        lines += [f"{head} {{", f"{INDENT}if ({feature.text} {rng.choice(ORDERS)} {table}[{name}]) return {given};", "}"]
+        head = rng.choice(
+            (
+                f"for (int {name} = 0; {name} < {count}; {name}++)",
+                f"for (int {name} = {count - 1}; {name} >= 0; --{name})",
+            )
+        )
+        lines += [
+            f"{head} {{",
+            f"{INDENT}if ({feature.text} {rng.choice(ORDERS)} {table}[{name}]) return {given};",
+            "}",
+        ]
         return [*lines, *self.returning(depth - 1)]
 
     def _counted(self, depth: int) -> list[str]:
         rng, name = self.rng, self.fresh("count")
         lines = [f"{rng.choice(('int', 'unsigned', 'uint8_t'))} {name} = 0;"]
         for _ in range(rng.randint(2, 3)):
-            lines.append(rng.choice((f"if ({self.condition(1)}) {name}++;", f"{name} += ({self.condition(1)}) ? 1 : 0;")))
+            lines.append(
+                rng.choice((f"if ({self.condition(1)}) {name}++;", f"{name} += ({self.condition(1)}) ? 1 : 0;"))
+            )
         lines += [f"if ({name} {rng.choice(('>=', '==', '<'))} {rng.randint(1, 2)}) {{", *self._within(depth - 2), "}"]
         return [*lines, *self.returning(depth - 1)]
 
@@ -336,7 +379,9 @@ class CDraft(Draft):
 
     def _switch(self, depth: int) -> list[str]:
         rng = self.rng
-        wholes = [each for each in self.features if each.type in RANGES and each.type not in ("bool", "int64", "uint64")]
+        wholes = [
+            each for each in self.features if each.type in RANGES and each.type not in ("bool", "int64", "uint64")
+        ]
         before: list[str] = []
         if wholes and self.chance(0.7):
             feature = rng.choice(wholes)
@@ -347,13 +392,21 @@ class CDraft(Draft):
                 cases = ["0", "1", "2"]
         else:
             subject = self.fresh("mode")
-            before = [f"int {subject} = 0;", f"if ({self.condition()}) {subject} = 1;", f"else if ({self.condition()}) {subject} = 2;"]
+            before = [
+                f"int {subject} = 0;",
+                f"if ({self.condition()}) {subject} = 1;",
+                f"else if ({self.condition()}) {subject} = 2;",
+            ]
             cases = ["0", "1", "7"]
         lines = [*before, f"switch ({subject}) {{", f"case {cases[0]}: {{", *self._within(depth - 2), "}"]
         if self.chance(0.4):
             lines += [f"case {cases[1]}:", f"case {cases[2]}: {{", *self._within(depth - 2), "}"]
         else:
-            lines += [f"case {cases[1]}:", f"{INDENT}break;"] if self.chance(0.3) else [f"case {cases[1]}:", *self._within(0)]
+            lines += (
+                [f"case {cases[1]}:", f"{INDENT}break;"]
+                if self.chance(0.3)
+                else [f"case {cases[1]}:", *self._within(0)]
+            )
         if self.chance(0.6):
             lines += ["default: {", *self._within(depth - 2), "}"]
         return [*lines, "}", *self.returning(depth - 1)]
@@ -390,7 +443,13 @@ class CDraft(Draft):
         self.struct: list[str] = []
         if self.form == "array":
             typed = self.typed(self.features[0].type)
-            given = rng.choice((f"const {typed} *{self.given}", f"const {typed} {self.given}[{len(self.features)}]", f"{typed} {self.given}[]"))
+            given = rng.choice(
+                (
+                    f"const {typed} *{self.given}",
+                    f"const {typed} {self.given}[{len(self.features)}]",
+                    f"{typed} {self.given}[]",
+                )
+            )
         elif self.form == "columns":
             given = ", ".join(f"{self.typed(each.type)} {each.text}" for each in self.features)
         else:

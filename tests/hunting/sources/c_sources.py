@@ -175,7 +175,9 @@ def rows_of(read: Import) -> tuple[np.ndarray, np.ndarray]:
     types = [feature.type for feature in read.program.features]
     numbers = numbers_of(read.program.source)
     rows = observing.draw(types, map(float, numbers), read.tests, read.program.seed)
-    whole = observing.whole_rows(rows, types, [int(each) for each in numbers if isinstance(each, int)], read.program.seed)
+    whole = observing.whole_rows(
+        rows, types, [int(each) for each in numbers if isinstance(each, int)], read.program.seed
+    )
     for place, kind in enumerate(types):
         if kind in observing.WHOLE:
             rows[:, place] = whole[:, place].astype(np.int64) if not kind.startswith("u") else whole[:, place]
@@ -186,7 +188,7 @@ def _judge_answers(read: Import, pair: tuple[np.ndarray, np.ndarray], place: Pat
     if not place.exists():
         told.wrong.append("compiled C comes to no end, or dies")
         return
-    rows, whole = pair
+    rows = pair[0]
     with np.load(place) as arrays:
         plain, trapped, quick = arrays["plain"], arrays["trapping idle"] > 0, arrays["quick"]
         again = arrays["again"]

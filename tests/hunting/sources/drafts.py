@@ -11,8 +11,41 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-NAMES = tuple("speed gap level temp angle spin height flow load offset range_m drift wind charge depth_m slope".split())
-TEXTS = tuple("left right stay go brake coast up down hold open close idle heat cool alarm".split())
+NAMES = (
+    "speed",
+    "gap",
+    "level",
+    "temp",
+    "angle",
+    "spin",
+    "height",
+    "flow",
+    "load",
+    "offset",
+    "range_m",
+    "drift",
+    "wind",
+    "charge",
+    "depth_m",
+    "slope",
+)
+TEXTS = (
+    "left",
+    "right",
+    "stay",
+    "go",
+    "brake",
+    "coast",
+    "up",
+    "down",
+    "hold",
+    "open",
+    "close",
+    "idle",
+    "heat",
+    "cool",
+    "alarm",
+)
 WHOLE = (0, 1, 2, 3, 5, 7, 10, 30, 60, 100, 255, 1000)
 DECIMAL = (0.1, 0.2, 0.3, 0.5, 0.05, 0.01, 1e-3, 1.0, 1.5, 2.0, 0.25, 3.6, 9.81, 0.45, 12.5, 99.9, 1e-6, 1e6, 0.7, 4.35)
 AGENTS = ("act", "decide", "steer", "policy", "control", "choose", "step_once", "governor")

@@ -17,7 +17,7 @@ import maviper
 from codegen import ir
 from codegen.errors import MaviperError
 from tests.hunting.sources.drafts import Program
-from tests.hunting.sources.observing import Test
+from tests.hunting.sources.observing import Box, Test
 
 HARMLESS = ("AssertionError", "OverflowError")  # a precondition; a number beyond Python's own
 NO_DECISION = ("raised", "other")
@@ -118,12 +118,19 @@ def place_of(name: str, program: Program) -> int | None:
 def tests_of(policy: ir.AgentPolicy, columns: list[int]) -> list[Test]:
     """What each split tests, in the program's features."""
     tree, out = policy.tree, []
+    boxes: dict[int, Box] = {ir.ROOT: {}}
     for node in ir.splits(tree):
-        feature = int(tree.feature[node])
+        feature, threshold, box = int(tree.feature[node]), float(tree.threshold[node]), boxes[node]
+        left = right = box
+        if feature < len(columns):
+            place = columns[feature]
+            low, high = box.get(place, (-np.inf, np.inf))
+            left, right = box | {place: (low, min(high, threshold))}, box | {place: (max(low, threshold), high)}
+        boxes |= {int(tree.left[node]): left, int(tree.right[node]): right}
         terms = ((1.0, feature),) if feature < len(columns) else tree.sums[feature - len(columns)].terms
         known = tuple((float(weight), columns[place]) for weight, place in terms if 0 <= place < len(columns))
         if known:
-            out.append((known, float(tree.threshold[node])))
+            out.append((known, threshold, box))
     return out
 
 
@@ -174,7 +181,10 @@ def compare(
     else:
         chosen = ir.act(policy, x)
         if read_.program.options.get("scores"):
-            labels = [["number", int(np.argmax([float.fromhex(n) for n in each[1:]]))] if each[0] == "numbers" else each for each in labels]
+            labels = [
+                ["number", int(np.argmax([float.fromhex(n) for n in each[1:]]))] if each[0] == "numbers" else each
+                for each in labels
+            ]
         table = np.array(
             [
                 [each[0] not in NO_DECISION and accepts(action, place, each, enumerators) for each in labels]
@@ -185,13 +195,11 @@ def compare(
     bad = np.flatnonzero(~good & ~skip)
     if len(bad):
         row = int(bad[0])
-        at = rows[row].tolist()
-        decided = "" if policy.outputs else policy.actions[int(ir.act(policy, x[row : row + 1])[0])].name
-        if policy.outputs:
-            decided = str(ir.outputs(policy, x[row : row + 1])[0].tolist())
-        told.wrong.append(
-            f"{len(bad)} of {len(rows)} rows otherwise, {how}: at {at} the source says {labels[answers[row]]}, the profile {decided}"
-        )
+        one = x[row : row + 1]
+        given = ir.outputs(policy, one)[0].tolist() if policy.outputs else None
+        decided = given or policy.actions[int(ir.act(policy, one)[0])].name
+        said = f"the source says {labels[answers[row]]}, the profile {decided}"
+        told.wrong.append(f"{len(bad)} of {len(rows)} rows otherwise, {how}: at {rows[row].tolist()} {said}")
 
 
 def _same_numbers(policy: ir.AgentPolicy, x: np.ndarray, answers: np.ndarray, labels: list[list[Any]]) -> np.ndarray:

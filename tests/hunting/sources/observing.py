@@ -25,7 +25,8 @@ SIDES = 500  # values at most from numbers
 EACH = 160  # rows at most for one feature alone
 TOGETHER = 500
 TESTED = 3  # rows for each side of a threshold
-Test = tuple[tuple[tuple[float, int], ...], float]  # weights and features, and the threshold
+Box = dict[int, tuple[float, float]]  # what a feature is above, and at most
+Test = tuple[tuple[tuple[float, int], ...], float, Box]  # weights and features, the threshold, where it is tested
 
 
 def spread(numbers: Iterable[float], rng: np.random.Generator) -> np.ndarray:
@@ -58,7 +59,9 @@ def fit(values: np.ndarray, kind: str) -> np.ndarray:
         return values.astype(np.float32).astype(np.float64) if kind == "float" else values
 
 
-def draw(types: Sequence[str], numbers: Iterable[float], tests: Sequence[Test], seed: int, limit: int = 2_500) -> np.ndarray:
+def draw(
+    types: Sequence[str], numbers: Iterable[float], tests: Sequence[Test], seed: int, limit: int = 2_500
+) -> np.ndarray:
     """[rows, features] float64: each feature alone, all together, and at what the tree tests."""
     rng = np.random.default_rng([seed, 51])
     values = spread(numbers, rng)
@@ -69,19 +72,21 @@ def draw(types: Sequence[str], numbers: Iterable[float], tests: Sequence[Test], 
         alone = usual.copy()
         alone[:, place] = rng.choice(values, EACH, replace=len(values) < EACH)
         rows.append(alone)
-    for terms, threshold in tests:
-        rows.append(_around(terms, threshold, values, count, rng))
+    rows += [_around(test, values, count, rng) for test in tests]
     drawn = np.concatenate(rows)
     if len(drawn) > limit:
         drawn = drawn[np.sort(rng.choice(len(drawn), limit, replace=False))]
     return np.stack([fit(drawn[:, place], kind) for place, kind in enumerate(types)], axis=1)
 
 
-def _around(
-    terms: tuple[tuple[float, int], ...], threshold: float, values: np.ndarray, count: int, rng: np.random.Generator
-) -> np.ndarray:
-    """Rows where weighted features come to the threshold, or to a little less or more."""
+def _around(test: Test, values: np.ndarray, count: int, rng: np.random.Generator) -> np.ndarray:
+    """Rows that reach a test, where weighted features come to the threshold, or to a little less or more."""
+    terms, threshold, box = test
     rows = rng.choice(values, (5 * TESTED, count))
+    for feature, (low, high) in box.items():
+        inside = values[(values > low) & (values <= high)]
+        ends = [each for each in (high, float(np.nextafter(low, np.inf))) if np.isfinite(each)]
+        rows[:, feature] = rng.choice([*inside, *ends] or [0.0], len(rows))
     weight, place = terms[-1]
     if len(terms) > 1:  # of a sum the other terms may be anything that does not drown the threshold
         rows = np.where(np.abs(rows) < 1e6, rows, 0.5)
@@ -101,7 +106,7 @@ def _around(
 
 
 def whole_rows(rows: np.ndarray, types: Sequence[str], numbers: Iterable[int], seed: int) -> np.ndarray:
-    """[rows, features] uint64, two's complement: the rows' whole numbers, and beyond 2^53 also numbers that are no double."""
+    """[rows, features] uint64, two's complement: whole numbers of the rows; beyond 2^53 some that are no double."""
     rng = np.random.default_rng([seed, 53])
     out = np.zeros(rows.shape, np.uint64)
     big = [int(each) for each in numbers if abs(int(each)) > 1 << 53]

@@ -11,6 +11,7 @@ from tests.hunting.sources.drafts import Feature, Program, Step
 from tests.hunting.sources.python_tests import CONDITIONS, STATEMENTS
 
 # name, what stands instead of a constant, what stands before the function, what stands at the end
+# fmt: off
 CONSTANTS: tuple[tuple[str, ...], ...] = (
     ("inherited", "Sub_.lim", "class Base_:\n    lim = {c}\n\n\nclass Sub_(Base_):\n    pass"),
     ("overridden", "Sub_.lim", "class Base_:\n    lim = 0.5\n\n\nclass Sub_(Base_):\n    lim = {c}"),
@@ -312,6 +313,7 @@ CONSTANTS: tuple[tuple[str, ...], ...] = (
     ("enum truth", "({c} if E_.A else 0.5)", "from enum import Enum\n\n\nclass E_(Enum):\n    A = 0"),
     ("int enum truth", "({c} if E_.A else 0.5)", "from enum import IntEnum\n\n\nclass E_(IntEnum):\n    A = 0"),
 )
+# fmt: on
 OF_NUMPY = """np.float32({c})|(np.float32(0.1) + 0.2)|np.float64({c})|(np.int8(100) + np.int8(100))|(np.uint8(3) - np.uint8(5))
 (np.array([200], dtype=np.uint8)[0] + np.uint8(100))|(np.array([1, 2]) * 2)[1]|np.array([0.5, {c}]).max()|np.array([1, 2, 3]).mean()
 (np.array([1, 2]) / 2)[0]|np.arange(3)[1]|np.linspace(0, 0.7, 8)[3]|np.arange(0, 1, 0.1)[3]|np.float16({c})|np.round({c}, 1)|np.round(2.5)

@@ -33,9 +33,13 @@ def numbers_of(tree: ast.AST, space: dict[str, Any]) -> list[float]:
     """Every number in a file, and those that its constant expressions and its names come to."""
     out: set[float] = set()
     for node in ast.walk(tree):
-        if isinstance(node, (ast.Constant, ast.UnaryOp, ast.BinOp, ast.Subscript, ast.Call, ast.Attribute)) and _plain(node, space):
+        if isinstance(node, (ast.Constant, ast.UnaryOp, ast.BinOp, ast.Subscript, ast.Call, ast.Attribute)) and _plain(
+            node, space
+        ):
             with contextlib.suppress(Exception):
-                _collect(eval(compile(ast.fix_missing_locations(ast.Expression(node)), "constant", "eval"), space), out, 2)
+                _collect(
+                    eval(compile(ast.fix_missing_locations(ast.Expression(node)), "constant", "eval"), space), out, 2
+                )
     for name, value in space.items():
         if not name.startswith("__"):
             _collect(value, out, 3)
@@ -124,7 +128,7 @@ def answer(job: dict[str, Any], place: Path) -> None:
     except Exception as error:
         place.with_suffix(".answers").write_text(json.dumps({"failed": f"{type(error).__name__}: {error}"}))
         return
-    tests = [(tuple((weight, feature) for weight, feature in terms), bound) for terms, bound in job["tests"]]
+    tests = [(tuple(terms), bound, {int(key): ends for key, ends in box.items()}) for terms, bound, box in job["tests"]]
     rows = observing.draw(["float" if job["single"] else "double"] * len(job["names"]), numbers, tests, job["seed"])
     if job["nan"]:
         rows[::17, 0] = np.nan
@@ -146,7 +150,18 @@ def main(folder: Path) -> None:
     """Answers every job of a folder."""
     warnings.simplefilter("ignore")
     np.seterr(all="ignore")
-    for module in ("dataclasses", "enum", "functools", "math", "collections", "itertools", "operator", "typing", "bisect", "re"):
+    for module in (
+        "dataclasses",
+        "enum",
+        "functools",
+        "math",
+        "collections",
+        "itertools",
+        "operator",
+        "typing",
+        "bisect",
+        "re",
+    ):
         importlib.import_module(module)  # once for all processes
     silent = os.open(os.devnull, os.O_WRONLY)
     os.dup2(silent, 1)

@@ -67,7 +67,9 @@ class PythonDraft(Draft):
         if kind == "power":
             return rng.choice(("2**20", "2 ** 10", "1e3", "1_000", "0x1F", "2**24 + 1", "1e-9", "1e10"))
         if kind == "odd":
-            return rng.choice(("1 / 3", "0.1 + 0.2", "0.2 * 3", "-0.0", "7 // 2", "-7 // 2", ".5", "5.", "3 * 0.7", "7 % 4"))
+            return rng.choice(
+                ("1 / 3", "0.1 + 0.2", "0.2 * 3", "-0.0", "7 // 2", "-7 // 2", ".5", "5.", "3 * 0.7", "7 % 4")
+            )
         if kind == "near":
             return repr(rng.choice((0.30000000000000004, 0.1 + 2**-54, 16777217, 33554433.0, 0.49999999999999994)))
         value = rng.choice(WHOLE) if kind == "whole" else rng.choice(DECIMAL)
@@ -211,7 +213,9 @@ class PythonDraft(Draft):
         elif kind == "bools":
             self.actions = ["True", "False"]
         elif kind == "odd":
-            self.actions = rng.choice((["-1", "0", "1"], ["0.5", "-0.5", "2"], ["-2", "4", "7"], ['"go left"', '"go-right"']))
+            self.actions = rng.choice(
+                (["-1", "0", "1"], ["0.5", "-0.5", "2"], ["-2", "4", "7"], ['"go left"', '"go-right"'])
+            )
         elif kind == "members":
             base = rng.choice(("Enum", "IntEnum"))
             self.imports.add(f"from enum import {base}" + (", auto" if self.chance(0.2) else ""))
@@ -243,7 +247,12 @@ class PythonDraft(Draft):
             low, high = self.bounds()
             feature = rng.choice(self.features).text
             numbers[0] = rng.choice(
-                (feature, f"{feature} * {rng.choice(DECIMAL)}", f"-{rng.choice(DECIMAL)} * {feature}", f"{feature} + 0.5")
+                (
+                    feature,
+                    f"{feature} * {rng.choice(DECIMAL)}",
+                    f"-{rng.choice(DECIMAL)} * {feature}",
+                    f"{feature} + 0.5",
+                )
             )
             if self.chance(0.2):
                 numbers[0] = f"min(max({numbers[0]}, {low}), {high})"
@@ -327,7 +336,9 @@ class PythonDraft(Draft):
             lines = [f"for {name}, {other} in ({pairs}):", f"{INDENT}if {feature} < {name}:"]
             return [*lines, f"{INDENT * 2}return {other}", *self.returning(depth - 1)]
         literal = ", ".join(map(str, values))
-        line = rng.choice((f"for {name} in ({literal}):", f"for {name} in [{literal}]:", f"for {name} in range({len(values)}):"))
+        line = rng.choice(
+            (f"for {name} in ({literal}):", f"for {name} in [{literal}]:", f"for {name} in range({len(values)}):")
+        )
         lines = [line, f"{INDENT}if {feature} {rng.choice(ORDERS)} {name} and {self.condition(1)}:"]
         return [*lines, *(INDENT + each for each in self._within(0)), *self.returning(depth - 1)]
 
@@ -359,19 +370,28 @@ class PythonDraft(Draft):
         feature = rng.choice(self.features).text
         values = ", ".join(map(str, sorted(rng.sample(DECIMAL, 3))))
         lines = [f"{level} = 0", f"for {name} in ({values}):", f"{INDENT}if {feature} <= {name}:", f"{INDENT * 2}break"]
-        lines += [f"{INDENT}{level} += 1", "else:", f"{INDENT}{level} = 9"] if self.chance(0.5) else [f"{INDENT}{level} += 1"]
+        lines += (
+            [f"{INDENT}{level} += 1", "else:", f"{INDENT}{level} = 9"]
+            if self.chance(0.5)
+            else [f"{INDENT}{level} += 1"]
+        )
         return [*lines, f"if {level} > {rng.randint(0, 2)}:", *self._within(depth - 2), *self.returning(depth - 1)]
 
     def _match(self, depth: int) -> list[str]:
         rng, mode = self.rng, self.fresh("mode")
         values: Sequence[str] = rng.choice((('"low"', '"mid"', '"high"'), ("0", "1", "2")))
         lines = [f"if {self.condition()}:", f"{INDENT}{mode} = {values[0]}"]
-        lines += [f"elif {self.condition()}:", f"{INDENT}{mode} = {values[1]}", "else:", f"{INDENT}{mode} = {values[2]}"]
+        lines += [
+            f"elif {self.condition()}:",
+            f"{INDENT}{mode} = {values[1]}",
+            "else:",
+            f"{INDENT}{mode} = {values[2]}",
+        ]
         subject, cases = mode, [values[0], f"{values[1]} | {values[2]}" if self.chance(0.3) else values[1]]
         if self.chance(0.3):
             other = self.fresh("side")
             lines.append(f'{other} = "in" if {self.condition(1)} else "out"')
-            subject, cases = f"({mode}, {other})", [f'({values[0]}, "in")', f'({values[1]}, _)', f'(_, "out")']
+            subject, cases = f"({mode}, {other})", [f'({values[0]}, "in")', f"({values[1]}, _)", '(_, "out")']
         lines.append(f"match {subject}:")
         for case in cases:
             guard = f" if {self.condition(1)}" if self.chance(0.1) else ""
@@ -443,6 +463,8 @@ def make(seed: int, step: Step | None = None, place: int = -1) -> tuple[PythonDr
     if step is not None and step.rewrite is not None and draft.taken:
         source = step.rewrite(source)
     form = "row" if draft.form == "unpacked" else draft.form
-    options: dict[str, object] = {"numbers": {"output_names": ("u", "w")}, "scores": {"scores": True}}.get(draft.gives, {})
+    options: dict[str, object] = {"numbers": {"output_names": ("u", "w")}, "scores": {"scores": True}}.get(
+        draft.gives, {}
+    )
     name = "" if step is None else step.name
     return draft, Program(seed, source, draft.agent, draft.entry, form, draft.features, options, name)

@@ -70,7 +70,9 @@ def judge(programs: list[Program], run: bool = False) -> list[Told]:
 def job_of(read: Import) -> dict[str, Any]:
     """What Python is asked."""
     program = read.program
-    given = ["floats"] * ("floats" in read.given) + [each for each in ("float64", "float32") if f"{each} array" in read.given]
+    given = ["floats"] * ("floats" in read.given) + [
+        each for each in ("float64", "float32") if f"{each} array" in read.given
+    ]
     return {
         "source": program.source,
         "entry": program.entry,

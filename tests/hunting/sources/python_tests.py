@@ -7,6 +7,7 @@ Does not: say which of them are refused.
 
 STATE = "S_ = {'n': 0}"
 # name, what stands instead of a condition, what stands before the function, what stands at the end
+# fmt: off
 CONDITIONS: tuple[tuple[str, ...], ...] = (
     ("is True", "({cond}) is True"),
     ("is False", "({cond}) is False"),
@@ -264,7 +265,9 @@ CONDITIONS: tuple[tuple[str, ...], ...] = (
     ("debug", "__debug__ and ({cond})"),
     ("name", "__name__ == '__main__' or ({cond})"),
 )
+# fmt: on
 # name, what stands between two statements, what stands before the function, what stands at the end
+# fmt: off
 STATEMENTS: tuple[tuple[str, ...], ...] = (
     ("global counter", "global n_\nn_ += 1\nif n_ > 40:\n    return {label}", "n_ = 0"),
     ("counter in a list", "S_.append(1)\nif len(S_) > 40:\n    return {label}", "S_ = []"),
@@ -396,3 +399,4 @@ STATEMENTS: tuple[tuple[str, ...], ...] = (
     ("locals", "v_ = {f}\nif locals()['v_'] > 0.5:\n    return {label}"),
     ("unicode names", "ﬁ_ = {f}\nif fi_ > 0.5:\n    return {label}"),
 )
+# fmt: on
