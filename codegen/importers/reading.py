@@ -15,6 +15,7 @@ from codegen.ir import Bool, Floats, GrownTree, Sum
 AGENT = "agent_0"
 SUMS = 1 << 24  # from this place on, features of a grown tree are sums
 MAX_FEATURES = 1 << 20  # of an observation
+FLOATS = "floats"  # Python's own, beside the types of arrays
 SINGLES, DOUBLES = (f"any numbers, which it makes {numbers}" for numbers in (FLOAT32, FLOAT64))
 
 
@@ -67,7 +68,7 @@ class Said:
     scores: bool = False  # whether a list of numbers holds a score for each action
     wanted: str = ""  # the function that is asked for, where a file has several
     features: tuple[str, ...] = ()  # names of all features, in their order; (): not said
-    arrays: str = ""  # of which numbers NumPy hands over to Python: float32 or float64; "": it is given Python's floats
+    arrays: str = ""  # what Python is given: floats, or arrays of float32 or float64; "": not said
     outputs: tuple[str, ...] = ()  # names of the numbers that are returned to be given; (): labels are returned
     prefer: tuple[str, ...] = ()  # labels, the most wanted first, where a leaf permits several
     beside: Callable[[str], bytes | None] = lambda _: None  # the content of a file that lies beside the source

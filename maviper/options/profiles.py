@@ -47,11 +47,11 @@ class ImportOptions(TypedDict, total=False):
         ),
     ]
     arrays: Annotated[
-        Literal["float32", "float64"] | None,
+        Literal["floats", "float32", "float64"] | None,
         Option(
             None,
             IMPORTED,
-            "Arrays that if/else Python is given; NumPy 2 rounds its numbers to their type. Default: Python's floats.",
+            "What if/else Python is given: Python's floats, or arrays of NumPy. Asked for where they decide differently.",
         ),
     ]
     output_names: Annotated[

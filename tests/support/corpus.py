@@ -33,6 +33,7 @@ def imported(file: dict[str, Any]) -> ir.AgentPolicy:
     """The agent that the import makes of a file's function."""
     options: dict[str, Any] = {"scores": True} if file.get("scores") else {}
     options |= {"feature_names": file["features"]} if file.get("told") else {}
+    options |= {"arrays": file["arrays"]} if file.get("arrays") else {}
     profile = maviper.from_file(CORPUS / file["path"], **options)
     wanted = {part.lower().strip("_") for part in file["entry"].split(".")}
     chosen = [each for each in profile.agents if each.agent in wanted or len(profile.agents) == 1]

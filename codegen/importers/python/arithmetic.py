@@ -15,17 +15,16 @@ import ast
 import math
 import operator
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 
-from codegen.importers.python.machine import MAX_ITEMS, TEST_ADVICE, Machine, step_of
-from codegen.importers.python.values import Array, Condition, Extreme, Instance, Length, Member, Part, Symbol, Unread
-from codegen.importers.symbolic.affine import CUT_BEFORE, IN_ORDER
-from codegen.importers.symbolic.feature import FALLING, FOLDING, RISING, SIGNS, TURNED, Feature, Step, Test
-from codegen.importers.symbolic.line import at_most
+from codegen.errors import InputError
+from codegen.importers.python.machine import MAX_ITEMS, TEST_ADVICE, Machine, step_of, words_of
+from codegen.importers.python.values import Array, Condition, Extreme, Instance, Length, Member, Symbol
+from codegen.importers.symbolic.affine import CUT_BEFORE, CUTTING, IN_ORDER
+from codegen.importers.symbolic.feature import FALLING, FOLDING, RISING, SIGNS, TURNED, Feature, Step, Test, at_most
 
 MAX_BITS = 1 << 12
 OPERATIONS: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
@@ -33,7 +32,7 @@ OPERATIONS: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.FloorDiv: operator.floordiv, ast.Mod: operator.mod, ast.Pow: operator.pow, ast.LShift: operator.lshift,
     ast.RShift: operator.rshift, ast.BitAnd: operator.and_, ast.BitOr: operator.or_, ast.BitXor: operator.xor,
 }  # fmt: skip
-CUTS = ("clip", "min", "max")  # steps that cut a number
+BITS = (ast.Mod, ast.LShift, ast.RShift, ast.BitAnd, ast.BitOr, ast.BitXor)  # of whole numbers, value by value
 NAMES: Mapping[type[ast.operator], str] = {ast.Mult: "product", ast.Div: "quotient"}
 FORMS: Mapping[type[ast.operator], str] = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/"}
 COMPARISONS: Mapping[type[ast.cmpop], str] = {
@@ -41,6 +40,7 @@ COMPARISONS: Mapping[type[ast.cmpop], str] = {
 }  # fmt: skip
 POWERS = range(2, 17)
 SEVERAL = "test each feature alone, or give the {} as a feature of its own"
+CONDITIONS = Test | Condition
 
 
 # --- arithmetic
@@ -48,45 +48,71 @@ SEVERAL = "test each feature alone, or give the {} as a feature of its own"
 
 def binary(m: Machine, kind: type[ast.operator], left: Any, right: Any) -> Any:
     """What `left operator right` is."""
-    if (isinstance(left, Part) and _is_number(right)) or (isinstance(right, Part) and _is_number(left)):
-        return _of_part(m, kind, left, right)
-    if kind in (ast.BitAnd, ast.BitOr) and any(isinstance(each, Test | Condition) for each in (left, right)):
-        return Condition(lambda: (all if kind is ast.BitAnd else any)([m.truth(left), m.truth(right)]))
+    if isinstance(left, CONDITIONS) or isinstance(right, CONDITIONS):
+        return _join_conditions(m, kind, left, right)
     left, right = m.plain(left), m.plain(right)
     if kind is ast.MatMult:
-        return m.unread("a product of arrays is computed, which NumPy adds in an order of its own", IN_ORDER)
+        what = "a product of arrays is computed, which NumPy adds in an order of its own"
+        raise m.make_error(None, what, IN_ORDER)
     for each in (left, right):
-        if isinstance(each, Symbol):
-            return m.unread(f"the name {each.name!r} is not defined in the file", "write the number itself")
-        if isinstance(each, Unread):
-            return each
-    if isinstance(left, Array) or isinstance(right, Array):
-        return _elementwise(m, lambda a, b: binary(m, kind, a, b), left, right)
-    if isinstance(left, Extreme) or isinstance(right, Extreme):
-        return _of_extreme(m, kind, left, right)
+        if isinstance(each, Array):
+            raise m.make_error(None, "arithmetic is done on a whole array", "do it on each number")
+        if not isinstance(each, Feature | int | float | np.number | str | list | tuple | set | dict):
+            raise m.make_error(None, f"arithmetic is done on {words_of(each)}", TEST_ADVICE)
     if isinstance(left, Feature) and isinstance(right, Feature):
-        if m.counts(left) and m.counts(right):
-            return binary(m, kind, left, m.whole(right))
-        if kind is ast.Mult and left.key == right.key:
-            return convert_feature(m, left).then(Step("square", lambda value: value * value, FOLDING))
-        if kind in (ast.Add, ast.Sub):
-            joined = m.sums.add_features(left, right, minus=kind is ast.Sub)
-            if joined is None:
-                cut = any(step.form and step.form[0] in CUTS for each in (left, right) for step in each.steps)
-                advice = IN_ORDER + CUT_BEFORE if cut else IN_ORDER
-                return m.unread("two sums are joined whose roundings have no order", advice)
-            m.sums.line = m.sums.line or m.line
-            return joined
-        word = NAMES.get(kind, "combination")
-        return m.unread(f"the {word} of two features is computed", SEVERAL.format(word))
+        return _join_features(m, kind, left, right)
     if isinstance(left, Feature) or isinstance(right, Feature):
-        return of_feature(m, kind, left, right)
+        return _of_feature(m, kind, left, right)
     return _of_constants(m, kind, left, right)
 
 
-def _is_number(value: Any) -> bool:
-    value = value.value if isinstance(value, Member) and value.kind.mixed else value
+def _join_conditions(m: Machine, kind: type[ast.operator], left: Any, right: Any) -> Any:
+    """Arithmetic where a condition counts as 0 or 1; `&`, `|` and `^` of two conditions are one, too."""
+    if all(isinstance(each, CONDITIONS | bool) for each in (left, right)):
+        if kind in (ast.BitAnd, ast.BitOr):
+            return Condition(kind is ast.BitAnd, (left, right))
+        if kind is ast.BitXor:
+            return differ(left, right)
+        for each in (left, right):
+            m.ensure_plain(each)
+    return binary(m, kind, *(int(m.truth(each)) if isinstance(each, CONDITIONS) else each for each in (left, right)))
+
+
+def differ(left: Any, right: Any, wanted: bool = True) -> Condition:
+    """Whether one of two conditions holds and the other one does not."""
+    return Condition(True, (Condition(False, (left, right)), Condition(True, (left, right), False)), wanted)
+
+
+def _join_features(m: Machine, kind: type[ast.operator], left: Feature, right: Feature) -> Any:
+    """Arithmetic on two features: whole numbers, a square, or a sum."""
+    if m.counts(left) and m.counts(right):
+        return binary(m, kind, left, m.whole(right))
+    if kind is ast.Mult and left.key == right.key:
+        return convert_feature(m, left).then(Step("square", lambda value: value * value, FOLDING))
+    if kind not in (ast.Add, ast.Sub):
+        word = NAMES.get(kind, "combination")
+        raise m.make_error(None, f"the {word} of two features is computed", SEVERAL.format(word))
+    joined = m.sums.add_features(left, right, minus=kind is ast.Sub)
+    if joined is None:
+        cut = any(step.form and step.form[0] in CUTTING for each in (left, right) for step in each.steps)
+        advice = IN_ORDER + CUT_BEFORE if cut else IN_ORDER
+        raise m.make_error(None, "two sums are joined whose roundings have no order", advice)
+    m.sums.line = m.sums.line or m.line
+    return joined
+
+
+def is_number(value: Any) -> bool:
+    """Whether it is a constant number."""
     return isinstance(value, int | float | np.number)
+
+
+def is_constant(value: Any) -> bool:
+    """Whether a value depends on no feature, and Python itself may compare it."""
+    if isinstance(value, tuple | list | set):
+        return not isinstance(value, Array) and all(map(is_constant, value))
+    if isinstance(value, dict):
+        return all(map(is_constant, value)) and all(map(is_constant, value.values()))
+    return value is None or isinstance(value, int | float | np.number | str | range | Member)
 
 
 def _of_constants(m: Machine, kind: type[ast.operator], left: Any, right: Any) -> Any:
@@ -94,52 +120,50 @@ def _of_constants(m: Machine, kind: type[ast.operator], left: Any, right: Any) -
     if kind in (ast.Pow, ast.LShift) and all(isinstance(each, int) for each in (left, right)):
         bits = right if kind is ast.LShift else right * max(int(left).bit_length(), 1)
         if abs(bits) > MAX_BITS:
-            return m.unread("a number is too large", f"keep whole numbers below {MAX_BITS} bits")
+            raise m.make_error(None, "a number is too large", f"keep whole numbers below {MAX_BITS} bits")
     items = [each for each in (left, right) if isinstance(each, str | list | tuple)]
-    if any(isinstance(one, Part | Feature) for each in items for one in each):
-        return m.unread("arithmetic is done on a part of the observation", "do it on each number")
     times = [each for each in (left, right) if isinstance(each, int)]
     if kind is ast.Mult and items and times and len(items[0]) * max(times[0], 0) > MAX_ITEMS:
-        return m.unread("a list or text is too long", f"keep it below {MAX_ITEMS} parts")
+        raise m.make_error(None, "a list or text is too long", f"keep it below {MAX_ITEMS} parts")
     if kind is ast.Mod and isinstance(left, str):
-        return m.unread("a text is formatted", "write the text itself")
+        raise m.make_error(None, "a text is formatted", "write the text itself")
     try:
         constant = OPERATIONS[kind](left, right)
     except ZeroDivisionError:
-        return m.unread("a number is divided by 0", "mend it")
-    except (TypeError, ValueError, OverflowError, KeyError):
-        return m.unread("an operation on constants is not understood", "write the result itself")
+        raise m.make_error(None, "a number is divided by 0", "mend it") from None
+    except (TypeError, ValueError, OverflowError):
+        what = "an operation on constants is not understood"
+        raise m.make_error(None, what, "write the result itself") from None
     if isinstance(constant, complex) or (isinstance(constant, int) and constant.bit_length() > MAX_BITS):
-        return m.unread("a number is too large, or complex", "write the result itself")
+        raise m.make_error(None, "a number is too large, or complex", "write the result itself")
     return m.keep_value(constant) if isinstance(constant, list | tuple | str | set | dict) else constant
 
 
-def of_feature(m: Machine, kind: type[ast.operator], left: Any, right: Any) -> Any:
+def _of_feature(m: Machine, kind: type[ast.operator], left: Any, right: Any) -> Any:
     """Arithmetic on a feature and a number."""
     turned = isinstance(right, Feature)
     feature, number = (right, left) if turned else (left, right)
-    if not _is_number(number):
-        return m.unread("a feature is combined with something that is no number", TEST_ADVICE)
+    if not is_number(number):
+        raise m.make_error(None, "a feature is combined with something that is no number", TEST_ADVICE)
     feature = convert_feature(m, feature)
-    if kind is ast.Mult and number == 0 and isinstance(number, int) and m.counts(feature):
+    whole = m.counts(feature) and isinstance(number, int)
+    if whole and kind is ast.Mult and number == 0:
         return 0
+    if whole and (kind in BITS or (turned and kind in (ast.FloorDiv, ast.Pow))):
+        return _of_constants(m, kind, *((number, m.whole(feature)) if turned else (m.whole(feature), number)))
     if not _usable(number, feature.value(1.0), kind):
-        return m.unread("a feature is combined with 0, an infinite or a too large number", "write the result itself")
-    sense = RISING if kind in (ast.Add, ast.Sub) or number > 0 else FALLING
-    if kind is ast.Sub and turned:
-        sense = FALLING
+        what = "a feature is combined with 0, an infinite or a too large number"
+        raise m.make_error(None, what, "write the result itself")
+    sense = FALLING if (kind is ast.Sub and turned) or (kind not in (ast.Add, ast.Sub) and number < 0) else RISING
     if kind is ast.Pow and not turned and number in POWERS:
         return feature.then(Step(f"power {number!r}", partial(_power, number), RISING if number % 2 else FOLDING))
-    whole = m.counts(feature) and isinstance(number, int)
-    if kind is ast.Mod and whole and not turned:
-        return m.whole(feature) % number
     if kind is ast.FloorDiv and not turned and not whole and math.frexp(number)[0] == 0.5:
         m.finite = True  # of infinities Python gives NaN
         # of a power of 2, which rounds nothing
         return feature.then(Step(f"floor {number!r}", partial(apply_finite, lambda value: value // number)))
-    allowed = (ast.Add, ast.Sub, ast.Mult, *(() if turned else (ast.Div,)))
-    if kind not in allowed and not (kind is ast.FloorDiv and whole and not turned):
-        return _refuse_operator(m, kind, turned)
+    allowed = (ast.Add, ast.Sub, ast.Mult, *(() if turned else (ast.Div,)), *((ast.FloorDiv,) if whole else ()))
+    if kind not in allowed:
+        raise _refuse_operator(m, kind, turned)
     operate = OPERATIONS[kind]
     apply = partial(operate, number) if turned else lambda value: operate(value, number)
     sign = FORMS.get(kind)
@@ -168,7 +192,7 @@ def _usable(number: Any, sample: Any, kind: type[ast.operator]) -> bool:
     return near is not None and math.isfinite(near) and bool(near != 0 or kind in (ast.Add, ast.Sub))
 
 
-def _refuse_operator(m: Machine, kind: type[ast.operator], turned: bool) -> Unread:
+def _refuse_operator(m: Machine, kind: type[ast.operator], turned: bool) -> InputError:
     advice = {
         ast.Pow: f"give a whole number from 2 to {POWERS[-1]} as the power, or compare the feature itself",
         ast.FloorDiv: "write math.floor(x / c)",
@@ -176,63 +200,24 @@ def _refuse_operator(m: Machine, kind: type[ast.operator], turned: bool) -> Unre
         ast.Div: "compare the feature itself: 1 / x > c says 0 < x < 1 / c",
     }
     what = "a number is divided by a feature" if turned and kind is ast.Div else f"{kind.__name__.lower()} of a feature"
-    return m.unread(f"{what} is not understood", advice.get(kind, TEST_ADVICE))
+    return m.make_error(None, f"{what} is not understood", advice.get(kind, TEST_ADVICE))
 
 
 def convert_feature(m: Machine, feature: Feature) -> Feature:
     """The feature as the scalar that Python computes with."""
-    return feature if feature.steps else feature.then(*step_of(m.arrays))
-
-
-def _of_part(m: Machine, kind: type[ast.operator], left: Any, right: Any) -> Any:
-    """Arithmetic on the observation, of which nobody knows yet whether it is a number or an array of them."""
-    turned = isinstance(right, Part)
-    part: Part = right if turned else left
-    sides = (left, Feature(-1, part.steps)) if turned else (Feature(-1, part.steps), right)
-    feature = of_feature(m, kind, *(m.plain(each) if isinstance(each, Member) else each for each in sides))
-    return replace(part, steps=feature.steps, scaled=True) if isinstance(feature, Feature) else feature
-
-
-def _elementwise(m: Machine, function: Callable[[Any, Any], Any], left: Any, right: Any) -> Any:
-    """An operation on constant arrays, element by element."""
-    given = [each if isinstance(each, list) else None for each in (left, right)]
-    length = max(len(each) for each in given if each is not None)
-    if any(each is not None and len(each) != length for each in given):
-        return m.unread("arrays of different lengths are combined", "write the result itself")
-    m.count(length)
-    pairs = zip(
-        *(each if each is not None else [other] * length for each, other in zip(given, (left, right), strict=True)),
-        strict=True,
-    )
-    return m.keep_value(Array(function(a, b) for a, b in pairs))
-
-
-def _of_extreme(m: Machine, kind: type[ast.operator], left: Any, right: Any) -> Any:
-    """Arithmetic on the least or largest of several: on each of them."""
-    turned = isinstance(right, Extreme)
-    extreme, number = (right, left) if turned else (left, right)
-    if not _is_number(number):
-        return m.unread("several features are combined", SEVERAL.format("result"))
-    parts = tuple(binary(m, kind, *((number, each) if turned else (each, number))) for each in extreme.parts)
-    unread = next((each for each in parts if isinstance(each, Unread)), None)
-    falls = (turned and kind is ast.Sub) or (kind in (ast.Mult, ast.Div) and number < 0)
-    return unread or Extreme(extreme.least != falls, parts)
+    return feature if feature.steps else feature.then(*step_of(m.kind))
 
 
 def unary(m: Machine, kind: type[ast.unaryop], value: Any) -> Any:
     """What `-value`, `+value` or `~value` is."""
-    if isinstance(value, Test | Condition) and kind is ast.Invert:
-        return m.unread("~ of a condition is not understood", "write not")
-    if isinstance(value, Part) and kind is not ast.Invert:
-        return value if kind is ast.UAdd else _of_part(m, ast.Mult, value, -1)
-    value = m.plain(value)
-    if isinstance(value, Feature | Extreme) and kind is not ast.Invert:
+    if isinstance(value, CONDITIONS) and kind is ast.Invert:
+        raise m.make_error(None, "~ of a condition is not understood", "write not")
+    value = m.decide(value)
+    if isinstance(value, Feature) and kind is not ast.Invert:
         return value if kind is ast.UAdd else binary(m, ast.Mult, value, -1)
-    if isinstance(value, Array):
-        return m.keep_value(Array(unary(m, kind, each) for each in value))
     if isinstance(value, int) or (isinstance(value, float | np.number) and kind is not ast.Invert):
         return -value if kind is ast.USub else +value if kind is ast.UAdd else ~value  # type: ignore[operator]
-    return value if isinstance(value, Unread) else m.unread("a sign stands before what is no number", TEST_ADVICE)
+    raise m.make_error(None, f"a sign stands before {words_of(value)}", TEST_ADVICE)
 
 
 # --- comparisons
@@ -243,76 +228,103 @@ def compare_values(m: Machine, sign: str, left: Any, right: Any) -> Any:
     m.count()
     if isinstance(left, Length) or isinstance(right, Length):
         return _of_length(m, sign, left, right)
-    left, right = (each if isinstance(each, Symbol) else m.plain(each) for each in (left, right))
-    for each in (left, right):
-        if isinstance(each, Unread):
-            return each
-    if isinstance(left, Array) or isinstance(right, Array):
-        return _elementwise(m, lambda a, b: compare_values(m, sign, a, b), left, right)
-    if isinstance(left, tuple | list) and isinstance(right, tuple | list) and sign in ("==", "!="):
-        if len(left) != len(right):
-            return sign == "!="
-        pairs = [compare_values(m, "==", a, b) for a, b in zip(left, right, strict=True)]
-        return Condition(lambda: all(m.truth(each) for each in pairs) == (sign == "=="))
-    if any(isinstance(each, Instance) for each in (left, right)):
-        if left is not right:
-            return m.unread("objects are compared", "compare their attributes")
-        return sign in ("==", "<=", ">=")
     for one, other, said in ((left, right, sign), (right, left, TURNED[sign])):
-        if isinstance(one, Extreme) and _is_number(other):
+        if isinstance(one, CONDITIONS):
+            return _condition_compared(m, one, said, other)
+    left, right = m.plain(left), m.plain(right)
+    if is_constant(left) and is_constant(right):
+        return _constants_compared(m, sign, left, right)
+    for each in (left, right):
+        if isinstance(each, Symbol | Array | Instance):
+            advice = "compare numbers, texts or members of an Enum"
+            raise m.make_error(None, f"{words_of(each)} is compared", advice)
+    if isinstance(left, tuple | list) and isinstance(right, tuple | list) and sign in ("==", "!="):
+        if type(left) is not type(right) or len(left) != len(right):
+            return sign == "!="
+        if m.paths is not None:
+            m.paths.nan = False  # a NaN is equal to itself there
+        pairs = tuple(compare_values(m, "==", a, b) for a, b in zip(left, right, strict=True))
+        return Condition(True, pairs, sign == "==", plain=True)
+    for one, other, said in ((left, right, sign), (right, left, TURNED[sign])):
+        if isinstance(one, Extreme) and (is_number(other) or isinstance(other, Feature)):
             return _extreme_compared(m, one, said, other)
         if isinstance(one, Feature) and not isinstance(other, Feature | Extreme):
             return _with_number(m, one, said, other)
-    if isinstance(left, Feature) and isinstance(right, Feature) and left.key == right.key:
-        if m.paths is not None:
-            m.paths.nan = False  # it is asked whether a number is NaN
-        return sign in ("==", "<=", ">=")
     if isinstance(left, Feature) and isinstance(right, Feature):
         return _two_compared(m, sign, left, right)
-    if isinstance(left, Feature | Extreme) or isinstance(right, Feature | Extreme):
-        return m.unread("two features are compared", SEVERAL.format("difference"))
-    if isinstance(left, Symbol) or isinstance(right, Symbol):
-        if sign not in ("==", "!="):
-            m.require_value(left if isinstance(left, Symbol) else right)
-        return (left == right) == (sign == "==")
+    what = f"{words_of(left)} and {words_of(right)} are compared, which have no order"
+    raise m.make_error(None, what, "compare one feature with a number")
+
+
+def _condition_compared(m: Machine, condition: Any, sign: str, other: Any) -> Any:
+    """A comparison of a condition, which counts as 0 or 1."""
+    if isinstance(other, CONDITIONS | bool) and sign in ("==", "!="):
+        return differ(condition, other, sign == "!=")
+    if is_number(other):
+        answers = [bool(SIGNS[sign](each, other)) for each in (False, True)]
+        if answers[0] != answers[1]:
+            return Condition(True, (condition,), answers[1])
+    return compare_values(m, sign, m.decide(condition), m.decide(other))
+
+
+def _constants_compared(m: Machine, sign: str, left: Any, right: Any) -> Any:
+    """What Python itself says, or NumPy."""
     try:
-        return bool(SIGNS[sign](left, right))
+        answer = SIGNS[sign](left, right)
     except (TypeError, ValueError):
-        return m.unread("constants that have no order are compared", "compare numbers with numbers")
+        what, advice = "constants that have no order are compared", "compare numbers with numbers"
+        raise m.make_error(None, what, advice) from None
+    return Condition(True, (bool(answer),), plain=False) if isinstance(answer, np.generic) else bool(answer)
 
 
 def _two_compared(m: Machine, sign: str, left: Feature, right: Feature) -> Any:
     """A test of a difference, whose sign is that of the comparison, unless both are the same infinity."""
+    if left.key == right.key:
+        if m.paths is not None:
+            m.paths.nan = False  # it is asked whether a number is NaN
+        return sign in ("==", "<=", ">=")
     if m.counts(left) and m.counts(right):
         return compare_values(m, sign, left, m.whole(right))
+    left, right = _unfold(m, left), _unfold(m, right)
     difference = m.sums.add_features(left, right, minus=True)
     if difference is None and left.place == right.place:
         advice = "solve it for the feature, and compare that with one number"
-        return m.unread("two numbers that are computed of one feature are compared", advice)
+        raise m.make_error(None, "two numbers that are computed of one feature are compared", advice)
     if difference is None:
-        return m.unread("two features are compared", SEVERAL.format("difference"))
+        raise m.make_error(None, "two features are compared", SEVERAL.format("difference"))
     m.finite = True
+    m.sums.line = m.sums.line or m.line
     return _with_number(m, difference, sign, 0.0)
+
+
+def _unfold(m: Machine, feature: Feature) -> Feature:
+    """A feature without the `abs` that ends it: with its sign turned where it is negative, which is exact."""
+    if not feature.steps or not feature.steps[-1].key.endswith("abs"):
+        return feature
+    before = Feature(feature.place, feature.steps[:-1])
+    return binary(m, ast.Mult, before, -1) if m.truth(compare_values(m, "<", before, 0)) else before
 
 
 def _with_number(m: Machine, feature: Feature, sign: str, number: Any) -> Any:
     """A test of a feature."""
-    if not _is_number(number):
-        if number is None:
+    if not is_number(number):
+        if number is None and sign in ("==", "!="):
             return sign == "!="
-        if isinstance(number, str | Member | Symbol) and sign in ("==", "!="):
-            return m.unread("a feature is compared with a text", "features are numbers: compare with a number")
-        return m.unread("a feature is compared with what is no number", TEST_ADVICE)
+        words = "with a text" if isinstance(number, str | Member) else "with what is no number"
+        raise m.make_error(None, f"a feature is compared {words}", "features are numbers: compare with a number")
+    if isinstance(number, np.integer):
+        number = np.float64(number)
     if isinstance(number, float | np.floating) and math.isnan(number):
         return sign == "!="
-    sample = np.dtype(m.arrays).type(1) if m.arrays and not feature.steps else feature.value(1.0)
+    sample = np.dtype(m.kind).type(1) if m.kind and not feature.steps else feature.value(1.0)
     if isinstance(sample, np.floating) and not isinstance(number, np.floating):
         near = _near(sample, number)
         if near is None:
-            return m.unread(f"a number is beyond {sample.dtype}", "write a smaller one; NumPy warns of it, too")
+            what = f"a number is beyond {sample.dtype}"
+            raise m.make_error(None, what, "write a smaller one; NumPy warns of it, too")
         number = near
-    elif not feature.steps and isinstance(number, int):
-        m.long |= at_most(number) != number
+    elif isinstance(number, int) and isinstance(sample, float) and at_most(number) != number:
+        m.ask_arrays("a feature is compared with a whole number that no double equals")
     if not feature.steps:
         number = number if isinstance(number, int) and not isinstance(number, bool) else float(number)
     return Test(feature, sign, number)
@@ -330,17 +342,14 @@ def _near(sample: Any, number: Any) -> Any:
 
 def _extreme_compared(m: Machine, extreme: Extreme, sign: str, number: Any) -> Any:
     """A test of the least or largest of several: of any of them, or of all."""
-    if sign in ("==", "!="):
-        within, beyond = ("<=", "<") if extreme.least else (">=", ">")
-        parts = [_extreme_compared(m, extreme, each, number) for each in (within, beyond)]
-        return Condition(lambda: (m.truth(parts[0]) and not m.truth(parts[1])) == (sign == "=="))
-    one = any if extreme.least == (sign in ("<", "<=")) else all
-    tests = [compare_values(m, sign, each, number) for each in extreme.parts]
     if m.paths is not None:
         m.paths.nan = False  # what Python takes for the least beside a NaN depends on their order
-    return next((each for each in tests if isinstance(each, Unread)), None) or Condition(
-        lambda: one(m.truth(each) for each in tests)
-    )
+    if sign in ("==", "!="):
+        within, beyond = ("<=", "<") if extreme.least else (">=", ">")
+        inner = _extreme_compared(m, extreme, within, number), _extreme_compared(m, extreme, beyond, number)
+        return Condition(True, (inner[0], Condition(True, (inner[1],), False)), sign == "==")
+    every = extreme.least != (sign in ("<", "<="))
+    return Condition(every, tuple(compare_values(m, sign, each, number) for each in extreme.parts))
 
 
 def _of_length(m: Machine, sign: str, left: Any, right: Any) -> Any:
@@ -348,7 +357,8 @@ def _of_length(m: Machine, sign: str, left: Any, right: Any) -> Any:
     length, number = (left, right) if isinstance(left, Length) else (right, left)
     known = m.inputs.length(length.part.path)
     if not isinstance(number, int):
-        return m.unread("the length of the observation is compared with what is no number", "write the number")
+        what = "the length of the observation is compared with what is no number"
+        raise m.make_error(None, what, "write the number")
     if isinstance(right, Length):
         sign = TURNED[sign]
     if not known and sign in ("==", "!="):

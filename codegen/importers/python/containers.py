@@ -1,22 +1,31 @@
-"""Lists, dictionaries and observations as expressions: literals, subscripts, comprehensions.
+"""Lists, dictionaries and observations as expressions: literals, lookups, comprehensions, and assignments to them.
 
-Does: makes containers; looks up elements, numbers of the observation, and slices.
+Does: makes containers; looks up elements, numbers of the observation, and slices; gives values to targets.
 Assumes: keys are constants, or whole numbers with few values.
-Does not: change containers (statements.py).
+Does not: know the methods of containers (attributes.py).
 """
 
 # pyright: basic
 # the values of a program may be anything
 import ast
 from collections.abc import Iterator
-from dataclasses import replace
 from typing import Any
 
-from codegen.errors import escape_text
+from codegen.importers.python.arithmetic import CONDITIONS, is_constant
 from codegen.importers.python.expressions import eval_condition
-from codegen.importers.python.machine import EXPRESSIONS, UNCOUNTED, Machine, reads, text_of
-from codegen.importers.python.sequences import count_features, items_of, map_part
-from codegen.importers.python.values import Array, Bound, Class, Instance, Length, Member, Part, Scope, Symbol, Unread
+from codegen.importers.python.machine import EXPRESSIONS, UNCOUNTED, Machine, reads, text_of, words_of
+from codegen.importers.python.values import (
+    Array,
+    Bound,
+    Class,
+    Function,
+    Instance,
+    Member,
+    Part,
+    Scope,
+    Stream,
+    Symbol,
+)
 
 
 @reads(EXPRESSIONS, ast.List, ast.Tuple, ast.Set)
@@ -24,10 +33,7 @@ def _list(m: Machine, node: Any, scope: Scope) -> Any:
     items: list[Any] = []
     for each in node.elts:
         if isinstance(each, ast.Starred):
-            more = items_of(m, m.eval(each.value, scope))
-            if isinstance(more, Unread):
-                return more
-            items += list(more)
+            items += m.items(m.eval(each.value, scope))
         else:
             items.append(m.eval(each, scope))
     m.keep_value(items)
@@ -41,104 +47,79 @@ def _dict(m: Machine, node: ast.Dict, scope: Scope) -> Any:
     entries: dict[Any, Any] = {}
     for key, value in zip(node.keys, node.values, strict=True):
         if key is None:
-            more = m.require_value(m.eval(value, scope))
-            if not isinstance(more, dict):
-                raise m.make_error(node, f"{text_of(node)} is not understood", "write its items")
-            entries |= more
+            entries |= m.eval(value, scope)
         else:
             entries[key_of(m, m.eval(key, scope))] = m.eval(value, scope)
     return m.keep_value(entries)
 
 
 def key_of(m: Machine, value: Any) -> Any:
-    """A key of a dictionary: a constant."""
+    """A key of a dictionary: a constant; of a condition, what it is on this path."""
     m.count()
     if isinstance(value, tuple):
         return tuple(key_of(m, each) for each in value)
-    value = m.whole(value)
-    if isinstance(value, list | dict | set):
-        raise m.make_error(None, "a list is no key", "use numbers or texts")
-    return value
+    value = m.truth(value) if isinstance(value, CONDITIONS) else value
+    key = value if isinstance(value, Member) else m.whole(value)
+    if isinstance(key, list) or not is_constant(key):
+        raise m.make_error(None, f"{words_of(value)} is a key", "use numbers, texts or members of an Enum")
+    return key
 
 
 @reads(EXPRESSIONS, ast.Subscript)
 def _subscript(m: Machine, node: ast.Subscript, scope: Scope) -> Any:
     value = m.eval(node.value, scope)
-    if isinstance(value, Unread):
-        return value
-    key = m.eval(node.slice, scope)
+    key = slice(*_ends(m, node.slice, scope)) if isinstance(node.slice, ast.Slice) else m.eval(node.slice, scope)
     m.line = node.lineno
     if isinstance(value, Part):
-        return part_of(m, value, key, node)
+        return _part_of(m, value, key, node)
     if isinstance(value, Class) and value.enum:
-        return value.members.get(key) or m.unread(f"{escape_text(str(key))} is no member", "name one")
-    if isinstance(value, tuple) and len(value) == 1 and isinstance(value[0], Length):
-        return value[0]
-    if isinstance(value, Symbol | Bound | Class):  # an annotation, such as list[int]
-        return value
+        value = {each.name: each for each in value.constants}
+    if isinstance(value, Symbol | Bound):  # an annotation, such as list[int]
+        return Symbol(text_of(node))
     if not isinstance(value, list | tuple | dict | str | range):
-        m.require_value(value)
-        raise m.make_error(node, f"{text_of(node)} is not understood", "look things up in lists and dictionaries")
+        what = f"{text_of(node)} looks something up in {words_of(value)}"
+        raise m.make_error(node, what, "look things up in lists and dictionaries; compute with each x[0] by itself")
     try:
-        return value[key] if isinstance(key, slice) else value[key_of(m, key)]
+        if isinstance(key, slice):
+            return m.keep_value(value[key]) if not isinstance(value, range) else value[key]
+        return value[key_of(m, key) if isinstance(value, dict) else m.whole(key)]
     except (LookupError, TypeError, ValueError):
         what = f"{text_of(node)} looks up what is not there"
         raise m.make_error(node, what, "clip the index, or give every key") from None
 
 
-def part_of(m: Machine, part: Part, key: Any, node: ast.AST) -> Any:
+def _ends(m: Machine, node: ast.Slice, scope: Scope) -> list[Any]:
+    return [None if each is None else m.whole(m.eval(each, scope)) for each in (node.lower, node.upper, node.step)]
+
+
+def _part_of(m: Machine, part: Part, key: Any, node: ast.AST) -> Any:
     """A number of the observation, or a part of it."""
-    if part.scaled and not part.array and isinstance(key, int | slice):
-        return m.unread(
-            "arithmetic is done on the whole observation", "take it as an array: np.asarray(x); or do it on each number"
-        )
-    if isinstance(key, tuple):
-        for each in key:
-            part = part_of(m, part, each, node)
-        return part
     if isinstance(key, slice):
-        low, high, step = key.start or 0, key.stop, key.step or 1
-        n = max(m.inputs.length(part.path) - part.offset, 0)
-        if high is None and not n and isinstance(low, int) and low >= 0 and step == 1:
-            return replace(part, offset=part.offset + low)
-        if not n and (not isinstance(high, int) or min(low, high) < 0 or step != 1):
-            return m.unread(*UNCOUNTED)
-        places = range(*key.indices(n or int(high or 0)))
-        parts = [m.inputs.enter(part, place, m.line) for place in places]
+        n = m.inputs.length(part.path)
+        if not n and (key.stop is None or min(key.start or 0, key.stop, key.step or 1) < 0):
+            raise m.make_error(node, *UNCOUNTED)
+        parts = [m.inputs.enter(part, place, m.line) for place in range(*key.indices(n or key.stop))]
         return m.keep_value(Array(parts)) if part.array else tuple(parts)
     key = m.whole(key)
-    key = key.value if isinstance(key, Member) else key
     if isinstance(key, bool) or not isinstance(key, int | str):
         raise m.make_error(node, f"{text_of(node)} is not understood", "write x[0], or x['speed']")
     if isinstance(key, int) and key < 0 and not m.inputs.length(part.path):
         what = f"{text_of(node)} counts from the end, and the file does not say how many features there are"
-        return m.unread(what, "count from the front, or name all features: --features a,b,c")
+        raise m.make_error(node, what, "count from the front, or name all features: --features a,b,c")
     return m.inputs.enter(part, key, m.line)
-
-
-@reads(EXPRESSIONS, ast.Slice)
-def _slice(m: Machine, node: ast.Slice, scope: Scope) -> Any:
-    ends = (node.lower, node.upper, node.step)
-    return slice(*(None if each is None else m.whole(m.eval(each, scope)) for each in ends))
 
 
 @reads(EXPRESSIONS, ast.ListComp, ast.SetComp, ast.DictComp, ast.GeneratorExp)
 def _comprehension(m: Machine, node: Any, scope: Scope) -> Any:
-    first = m.eval(node.generators[0].iter, scope)
-    inner = Scope({}, scope)
-    if isinstance(first, Part) and not m.inputs.length(first.path) and isinstance(node, ast.ListComp):
-        target = node.generators[0].target
-        if isinstance(target, ast.Name) and len(node.generators) == 1 and not node.generators[0].ifs:
-            return map_part(m, first, lambda each: m.eval(node.elt, Scope({target.id: each}, scope)))
-    items = items_of(m, first)
-    if isinstance(items, Unread):
-        return items
-    turns = _turns(m, node, inner, items)
+    if any(isinstance(each, ast.NamedExpr) for each in ast.walk(node)):
+        raise m.make_error(node, f"{text_of(node)} assigns a name on its way", "write a loop")
+    first, inner = m.items(m.eval_stream(node.generators[0].iter, scope)), Scope({}, scope.outer)
+    turns = _turns(m, node, inner, first)
     if isinstance(node, ast.DictComp):
         return m.keep_value({key_of(m, m.eval(node.key, inner)): m.eval(node.value, inner) for _ in turns})
     each = (m.eval(node.elt, inner) for _ in turns)
     if isinstance(node, ast.GeneratorExp):
-        return each
+        return Stream(each)
     return m.keep_value(list(each) if isinstance(node, ast.ListComp) else {key_of(m, one) for one in each})
 
 
@@ -150,13 +131,13 @@ def _turns(m: Machine, node: Any, scope: Scope, items: Any, depth: int = 0) -> I
         assign(m, generator.target, each, scope)
         if all(eval_condition(m, test, scope) for test in generator.ifs):
             if depth + 1 < len(node.generators):
-                inner = items_of(m, m.eval(node.generators[depth + 1].iter, scope))
+                inner = m.items(m.eval_stream(node.generators[depth + 1].iter, scope))
                 yield from _turns(m, node, scope, inner, depth + 1)
             else:
                 yield
 
 
-# --- assignments to them
+# --- assignments
 
 
 def assign(m: Machine, target: ast.expr, value: Any, scope: Scope) -> None:
@@ -167,53 +148,39 @@ def assign(m: Machine, target: ast.expr, value: Any, scope: Scope) -> None:
         _unpack_value(m, target, value, scope)
     elif isinstance(target, ast.Attribute):
         owner = m.eval(target.value, scope)
-        if not isinstance(owner, Instance | Class):
-            raise m.make_error(
-                target, f"{text_of(target)} is set, which is no attribute of the file's", "remove the line"
-            )
+        if not isinstance(owner, Instance) or isinstance(owner.kind.members.get(target.attr), Function):
+            what = f"{text_of(target)} is set, which is no plain attribute of an object"
+            raise m.make_error(target, what, "set attributes of self in __init__")
         if m.paths is None:
-            (owner.attributes if isinstance(owner, Instance) else owner.members)[target.attr] = value
+            owner.attributes[target.attr] = value
         else:
             m.written[id(owner), target.attr] = value
+            m.changed.setdefault((id(owner), target.attr), target.lineno)
     elif isinstance(target, ast.Subscript):
-        owner, key = m.require_value(m.eval(target.value, scope)), m.whole(m.eval(target.slice, scope))
-        if isinstance(owner, Part) or not isinstance(owner, list | dict) or isinstance(key, slice):
+        owner, key = m.eval(target.value, scope), m.eval(target.slice, scope)
+        if isinstance(owner, Array) or not isinstance(owner, list | dict) or isinstance(target.slice, ast.Slice):
             raise m.make_error(target, f"{text_of(target)} is set", "give it another name instead")
+        key = key_of(m, key) if isinstance(owner, dict) else m.whole(key)
         try:
             m.ensure_fresh(owner, target)[key] = value
         except (LookupError, TypeError):
             raise m.make_error(target, f"{text_of(target)} does not exist", "mend it") from None
+    else:
+        raise m.make_error(target, f"{text_of(target)} is set", "give it a name")
 
 
 def _unpack_value(m: Machine, target: ast.Tuple | ast.List, value: Any, scope: Scope) -> None:
     names = target.elts
     stars = [place for place, each in enumerate(names) if isinstance(each, ast.Starred)]
-    if isinstance(value, Part):
-        ensure_length(m, target, value, names, stars)
-        if stars and not m.inputs.length(value.path) and stars[0] == len(names) - 1:
-            for place, each in enumerate(names[:-1]):
-                assign(m, each, m.inputs.enter(value, place, m.line), scope)
-            assign(m, names[-1].value, replace(value, offset=value.offset + stars[0]), scope)  # type: ignore[attr-defined]
-            return
-    items = items_of(m, value) if not isinstance(value, Unread) else value
-    if isinstance(items, Unread):
-        for each in ast.walk(target):
-            if isinstance(each, ast.Name):
-                scope.names[each.id] = items
-        return
-    items = list(items)
+    if isinstance(value, Part) and not stars:
+        m.name_features(target, value, [each.id if isinstance(each, ast.Name) else "" for each in names])
+    items = list(m.items(value))
     if stars:
         after = len(names) - stars[0] - 1
+        if len(items) < len(names) - 1:
+            raise m.make_error(target, f"{len(items)} values are given to {len(names)} names", "give each a name")
         items[stars[0] : len(items) - after] = [m.keep_value(items[stars[0] : len(items) - after])]
     if len(items) != len(names):
         raise m.make_error(target, f"{len(items)} values are given to {len(names)} names", "give each a name")
     for each, item in zip(names, items, strict=True):
         assign(m, each.value if isinstance(each, ast.Starred) else each, item, scope)
-
-
-def ensure_length(m: Machine, target: ast.AST, part: Part, names: list[ast.expr], stars: list[int]) -> None:
-    """Takes the number of names for that of features, and the names for theirs."""
-    if stars or part.offset:
-        return
-    named = [each.id if isinstance(each, ast.Name) else "" for each in names]
-    count_features(m, target, part, named)

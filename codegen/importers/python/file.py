@@ -12,25 +12,26 @@ them, and so is all that it might have changed.
 # pyright: basic
 # the values of a program may be anything
 import ast
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from codegen.errors import InputError, escape_text
-from codegen.importers.python.attributes import CHANGING
-from codegen.importers.python.machine import Machine, text_of
-from codegen.importers.python.values import Class, Function, Instance, Module, Scope, Unread
+from codegen.importers.python.classes import MAKERS
+from codegen.importers.python.machine import Machine, Refusal, text_of, walk_nodes
+from codegen.importers.python.values import Class, Function, Instance, Scope, Unread
 from codegen.importers.symbolic.paths import STATE_ADVICE
 
 MAGIC = frozenset(
     ("exec", "eval", "globals", "locals", "vars", "setattr", "delattr", "compile", "__import__", "__builtins__")
 )
+KNOWN = ("__name__", "__init__")
 PLAYING = frozenset(("step", "reset", "render"))  # of an environment: whoever calls it plays
 USUAL = ("__call__", "act", "decide", "predict", "select_action", "choose_action", "get_action", "policy", "control",
          "compute_action", "step", "forward", "action")  # fmt: skip
-MUTABLE = (list, dict, set, Instance, Class)
-CHANGES = (ast.Attribute, ast.Subscript)
+CHANGING = (ast.AugAssign, ast.Lambda, ast.GeneratorExp)
 ALONE = "say --agents {}=FILE to take this function alone"
+MAIN = 'put what only demonstrates the controller under if __name__ == "__main__":'
 
 
 class Decider(NamedTuple):
@@ -46,66 +47,116 @@ class File:
     """What a file holds."""
 
     scope: Scope
-    nodes: list[ast.AST]  # in the order of the text
+    nodes: Sequence[ast.AST]
     machine: Machine
     simple: bool  # whether no function changes a list or an object, or holds another one
+
+    def walk_inside(self, node: ast.AST) -> Iterator[Any]:
+        """The nodes of a function, but those that stand nowhere."""
+        first, last = node.lineno, node.end_lineno  # type: ignore[attr-defined]
+        return (each for each in self.nodes if first <= getattr(each, "lineno", 0) <= last)
 
 
 def file_of(parsed: ast.Module, machine: Machine) -> File:
     """A file, evaluated but for its functions. InputError for what may give names other meanings."""
-    nodes = list(ast.walk(parsed))
+    nodes = walk_nodes(parsed)
     for node in nodes:
-        if isinstance(node, ast.Name) and node.id in MAGIC:
-            raise machine.make_error(node, f"{node.id!r} may change what names stand for", "remove it")
-        annotation = getattr(node, "annotation", None) or getattr(node, "returns", None)
-        for each in ast.walk(annotation) if isinstance(annotation, ast.AST) else ():
-            if isinstance(each, ast.Call | ast.NamedExpr):
-                raise machine.make_error(each, "an annotation calls or assigns something", "name types only")
+        _ensure_plain(machine, node)
+    functions = [node for node in nodes if isinstance(node, ast.FunctionDef)]
+    _collect_kept(machine, functions, nodes)
     scope = Scope({"__name__": "policy"})
     for node in parsed.body:
         try:
             machine.run(node, scope)
         except InputError as error:
-            if isinstance(node, ast.ImportFrom) or machine.steps > 1 << 22:
+            if isinstance(node, ast.ImportFrom) or isinstance(error, Refusal) or machine.steps > 1 << 22:
                 raise
             _skip(machine, node, scope, error)
     for node in nodes:
         if isinstance(node, ast.Global):
             for name in node.names:
                 scope.names[name] = Unread(f"{escape_text(name)!r} may change between calls", STATE_ADVICE, node.lineno)
-    inner = [part for node in nodes if isinstance(node, ast.FunctionDef) for part in node.body]
-    simple = not any(_is_changing(each) for part in inner for each in ast.walk(part))
-    ordered = sorted(nodes, key=lambda node: (getattr(node, "lineno", 0), getattr(node, "col_offset", 0)))
-    return File(scope, ordered, machine, simple)
+    outer = {id(each) for node in nodes if isinstance(node, ast.Module | ast.ClassDef) for each in node.body}
+    lines = [(each.lineno, each.end_lineno or each.lineno) for each in functions]
+    changing = (each for each in nodes if _is_changing(each))
+    simple = all(id(each) in outer for each in functions) and not any(
+        low < each.lineno <= high for each in changing for low, high in lines
+    )
+    return File(scope, nodes, machine, simple)
+
+
+def _ensure_plain(m: Machine, node: ast.AST) -> None:
+    """Refusal of what may give names other meanings."""
+    kind = type(node)
+    if kind is ast.Name and node.id in MAGIC:  # type: ignore[attr-defined]
+        raise m.make_error(node, f"{node.id!r} may change what names stand for", "remove it", Refusal)  # type: ignore[attr-defined]
+    if kind is ast.Attribute and node.attr[:2] == "__" == node.attr[-2:] and node.attr not in KNOWN:  # type: ignore[attr-defined]
+        what = f"{text_of(node)} is a part of how Python works"
+        raise m.make_error(node, what, "write the constant, or the call, itself", Refusal)
+    annotation = node.returns if kind is ast.FunctionDef else getattr(node, "annotation", None)  # type: ignore[attr-defined]
+    for each in ast.walk(annotation) if annotation is not None else ():
+        if isinstance(each, ast.Call | ast.NamedExpr):
+            raise m.make_error(each, "an annotation calls or assigns something", "name types only", Refusal)
+
+
+def _collect_kept(m: Machine, functions: Iterable[ast.FunctionDef], nodes: Sequence[ast.AST]) -> None:
+    """Which functions set which attributes, but of the object that they make."""
+    if not any(isinstance(each, ast.Attribute) and isinstance(each.ctx, ast.Store) for each in nodes):
+        return
+    for function in functions:
+        own = function.args.args[0].arg if function.name in MAKERS and function.args.args else ""
+        for each in walk_nodes(function):
+            of_own = isinstance(each, ast.Attribute) and isinstance(each.value, ast.Name) and each.value.id == own
+            if isinstance(each, ast.Attribute) and isinstance(each.ctx, ast.Store) and not of_own:
+                m.kept.setdefault(each.attr, set()).add(function)
 
 
 def _is_changing(node: ast.AST) -> bool:
     """Whether a state that was marked might be changed by what follows: lists and objects, or functions that see it."""
-    if isinstance(node, CHANGES) and not isinstance(node.ctx, ast.Load):
-        return True
-    if isinstance(node, ast.AugAssign | ast.Lambda | ast.FunctionDef | ast.GeneratorExp):
-        return True
-    return isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in CHANGING
+    if isinstance(node, ast.Attribute | ast.Subscript):
+        return not isinstance(node.ctx, ast.Load) or (isinstance(node, ast.Attribute) and node.attr == "append")
+    return isinstance(node, CHANGING)
 
 
 def _skip(m: Machine, node: ast.stmt, scope: Scope, error: InputError) -> None:
     """Goes on without a statement: what it sets, or might change, is not known any more."""
+    inner = walk_nodes(node, (ast.FunctionDef, ast.ClassDef, ast.Lambda))
     unread = Unread(error.what, error.next_step, node.lineno)
-    called = [each.func for each in ast.walk(node) if isinstance(each, ast.Call)]
-    own = any(isinstance(scope.names.get(each.id), Function | Class) for each in called if isinstance(each, ast.Name))
-    stores = any(isinstance(each, CHANGES) and not isinstance(each.ctx, ast.Load) for each in ast.walk(node))
-    for each in ast.walk(node):
-        if isinstance(each, ast.Name):
-            held = scope.names.get(each.id)
-            touched = ((called or stores) and isinstance(held, MUTABLE)) or (stores and isinstance(held, Module))
-            if isinstance(each.ctx, ast.Store) or touched:
-                scope.names[each.id] = unread
+    if any(isinstance(each, ast.Attribute | ast.Subscript) and not isinstance(each.ctx, ast.Load) for each in inner):
+        raise InputError(error.what, error.where, f"{error.next_step}; or {MAIN}")  # what changes may have other names
+    held = [scope.names.get(each.id) for each in inner if isinstance(each, ast.Name)]
+    calls = any(isinstance(each, ast.Call) for each in inner)
+    if calls and any(isinstance(each, Function | Class | Instance) for each in held):
+        lost = Unread(f"{text_of(node)} is not read, and may change this: {error.what}", MAIN, node.lineno)
+        scope.names |= {name: lost for name, value in scope.names.items() if _mutable(value)}
+    elif calls:
+        touched = {id(one) for each in held for one in _mutable(each)}
+        lost = [name for name, value in scope.names.items() if any(id(one) in touched for one in _mutable(value))]
+        scope.names |= dict.fromkeys(lost, unread)
+    for each in inner:
+        if isinstance(each, ast.Name) and isinstance(each.ctx, ast.Store):
+            scope.names[each.id] = unread
         if isinstance(each, ast.FunctionDef | ast.ClassDef):
             scope.names[each.name] = unread
-    if own:
-        mutable = [name for name, value in scope.names.items() if isinstance(value, MUTABLE)]
-        scope.names |= {name: unread for name in mutable if not isinstance(scope.names[name], Class)}
     m.notes[f"line {node.lineno}: {text_of(node)} is skipped: {error.what}"] = None
+
+
+def _mutable(value: Any) -> list[Any]:
+    """All within a value that a call may change."""
+    inside, open_ = list[Any](), [value]
+    while open_:
+        each = open_.pop()
+        if isinstance(each, list | dict | set | Instance | Class) and not any(each is one for one in inside):
+            inside.append(each)
+        elif not isinstance(each, tuple):
+            continue
+        if isinstance(each, Class):
+            open_ += [one for one in each.members.values() if not isinstance(one, Function)]
+        elif isinstance(each, Instance | dict):
+            open_ += each.attributes.values() if isinstance(each, Instance) else each.values()
+        else:
+            open_ += each
+    return inside
 
 
 # --- which functions decide
@@ -118,50 +169,55 @@ def deciders(file: File, wanted: str = "") -> list[Decider]:
     if isinstance(chosen, Function):
         return [Decider(wanted, chosen)]
     made = {id(each.kind) for each in names.values() if isinstance(each, Instance)}
-    made |= {id(base) for each in names.values() if isinstance(each, Class) for base in each.bases}
     by_name: dict[str, Decider] = {}
     for name, value in names.items():
         if isinstance(value, Class) and id(value) in made:
             continue
-        decider = Decider(name, value) if isinstance(value, Function) else _method(file, name, value)
+        decider = Decider(name, value) if isinstance(value, Function) else _choose_method(file, name, value)
         if decider is None:
             continue
-        why = _idle(file.machine, decider)
+        why = _idle(file, decider)
         if why:
             file.machine.notes[f"{escape_text(name)} is skipped: it {why}"] = None
         elif not any(decider.function is each.function and decider.first == each.first for each in by_name.values()):
             by_name[name] = decider
     if isinstance(names.get(wanted), Class | Instance) and wanted in by_name:
         return [by_name[wanted]]
+    if not by_name:
+        raise _refuse_file(file)
+    if len(by_name) == 1:
+        return list(by_name.values())
     used = {inner for name, each in by_name.items() for inner in _names(file, each) if inner != name}
     roots = [each for name, each in by_name.items() if name not in used]
     whole = [
         each for each in roots if not any(isinstance(one, Class) and one in file.machine.made for one in each.first)
     ]
-    roots = whole or roots  # a class whose objects the file makes is a part of something, if anything else decides
-    if not (roots or by_name):
-        unread = next((each for each in file.scope.names.values() if isinstance(each, Unread)), None)
-        known = ", ".join(file.machine.notes)[:200]
-        where = f"{file.machine.where}, line {unread.line}" if unread else file.machine.where
-        what = unread.what if unread else "the file has no function that takes an observation and returns a decision"
-        advice = unread.advice if unread else "write one function per agent: def agent(x): ..."
-        raise InputError(what, where, f"{advice}{known and '; ' + known}")
-    return roots or list(by_name.values())
+    # a class whose objects the file makes is a part of something, if anything else decides
+    return whole or roots or list(by_name.values())
 
 
-def _method(file: File, name: str, value: Class | Instance) -> Decider | None:
+def _refuse_file(file: File) -> InputError:
+    """Why no function decides."""
+    unread = next((each for each in file.scope.names.values() if isinstance(each, Unread)), None)
+    known = ", ".join(file.machine.notes)[:200]
+    where = f"{file.machine.where}, line {unread.line}" if unread else file.machine.where
+    what = unread.what if unread else "the file has no function that takes an observation and returns a decision"
+    advice = unread.advice if unread else "write one function per agent: def agent(x): ..."
+    if not any(isinstance(each, ast.FunctionDef | ast.Lambda | ast.ClassDef) for each in file.nodes):
+        what, advice = "no function: put the rule into one", "write def agent(x): ... and return the action"
+    return InputError(what, where, f"{advice}{known and '; ' + known}")
+
+
+def _choose_method(file: File, name: str, value: Class | Instance) -> Decider | None:
     """The method of a class that decides."""
     kind = value if isinstance(value, Class) else value.kind
     if kind.enum:
         return None
-    methods = dict[str, Any]()
-    for base in reversed(kind.lineage):
-        methods |= base.members
-    public = [each for each in methods.values() if isinstance(each, Function) and each.kind != "property"]
+    public = [each for each in kind.members.values() if isinstance(each, Function) and each.kind != "property"]
     public = [each for each in public if each.name == "__call__" or not each.name.startswith("_")]
     given = [Decider(name, each, () if each.kind == "static" else (value,)) for each in public]
-    taking = [each for each in given if not _idle(file.machine, each)]
-    nodes = (inner for each in taking for inner in ast.walk(each.function.node))
+    taking = [each for each in given if not _idle(file, each)]
+    nodes = (inner for each in taking for inner in file.walk_inside(each.function.node))
     used = {inner.attr for inner in nodes if isinstance(inner, ast.Attribute)}
     roots = [each for each in taking if each.function.name not in used] or taking
     usual = [each for wanted in USUAL for each in roots if each.function.name == wanted]
@@ -172,7 +228,7 @@ def _method(file: File, name: str, value: Class | Instance) -> Decider | None:
     return next(iter(usual or roots), None)
 
 
-def _idle(m: Machine, decider: Decider) -> str:
+def _idle(file: File, decider: Decider) -> str:
     """Why a function decides nothing; "": it may."""
     node, function = decider.function.node, decider.function
     takes = node.args
@@ -181,17 +237,15 @@ def _idle(m: Machine, decider: Decider) -> str:
     ]
     if len(required) <= len(decider.first):
         return "takes no observation"
-    if function in m.makers:
+    if function in file.machine.makers:
         return "makes functions or objects"
     if isinstance(node, ast.Lambda):
         return ""
-    inner = [each for part in node.body for each in ast.walk(part)]
+    inner = [*file.walk_inside(node)]
     if not any(isinstance(each, ast.Return) and each.value is not None for each in inner):
         return "returns nothing"
-    if any(
-        isinstance(each, ast.Call) and isinstance(each.func, ast.Attribute) and each.func.attr in PLAYING
-        for each in inner
-    ):
+    called = [each.func for each in inner if isinstance(each, ast.Call)]
+    if any(isinstance(each, ast.Attribute) and each.attr in PLAYING for each in called):
         return "plays an environment"
     return ""
 
@@ -201,5 +255,5 @@ def _names(file: File, decider: Decider) -> Iterable[str]:
     nodes: list[ast.AST] = [decider.function.node]
     for each in decider.first:
         kind = each if isinstance(each, Class) else each.kind
-        nodes += [one.node for base in kind.lineage for one in base.members.values() if isinstance(one, Function)]
-    return {inner.id for node in nodes for inner in ast.walk(node) if isinstance(inner, ast.Name)}
+        nodes += [one.node for one in kind.members.values() if isinstance(one, Function)]
+    return {inner.id for node in nodes for inner in file.walk_inside(node) if isinstance(inner, ast.Name)}

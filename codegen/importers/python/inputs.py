@@ -53,11 +53,11 @@ class Inputs:
             if key < 0 and not n:
                 what = f"{named} counts from the end, and the file does not say how many numbers there are"
                 raise self._make_error(what, line, "count from the front, or name all features: --features a,b,c")
-            place = key + n if key < 0 else key + part.offset
+            place = key + n if key < 0 else key
             if not 0 <= place < (n or MAX_FEATURES):
                 raise self._make_error(f"{named} is beyond the observation", line, f"it has {n} numbers")
             key = place
-        return replace(part, path=(*path, key), offset=0)
+        return replace(part, path=(*path, key))
 
     def describe_inputs(self, plain: Described) -> Described:
         """The description with the features and their order."""

@@ -1,17 +1,17 @@
-"""An interpreter of Python's syntax trees whose values may be features: its state, and what all parts of it ask.
+"""A reader of Python's syntax trees whose values may be features: its state, and what all parts of it ask.
 
 Does: evaluates nodes by the handlers that expressions.py and statements.py register; truth, numbers, calls.
 Assumes: a syntax tree that Python accepts.
 Does not: run Python code, import a module, or touch anything outside the syntax tree.
 
 A feature is computed with only by steps that symbolic/feature.py can turn into a threshold. What cannot be said
-exactly is `Unread`, and an error only where a decision needs it. Everything is counted: a file that does not end is
-refused.
+exactly is an error where it is met. Everything is counted: a file that does not end is refused.
 """
 
 # pyright: basic
 # the values of a program may be anything
 import ast
+import builtins
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -25,17 +25,16 @@ from codegen.importers.python.values import (
     Bound,
     Class,
     Condition,
-    Extreme,
     Function,
     Instance,
-    Length,
     Member,
     Module,
     Part,
     Scope,
+    Stream,
     Symbol,
-    Unread,
 )
+from codegen.importers.reading import FLOATS
 from codegen.importers.symbolic.affine import Sums
 from codegen.importers.symbolic.feature import Feature, Step, Test
 from codegen.importers.symbolic.paths import MANY_PATHS, MAX_CALLS, MAX_STEPS, STATE_ADVICE, Paths
@@ -44,8 +43,10 @@ MAX_ITEMS = 1 << 16  # of a list, a text or a dictionary
 MAX_SHOWN = 60
 MAX_INDEX = 256  # values of a whole number that is used as an index
 TEST_ADVICE = "compare one feature with a number; give a sum or a difference as a feature of its own"
-RETURN_ADVICE = "return a number, a text, a name or a list of numbers"
+ARRAYS_ADVICE = "say --arrays floats for Python's floats, --arrays float64 or --arrays float32 for arrays of NumPy"
 UNCOUNTED = "the file does not say how many features there are", "name all: --features a,b,c"
+STREAM_ADVICE = "write a list; a generator or iterator may stand in a loop, or as the argument of any, all, sum, list"
+FAILURES = (TypeError, ValueError, LookupError, ArithmeticError, AttributeError)
 Handler = Callable[["Machine", Any, Scope], Any]
 EXPRESSIONS: dict[type[ast.AST], Handler] = {}
 STATEMENTS: dict[type[ast.AST], Handler] = {}  # these give an `End`, or None
@@ -71,6 +72,25 @@ def text_of(node: ast.AST) -> str:
     return text if len(text) <= MAX_SHOWN else f"{text[: MAX_SHOWN - 3]}..."
 
 
+def walk_nodes(node: ast.AST, stop: tuple[type[ast.AST], ...] = ()) -> list[Any]:
+    """A node and all below it, but operators and contexts. `stop`: below these kinds nothing is looked at."""
+    nodes = [node]
+    for each in nodes:
+        if isinstance(each, stop):
+            continue
+        for name in each._fields:
+            value = getattr(each, name, None)
+            if isinstance(value, list):
+                nodes += [one for one in value if isinstance(one, ast.AST)]
+            elif isinstance(value, ast.AST) and value._fields:
+                nodes.append(value)
+    return nodes
+
+
+class Refusal(InputError):
+    """Something is outside the subset of Python, wherever it stands; no line is skipped for it."""
+
+
 class End(NamedTuple):
     """A `break`, `continue` or `return`; the value of a return."""
 
@@ -79,49 +99,60 @@ class End(NamedTuple):
 
 
 class Machine:
-    """The state of an interpreter: of the file itself while `paths` is None, then of one path of a function."""
+    """The state of a reader: of the file itself while `paths` is None, then of one path of a function."""
 
     def __init__(self, where: str, arrays: str) -> None:
         self.where, self.arrays = where, arrays
         self.paths: Paths | None = None
         self.inputs = Inputs(where, ())
-        self.sums = Sums(arrays or FLOAT64)  # of several features
+        self.sums = Sums(self.kind or FLOAT64)  # of several features
         self.line, self.depth, self.steps = 0, 0, 0
         self.fresh: dict[int, Any] = {}  # lists and objects that this path has made, and may change
         self.written: dict[tuple[int, str], Any] = {}  # attributes that this path has set
+        self.changed: dict[tuple[int, str], int] = {}  # attributes that some path sets, and the line
+        self.read: dict[tuple[int, str], int] = {}  # attributes that some path reads before it sets them, and the line
+        self.kept: dict[
+            str, set[ast.AST]
+        ] = {}  # attributes, and the functions that set them, but those that make objects
+        self.ran: set[ast.AST] = set()  # functions that the file calls before any decision
         self.called: dict[Any, str] = {}  # what returned members are called
         self.symbols: set[str] = set()  # names that are returned without being defined
         self.texts: set[str] = set()  # texts that are returned
         self.notes: dict[str, None] = {}  # what was skipped, in words
-        self.streams = False  # whether this path has made an iterator, which no state may hold
         self.made: set[Class] = set()  # classes of which the file makes objects
         self.finite = False  # whether something is computed that Python refuses for infinite numbers
-        self.long = False  # whether a feature is compared with a whole number that no double equals
         self.makers: set[Function] = set()  # functions that the file calls to make functions or objects
+
+    @property
+    def kind(self) -> str:
+        """The type of the arrays that are given; "": floats are, or nobody says."""
+        return "" if self.arrays == FLOATS else self.arrays
 
     # --- errors
 
-    def make_error(self, node: ast.AST | None, what: str, advice: str) -> InputError:
-        """What is wrong at a node's line."""
-        return InputError(what, f"{self.where}, line {getattr(node, 'lineno', self.line) or self.line}", advice)
+    def make_error(
+        self, node: ast.AST | None, what: str, advice: str, kind: type[InputError] = InputError
+    ) -> InputError:
+        """What is wrong at a node's line; None: at the present one."""
+        return kind(what, f"{self.where}, line {getattr(node, 'lineno', self.line) or self.line}", advice)
 
-    def unread(self, what: str, advice: str) -> Unread:
-        """What cannot be said of the present line."""
-        return Unread(what, advice, self.line)
-
-    def require_value(self, value: Any) -> Any:
-        """The value. InputError where it cannot be said."""
-        if isinstance(value, Unread):
-            raise InputError(value.what, f"{self.where}, line {value.line}", value.advice)
-        if isinstance(value, Symbol):
-            what = f"the name {escape_text(value.name)!r} is not defined in the file"
-            raise self.make_error(None, what, "write the number or the text itself")
-        return value
+    def ask_arrays(self, what: str) -> None:
+        """InputError unless the user says which numbers the file is given."""
+        if not self.arrays:
+            what = f"{what}, which Python's floats and arrays of NumPy do differently"
+            raise self.make_error(None, what, ARRAYS_ADVICE)
 
     # --- evaluation
 
     def eval(self, node: ast.AST, scope: Scope) -> Any:
         """What an expression is."""
+        value = self.eval_stream(node, scope)
+        if type(value) is Stream:
+            raise self.make_error(node, f"{text_of(node)} is kept as an iterator", STREAM_ADVICE)
+        return value
+
+    def eval_stream(self, node: ast.AST, scope: Scope) -> Any:
+        """What an expression is, which may be an iterator that is used at once."""
         self.count()
         handler = EXPRESSIONS.get(type(node))
         if handler is None:
@@ -150,7 +181,7 @@ class Machine:
         open_ = [value]
         while open_ and weight <= MAX_ITEMS:
             each = open_.pop()
-            if isinstance(each, list | tuple | set | frozenset):
+            if isinstance(each, list | tuple | set):
                 weight += len(each)
                 open_ += each
             elif isinstance(each, dict):
@@ -170,50 +201,74 @@ class Machine:
     # --- numbers and truth
 
     def plain(self, value: Any) -> Any:
-        """The value with observations as features, members of an IntEnum as numbers, conditions decided."""
+        """The value with observations as features, and members of an IntEnum as numbers."""
         if isinstance(value, Part):
-            if value.offset:
-                return self.unread("a part of the observation is used as a number", TEST_ADVICE)
             return Feature(self.inputs.number(value.path, self.line), value.steps)
-        if isinstance(value, Member) and value.kind.mixed:
-            return value.value
+        return value.value if isinstance(value, Member) and value.kind.mixed else value
+
+    def decide(self, value: Any) -> Any:
+        """The value as `plain` has it, where a condition is used as the bool that it is among floats."""
+        value = self.plain(value)
         if isinstance(value, Test | Condition):
+            self.ensure_plain(value)
             return self.truth(value)
         return value
+
+    def ensure_plain(self, value: Any) -> None:
+        """InputError for a condition that is, or may be, NumPy's: it neither adds nor counts as Python's does."""
+        plain = self._is_plain(value)
+        if plain is None:
+            self.ask_arrays("a condition is used as a number or an object")
+        if plain is False:
+            what = "a condition about arrays of NumPy is used as a number or an object"
+            raise self.make_error(None, what, "write int(a > b), or bool(a > b)")
+
+    def _is_plain(self, value: Any) -> bool | None:
+        """Whether a condition is Python's own True or False; None: it depends on what is given."""
+        if isinstance(value, Condition) and value.plain is not None:
+            return value.plain
+        if isinstance(value, Condition):
+            answers = [self._is_plain(each) for each in value.parts]
+            return False if False in answers else None if None in answers else True
+        if not isinstance(value, Test):
+            return True
+        if isinstance(value.number, np.generic):
+            return False
+        given = [1.0, np.float64(1)] if not self.arrays else [np.dtype(self.kind).type(1) if self.kind else 1.0]
+        kinds = {isinstance(value.feature.value(each), np.generic) for each in given}
+        return None if len(kinds) > 1 else not kinds.pop()
 
     def holds(self, test: Test) -> bool:
         """Whether a test holds on this path."""
         assert self.paths is not None  # outside functions there are no features
-        if test.feature.place < 0:  # of every number of an observation at once
-            raise self.make_error(None, *UNCOUNTED)
         self.paths.line = self.line
         return self.paths.holds(test)
 
     def truth(self, value: Any) -> bool:
         """Whether a value counts as true."""
         self.count()
-        value = self.require_value(value)
         if isinstance(value, Test):
             return self.holds(value)
         if isinstance(value, Condition):
-            return value.ask()
-        if isinstance(value, Part):
-            value = self.require_value(self.plain(value))
+            holds = (all if value.every else any)(self.truth(each) for each in value.parts)
+            return holds == value.wanted
+        value = self.plain(value)
         if isinstance(value, Feature):
             return self.holds(Test(value, "!=", 0))
-        if isinstance(value, Member):
-            return bool(value.value) if value.kind.mixed else True
-        if isinstance(value, Extreme):
-            raise self.make_error(None, "the least or the largest of several features is no condition", TEST_ADVICE)
-        if isinstance(value, Function | Class | Instance | Module | Bound | Length):
+        if isinstance(value, Array):
+            raise self.make_error(None, "an array is no condition", "use any() or all() of its tests")
+        if value is None or isinstance(value, int | float | np.number | str | list | tuple | dict | set | range):
+            return bool(value)
+        if isinstance(value, Member | Function | Class | Instance | Module | Bound):
             return True
-        if isinstance(value, Array) and len(value) != 1:
-            raise self.make_error(None, "an array is no condition", "use np.any or np.all")
-        return self.truth(value[0]) if isinstance(value, Array) else bool(value)
+        raise self.make_error(None, f"{words_of(value)} is no condition", TEST_ADVICE)
 
     def whole(self, value: Any) -> Any:
-        """A concrete number: of a feature that is a whole number, one for each value that it may have."""
-        value = self.require_value(self.plain(value))
+        """A constant: of a feature that is a whole number, one for each value that it may have."""
+        value = self.decide(value)
+        if isinstance(value, Symbol):
+            what = f"the name {escape_text(value.name)!r} is not defined in the file"
+            raise self.make_error(None, what, "write the number or the text itself")
         if not isinstance(value, Feature):
             return value
         if not self.counts(value):
@@ -228,7 +283,37 @@ class Machine:
 
     def counts(self, feature: Feature) -> bool:
         """Whether a feature is a whole number, which may be asked for its value."""
-        return isinstance(feature.value(1.0), int | np.integer)
+        return isinstance(feature.value(1.0), int)
+
+    # --- parts
+
+    def items(self, value: Any) -> Any:
+        """The parts of a list, a text, a dictionary, an Enum or an observation of known length."""
+        if isinstance(value, Part):
+            n = self.inputs.length(value.path)
+            if not n:
+                raise self.make_error(None, *UNCOUNTED)
+            return [self.inputs.enter(value, k, self.line) for k in range(n)]
+        if isinstance(value, Class) and value.enum:
+            return value.constants
+        if isinstance(value, set) and len(value) > 1:
+            raise self.make_error(None, "a loop goes over a set, whose order nobody knows", "write a list")
+        if isinstance(value, Stream):
+            return value.items
+        if isinstance(value, list | tuple | str | range | dict | set):
+            return value if isinstance(value, list | tuple | str | range) else list(value)
+        raise self.make_error(None, f"a loop goes over {words_of(value)}", "loop over literals")
+
+    def name_features(self, node: ast.AST, part: Part, named: Sequence[str]) -> None:
+        """Takes the number of names for that of features, and the names for theirs if there is one for each."""
+        known = self.inputs.length(part.path)
+        if known and known != len(named):
+            what = f"{len(named)} names for {known} features"
+            raise self.make_error(node, what, "give each feature a name: a, b = x")
+        self.inputs.widths[part.path] = len(named)
+        feature_names = tuple(f"x{place}" if name == "_" else name for place, name in enumerate(named))
+        if all(named) and len(set(feature_names)) == len(feature_names):
+            self.inputs.names.setdefault(part.path, feature_names)
 
     # --- calls
 
@@ -236,21 +321,27 @@ class Machine:
         """What a call gives."""
         if isinstance(called, Bound):
             return called.call(self, node, list(given), dict(named))
+        if any(type(each) is Stream for each in (*given, *named.values())):
+            raise self.make_error(node, f"{text_of(node)} is given an iterator", STREAM_ADVICE)
         if isinstance(called, Function):
             return self.apply(called, given, named, node)
         if isinstance(called, Instance):
-            method = called.kind.find("__call__")
+            method = called.kind.members.get("__call__")
             return self.call(method, [called, *given], named, node)
         if type(called) in CALLS:
             return CALLS[type(called)](self, called, given, named, node)
-        if isinstance(called, Unread):
-            return called
         if isinstance(called, Symbol):
             if "random" in called.name.split("."):
-                return self.unread("a random number is drawn", "a tree decides alike each time: write the limits")
+                what, advice = "a random number is drawn", "a tree decides alike each time: write the limits"
+                raise self.make_error(node, what, advice)
+            if called.name in dir(builtins):
+                what = f"{called.name}() is outside what is read of Python"
+                raise self.make_error(node, what, "write what it does with comparisons, numbers and lists")
             what = f"{escape_text(called.name)} is called, which the file does not define"
-            return self.unread(what, "write what it computes into the file; math and numpy are known in part")
-        return self.unread(f"{text_of(node)} is not understood", "call functions of the file, of math or of numpy")
+            advice = "write what it computes into the file; math and numpy are known in part"
+            raise self.make_error(node, what, advice)
+        advice = "call functions of the file, of math or of numpy"
+        raise self.make_error(node, f"{text_of(node)} is not understood", advice)
 
     def apply(self, function: Function, given: Sequence[Any], named: Mapping[str, Any], node: ast.AST) -> Any:
         """What a function of the file returns."""
@@ -258,6 +349,7 @@ class Machine:
             raise self.make_error(node, f"calls are nested more than {MAX_CALLS} deep", "write recursion as tests")
         scope = Scope(self.bind_arguments(function, given, named, node), function.scope, function.local)
         self.depth, line = self.depth + 1, self.line
+        self.ran |= {function.node} if self.paths is None else set()
         try:
             if isinstance(function.node, ast.Lambda):
                 return self.eval(function.node.body, scope)
@@ -287,9 +379,13 @@ class Machine:
             raise self.make_error(node, what, "use if, elif, else, match, for over a list, return and name = value")
         try:
             return handler(self, node, scope)
-        except (TypeError, LookupError, ArithmeticError, AttributeError, StopIteration) as error:
-            what = f"{text_of(node)} fails in a way that is not understood: {escape_text(error)[:80]}"
-            raise self.make_error(node, what, TEST_ADVICE) from None
+        except FAILURES as error:
+            raise self.explain(node, error) from None
+
+    def explain(self, node: ast.stmt, error: Exception) -> InputError:
+        """A failure of Python's own arithmetic or containers, as an error in the file."""
+        what = f"{text_of(node)} fails in a way that is not understood: {escape_text(error)[:80]}"
+        return self.make_error(node, what, TEST_ADVICE)
 
     def bind_arguments(
         self, function: Function, given: Sequence[Any], named: Mapping[str, Any], node: ast.AST
@@ -298,20 +394,32 @@ class Machine:
         takes, bindings = function.node.args, dict(function.defaults)
         places = [each.arg for each in (*takes.posonlyargs, *takes.args)]
         names = [*places, *(each.arg for each in takes.kwonlyargs)]
-        bindings |= dict(zip(places, given, strict=False))
-        rest, others = list(given[len(places) :]), dict(named)
-        bindings |= {name: others.pop(name) for name in list(others) if name in names}
-        if takes.vararg:
-            bindings[takes.vararg.arg], rest = tuple(rest), []
-        if takes.kwarg:
-            bindings[takes.kwarg.arg], others = others, {}
+        if takes.vararg or takes.kwarg:
+            what = f"{escape_text(function.name)} takes * or **"
+            raise self.make_error(function.node, what, "name each parameter")
+        bindings |= {**dict(zip(places, given, strict=False)), **named}
         missing = [name for name in names if name not in bindings]
-        if rest or others or missing:
+        if len(given) > len(places) or missing or named.keys() - {*names[len(takes.posonlyargs) :]}:
             what = f"{text_of(node)} does not fit the parameters of {escape_text(function.name)}"
             raise self.make_error(node, what, "mend it")
+        if named.keys() & {*places[: len(given)]}:
+            raise self.make_error(node, f"{text_of(node)} gives a parameter twice", "mend it")
         return bindings
 
 
 def step_of(kind: str) -> tuple[Step, ...]:
     """The conversion that an array of NumPy has done, if it is one."""
     return (Step(kind, np.dtype(kind).type),) if kind else ()
+
+
+def words_of(value: Any) -> str:
+    """What kind of value it is, in words."""
+    if isinstance(value, Symbol):
+        return f"the name {escape_text(value.name)!r}, which the file does not define,"
+    words = {
+        "Part": "the observation", "Extreme": "the least or the largest of several features",
+        "Length": "the length of the observation", "NoneType": "None", "str": "a text", "dict": "a dictionary",
+        "Instance": "an object", "Stream": "an iterator", "Array": "an array", "Feature": "a feature",
+        "Test": "a condition", "Condition": "a condition", "Member": "a member of an Enum",
+    }  # fmt: skip
+    return words.get(type(value).__name__, f"a {type(value).__name__.lower()}")

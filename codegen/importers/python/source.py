@@ -15,7 +15,7 @@ knows which it is: `Said.arrays`.
 import ast
 import copy
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import partial
 from typing import Any
 
@@ -24,24 +24,29 @@ import numpy as np
 from codegen.errors import InputError, escape_text
 from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers.origin import NOTHING, Origin, Said
+from codegen.importers.python import attributes as attributes  # registers what attributes are
 from codegen.importers.python.classes import instance_of
 from codegen.importers.python.file import ALONE, Decider, File, deciders, file_of
 from codegen.importers.python.inputs import MAX_FEATURES, Inputs
-from codegen.importers.python.machine import RETURN_ADVICE, Machine
+from codegen.importers.python.machine import ARRAYS_ADVICE, Machine, words_of
 from codegen.importers.python.statements import follow, link_statements
 from codegen.importers.python.values import Class, Condition, Extreme, Instance, Member, Part, Scope, Symbol
+from codegen.importers.reading import FLOATS
 from codegen.importers.summed import rounds
 from codegen.importers.symbolic.affine import IN_ORDER, NO_SUM, Affine, Given, Sums
 from codegen.importers.symbolic.feature import Feature, Test
 from codegen.importers.symbolic.labels import Value
-from codegen.importers.symbolic.paths import Paths
+from codegen.importers.symbolic.paths import STATE_ADVICE, Paths
 from codegen.importers.symbolic.program import REPLAYED_BY, Described, origin_of
 from codegen.process.unwarned import silence_warnings
 
 KIND = "if/else Python"
 MAX_BITS = 1 << 12  # of a returned integer; Python writes out no more than some thousand digits
-GIVEN = {"": "Python's floats, or float64 arrays", FLOAT32: "float32 arrays of NumPy 2", FLOAT64: "float64 arrays"}
-FLOATS_ONLY = "Python's floats, no arrays: a whole number in the file is no double"
+RETURN_ADVICE = "return a number, a text, a name or a list of numbers"
+GIVEN = {
+    "": "Python's floats, or float64 arrays", FLOATS: "Python's floats",
+    FLOAT32: "float32 arrays of NumPy 2", FLOAT64: "float64 arrays",
+}  # fmt: skip
 
 
 def from_python(text: bytes, where: str, said: Said = NOTHING) -> dict[str, Origin]:
@@ -52,7 +57,8 @@ def from_python(text: bytes, where: str, said: Said = NOTHING) -> dict[str, Orig
         with silence_warnings():  # about spellings, which would stand on the screen
             parsed = ast.parse(text)
             compile(parsed, "file", "exec", dont_inherit=True)  # refuses what the grammar allows: a parameter twice
-            file = file_of(parsed, Machine(where, said.arrays))
+            with np.errstate(all="ignore"):
+                file = file_of(parsed, Machine(where, said.arrays))
             chosen = deciders(file, said.wanted)
             return {each.name: _origin(file, each, said, len(chosen)) for each in chosen}
     except SyntaxError as error:
@@ -72,7 +78,8 @@ def _origin(file: File, decider: Decider, said: Said, count: int) -> Origin:
         inputs = follower.machine.inputs
         inputs.widths |= widths
         try:
-            numbers, m = said.arrays or FLOAT64, follower.machine
+            m = follower.machine
+            numbers = m.kind or FLOAT64
             return _ensure_said(origin_of(follower.run, m.where, follower.describe_program, numbers, m.sums), said, m)
         except InputError as error:
             if len(inputs.widths) > len(widths):
@@ -86,8 +93,7 @@ def _ensure_said(origin: Origin, said: Said, m: Machine) -> Origin:
     """InputError for sums of features whose arithmetic nobody states: it depends on what the caller hands over."""
     if not said.arrays and rounds(origin):
         what = "sums of features are computed, and their roundings depend on the numbers that are given"
-        advice = "say --arrays float64 for Python's floats or float64 arrays, --arrays float32 for float32 arrays"
-        raise InputError(what, f"{m.where}, line {m.sums.line}", advice)
+        raise InputError(what, f"{m.where}, line {m.sums.line}", ARRAYS_ADVICE)
     return origin
 
 
@@ -104,9 +110,10 @@ class _Follower:
         self.defaults = {name for name in self.function.defaults if name not in said.features}
         self.names = [name for name in places if name not in self.defaults]
         self.keywords = [each.arg for each in takes.kwonlyargs if each.arg not in self.defaults]
-        m.sums = Sums(said.arrays or FLOAT64)
+        m.sums = Sums(m.kind or FLOAT64)
         m.inputs = Inputs(m.where, (*self.names, *self.keywords), len(said.features))
         m.notes, m.called, m.texts, m.symbols = dict(m.notes), {}, set(), set()
+        m.read, m.changed, m.finite = {}, {}, False
         for each in (*takes.posonlyargs, *takes.args, *takes.kwonlyargs):
             kind = file.scope.names.get(each.annotation.id) if isinstance(each.annotation, ast.Name) else None
             if isinstance(kind, Class) and kind.fields:
@@ -125,7 +132,7 @@ class _Follower:
     def run(self, paths: Paths, state: Any) -> Value:
         """What is returned on the present path."""
         m, function = self.machine, self.function
-        m.paths, m.fresh, m.written, m.depth, m.streams = paths, {}, {}, 0, False
+        m.paths, m.fresh, m.written, m.depth = paths, {}, {}, 0
         if state is None:
             named = {each: Part((each,)) for each in self.keywords}
             named |= {each: Part((each,)) for each in self.names}
@@ -143,10 +150,11 @@ class _Follower:
     def label(self, value: Any) -> Value:
         """What is returned, as a label."""
         m = self.machine
+        while isinstance(value, list | tuple) and len(value) == 1 and not isinstance(value[0], str):
+            value = value[0]  # a list of one number is that number
         if isinstance(value, Symbol):
             m.symbols.add(value.name)
             return value.name
-        value = m.require_value(value)
         if isinstance(value, Member):
             plain = value.value if isinstance(value.value, int | float | str) else value.name
             if not isinstance(plain, str) or plain != value.name:
@@ -182,7 +190,7 @@ class _Follower:
         """What is given, as a form for each output."""
         m, forms = self.machine, list[Affine]()
         for each in parts:
-            value = m.require_value(m.plain(each))
+            value = m.plain(each)
             if isinstance(value, Extreme):
                 raise m.make_error(None, NO_SUM, IN_ORDER)
             given = value if isinstance(value, Feature) else self._number(value)
@@ -192,7 +200,9 @@ class _Follower:
 
     def _number(self, value: Any) -> Any:
         m = self.machine
-        value = m.whole(value)
+        if isinstance(value, Extreme):
+            raise m.make_error(None, NO_SUM, IN_ORDER)
+        value = m.truth(value) if isinstance(value, Test | Condition) else m.whole(value)
         value = value.value if isinstance(value, Member) else value.item() if isinstance(value, np.generic) else value
         if isinstance(value, int) and value.bit_length() > MAX_BITS:
             raise m.make_error(None, "a number is too long for a name", "return a shorter one")
@@ -201,9 +211,7 @@ class _Follower:
                 raise m.make_error(
                     None, "a path ends without a return, or returns None", "return an action on every path"
                 )
-            words = {dict: "a dictionary", str: "a text in a list", Instance: "an object"}
-            what = words.get(type(value), f"{type(value).__name__.lower()}")
-            raise m.make_error(None, f"what is returned is no label: {what}", RETURN_ADVICE)
+            raise m.make_error(None, f"what is returned is no label: {words_of(value)}", RETURN_ADVICE)
         return value
 
     def describe_program(self) -> Described:
@@ -215,18 +223,25 @@ class _Follower:
             raise m.make_error(self.function.node, what, "return one of them")
         order: list[Any] = [
             each.value if isinstance(each, ast.Constant) else ast.unparse(each)
-            for each in self.file.nodes
-            if (isinstance(each, ast.Constant) and isinstance(each.value, str))
-            or (isinstance(each, ast.Name | ast.Attribute) and m.symbols)
+            for each in _in_order(
+                each
+                for each in self.file.nodes
+                if (isinstance(each, ast.Constant) and isinstance(each.value, str))
+                or (m.symbols and isinstance(each, ast.Name | ast.Attribute))
+            )
         ]
         for each in sorted(self.defaults):
             m.notes[f"{escape_text(each)} is what its default says, unless --features names it"] = None
-        given = FLOATS_ONLY if m.long and not self.said.arrays else GIVEN[self.said.arrays]
-        last = max((_find_index(node, m.inputs.parameters) for node in ast.walk(self.function.node)), default=-1)
+        kept = next((key for key in m.read if key in m.changed), None)
+        if kept is not None:
+            what = f"'{escape_text(kept[1])}' is remembered between calls: it is read and set"
+            raise InputError(what, f"{m.where}, line {m.changed[kept]}", STATE_ADVICE)
+        inside = self.file.walk_inside(self.function.node)
+        last = max((_find_index(node, m.inputs.parameters) for node in inside), default=-1)
         plain = Described(
             kind=KIND,
             replayed_by=REPLAYED_BY,
-            given=given,
+            given=GIVEN[self.said.arrays],
             order=order,
             called=self._collect_names(),
             scores=self.said.scores,
@@ -244,17 +259,22 @@ class _Follower:
             return "", None
         owner = self.file.scope.names.get(node.value.id, self.first[0] if self.first else None)
         kind = owner.kind if isinstance(owner, Instance) else owner
-        return node.attr, kind.find(node.attr) if isinstance(kind, Class) else None
+        return node.attr, kind.members.get(node.attr) if isinstance(kind, Class) else None
 
     def _collect_names(self) -> Mapping[Value, str]:
         """What the source calls its numbers, where it uses a name for one as a value."""
         names: dict[Value, str] = {}
-        for node in self.file.nodes:
-            for each in _values(node):
-                name, held = self._constant(each)
-                if isinstance(held, int | float) and not isinstance(held, bool) and held == held:
-                    names.setdefault(held, name)
+        named = (each for node in self.file.nodes for each in _values(node))
+        for each in _in_order(each for each in named if isinstance(each, ast.Name | ast.Attribute)):
+            name, held = self._constant(each)
+            if isinstance(held, int | float) and not isinstance(held, bool) and held == held:
+                names.setdefault(held, name)
         return {**names, **self.machine.called}
+
+
+def _in_order(nodes: Iterable[Any]) -> list[Any]:
+    """Nodes in the order of the text."""
+    return sorted(nodes, key=lambda node: (node.lineno, node.col_offset))
 
 
 def _find_index(node: ast.AST, parameters: tuple[str, ...]) -> int:

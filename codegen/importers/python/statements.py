@@ -13,18 +13,27 @@ from collections.abc import Sequence
 from typing import Any
 
 from codegen.errors import InputError, escape_text
-from codegen.importers.python.arithmetic import binary, compare_values
+from codegen.importers.python.arithmetic import CONDITIONS, binary, compare_values
 from codegen.importers.python.containers import assign
-from codegen.importers.python.expressions import defaults_of, eval_condition
+from codegen.importers.python.expressions import defaults_of, eval_condition, is_pure
 from codegen.importers.python.library import MODULES
-from codegen.importers.python.machine import STATEMENTS, End, Machine, reads, text_of
-from codegen.importers.python.sequences import items_of
-from codegen.importers.python.values import Array, Condition, Function, Part, Scope, Symbol, Unread
-from codegen.importers.symbolic.feature import Test
+from codegen.importers.python.machine import (
+    FAILURES,
+    STATEMENTS,
+    STREAM_ADVICE,
+    End,
+    Machine,
+    Refusal,
+    reads,
+    text_of,
+    walk_nodes,
+)
+from codegen.importers.python.values import Array, Class, Function, Scope, Symbol
 from codegen.importers.symbolic.paths import STATE_ADVICE
 
 DECORATORS = {"staticmethod": "static", "classmethod": "class", "property": "property", "cached_property": "property"}
-IDLE = ("cache", "lru_cache", "abstractmethod", "override", "final", "njit")
+IDLE = ("cache", "lru_cache", "abstractmethod", "override", "final", "njit")  # of a library: they change no answer
+INNER = (ast.FunctionDef, ast.ClassDef, ast.Lambda, ast.ListComp, ast.SetComp, ast.DictComp, ast.GeneratorExp)
 MAX_TURNS = 100_000
 
 
@@ -39,12 +48,15 @@ def follow(m: Machine, rest: Any, scope: Scope, *, marks: bool) -> Any:
     """Runs the statements of a function to its return. `marks`: whether a path may go on between them."""
     while rest is not None:
         node, after = rest
-        if marks and m.paths is not None and not m.streams:
+        if marks and m.paths is not None:
             m.paths.mark((rest, dict(scope.names)))
         if isinstance(node, ast.If):
             m.line = node.lineno
             m.count()
-            rest = link_statements(node.body if eval_condition(m, node.test, scope) else node.orelse, after)
+            try:
+                rest = link_statements(node.body if eval_condition(m, node.test, scope) else node.orelse, after)
+            except FAILURES as error:
+                raise m.explain(node, error) from None
             continue
         end = m.run(node, scope)
         if end is not None:
@@ -82,15 +94,18 @@ def _pass(m: Machine, node: ast.AST, scope: Scope) -> None:
 
 @reads(STATEMENTS, ast.Expr)
 def _expression(m: Machine, node: ast.Expr, scope: Scope) -> None:
-    value = m.eval(node.value, scope)
-    if isinstance(value, Unread) and isinstance(node.value, ast.Call):
-        m.require_value(value)
+    m.eval(node.value, scope)
 
 
 @reads(STATEMENTS, ast.Assert)
 def _assert(m: Machine, node: ast.Assert, scope: Scope) -> None:
     """Taken to hold: it may say how many features there are."""
-    value = m.eval(node.test, scope)
+    try:
+        value = m.eval(node.test, scope)
+    except InputError:
+        if not is_pure(node.test, scope):
+            raise
+        value = None
     if value is False:
         raise m.make_error(node, f"{text_of(node)} fails", "mend it")
     if value is not True:
@@ -125,7 +140,8 @@ def _run_augmented(m: Machine, node: ast.AugAssign, scope: Scope) -> None:
     left, right = m.eval(load, scope), m.eval(node.value, scope)
     m.line = node.lineno
     if isinstance(left, list) and not isinstance(left, Array) and isinstance(node.op, ast.Add):
-        m.ensure_fresh(left, node).extend(m.require_value(items_of(m, right)))
+        m.ensure_fresh(left, node).extend(m.items(right))
+        m.weigh(left)
         return
     assign(m, node.target, binary(m, type(node.op), left, right), scope)
 
@@ -135,8 +151,7 @@ def _run_augmented(m: Machine, node: ast.AugAssign, scope: Scope) -> None:
 
 @reads(STATEMENTS, ast.For)
 def _for(m: Machine, node: ast.For, scope: Scope) -> End | None:
-    items = items_of(m, m.eval(node.iter, scope))
-    for each in m.require_value(items) if isinstance(items, Unread) else items:
+    for each in m.items(m.eval_stream(node.iter, scope)):
         m.count()
         assign(m, node.target, each, scope)
         end = m.block(node.body, scope)
@@ -186,8 +201,7 @@ def _matches(m: Machine, pattern: ast.pattern, value: Any, scope: Scope) -> bool
     if isinstance(pattern, ast.MatchValue):
         return m.truth(compare_values(m, "==", value, m.eval(pattern.value, scope)))
     if isinstance(pattern, ast.MatchSingleton):
-        if isinstance(value, Test | Condition):
-            value = m.truth(value)
+        value = m.decide(value) if isinstance(value, CONDITIONS) else value
         return value is pattern.value
     if isinstance(pattern, ast.MatchOr):
         return any(_matches(m, each, value, scope) for each in pattern.patterns)
@@ -198,14 +212,15 @@ def _matches(m: Machine, pattern: ast.pattern, value: Any, scope: Scope) -> bool
             scope.names[pattern.name] = value
         return True
     if isinstance(pattern, ast.MatchSequence) and not any(isinstance(each, ast.MatchStar) for each in pattern.patterns):
-        if isinstance(value, Part):
-            m.inputs.widths.setdefault(value.path, len(pattern.patterns))
-        items = m.require_value(items_of(m, value))
-        return len(items) == len(pattern.patterns) and all(
-            _matches(m, each, item, scope) for each, item in zip(pattern.patterns, items, strict=True)
+        if isinstance(value, Array) or not isinstance(value, tuple | list):
+            what = "a sequence pattern meets what is no tuple or list of the file"
+            raise m.make_error(pattern, what, "unpack it first: a, b = x; then match (a, b), or test them")
+        return len(value) == len(pattern.patterns) and all(
+            _matches(m, each, item, scope) for each, item in zip(pattern.patterns, value, strict=True)
         )
-    if isinstance(pattern, ast.MatchClass) and not pattern.patterns and not pattern.kwd_patterns:
-        return True
+    if isinstance(pattern, ast.MatchClass):
+        what = "a class pattern asks what a value is made of"
+        raise m.make_error(pattern, what, "compare numbers, or match members of an Enum")
     raise m.make_error(pattern, "a pattern is not understood", "match numbers, texts, names and lists of them")
 
 
@@ -214,36 +229,42 @@ def _matches(m: Machine, pattern: ast.pattern, value: Any, scope: Scope) -> bool
 
 @reads(STATEMENTS, ast.FunctionDef)
 def _function(m: Machine, node: ast.FunctionDef, scope: Scope) -> None:
-    names = [decorator_of(each) for each in node.decorator_list]
-    odd = next((each for each in names if each not in DECORATORS and each not in IDLE), None)
-    kind = next((DECORATORS[each] for each in names if each in DECORATORS), "")
-    outer = scope.parent if scope.of_class and scope.parent else scope
-    function = Function(node.name, node, outer, defaults_of(m, node.args, scope), kind, collect_assigned(node))
-    what = f"the decorator {escape_text(odd)!r} may change the function" if odd else ""
-    scope.names[node.name] = m.unread(what, "remove it") if odd else function
+    kind = next((each for each in (_kind_of(m, each, scope) for each in node.decorator_list) if each), "")
+    local = _collect_assigned(m, node)
+    scope.names[node.name] = Function(node.name, node, scope.outer, defaults_of(m, node.args, scope), kind, local)
 
 
-def decorator_of(node: ast.expr) -> str:
-    """The last name of a decorator."""
-    while isinstance(node, ast.Call | ast.Attribute):
-        if isinstance(node, ast.Attribute):
-            return node.attr
-        node = node.func
-    return node.id if isinstance(node, ast.Name) else text_of(node)
+def _kind_of(m: Machine, node: ast.expr, scope: Scope) -> str:
+    """What a decorator makes of a function. InputError for one that may change it, such as those of the file."""
+    root = node.func if isinstance(node, ast.Call) else node
+    owner: ast.expr = root
+    while isinstance(owner, ast.Attribute):
+        owner = owner.value
+    name = root.attr if isinstance(root, ast.Attribute) else root.id if isinstance(root, ast.Name) else ""
+    held = next((each.names[owner.id] for each in scope if owner.id in each.names), None) if isinstance(
+        owner, ast.Name
+    ) else None  # fmt: skip
+    what = f"the decorator {escape_text(text_of(root))!r} may change the function"
+    if isinstance(held, Function | Class) or name in ("setter", "deleter"):
+        raise m.make_error(node, what, "remove it", Refusal)
+    if name not in DECORATORS and name not in IDLE:
+        raise m.make_error(node, what, "remove it")
+    return DECORATORS.get(name, "")
 
 
-def collect_assigned(node: ast.AST) -> frozenset[str]:
-    """The names that a function assigns, which are local to it."""
+def _collect_assigned(m: Machine, node: ast.FunctionDef) -> frozenset[str]:
+    """The names that a function assigns, which are local to it. InputError for a generator."""
     names: set[str] = set()
-    open_: list[ast.AST] = [*node.body] if isinstance(node, ast.FunctionDef) else []
-    while open_:
-        each = open_.pop()
-        if isinstance(each, ast.Name) and isinstance(each.ctx, ast.Store):
-            names.add(each.id)
-        if isinstance(each, ast.FunctionDef | ast.ClassDef):
-            names.add(each.name)
-        elif not isinstance(each, ast.Lambda | ast.ListComp | ast.SetComp | ast.DictComp | ast.GeneratorExp):
-            open_ += ast.iter_child_nodes(each)
+    for part in node.body:
+        for each in walk_nodes(part, INNER):
+            if isinstance(each, ast.Name) and isinstance(each.ctx, ast.Store):
+                names.add(each.id)
+            elif isinstance(each, ast.FunctionDef | ast.ClassDef | ast.MatchAs) and each.name:
+                names.add(each.name)
+            elif isinstance(each, ast.Import | ast.ImportFrom):
+                names |= {one.asname or one.name.split(".")[0] for one in each.names}
+            elif isinstance(each, ast.Yield | ast.YieldFrom):
+                raise m.make_error(each, f"{text_of(each)} makes a generator", STREAM_ADVICE)
     return frozenset(names)
 
 

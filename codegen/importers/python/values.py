@@ -1,12 +1,12 @@
 """What an expression of Python may be, beside Python's own numbers, texts, lists and dictionaries.
 
-Does: names the kinds of values that the evaluator adds, with what each needs to know.
+Does: names the kinds of values that the reader adds, with what each needs to know.
 Assumes: lists, tuples, dictionaries, sets and constants stand for themselves.
 Does not: compute with them.
 """
 
 import ast
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -14,8 +14,15 @@ from codegen.importers.symbolic.feature import Step
 
 
 @dataclass(frozen=True)
+class Symbol:
+    """A name that the file uses and does not define, such as an action of the caller's. It may be returned only."""
+
+    name: str
+
+
+@dataclass(frozen=True)
 class Unread:
-    """What cannot be said exactly. It is no error unless a decision needs it."""
+    """What a name of the file stands for after a line that is not read. Looking it up is an error."""
 
     what: str
     advice: str
@@ -23,21 +30,12 @@ class Unread:
 
 
 @dataclass(frozen=True)
-class Symbol:
-    """A name that the file uses and does not define, such as an action of the caller's."""
-
-    name: str
-
-
-@dataclass(frozen=True)
 class Part:
-    """The observation, or what stands at a path of keys in it; `steps`: what was computed of each of its numbers."""
+    """The observation, or what stands at a path of keys in it; `steps`: the conversions of each of its numbers."""
 
     path: tuple[int | str, ...]
     steps: tuple[Step, ...] = ()
-    offset: int = 0  # of a slice
-    array: bool = False  # whether it is an array of NumPy, whose arithmetic is element by element
-    scaled: bool = False  # whether arithmetic was done on it as a whole
+    array: bool = False  # whether it was made an array of NumPy
 
 
 @dataclass(frozen=True)
@@ -49,9 +47,12 @@ class Length:
 
 @dataclass(frozen=True)
 class Condition:
-    """A truth value that is decided where it is needed."""
+    """A truth value that is decided where it is needed: whether all (or any) of its parts hold, or whether not."""
 
-    ask: Callable[[], bool]
+    every: bool
+    parts: tuple[Any, ...]
+    wanted: bool = True
+    plain: bool | None = None  # whether it is Python's own True or False, as of `not`; None: as its parts are
 
 
 @dataclass(frozen=True)
@@ -63,7 +64,14 @@ class Extreme:
 
 
 class Array(list[Any]):
-    """A constant array of NumPy: a list whose arithmetic is element by element."""
+    """A row of an array of NumPy: it is looked up in, gone through and returned, and nothing else."""
+
+
+@dataclass(frozen=True, eq=False)
+class Stream:
+    """An iterator, which is used where it is made: a loop, or the argument of a function that takes it apart."""
+
+    items: Iterable[Any]
 
 
 @dataclass
@@ -81,6 +89,11 @@ class Scope:
             yield scope
             scope = scope.parent
 
+    @property
+    def outer(self) -> "Scope":
+        """What a function, a lambda or a comprehension that stands here sees."""
+        return self.parent if self.of_class and self.parent else self
+
 
 @dataclass(eq=False)
 class Function:
@@ -96,24 +109,19 @@ class Function:
 
 @dataclass(eq=False)
 class Class:
-    """A class of the file."""
+    """A class of the file. Only an Enum has a base that matters."""
 
     name: str
-    bases: tuple["Class", ...]
     members: dict[str, Any]
     enum: bool = False  # its members are constants
-    mixed: bool = False  # ... and compare as their values do
+    mixed: type | None = None  # ... and compare as their values do, which are of this type
     fields: tuple[str, ...] = ()  # of a dataclass or named tuple, in their order
-    kept: frozenset[str] = frozenset()  # attributes that methods assign, other than __init__
+    typed: bool = False  # a TypedDict, which only annotates
 
     @property
-    def lineage(self) -> list["Class"]:
-        """The class and all its bases."""
-        return [self, *(each for base in self.bases for each in base.lineage)]
-
-    def find(self, name: str) -> Any:
-        """What a name stands for in the class or its bases; None: nothing."""
-        return next((each.members[name] for each in self.lineage if name in each.members), None)
+    def constants(self) -> "list[Member]":
+        """The members of an Enum, without second names."""
+        return list(dict.fromkeys(each for each in self.members.values() if isinstance(each, Member)))
 
 
 @dataclass(eq=False)
@@ -124,18 +132,26 @@ class Instance:
     attributes: dict[str, Any] = field(default_factory=dict[str, Any])
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Member:
-    """A member of an Enum."""
+    """A member of an Enum, equal to what Python says it is equal to."""
 
     kind: Class
     name: str
     value: Any
 
+    def __eq__(self, other: object) -> bool:
+        if self.kind.mixed is None:
+            return self is other
+        return bool(self.value == (other.value if isinstance(other, Member) and other.kind.mixed else other))
+
+    def __hash__(self) -> int:
+        return hash(self.name if self.kind.mixed is None else self.value)
+
 
 @dataclass(frozen=True)
 class Bound:
-    """A method of an object: `call` takes the machine, the node, arguments and named arguments."""
+    """A function of Python's, or a method of an object: `call` takes machine, node, arguments, named ones."""
 
     name: str
     call: Callable[..., Any]
