@@ -1,6 +1,6 @@
 """Random C sources, imported and asked beside the compiler: kinds `c-sources` and `c-beyond`.
 
-Does: imports so many sources at once, compiles them as one translation unit in three ways, and compares.
+Does: imports so many sources at once, compiles them as one translation unit in two ways, and compares.
 Assumes: gcc; names of a file end with its seed. A row at which UBSan traps, or an assertion fails, has no answer.
 Does not: draw sources.
 """
@@ -25,9 +25,8 @@ SHORT = 700  # characters of a source that a finding keeps
 COMPILER = ("gcc", "-std=gnu11", "-w", "-shared", "-fPIC", "-Wl,-Bsymbolic", "-Wl,--no-undefined")
 STRICT = ("-Werror=implicit-function-declaration", "-Werror=implicit-int", "-Werror=int-conversion")
 BUILDS = {
-    "plain": ("-O0",),
     "quick": ("-O2",),
-    "trapping": ("-O0", "-fsanitize=undefined,float-cast-overflow", "-fsanitize-undefined-trap-on-error"),
+    "plain": ("-O0", "-fsanitize=undefined,float-cast-overflow", "-fsanitize-undefined-trap-on-error"),
 }
 HEAD = """#include <setjmp.h>
 #include <signal.h>
@@ -190,7 +189,7 @@ def _judge_answers(read: Import, pair: tuple[np.ndarray, np.ndarray], place: Pat
         return
     rows = pair[0]
     with np.load(place) as arrays:
-        plain, trapped, quick = arrays["plain"], arrays["trapping idle"] > 0, arrays["quick"]
+        plain, trapped, quick = arrays["plain"], arrays["plain idle"] > 0, arrays["quick"]
         again = arrays["again"]
         apart = (plain[: len(again)] != again) & ~trapped[: len(again)]
         if apart.any():

@@ -21,6 +21,7 @@ from tests.hunting.sources.observing import Box, Test
 
 HARMLESS = ("AssertionError", "OverflowError")  # a precondition; a number beyond Python's own
 NO_DECISION = ("raised", "other")
+ARRAYS = ("floats", "float64", "float32")
 
 
 @dataclass
@@ -72,7 +73,7 @@ def read(program: Program, file: Path, told: Told, run: bool) -> Import | None:
             if "--arrays" not in f"{error.what} {error.next_step}" or file.suffix != ".py":
                 raise
             told.asked_again = True
-            arrays = "float32" if program.seed % 4 == 0 else "float64"
+            arrays = ARRAYS[program.seed % 3] if f"--arrays {ARRAYS[0]}" in error.next_step else ARRAYS[1]
             profile = maviper.from_file(file, **options, arrays=arrays)
     except MaviperError as error:
         told.verdict, told.reason = "REFUSED", reason_of(error)
