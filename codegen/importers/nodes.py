@@ -19,11 +19,9 @@ from codegen.errors import InputError, escape_text
 from codegen.floats import FLOAT64
 from codegen.importers.reading import MAX_FEATURES, SUMS, Origin
 from codegen.importers.symbolic.affine import Affine, Given, Sums, Terms
-from codegen.importers.symbolic.feature import Feature, Test
-from codegen.importers.symbolic.labels import Value
-from codegen.importers.symbolic.line import at_most, below
+from codegen.importers.symbolic.feature import Feature, Test, at_most, below
 from codegen.importers.symbolic.paths import Paths
-from codegen.importers.symbolic.program import Described, origin_of_tree
+from codegen.importers.symbolic.program import Described, Value, origin_of_tree
 from codegen.ir import MAX_DEPTH, MAX_NODES, GrownTree
 from codegen.paths import in_preorder
 

@@ -20,9 +20,8 @@ from typing import Any
 
 import numpy as np
 
-from codegen.errors import InputError
 from codegen.importers.python.machine import MAX_ITEMS, TEST_ADVICE, Machine, step_of, words_of
-from codegen.importers.python.values import Array, Condition, Extreme, Instance, Length, Member, Symbol
+from codegen.importers.python.values import Array, Condition, Extreme, Instance, Member, Refused, Symbol
 from codegen.importers.symbolic.affine import CUT_BEFORE, CUTTING, IN_ORDER
 from codegen.importers.symbolic.feature import FALLING, FOLDING, RISING, SIGNS, TURNED, Feature, Step, Test, at_most
 
@@ -39,6 +38,12 @@ COMPARISONS: Mapping[type[ast.cmpop], str] = {
     ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!=",
 }  # fmt: skip
 POWERS = range(2, 17)
+OTHERWISE = {
+    ast.Pow: f"give a whole number from 2 to {POWERS[-1]} as the power, or compare the feature itself",
+    ast.FloorDiv: "write math.floor(x / c)",
+    ast.Mod: "give the remainder as a feature of its own",
+    ast.Div: "compare the feature itself: 1 / x > c says 0 < x < 1 / c",
+}
 SEVERAL = "test each feature alone, or give the {} as a feature of its own"
 CONDITIONS = Test | Condition
 
@@ -52,13 +57,12 @@ def binary(m: Machine, kind: type[ast.operator], left: Any, right: Any) -> Any:
         return _join_conditions(m, kind, left, right)
     left, right = m.plain(left), m.plain(right)
     if kind is ast.MatMult:
-        what = "a product of arrays is computed, which NumPy adds in an order of its own"
-        raise m.make_error(None, what, IN_ORDER)
+        raise Refused("a product of arrays is computed, which NumPy adds in an order of its own", IN_ORDER)
     for each in (left, right):
         if isinstance(each, Array):
-            raise m.make_error(None, "arithmetic is done on a whole array", "do it on each number")
+            raise Refused("arithmetic is done on a whole array", "do it on each number")
         if not isinstance(each, Feature | int | float | np.number | str | list | tuple | set | dict):
-            raise m.make_error(None, f"arithmetic is done on {words_of(each)}", TEST_ADVICE)
+            raise Refused(f"arithmetic is done on {words_of(each)}", TEST_ADVICE)
     if isinstance(left, Feature) and isinstance(right, Feature):
         return _join_features(m, kind, left, right)
     if isinstance(left, Feature) or isinstance(right, Feature):
@@ -91,12 +95,11 @@ def _join_features(m: Machine, kind: type[ast.operator], left: Feature, right: F
         return convert_feature(m, left).then(Step("square", lambda value: value * value, FOLDING))
     if kind not in (ast.Add, ast.Sub):
         word = NAMES.get(kind, "combination")
-        raise m.make_error(None, f"the {word} of two features is computed", SEVERAL.format(word))
+        raise Refused(f"the {word} of two features is computed", SEVERAL.format(word))
     joined = m.sums.add_features(left, right, minus=kind is ast.Sub)
     if joined is None:
         cut = any(step.form and step.form[0] in CUTTING for each in (left, right) for step in each.steps)
-        advice = IN_ORDER + CUT_BEFORE if cut else IN_ORDER
-        raise m.make_error(None, "two sums are joined whose roundings have no order", advice)
+        raise Refused("two sums are joined whose roundings have no order", IN_ORDER + CUT_BEFORE if cut else IN_ORDER)
     m.sums.line = m.sums.line or m.line
     return joined
 
@@ -120,22 +123,16 @@ def _of_constants(m: Machine, kind: type[ast.operator], left: Any, right: Any) -
     if kind in (ast.Pow, ast.LShift) and all(isinstance(each, int) for each in (left, right)):
         bits = right if kind is ast.LShift else right * max(int(left).bit_length(), 1)
         if abs(bits) > MAX_BITS:
-            raise m.make_error(None, "a number is too large", f"keep whole numbers below {MAX_BITS} bits")
+            raise Refused("a number is too large", f"keep whole numbers below {MAX_BITS} bits")
     items = [each for each in (left, right) if isinstance(each, str | list | tuple)]
     times = [each for each in (left, right) if isinstance(each, int)]
     if kind is ast.Mult and items and times and len(items[0]) * max(times[0], 0) > MAX_ITEMS:
-        raise m.make_error(None, "a list or text is too long", f"keep it below {MAX_ITEMS} parts")
+        raise Refused("a list or text is too long", f"keep it below {MAX_ITEMS} parts")
     if kind is ast.Mod and isinstance(left, str):
-        raise m.make_error(None, "a text is formatted", "write the text itself")
-    try:
-        constant = OPERATIONS[kind](left, right)
-    except ZeroDivisionError:
-        raise m.make_error(None, "a number is divided by 0", "mend it") from None
-    except (TypeError, ValueError, OverflowError):
-        what = "an operation on constants is not understood"
-        raise m.make_error(None, what, "write the result itself") from None
+        raise Refused("a text is formatted", "write the text itself")
+    constant = OPERATIONS[kind](left, right)
     if isinstance(constant, complex) or (isinstance(constant, int) and constant.bit_length() > MAX_BITS):
-        raise m.make_error(None, "a number is too large, or complex", "write the result itself")
+        raise Refused("a number is too large, or complex", "write the result itself")
     return m.keep_value(constant) if isinstance(constant, list | tuple | str | set | dict) else constant
 
 
@@ -144,7 +141,7 @@ def _of_feature(m: Machine, kind: type[ast.operator], left: Any, right: Any) -> 
     turned = isinstance(right, Feature)
     feature, number = (right, left) if turned else (left, right)
     if not is_number(number):
-        raise m.make_error(None, "a feature is combined with something that is no number", TEST_ADVICE)
+        raise Refused("a feature is combined with something that is no number", TEST_ADVICE)
     feature = convert_feature(m, feature)
     whole = m.counts(feature) and isinstance(number, int)
     if whole and kind is ast.Mult and number == 0:
@@ -152,8 +149,7 @@ def _of_feature(m: Machine, kind: type[ast.operator], left: Any, right: Any) -> 
     if whole and (kind in BITS or (turned and kind in (ast.FloorDiv, ast.Pow))):
         return _of_constants(m, kind, *((number, m.whole(feature)) if turned else (m.whole(feature), number)))
     if not _usable(number, feature.value(1.0), kind):
-        what = "a feature is combined with 0, an infinite or a too large number"
-        raise m.make_error(None, what, "write the result itself")
+        raise Refused("a feature is combined with 0, an infinite or a too large number", "write the result itself")
     sense = FALLING if (kind is ast.Sub and turned) or (kind not in (ast.Add, ast.Sub) and number < 0) else RISING
     if kind is ast.Pow and not turned and number in POWERS:
         return feature.then(Step(f"power {number!r}", partial(_power, number), RISING if number % 2 else FOLDING))
@@ -163,7 +159,8 @@ def _of_feature(m: Machine, kind: type[ast.operator], left: Any, right: Any) -> 
         return feature.then(Step(f"floor {number!r}", partial(apply_finite, lambda value: value // number)))
     allowed = (ast.Add, ast.Sub, ast.Mult, *(() if turned else (ast.Div,)), *((ast.FloorDiv,) if whole else ()))
     if kind not in allowed:
-        raise _refuse_operator(m, kind, turned)
+        said = "a number is divided by a feature" if turned else f"{kind.__name__.lower()} of a feature is asked"
+        raise Refused(said, OTHERWISE.get(kind, TEST_ADVICE))
     operate = OPERATIONS[kind]
     apply = partial(operate, number) if turned else lambda value: operate(value, number)
     sign = FORMS.get(kind)
@@ -192,17 +189,6 @@ def _usable(number: Any, sample: Any, kind: type[ast.operator]) -> bool:
     return near is not None and math.isfinite(near) and bool(near != 0 or kind in (ast.Add, ast.Sub))
 
 
-def _refuse_operator(m: Machine, kind: type[ast.operator], turned: bool) -> InputError:
-    advice = {
-        ast.Pow: f"give a whole number from 2 to {POWERS[-1]} as the power, or compare the feature itself",
-        ast.FloorDiv: "write math.floor(x / c)",
-        ast.Mod: "give the remainder as a feature of its own",
-        ast.Div: "compare the feature itself: 1 / x > c says 0 < x < 1 / c",
-    }
-    what = "a number is divided by a feature" if turned and kind is ast.Div else f"{kind.__name__.lower()} of a feature"
-    return m.make_error(None, f"{what} is not understood", advice.get(kind, TEST_ADVICE))
-
-
 def convert_feature(m: Machine, feature: Feature) -> Feature:
     """The feature as the scalar that Python computes with."""
     return feature if feature.steps else feature.then(*step_of(m.kind))
@@ -211,13 +197,13 @@ def convert_feature(m: Machine, feature: Feature) -> Feature:
 def unary(m: Machine, kind: type[ast.unaryop], value: Any) -> Any:
     """What `-value`, `+value` or `~value` is."""
     if isinstance(value, CONDITIONS) and kind is ast.Invert:
-        raise m.make_error(None, "~ of a condition is not understood", "write not")
+        raise Refused("~ of a condition is not understood", "write not")
     value = m.decide(value)
     if isinstance(value, Feature) and kind is not ast.Invert:
         return value if kind is ast.UAdd else binary(m, ast.Mult, value, -1)
     if isinstance(value, int) or (isinstance(value, float | np.number) and kind is not ast.Invert):
         return -value if kind is ast.USub else +value if kind is ast.UAdd else ~value  # type: ignore[operator]
-    raise m.make_error(None, f"a sign stands before {words_of(value)}", TEST_ADVICE)
+    raise Refused(f"a sign stands before {words_of(value)}", TEST_ADVICE)
 
 
 # --- comparisons
@@ -226,23 +212,19 @@ def unary(m: Machine, kind: type[ast.unaryop], value: Any) -> Any:
 def compare_values(m: Machine, sign: str, left: Any, right: Any) -> Any:
     """What `left sign right` is: a test of a feature, a condition, or a constant."""
     m.count()
-    if isinstance(left, Length) or isinstance(right, Length):
-        return _of_length(m, sign, left, right)
     for one, other, said in ((left, right, sign), (right, left, TURNED[sign])):
         if isinstance(one, CONDITIONS):
             return _condition_compared(m, one, said, other)
     left, right = m.plain(left), m.plain(right)
     if is_constant(left) and is_constant(right):
-        return _constants_compared(m, sign, left, right)
+        return _constants_compared(sign, left, right)
     for each in (left, right):
         if isinstance(each, Symbol | Array | Instance):
-            advice = "compare numbers, texts or members of an Enum"
-            raise m.make_error(None, f"{words_of(each)} is compared", advice)
+            raise Refused(f"{words_of(each)} is compared", "compare numbers, texts or members of an Enum")
     if isinstance(left, tuple | list) and isinstance(right, tuple | list) and sign in ("==", "!="):
         if type(left) is not type(right) or len(left) != len(right):
             return sign == "!="
-        if m.paths is not None:
-            m.paths.nan = False  # a NaN is equal to itself there
+        m.forget_nan()  # which is equal to itself there
         pairs = tuple(compare_values(m, "==", a, b) for a, b in zip(left, right, strict=True))
         return Condition(True, pairs, sign == "==", plain=True)
     for one, other, said in ((left, right, sign), (right, left, TURNED[sign])):
@@ -253,7 +235,7 @@ def compare_values(m: Machine, sign: str, left: Any, right: Any) -> Any:
     if isinstance(left, Feature) and isinstance(right, Feature):
         return _two_compared(m, sign, left, right)
     what = f"{words_of(left)} and {words_of(right)} are compared, which have no order"
-    raise m.make_error(None, what, "compare one feature with a number")
+    raise Refused(what, "compare one feature with a number")
 
 
 def _condition_compared(m: Machine, condition: Any, sign: str, other: Any) -> Any:
@@ -267,21 +249,16 @@ def _condition_compared(m: Machine, condition: Any, sign: str, other: Any) -> An
     return compare_values(m, sign, m.decide(condition), m.decide(other))
 
 
-def _constants_compared(m: Machine, sign: str, left: Any, right: Any) -> Any:
+def _constants_compared(sign: str, left: Any, right: Any) -> Any:
     """What Python itself says, or NumPy."""
-    try:
-        answer = SIGNS[sign](left, right)
-    except (TypeError, ValueError):
-        what, advice = "constants that have no order are compared", "compare numbers with numbers"
-        raise m.make_error(None, what, advice) from None
+    answer = SIGNS[sign](left, right)
     return Condition(True, (bool(answer),), plain=False) if isinstance(answer, np.generic) else bool(answer)
 
 
 def _two_compared(m: Machine, sign: str, left: Feature, right: Feature) -> Any:
     """A test of a difference, whose sign is that of the comparison, unless both are the same infinity."""
     if left.key == right.key:
-        if m.paths is not None:
-            m.paths.nan = False  # it is asked whether a number is NaN
+        m.forget_nan()  # it is asked for
         return sign in ("==", "<=", ">=")
     if m.counts(left) and m.counts(right):
         return compare_values(m, sign, left, m.whole(right))
@@ -289,9 +266,9 @@ def _two_compared(m: Machine, sign: str, left: Feature, right: Feature) -> Any:
     difference = m.sums.add_features(left, right, minus=True)
     if difference is None and left.place == right.place:
         advice = "solve it for the feature, and compare that with one number"
-        raise m.make_error(None, "two numbers that are computed of one feature are compared", advice)
+        raise Refused("two numbers that are computed of one feature are compared", advice)
     if difference is None:
-        raise m.make_error(None, "two features are compared", SEVERAL.format("difference"))
+        raise Refused("two features are compared", SEVERAL.format("difference"))
     m.finite = True
     m.sums.line = m.sums.line or m.line
     return _with_number(m, difference, sign, 0.0)
@@ -311,7 +288,7 @@ def _with_number(m: Machine, feature: Feature, sign: str, number: Any) -> Any:
         if number is None and sign in ("==", "!="):
             return sign == "!="
         words = "with a text" if isinstance(number, str | Member) else "with what is no number"
-        raise m.make_error(None, f"a feature is compared {words}", "features are numbers: compare with a number")
+        raise Refused(f"a feature is compared {words}", "features are numbers: compare with a number")
     if isinstance(number, np.integer):
         number = np.float64(number)
     if isinstance(number, float | np.floating) and math.isnan(number):
@@ -320,8 +297,7 @@ def _with_number(m: Machine, feature: Feature, sign: str, number: Any) -> Any:
     if isinstance(sample, np.floating) and not isinstance(number, np.floating):
         near = _near(sample, number)
         if near is None:
-            what = f"a number is beyond {sample.dtype}"
-            raise m.make_error(None, what, "write a smaller one; NumPy warns of it, too")
+            raise Refused(f"a number is beyond {sample.dtype}", "write a smaller one; NumPy warns of it, too")
         number = near
     elif isinstance(number, int) and isinstance(sample, float) and at_most(number) != number:
         m.ask_arrays("a feature is compared with a whole number that no double equals")
@@ -342,26 +318,10 @@ def _near(sample: Any, number: Any) -> Any:
 
 def _extreme_compared(m: Machine, extreme: Extreme, sign: str, number: Any) -> Any:
     """A test of the least or largest of several: of any of them, or of all."""
-    if m.paths is not None:
-        m.paths.nan = False  # what Python takes for the least beside a NaN depends on their order
+    m.forget_nan()  # what Python takes for the least beside a NaN depends on their order
     if sign in ("==", "!="):
         within, beyond = ("<=", "<") if extreme.least else (">=", ">")
         inner = _extreme_compared(m, extreme, within, number), _extreme_compared(m, extreme, beyond, number)
         return Condition(True, (inner[0], Condition(True, (inner[1],), False)), sign == "==")
     every = extreme.least != (sign in ("<", "<="))
     return Condition(every, tuple(compare_values(m, sign, each, number) for each in extreme.parts))
-
-
-def _of_length(m: Machine, sign: str, left: Any, right: Any) -> Any:
-    """How many numbers the observation has: what the file expects of it."""
-    length, number = (left, right) if isinstance(left, Length) else (right, left)
-    known = m.inputs.length(length.part.path)
-    if not isinstance(number, int):
-        what = "the length of the observation is compared with what is no number"
-        raise m.make_error(None, what, "write the number")
-    if isinstance(right, Length):
-        sign = TURNED[sign]
-    if not known and sign in ("==", "!="):
-        m.inputs.widths[length.part.path] = known = number
-        m.notes[f"line {m.line}: the observation is taken to have {number} numbers"] = None
-    return bool(SIGNS[sign](known, number)) if known else sign in (">", ">=", "!=")

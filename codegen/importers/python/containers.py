@@ -22,6 +22,7 @@ from codegen.importers.python.values import (
     Instance,
     Member,
     Part,
+    Refused,
     Scope,
     Stream,
     Symbol,
@@ -61,7 +62,7 @@ def key_of(m: Machine, value: Any) -> Any:
     value = m.truth(value) if isinstance(value, CONDITIONS) else value
     key = value if isinstance(value, Member) else m.whole(value)
     if isinstance(key, list) or not is_constant(key):
-        raise m.make_error(None, f"{words_of(value)} is a key", "use numbers, texts or members of an Enum")
+        raise Refused(f"{words_of(value)} is a key", "use numbers, texts or members of an Enum")
     return key
 
 
@@ -77,15 +78,10 @@ def _subscript(m: Machine, node: ast.Subscript, scope: Scope) -> Any:
     if isinstance(value, Symbol | Bound):  # an annotation, such as list[int]
         return Symbol(text_of(node))
     if not isinstance(value, list | tuple | dict | str | range):
-        what = f"{text_of(node)} looks something up in {words_of(value)}"
-        raise m.make_error(node, what, "look things up in lists and dictionaries; compute with each x[0] by itself")
-    try:
-        if isinstance(key, slice):
-            return m.keep_value(value[key]) if not isinstance(value, range) else value[key]
-        return value[key_of(m, key) if isinstance(value, dict) else m.whole(key)]
-    except (LookupError, TypeError, ValueError):
-        what = f"{text_of(node)} looks up what is not there"
-        raise m.make_error(node, what, "clip the index, or give every key") from None
+        raise Refused(f"something is looked up in {words_of(value)}", "compute with each x[0] by itself")
+    if isinstance(key, slice):
+        return value[key] if isinstance(value, range) else m.keep_value(type(value)(value[key]))
+    return value[key_of(m, key) if isinstance(value, dict) else m.whole(key)]
 
 
 def _ends(m: Machine, node: ast.Slice, scope: Scope) -> list[Any]:
@@ -97,22 +93,22 @@ def _part_of(m: Machine, part: Part, key: Any, node: ast.AST) -> Any:
     if isinstance(key, slice):
         n = m.inputs.length(part.path)
         if not n and (key.stop is None or min(key.start or 0, key.stop, key.step or 1) < 0):
-            raise m.make_error(node, *UNCOUNTED)
-        parts = [m.inputs.enter(part, place, m.line) for place in range(*key.indices(n or key.stop))]
+            raise Refused(*UNCOUNTED)
+        parts = [m.inputs.enter(part, place) for place in range(*key.indices(n or key.stop))]
         return m.keep_value(Array(parts)) if part.array else tuple(parts)
     key = m.whole(key)
     if isinstance(key, bool) or not isinstance(key, int | str):
-        raise m.make_error(node, f"{text_of(node)} is not understood", "write x[0], or x['speed']")
+        raise Refused(f"{text_of(node)} is not understood", "write x[0], or x['speed']")
     if isinstance(key, int) and key < 0 and not m.inputs.length(part.path):
         what = f"{text_of(node)} counts from the end, and the file does not say how many features there are"
-        raise m.make_error(node, what, "count from the front, or name all features: --features a,b,c")
-    return m.inputs.enter(part, key, m.line)
+        raise Refused(what, "count from the front, or name all features: --features a,b,c")
+    return m.inputs.enter(part, key)
 
 
 @reads(EXPRESSIONS, ast.ListComp, ast.SetComp, ast.DictComp, ast.GeneratorExp)
 def _comprehension(m: Machine, node: Any, scope: Scope) -> Any:
     if any(isinstance(each, ast.NamedExpr) for each in ast.walk(node)):
-        raise m.make_error(node, f"{text_of(node)} assigns a name on its way", "write a loop")
+        raise Refused(f"{text_of(node)} assigns a name on its way", "write a loop")
     first, inner = m.items(m.eval_stream(node.generators[0].iter, scope)), Scope({}, scope.outer)
     turns = _turns(m, node, inner, first)
     if isinstance(node, ast.DictComp):
@@ -149,24 +145,16 @@ def assign(m: Machine, target: ast.expr, value: Any, scope: Scope) -> None:
     elif isinstance(target, ast.Attribute):
         owner = m.eval(target.value, scope)
         if not isinstance(owner, Instance) or isinstance(owner.kind.members.get(target.attr), Function):
-            what = f"{text_of(target)} is set, which is no plain attribute of an object"
-            raise m.make_error(target, what, "set attributes of self in __init__")
-        if m.paths is None:
-            owner.attributes[target.attr] = value
-        else:
-            m.written[id(owner), target.attr] = value
-            m.changed.setdefault((id(owner), target.attr), target.lineno)
+            raise Refused(f"{text_of(target)} is no plain attribute of an object", "set attributes of self in __init__")
+        m.ensure_fresh(owner, target).attributes[target.attr] = value
     elif isinstance(target, ast.Subscript):
         owner, key = m.eval(target.value, scope), m.eval(target.slice, scope)
         if isinstance(owner, Array) or not isinstance(owner, list | dict) or isinstance(target.slice, ast.Slice):
-            raise m.make_error(target, f"{text_of(target)} is set", "give it another name instead")
+            raise Refused(f"{text_of(target)} is set", "give it another name instead")
         key = key_of(m, key) if isinstance(owner, dict) else m.whole(key)
-        try:
-            m.ensure_fresh(owner, target)[key] = value
-        except (LookupError, TypeError):
-            raise m.make_error(target, f"{text_of(target)} does not exist", "mend it") from None
+        m.ensure_fresh(owner, target)[key] = value
     else:
-        raise m.make_error(target, f"{text_of(target)} is set", "give it a name")
+        raise Refused(f"{text_of(target)} is set", "give it a name")
 
 
 def _unpack_value(m: Machine, target: ast.Tuple | ast.List, value: Any, scope: Scope) -> None:
@@ -176,11 +164,9 @@ def _unpack_value(m: Machine, target: ast.Tuple | ast.List, value: Any, scope: S
         m.name_features(target, value, [each.id if isinstance(each, ast.Name) else "" for each in names])
     items = list(m.items(value))
     if stars:
-        after = len(names) - stars[0] - 1
-        if len(items) < len(names) - 1:
-            raise m.make_error(target, f"{len(items)} values are given to {len(names)} names", "give each a name")
-        items[stars[0] : len(items) - after] = [m.keep_value(items[stars[0] : len(items) - after])]
+        end = max(stars[0], len(items) - (len(names) - stars[0] - 1))
+        items[stars[0] : end] = [m.keep_value(items[stars[0] : end])]
     if len(items) != len(names):
-        raise m.make_error(target, f"{len(items)} values are given to {len(names)} names", "give each a name")
+        raise Refused(f"{len(items)} values are given to {len(names)} names", "give each a name")
     for each, item in zip(names, items, strict=True):
         assign(m, each.value if isinstance(each, ast.Starred) else each, item, scope)

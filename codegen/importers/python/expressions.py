@@ -24,6 +24,7 @@ from codegen.importers.python.values import (
     Member,
     Module,
     Part,
+    Refused,
     Scope,
     Symbol,
     Unread,
@@ -49,7 +50,7 @@ def _name(m: Machine, node: ast.Name, scope: Scope) -> Any:
                 raise InputError(value.what, f"{m.where}, line {value.line}", value.advice)
             return value
         if node.id in each.local:
-            raise m.make_error(node, f"{escape_text(node.id)!r} holds nothing on some path", "set it on every path")
+            raise Refused(f"{escape_text(node.id)!r} holds nothing on some path", "set it on every path")
     return BUILTINS[node.id] if node.id in BUILTINS else Symbol(node.id)
 
 
@@ -168,7 +169,7 @@ def _same(m: Machine, left: Any, right: Any, *, wanted: bool) -> Any:
     for one, other in ((left, right), (right, left)):
         if one is None:
             if isinstance(other, Symbol):
-                raise m.make_error(None, f"{words_of(other)} is compared", "write the number or the text itself")
+                raise Refused(f"{words_of(other)} is compared", "write the number or the text itself")
             return (other is None) == wanted
         if isinstance(one, bool) and isinstance(other, CONDITIONS):
             m.ensure_plain(other)
@@ -177,7 +178,7 @@ def _same(m: Machine, left: Any, right: Any, *, wanted: bool) -> Any:
             return (one is other) == wanted
     if isinstance(left, Member | Class | Function) and isinstance(right, Member | Class | Function):
         return (left is right) == wanted
-    raise m.make_error(None, "'is' compares what is no constant", "write ==")
+    raise Refused("'is' compares what is no constant", "write ==")
 
 
 # --- calls and functions
@@ -207,7 +208,7 @@ def _call(m: Machine, node: ast.Call, scope: Scope) -> Any:
     for each in node.keywords:
         value = m.eval(each.value, scope)
         if each.arg is None and not (isinstance(value, dict) and all(isinstance(key, str) for key in value)):
-            raise m.make_error(node, f"{text_of(node)} is not understood", "write the arguments by name")
+            raise Refused(f"{text_of(node)} is not understood", "write the arguments by name")
         named |= {each.arg: value} if each.arg else value
     m.line = node.lineno
     return m.call(function, given, named, node)
@@ -260,13 +261,13 @@ def _text(m: Machine, node: ast.JoinedStr, scope: Scope) -> Any:
         value = m.eval(each.value if isinstance(each, ast.FormattedValue) else each, scope)
         value = m.whole(value) if isinstance(value, Feature) and m.counts(value) else value
         if isinstance(each, ast.FormattedValue) and (each.format_spec or each.conversion != -1):
-            raise m.make_error(node, "a number is formatted", "write the text itself")
+            raise Refused("a number is formatted", "write the text itself")
         if not isinstance(value, str | int):
-            raise m.make_error(node, "a text is made of what is no constant", "write the text itself")
+            raise Refused("a text is made of what is no constant", "write the text itself")
         parts.append(str(value))
     return m.keep_value("".join(parts))
 
 
 @reads(EXPRESSIONS, ast.Await, ast.Yield, ast.YieldFrom)
 def _refuse_pause(m: Machine, node: ast.AST, scope: Scope) -> Any:
-    raise m.make_error(node, f"{text_of(node)} makes a generator", STREAM_ADVICE)
+    raise Refused(f"{text_of(node)} makes a generator", STREAM_ADVICE)

@@ -5,8 +5,8 @@ Does: evaluates what stands outside functions; finds the functions, methods and 
 Assumes: a syntax tree of the module ast.
 Does not: follow a function (source.py).
 
-What is not understood outside functions is skipped with a word: names that it sets are an error where a decision reads
-them, and so is all that it might have changed.
+What is not understood outside functions is skipped with a word, if it can change nothing of the file: names that it
+sets are an error where a decision reads them.
 """
 
 # pyright: basic
@@ -14,12 +14,12 @@ them, and so is all that it might have changed.
 import ast
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, NoReturn
 
 from codegen.errors import InputError, escape_text
-from codegen.importers.python.classes import MAKERS
 from codegen.importers.python.machine import Machine, Refusal, text_of, walk_nodes
-from codegen.importers.python.values import Class, Function, Instance, Scope, Unread
+from codegen.importers.python.objects import MAKERS
+from codegen.importers.python.values import Class, Function, Instance, Refused, Scope, Unread
 from codegen.importers.symbolic.paths import STATE_ADVICE
 
 MAGIC = frozenset(
@@ -30,6 +30,7 @@ PLAYING = frozenset(("step", "reset", "render"))  # of an environment: whoever c
 USUAL = ("__call__", "act", "decide", "predict", "select_action", "choose_action", "get_action", "policy", "control",
          "compute_action", "step", "forward", "action")  # fmt: skip
 CHANGING = (ast.AugAssign, ast.Lambda, ast.GeneratorExp)
+CHANGED = (list, dict, set, tuple, Function, Class, Instance)  # which a call may change
 ALONE = "say --agents {}=FILE to take this function alone"
 MAIN = 'put what only demonstrates the controller under if __name__ == "__main__":'
 
@@ -89,14 +90,17 @@ def _ensure_plain(m: Machine, node: ast.AST) -> None:
     """Refusal of what may give names other meanings."""
     kind = type(node)
     if kind is ast.Name and node.id in MAGIC:  # type: ignore[attr-defined]
-        raise m.make_error(node, f"{node.id!r} may change what names stand for", "remove it", Refusal)  # type: ignore[attr-defined]
+        _refuse(m, node, f"{node.id!r} may change what names stand for", "remove it")  # type: ignore[attr-defined]
     if kind is ast.Attribute and node.attr[:2] == "__" == node.attr[-2:] and node.attr not in KNOWN:  # type: ignore[attr-defined]
-        what = f"{text_of(node)} is a part of how Python works"
-        raise m.make_error(node, what, "write the constant, or the call, itself", Refusal)
+        _refuse(m, node, "this is a part of how Python works", "write the constant, or the call, itself")
     annotation = node.returns if kind is ast.FunctionDef else getattr(node, "annotation", None)  # type: ignore[attr-defined]
     for each in ast.walk(annotation) if annotation is not None else ():
         if isinstance(each, ast.Call | ast.NamedExpr):
-            raise m.make_error(each, "an annotation calls or assigns something", "name types only", Refusal)
+            _refuse(m, each, "an annotation calls or assigns something", "name types only")
+
+
+def _refuse(m: Machine, node: ast.AST, what: str, advice: str) -> NoReturn:
+    raise m.make_error(node, Refused(what, advice, hard=True))
 
 
 def _collect_kept(m: Machine, functions: Iterable[ast.FunctionDef], nodes: Sequence[ast.AST]) -> None:
@@ -121,42 +125,20 @@ def _is_changing(node: ast.AST) -> bool:
 def _skip(m: Machine, node: ast.stmt, scope: Scope, error: InputError) -> None:
     """Goes on without a statement: what it sets, or might change, is not known any more."""
     inner = walk_nodes(node, (ast.FunctionDef, ast.ClassDef, ast.Lambda))
-    unread = Unread(error.what, error.next_step, node.lineno)
-    if any(isinstance(each, ast.Attribute | ast.Subscript) and not isinstance(each.ctx, ast.Load) for each in inner):
-        raise InputError(error.what, error.where, f"{error.next_step}; or {MAIN}")  # what changes may have other names
     held = [scope.names.get(each.id) for each in inner if isinstance(each, ast.Name)]
     calls = any(isinstance(each, ast.Call) for each in inner)
-    if calls and any(isinstance(each, Function | Class | Instance) for each in held):
-        lost = Unread(f"{text_of(node)} is not read, and may change this: {error.what}", MAIN, node.lineno)
-        scope.names |= {name: lost for name, value in scope.names.items() if _mutable(value)}
-    elif calls:
-        touched = {id(one) for each in held for one in _mutable(each)}
-        lost = [name for name, value in scope.names.items() if any(id(one) in touched for one in _mutable(value))]
-        scope.names |= dict.fromkeys(lost, unread)
+    stores = any(
+        isinstance(each, ast.Attribute | ast.Subscript) and not isinstance(each.ctx, ast.Load) for each in inner
+    )
+    if stores or (calls and any(isinstance(each, CHANGED) for each in held)):
+        raise InputError(error.what, error.where, f"{error.next_step}; or {MAIN}")  # what changes may have other names
+    unread = Unread(error.what, error.next_step, node.lineno)
     for each in inner:
         if isinstance(each, ast.Name) and isinstance(each.ctx, ast.Store):
             scope.names[each.id] = unread
         if isinstance(each, ast.FunctionDef | ast.ClassDef):
             scope.names[each.name] = unread
     m.notes[f"line {node.lineno}: {text_of(node)} is skipped: {error.what}"] = None
-
-
-def _mutable(value: Any) -> list[Any]:
-    """All within a value that a call may change."""
-    inside, open_ = list[Any](), [value]
-    while open_:
-        each = open_.pop()
-        if isinstance(each, list | dict | set | Instance | Class) and not any(each is one for one in inside):
-            inside.append(each)
-        elif not isinstance(each, tuple):
-            continue
-        if isinstance(each, Class):
-            open_ += [one for one in each.members.values() if not isinstance(one, Function)]
-        elif isinstance(each, Instance | dict):
-            open_ += each.attributes.values() if isinstance(each, Instance) else each.values()
-        else:
-            open_ += each
-    return inside
 
 
 # --- which functions decide
@@ -224,7 +206,7 @@ def _choose_method(file: File, name: str, value: Class | Instance) -> Decider | 
     if len(roots) > 1 and not usual:
         several = ", ".join(each.function.name for each in roots)
         what = f"the class {escape_text(kind.name)} has several methods that may decide: {several}"
-        raise file.machine.make_error(roots[1].function.node, what, "name the one that decides act")
+        raise file.machine.make_error(roots[1].function.node, Refused(what, "name the one that decides act"))
     return next(iter(usual or roots), None)
 
 

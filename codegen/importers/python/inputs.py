@@ -9,11 +9,12 @@ Does not: know which of them decide anything.
 from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
-from codegen.errors import InputError, escape_text
-from codegen.importers.python.values import Part
+from codegen.errors import escape_text
+from codegen.importers.python.values import Part, Refused
 from codegen.importers.reading import MAX_FEATURES
 from codegen.importers.symbolic.program import Described
 
+ONE = "give each feature one name or place"
 Path: TypeAlias = tuple[int | str, ...]  # of keys, from a parameter on
 
 
@@ -30,34 +31,34 @@ class Inputs:
     names: dict[Path, tuple[str, ...]] = field(default_factory=dict[Path, tuple[str, ...]])
     inner: dict[Path, type] = field(default_factory=dict[Path, type])
 
-    def number(self, path: Path, line: int) -> int:
+    def number(self, path: Path) -> int:
         """The place of a path that is used as a number."""
         if path in self.inner:
-            raise self._make_error(f"{text_of(path)} is used as a number and as a list of numbers", line)
+            raise Refused(f"{text_of(path)} is used as a number and as a list of numbers", ONE)
         return self.places.setdefault(path, len(self.places))
 
     def length(self, path: Path) -> int:
         """How many numbers a container has; 0: nobody says."""
         return self.widths.get(path, self.width if len(path) == 1 == len(self.parameters) else 0)
 
-    def enter(self, part: Part, key: int | str, line: int) -> Part:
+    def enter(self, part: Part, key: int | str) -> Part:
         """What stands at a key."""
         path = part.path
         if path in self.places:
-            raise self._make_error(f"{text_of(path)} is used as a number and as a list of numbers", line)
+            raise Refused(f"{text_of(path)} is used as a number and as a list of numbers", ONE)
         if self.inner.setdefault(path, type(key)) is not type(key):
             what = f"{text_of(path)} is read by numbers and by names"
-            raise self._make_error(what, line, "use one of both everywhere")
+            raise Refused(what, "use one of both everywhere")
         if isinstance(key, int):
             n, named = self.length(path), text_of((*path, key))
             if key < 0 and not n:
                 what = f"{named} counts from the end, and the file does not say how many numbers there are"
-                raise self._make_error(what, line, "count from the front, or name all features: --features a,b,c")
+                raise Refused(what, "count from the front, or name all features: --features a,b,c")
             place = key + n if key < 0 else key
             if not 0 <= place < (n or MAX_FEATURES):
-                raise self._make_error(f"{named} is beyond the observation", line, f"it has {n} numbers")
+                raise Refused(f"{named} is beyond the observation", f"it has {n} numbers")
             key = place
-        return replace(part, path=(*path, key))
+        return replace(part, path=(*path, key), array=False)
 
     def describe_inputs(self, plain: Described) -> Described:
         """The description with the features and their order."""
@@ -87,9 +88,6 @@ class Inputs:
         features = [*features, *(each for each in joined if each not in features)]
         places = [features.index(_join_path(path[1:])) for path in self.places]
         return replace(plain, places=places, features=features, n_read=0, keyed=True)
-
-    def _make_error(self, what: str, line: int, advice: str = "give each feature one name or place") -> InputError:
-        return InputError(what, f"{self.where}, line {line}", advice)
 
 
 def _join_path(path: Path) -> str:

@@ -30,6 +30,7 @@ from codegen.importers.python.values import (
     Member,
     Module,
     Part,
+    Refused,
     Scope,
     Stream,
     Symbol,
@@ -46,7 +47,6 @@ TEST_ADVICE = "compare one feature with a number; give a sum or a difference as 
 ARRAYS_ADVICE = "say --arrays floats for Python's floats, --arrays float64 or --arrays float32 for arrays of NumPy"
 UNCOUNTED = "the file does not say how many features there are", "name all: --features a,b,c"
 STREAM_ADVICE = "write a list; a generator or iterator may stand in a loop, or as the argument of any, all, sum, list"
-FAILURES = (TypeError, ValueError, LookupError, ArithmeticError, AttributeError)
 Handler = Callable[["Machine", Any, Scope], Any]
 EXPRESSIONS: dict[type[ast.AST], Handler] = {}
 STATEMENTS: dict[type[ast.AST], Handler] = {}  # these give an `End`, or None
@@ -91,6 +91,13 @@ class Refusal(InputError):
     """Something is outside the subset of Python, wherever it stands; no line is skipped for it."""
 
 
+FAILURES = (Refused, TypeError, ValueError, LookupError, ArithmeticError, AttributeError)
+
+
+def _refuse_node(m: "Machine", node: ast.AST, scope: Scope) -> Any:
+    raise Refused(f"'{type(node).__name__.lower()}' is not understood", "use if, match, for over a list, name = value")
+
+
 class End(NamedTuple):
     """A `break`, `continue` or `return`; the value of a return."""
 
@@ -108,12 +115,7 @@ class Machine:
         self.sums = Sums(self.kind or FLOAT64)  # of several features
         self.line, self.depth, self.steps = 0, 0, 0
         self.fresh: dict[int, Any] = {}  # lists and objects that this path has made, and may change
-        self.written: dict[tuple[int, str], Any] = {}  # attributes that this path has set
-        self.changed: dict[tuple[int, str], int] = {}  # attributes that some path sets, and the line
-        self.read: dict[tuple[int, str], int] = {}  # attributes that some path reads before it sets them, and the line
-        self.kept: dict[
-            str, set[ast.AST]
-        ] = {}  # attributes, and the functions that set them, but those that make objects
+        self.kept: dict[str, set[ast.AST]] = {}  # attributes, and functions that set them, but those of the object made
         self.ran: set[ast.AST] = set()  # functions that the file calls before any decision
         self.called: dict[Any, str] = {}  # what returned members are called
         self.symbols: set[str] = set()  # names that are returned without being defined
@@ -130,17 +132,22 @@ class Machine:
 
     # --- errors
 
-    def make_error(
-        self, node: ast.AST | None, what: str, advice: str, kind: type[InputError] = InputError
-    ) -> InputError:
-        """What is wrong at a node's line; None: at the present one."""
-        return kind(what, f"{self.where}, line {getattr(node, 'lineno', self.line) or self.line}", advice)
+    def make_error(self, node: ast.AST | None, error: Exception) -> InputError:
+        """What is wrong at a node: an error of a handler, or of Python's own arithmetic and containers."""
+        what, advice, hard = f"this fails with {escape_text(error)[:80]}", TEST_ADVICE, False
+        if isinstance(error, Refused):
+            what, advice, hard = error.what, error.advice, error.hard
+        line = self.line
+        if node is not None and not (hasattr(node, "body") or hasattr(node, "cases")):
+            what = what if ": " in what else f"{what}: {text_of(node)}"
+            line = getattr(node, "lineno", line)
+        where = f"{self.where}, line {line}"
+        return (Refusal if hard else InputError)(what, where, advice)
 
     def ask_arrays(self, what: str) -> None:
         """InputError unless the user says which numbers the file is given."""
         if not self.arrays:
-            what = f"{what}, which Python's floats and arrays of NumPy do differently"
-            raise self.make_error(None, what, ARRAYS_ADVICE)
+            raise Refused(f"{what}, which Python's floats and arrays of NumPy do differently", ARRAYS_ADVICE)
 
     # --- evaluation
 
@@ -148,16 +155,16 @@ class Machine:
         """What an expression is."""
         value = self.eval_stream(node, scope)
         if type(value) is Stream:
-            raise self.make_error(node, f"{text_of(node)} is kept as an iterator", STREAM_ADVICE)
+            raise self.make_error(node, Refused("an iterator is kept", STREAM_ADVICE))
         return value
 
     def eval_stream(self, node: ast.AST, scope: Scope) -> Any:
         """What an expression is, which may be an iterator that is used at once."""
         self.count()
-        handler = EXPRESSIONS.get(type(node))
-        if handler is None:
-            raise self.make_error(node, f"{text_of(node)} is not understood", TEST_ADVICE)
-        return handler(self, node, scope)
+        try:
+            return EXPRESSIONS.get(type(node), _refuse_node)(self, node, scope)
+        except FAILURES as error:
+            raise self.make_error(node, error) from None
 
     def count(self, more: int = 1) -> None:
         """Counts the work. InputError beyond its limit."""
@@ -166,7 +173,7 @@ class Machine:
             return
         self.steps += more
         if self.steps > MAX_STEPS:
-            raise self.make_error(None, "the file does not end", MANY_PATHS)
+            raise Refused("the file does not end", MANY_PATHS)
 
     def keep_value(self, value: Any) -> Any:
         """A new list, dictionary or object, which this path may change."""
@@ -189,13 +196,12 @@ class Machine:
                 open_ += [*each, *each.values()]
         self.count(1 + (weight >> 4))
         if weight > MAX_ITEMS:
-            raise self.make_error(None, f"a list or text has more than {MAX_ITEMS} parts", "make it shorter")
+            raise Refused(f"a list or text has more than {MAX_ITEMS} parts", "make it shorter")
 
     def ensure_fresh(self, value: Any, node: ast.AST) -> Any:
         """The value, which is about to be changed. InputError where that outlives the decision."""
         if self.paths is not None and id(value) not in self.fresh:
-            what = f"{text_of(node)} changes something that outlives the decision"
-            raise self.make_error(node, what, STATE_ADVICE)
+            raise Refused(f"{text_of(node)} changes something that outlives the decision", STATE_ADVICE)
         return value
 
     # --- numbers and truth
@@ -203,7 +209,7 @@ class Machine:
     def plain(self, value: Any) -> Any:
         """The value with observations as features, and members of an IntEnum as numbers."""
         if isinstance(value, Part):
-            return Feature(self.inputs.number(value.path, self.line), value.steps)
+            return Feature(self.inputs.number(value.path), value.steps)
         return value.value if isinstance(value, Member) and value.kind.mixed else value
 
     def decide(self, value: Any) -> Any:
@@ -221,7 +227,7 @@ class Machine:
             self.ask_arrays("a condition is used as a number or an object")
         if plain is False:
             what = "a condition about arrays of NumPy is used as a number or an object"
-            raise self.make_error(None, what, "write int(a > b), or bool(a > b)")
+            raise Refused(what, "write int(a > b), or bool(a > b)")
 
     def _is_plain(self, value: Any) -> bool | None:
         """Whether a condition is Python's own True or False; None: it depends on what is given."""
@@ -256,34 +262,39 @@ class Machine:
         if isinstance(value, Feature):
             return self.holds(Test(value, "!=", 0))
         if isinstance(value, Array):
-            raise self.make_error(None, "an array is no condition", "use any() or all() of its tests")
+            raise Refused("an array is no condition", "use any() or all() of its tests")
         if value is None or isinstance(value, int | float | np.number | str | list | tuple | dict | set | range):
             return bool(value)
         if isinstance(value, Member | Function | Class | Instance | Module | Bound):
             return True
-        raise self.make_error(None, f"{words_of(value)} is no condition", TEST_ADVICE)
+        raise Refused(f"{words_of(value)} is no condition", TEST_ADVICE)
 
     def whole(self, value: Any) -> Any:
         """A constant: of a feature that is a whole number, one for each value that it may have."""
         value = self.decide(value)
         if isinstance(value, Symbol):
             what = f"the name {escape_text(value.name)!r} is not defined in the file"
-            raise self.make_error(None, what, "write the number or the text itself")
+            raise Refused(what, "write the number or the text itself")
         if not isinstance(value, Feature):
             return value
         if not self.counts(value):
             what = "a feature decides without being compared"
-            raise self.make_error(None, what, "answers must be finitely many: compare the feature with numbers")
+            raise Refused(what, "answers must be finitely many: compare the feature with numbers")
         assert self.paths is not None
         low = self.paths.least(value)
         for number in range(int(low), int(low) + MAX_INDEX) if np.isfinite(low) else ():
             if self.holds(Test(value, "<=", number)):
                 return number
-        raise self.make_error(None, "a whole number has too many values", "clip it first: min(max(i, 0), n - 1)")
+        raise Refused("a whole number has too many values", "clip it first: min(max(i, 0), n - 1)")
 
     def counts(self, feature: Feature) -> bool:
         """Whether a feature is a whole number, which may be asked for its value."""
         return isinstance(feature.value(1.0), int)
+
+    def forget_nan(self) -> None:
+        """Something is asked of which a NaN is no matter of left and right."""
+        if self.paths is not None:
+            self.paths.nan = False
 
     # --- parts
 
@@ -292,24 +303,23 @@ class Machine:
         if isinstance(value, Part):
             n = self.inputs.length(value.path)
             if not n:
-                raise self.make_error(None, *UNCOUNTED)
-            return [self.inputs.enter(value, k, self.line) for k in range(n)]
+                raise Refused(*UNCOUNTED)
+            return [self.inputs.enter(value, k) for k in range(n)]
         if isinstance(value, Class) and value.enum:
             return value.constants
         if isinstance(value, set) and len(value) > 1:
-            raise self.make_error(None, "a loop goes over a set, whose order nobody knows", "write a list")
+            raise Refused("a loop goes over a set, whose order nobody knows", "write a list")
         if isinstance(value, Stream):
             return value.items
         if isinstance(value, list | tuple | str | range | dict | set):
             return value if isinstance(value, list | tuple | str | range) else list(value)
-        raise self.make_error(None, f"a loop goes over {words_of(value)}", "loop over literals")
+        raise Refused(f"a loop goes over {words_of(value)}", "loop over literals")
 
     def name_features(self, node: ast.AST, part: Part, named: Sequence[str]) -> None:
         """Takes the number of names for that of features, and the names for theirs if there is one for each."""
         known = self.inputs.length(part.path)
         if known and known != len(named):
-            what = f"{len(named)} names for {known} features"
-            raise self.make_error(node, what, "give each feature a name: a, b = x")
+            raise Refused(f"{len(named)} names for {known} features", "give each feature a name: a, b = x")
         self.inputs.widths[part.path] = len(named)
         feature_names = tuple(f"x{place}" if name == "_" else name for place, name in enumerate(named))
         if all(named) and len(set(feature_names)) == len(feature_names):
@@ -322,7 +332,7 @@ class Machine:
         if isinstance(called, Bound):
             return called.call(self, node, list(given), dict(named))
         if any(type(each) is Stream for each in (*given, *named.values())):
-            raise self.make_error(node, f"{text_of(node)} is given an iterator", STREAM_ADVICE)
+            raise Refused(f"{text_of(node)} is given an iterator", STREAM_ADVICE)
         if isinstance(called, Function):
             return self.apply(called, given, named, node)
         if isinstance(called, Instance):
@@ -333,20 +343,18 @@ class Machine:
         if isinstance(called, Symbol):
             if "random" in called.name.split("."):
                 what, advice = "a random number is drawn", "a tree decides alike each time: write the limits"
-                raise self.make_error(node, what, advice)
+                raise Refused(what, advice)
             if called.name in dir(builtins):
                 what = f"{called.name}() is outside what is read of Python"
-                raise self.make_error(node, what, "write what it does with comparisons, numbers and lists")
+                raise Refused(what, "write what it does with comparisons, numbers and lists")
             what = f"{escape_text(called.name)} is called, which the file does not define"
-            advice = "write what it computes into the file; math and numpy are known in part"
-            raise self.make_error(node, what, advice)
-        advice = "call functions of the file, of math or of numpy"
-        raise self.make_error(node, f"{text_of(node)} is not understood", advice)
+            raise Refused(what, "write what it computes into the file; math and numpy are known in part")
+        raise Refused(f"{text_of(node)} is not understood", "call functions of the file, of math or of numpy")
 
     def apply(self, function: Function, given: Sequence[Any], named: Mapping[str, Any], node: ast.AST) -> Any:
         """What a function of the file returns."""
         if self.depth >= MAX_CALLS:
-            raise self.make_error(node, f"calls are nested more than {MAX_CALLS} deep", "write recursion as tests")
+            raise Refused(f"calls are nested more than {MAX_CALLS} deep", "write recursion as tests")
         scope = Scope(self.bind_arguments(function, given, named, node), function.scope, function.local)
         self.depth, line = self.depth + 1, self.line
         self.ran |= {function.node} if self.paths is None else set()
@@ -373,19 +381,10 @@ class Machine:
         """Runs a statement."""
         self.line = node.lineno
         self.count()
-        handler = STATEMENTS.get(type(node))
-        if handler is None:
-            what = f"'{type(node).__name__.lower()}' is not understood"
-            raise self.make_error(node, what, "use if, elif, else, match, for over a list, return and name = value")
         try:
-            return handler(self, node, scope)
+            return STATEMENTS.get(type(node), _refuse_node)(self, node, scope)
         except FAILURES as error:
-            raise self.explain(node, error) from None
-
-    def explain(self, node: ast.stmt, error: Exception) -> InputError:
-        """A failure of Python's own arithmetic or containers, as an error in the file."""
-        what = f"{text_of(node)} fails in a way that is not understood: {escape_text(error)[:80]}"
-        return self.make_error(node, what, TEST_ADVICE)
+            raise self.make_error(node, error) from None
 
     def bind_arguments(
         self, function: Function, given: Sequence[Any], named: Mapping[str, Any], node: ast.AST
@@ -395,15 +394,13 @@ class Machine:
         places = [each.arg for each in (*takes.posonlyargs, *takes.args)]
         names = [*places, *(each.arg for each in takes.kwonlyargs)]
         if takes.vararg or takes.kwarg:
-            what = f"{escape_text(function.name)} takes * or **"
-            raise self.make_error(function.node, what, "name each parameter")
+            raise Refused(f"{escape_text(function.name)} takes * or **", "name each parameter")
         bindings |= {**dict(zip(places, given, strict=False)), **named}
         missing = [name for name in names if name not in bindings]
         if len(given) > len(places) or missing or named.keys() - {*names[len(takes.posonlyargs) :]}:
-            what = f"{text_of(node)} does not fit the parameters of {escape_text(function.name)}"
-            raise self.make_error(node, what, "mend it")
+            raise Refused(f"{text_of(node)} does not fit the parameters of {escape_text(function.name)}", "mend it")
         if named.keys() & {*places[: len(given)]}:
-            raise self.make_error(node, f"{text_of(node)} gives a parameter twice", "mend it")
+            raise Refused(f"{text_of(node)} gives a parameter twice", "mend it")
         return bindings
 
 
@@ -418,7 +415,7 @@ def words_of(value: Any) -> str:
         return f"the name {escape_text(value.name)!r}, which the file does not define,"
     words = {
         "Part": "the observation", "Extreme": "the least or the largest of several features",
-        "Length": "the length of the observation", "NoneType": "None", "str": "a text", "dict": "a dictionary",
+        "NoneType": "None", "str": "a text", "dict": "a dictionary",
         "Instance": "an object", "Stream": "an iterator", "Array": "an array", "Feature": "a feature",
         "Test": "a condition", "Condition": "a condition", "Member": "a member of an Enum",
     }  # fmt: skip

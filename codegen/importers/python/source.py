@@ -16,7 +16,6 @@ import ast
 import copy
 import math
 from collections.abc import Iterable, Mapping
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -24,20 +23,18 @@ import numpy as np
 from codegen.errors import InputError, escape_text
 from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers.origin import NOTHING, Origin, Said
-from codegen.importers.python import attributes as attributes  # registers what attributes are
-from codegen.importers.python.classes import instance_of
 from codegen.importers.python.file import ALONE, Decider, File, deciders, file_of
 from codegen.importers.python.inputs import MAX_FEATURES, Inputs
-from codegen.importers.python.machine import ARRAYS_ADVICE, Machine, words_of
+from codegen.importers.python.machine import ARRAYS_ADVICE, FAILURES, Machine, words_of
+from codegen.importers.python.objects import instance_of
 from codegen.importers.python.statements import follow, link_statements
-from codegen.importers.python.values import Class, Condition, Extreme, Instance, Member, Part, Scope, Symbol
+from codegen.importers.python.values import Class, Condition, Extreme, Instance, Member, Part, Refused, Scope, Symbol
 from codegen.importers.reading import FLOATS
 from codegen.importers.summed import rounds
 from codegen.importers.symbolic.affine import IN_ORDER, NO_SUM, Affine, Given, Sums
 from codegen.importers.symbolic.feature import Feature, Test
-from codegen.importers.symbolic.labels import Value
-from codegen.importers.symbolic.paths import STATE_ADVICE, Paths
-from codegen.importers.symbolic.program import REPLAYED_BY, Described, origin_of
+from codegen.importers.symbolic.paths import Paths
+from codegen.importers.symbolic.program import REPLAYED_BY, Described, Value, origin_of
 from codegen.process.unwarned import silence_warnings
 
 KIND = "if/else Python"
@@ -72,29 +69,24 @@ def from_python(text: bytes, where: str, said: Said = NOTHING) -> dict[str, Orig
 
 
 def _origin(file: File, decider: Decider, said: Said, count: int) -> Origin:
+    """The origin of a function. InputError also for sums whose arithmetic nobody states."""
     widths = dict[tuple[int | str, ...], int]()
     while True:  # again, where a later line says how many features there are
         follower = _Follower(file, decider, said)
-        inputs = follower.machine.inputs
-        inputs.widths |= widths
+        m = follower.machine
+        m.inputs.widths |= widths
         try:
-            m = follower.machine
-            numbers = m.kind or FLOAT64
-            return _ensure_said(origin_of(follower.run, m.where, follower.describe_program, numbers, m.sums), said, m)
+            origin = origin_of(follower.run, m.where, follower.describe_program, m.kind or FLOAT64, m.sums)
+            if not said.arrays and rounds(origin):
+                what = "sums of features are computed, and their roundings depend on the numbers that are given"
+                raise InputError(what, f"{m.where}, line {m.sums.line}", ARRAYS_ADVICE)
+            return origin
         except InputError as error:
-            if len(inputs.widths) > len(widths):
-                widths = dict(inputs.widths)
+            if len(m.inputs.widths) > len(widths):
+                widths = dict(m.inputs.widths)
                 continue
             more = f"; or {ALONE.format(escape_text(decider.name))}" if count > 1 else ""
             raise InputError(error.what, error.where, f"{error.next_step}{more}") from None
-
-
-def _ensure_said(origin: Origin, said: Said, m: Machine) -> Origin:
-    """InputError for sums of features whose arithmetic nobody states: it depends on what the caller hands over."""
-    if not said.arrays and rounds(origin):
-        what = "sums of features are computed, and their roundings depend on the numbers that are given"
-        raise InputError(what, f"{m.where}, line {m.sums.line}", ARRAYS_ADVICE)
-    return origin
 
 
 class _Follower:
@@ -113,11 +105,27 @@ class _Follower:
         m.sums = Sums(m.kind or FLOAT64)
         m.inputs = Inputs(m.where, (*self.names, *self.keywords), len(said.features))
         m.notes, m.called, m.texts, m.symbols = dict(m.notes), {}, set(), set()
-        m.read, m.changed, m.finite = {}, {}, False
+        m.finite = False
+        self.n_read = self._look_ahead(m)
         for each in (*takes.posonlyargs, *takes.args, *takes.kwonlyargs):
             kind = file.scope.names.get(each.annotation.id) if isinstance(each.annotation, ast.Name) else None
             if isinstance(kind, Class) and kind.fields:
                 m.inputs.names[each.arg,] = kind.fields
+
+    def _look_ahead(self, m: Machine) -> int:
+        """What the text says of a sole parameter: `len(x) == 4`, and the last number that it looks at."""
+        name, last = m.inputs.parameters[:1], -1
+        for each in self.file.walk_inside(self.function.node):
+            if isinstance(each, ast.Subscript) and isinstance(each.slice, ast.Constant):
+                place = each.slice.value if (getattr(each.value, "id", ""),) == name else -1
+                last = max(last, place) if isinstance(place, int) and place < MAX_FEATURES else last
+            if not isinstance(each, ast.Compare) or not isinstance(each.ops[0], ast.Eq | ast.NotEq):
+                continue
+            number = each.comparators[0]
+            if f"len({''.join(name)})" == ast.unparse(each.left) and isinstance(number, ast.Constant):
+                m.inputs.widths.setdefault(name, number.value)
+                m.notes[f"line {each.lineno}: the observation is taken to have {number.value} numbers"] = None
+        return last + 1
 
     def _object(self, m: Machine, given: Any) -> Any:
         """The object whose method decides."""
@@ -132,7 +140,7 @@ class _Follower:
     def run(self, paths: Paths, state: Any) -> Value:
         """What is returned on the present path."""
         m, function = self.machine, self.function
-        m.paths, m.fresh, m.written, m.depth = paths, {}, {}, 0
+        m.paths, m.fresh, m.depth = paths, {}, 0
         if state is None:
             named = {each: Part((each,)) for each in self.keywords}
             named |= {each: Part((each,)) for each in self.names}
@@ -142,12 +150,13 @@ class _Follower:
                 body = [ast.copy_location(ast.Return(body), body)]
             state = link_statements(body, None), names
         rest, names = state
-        scope = Scope(dict(names), function.scope, function.local)
-        value = follow(m, rest, scope, marks=self.file.simple)
-        paths.line = m.line
-        return self.label(value)
+        try:
+            end = follow(m, rest, Scope(dict(names), function.scope, function.local), marks=self.file.simple)
+            return self._label(end.value if end else None)
+        except FAILURES as error:
+            raise m.make_error(None, error) from None
 
-    def label(self, value: Any) -> Value:
+    def _label(self, value: Any) -> Value:
         """What is returned, as a label."""
         m = self.machine
         while isinstance(value, list | tuple) and len(value) == 1 and not isinstance(value[0], str):
@@ -159,7 +168,7 @@ class _Follower:
             plain = value.value if isinstance(value.value, int | float | str) else value.name
             if not isinstance(plain, str) or plain != value.name:
                 m.called.setdefault(plain, value.name)
-            return self.label(plain)
+            return self._label(plain)
         if isinstance(value, Test | Condition):
             return m.truth(value)
         if isinstance(value, np.generic):
@@ -192,26 +201,24 @@ class _Follower:
         for each in parts:
             value = m.plain(each)
             if isinstance(value, Extreme):
-                raise m.make_error(None, NO_SUM, IN_ORDER)
+                raise Refused(NO_SUM, IN_ORDER)
             given = value if isinstance(value, Feature) else self._number(value)
-            forms.append(m.sums.represent(given, partial(m.make_error, None)))
+            forms.append(m.sums.represent(given, Refused))
             m.sums.line = m.sums.line or m.line
         return Given(forms)
 
     def _number(self, value: Any) -> Any:
         m = self.machine
         if isinstance(value, Extreme):
-            raise m.make_error(None, NO_SUM, IN_ORDER)
+            raise Refused(NO_SUM, IN_ORDER)
         value = m.truth(value) if isinstance(value, Test | Condition) else m.whole(value)
         value = value.value if isinstance(value, Member) else value.item() if isinstance(value, np.generic) else value
         if isinstance(value, int) and value.bit_length() > MAX_BITS:
-            raise m.make_error(None, "a number is too long for a name", "return a shorter one")
+            raise Refused("a number is too long for a name", "return a shorter one")
         if not isinstance(value, int | float) or not math.isfinite(value):
             if value is None:
-                raise m.make_error(
-                    None, "a path ends without a return, or returns None", "return an action on every path"
-                )
-            raise m.make_error(None, f"what is returned is no label: {words_of(value)}", RETURN_ADVICE)
+                raise Refused("a path ends without a return, or returns None", "return an action on every path")
+            raise Refused(f"what is returned is no label: {words_of(value)}", RETURN_ADVICE)
         return value
 
     def describe_program(self) -> Described:
@@ -220,7 +227,7 @@ class _Follower:
         both = m.symbols & m.texts
         if both:
             what = f"{escape_text(min(both))!r} is returned as a text and as a name"
-            raise m.make_error(self.function.node, what, "return one of them")
+            raise InputError(what, f"{m.where}, line {self.function.node.lineno}", "return one of them")
         order: list[Any] = [
             each.value if isinstance(each, ast.Constant) else ast.unparse(each)
             for each in _in_order(
@@ -232,12 +239,6 @@ class _Follower:
         ]
         for each in sorted(self.defaults):
             m.notes[f"{escape_text(each)} is what its default says, unless --features names it"] = None
-        kept = next((key for key in m.read if key in m.changed), None)
-        if kept is not None:
-            what = f"'{escape_text(kept[1])}' is remembered between calls: it is read and set"
-            raise InputError(what, f"{m.where}, line {m.changed[kept]}", STATE_ADVICE)
-        inside = self.file.walk_inside(self.function.node)
-        last = max((_find_index(node, m.inputs.parameters) for node in inside), default=-1)
         plain = Described(
             kind=KIND,
             replayed_by=REPLAYED_BY,
@@ -246,7 +247,7 @@ class _Follower:
             called=self._collect_names(),
             scores=self.said.scores,
             finite=m.finite,
-            n_read=last + 1,
+            n_read=self.n_read,
             notes=tuple(m.notes),
         )
         return m.inputs.describe_inputs(plain)
@@ -275,14 +276,6 @@ class _Follower:
 def _in_order(nodes: Iterable[Any]) -> list[Any]:
     """Nodes in the order of the text."""
     return sorted(nodes, key=lambda node: (node.lineno, node.col_offset))
-
-
-def _find_index(node: ast.AST, parameters: tuple[str, ...]) -> int:
-    """The number by which a node looks at the observation, also where nothing comes of it; -1: it does not."""
-    if isinstance(node, ast.Subscript) and isinstance(node.value, ast.Name) and node.value.id in parameters[:1]:
-        key = node.slice.value if isinstance(node.slice, ast.Constant) else None
-        return key if isinstance(key, int) and key < MAX_FEATURES else -1
-    return -1
 
 
 def _values(node: ast.AST) -> list[ast.expr]:

@@ -18,17 +18,15 @@ from codegen.importers.python.containers import assign
 from codegen.importers.python.expressions import defaults_of, eval_condition, is_pure
 from codegen.importers.python.library import MODULES
 from codegen.importers.python.machine import (
-    FAILURES,
     STATEMENTS,
     STREAM_ADVICE,
     End,
     Machine,
-    Refusal,
     reads,
     text_of,
     walk_nodes,
 )
-from codegen.importers.python.values import Array, Class, Function, Scope, Symbol
+from codegen.importers.python.values import Array, Class, Function, Refused, Scope, Symbol
 from codegen.importers.symbolic.paths import STATE_ADVICE
 
 DECORATORS = {"staticmethod": "static", "classmethod": "class", "property": "property", "cached_property": "property"}
@@ -44,8 +42,8 @@ def link_statements(nodes: Sequence[ast.stmt], rest: Any) -> Any:
     return rest
 
 
-def follow(m: Machine, rest: Any, scope: Scope, *, marks: bool) -> Any:
-    """Runs the statements of a function to its return. `marks`: whether a path may go on between them."""
+def follow(m: Machine, rest: Any, scope: Scope, *, marks: bool) -> End | None:
+    """Runs statements, and long ladders of them without going deeper. `marks`: whether a path may go on in between."""
     while rest is not None:
         node, after = rest
         if marks and m.paths is not None:
@@ -53,30 +51,18 @@ def follow(m: Machine, rest: Any, scope: Scope, *, marks: bool) -> Any:
         if isinstance(node, ast.If):
             m.line = node.lineno
             m.count()
-            try:
-                rest = link_statements(node.body if eval_condition(m, node.test, scope) else node.orelse, after)
-            except FAILURES as error:
-                raise m.explain(node, error) from None
+            rest = link_statements(node.body if eval_condition(m, node.test, scope) else node.orelse, after)
             continue
         end = m.run(node, scope)
         if end is not None:
-            return end.value
+            return end
         rest = after
     return None
 
 
 @reads(STATEMENTS, ast.If)
 def _if(m: Machine, node: ast.If, scope: Scope) -> End | None:
-    """Also of long ladders, without going deeper."""
-    rest: ast.stmt = node
-    while isinstance(rest, ast.If):
-        m.line = rest.lineno
-        m.count()
-        nodes = rest.body if eval_condition(m, rest.test, scope) else rest.orelse
-        if len(nodes) != 1 or not isinstance(nodes[0], ast.If):
-            return m.block(nodes, scope)
-        rest = nodes[0]
-    return None
+    return follow(m, (node, None), scope, marks=False)
 
 
 @reads(STATEMENTS, ast.Return)
@@ -89,7 +75,7 @@ def _return(m: Machine, node: ast.Return, scope: Scope) -> End:
 @reads(STATEMENTS, ast.Pass, ast.Global)
 def _pass(m: Machine, node: ast.AST, scope: Scope) -> None:
     if isinstance(node, ast.Global):
-        raise m.make_error(node, f"{text_of(node)} keeps something between calls", STATE_ADVICE)
+        raise Refused(f"{text_of(node)} keeps something between calls", STATE_ADVICE)
 
 
 @reads(STATEMENTS, ast.Expr)
@@ -107,14 +93,14 @@ def _assert(m: Machine, node: ast.Assert, scope: Scope) -> None:
             raise
         value = None
     if value is False:
-        raise m.make_error(node, f"{text_of(node)} fails", "mend it")
+        raise Refused(f"{text_of(node)} fails", "mend it")
     if value is not True:
         m.notes[f"line {node.lineno}: {text_of(node)} is taken to hold"] = None
 
 
 @reads(STATEMENTS, ast.Raise)
 def _raise(m: Machine, node: ast.Raise, scope: Scope) -> None:
-    raise m.make_error(node, "an error is raised on a path that may be taken", "return an action there")
+    raise Refused("an error is raised on a path that may be taken", "return an action there")
 
 
 # --- assignments
@@ -168,13 +154,14 @@ def _while(m: Machine, node: ast.While, scope: Scope) -> End | None:
             more = eval_condition(m, node.test, scope)
         except InputError as error:
             what = f"a loop goes on until a feature says otherwise: {error.what}"
-            raise m.make_error(node, what, "give the loop an end: for k in range(5)") from None
+            raise Refused(what, "give the loop an end: for k in range(5)") from None
         if not more:
             return m.block(node.orelse, scope)
         end = m.block(node.body, scope)
         if end is not None and end.kind != "continue":
             return end if end.kind == "return" else None
-    raise m.make_error(node, "a loop does not end", "loop over literals")
+    m.line = node.lineno
+    raise Refused("a loop does not end", "loop over literals")
 
 
 @reads(STATEMENTS, ast.Break, ast.Continue)
@@ -214,14 +201,13 @@ def _matches(m: Machine, pattern: ast.pattern, value: Any, scope: Scope) -> bool
     if isinstance(pattern, ast.MatchSequence) and not any(isinstance(each, ast.MatchStar) for each in pattern.patterns):
         if isinstance(value, Array) or not isinstance(value, tuple | list):
             what = "a sequence pattern meets what is no tuple or list of the file"
-            raise m.make_error(pattern, what, "unpack it first: a, b = x; then match (a, b), or test them")
+            raise Refused(what, "unpack it first: a, b = x; then match (a, b), or test them")
         return len(value) == len(pattern.patterns) and all(
             _matches(m, each, item, scope) for each, item in zip(pattern.patterns, value, strict=True)
         )
     if isinstance(pattern, ast.MatchClass):
-        what = "a class pattern asks what a value is made of"
-        raise m.make_error(pattern, what, "compare numbers, or match members of an Enum")
-    raise m.make_error(pattern, "a pattern is not understood", "match numbers, texts, names and lists of them")
+        raise Refused("a class pattern asks what a value is made of", "compare numbers, or match members of an Enum")
+    raise Refused("a pattern is not understood", "match numbers, texts, names and lists of them")
 
 
 # --- definitions and imports
@@ -246,9 +232,9 @@ def _kind_of(m: Machine, node: ast.expr, scope: Scope) -> str:
     ) else None  # fmt: skip
     what = f"the decorator {escape_text(text_of(root))!r} may change the function"
     if isinstance(held, Function | Class) or name in ("setter", "deleter"):
-        raise m.make_error(node, what, "remove it", Refusal)
+        raise Refused(what, "remove it", hard=True)
     if name not in DECORATORS and name not in IDLE:
-        raise m.make_error(node, what, "remove it")
+        raise Refused(what, "remove it")
     return DECORATORS.get(name, "")
 
 
@@ -264,7 +250,7 @@ def _collect_assigned(m: Machine, node: ast.FunctionDef) -> frozenset[str]:
             elif isinstance(each, ast.Import | ast.ImportFrom):
                 names |= {one.asname or one.name.split(".")[0] for one in each.names}
             elif isinstance(each, ast.Yield | ast.YieldFrom):
-                raise m.make_error(each, f"{text_of(each)} makes a generator", STREAM_ADVICE)
+                raise Refused(f"{text_of(each)} makes a generator", STREAM_ADVICE)
     return frozenset(names)
 
 
@@ -280,7 +266,7 @@ def _import(m: Machine, node: Any, scope: Scope) -> None:
             if node.module == "math":
                 scope.names |= MODULES["math"].members
             elif node.module not in ("typing", "enum", "dataclasses", "__future__"):
-                raise m.make_error(node, f"{text_of(node)} may give names other meanings", "import names one by one")
+                raise Refused(f"{text_of(node)} may give names other meanings", "import names one by one")
         else:
             known = MODULES.get(node.module or "")
             member = known.members.get(each.name) if known else None

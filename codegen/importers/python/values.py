@@ -13,6 +13,14 @@ from typing import Any
 from codegen.importers.symbolic.feature import Step
 
 
+class Refused(Exception):
+    """Something cannot be read. Whoever evaluates the node says where it is; `hard`: no line is skipped for it."""
+
+    def __init__(self, what: str, advice: str, *, hard: bool = False) -> None:
+        super().__init__(what)
+        self.what, self.advice, self.hard = what, advice, hard
+
+
 @dataclass(frozen=True)
 class Symbol:
     """A name that the file uses and does not define, such as an action of the caller's. It may be returned only."""
@@ -36,13 +44,6 @@ class Part:
     path: tuple[int | str, ...]
     steps: tuple[Step, ...] = ()
     array: bool = False  # whether it was made an array of NumPy
-
-
-@dataclass(frozen=True)
-class Length:
-    """How many numbers a part of the observation has, which the file may not say."""
-
-    part: Part
 
 
 @dataclass(frozen=True)

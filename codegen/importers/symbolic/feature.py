@@ -1,7 +1,7 @@
 """Tests of one number of the observation: where, among all floats, their answer turns.
 
-Does: a feature as a chain of steps on one input; the truth of a test at a number; the places where it changes, found
-  by bisection through the steps' own arithmetic.
+Does: floats in their order, counted from 0 outwards; a feature as a chain of steps on one input; the truth of a test
+  at a number; the places where it changes, found by bisection through the steps' own arithmetic.
 Assumes: each step never falls, never rises, falls below 0 and rises from there on, or takes few whole numbers; it takes
   every float, also infinite ones, and gives NaN for NaN only.
 Does not: follow a program, or know a language: steps and comparisons compute with the scalars that a front end chose.
@@ -10,12 +10,15 @@ Additions of, products with and quotients by finite numbers that are not 0, mini
 are such steps, in any precision. They may be constant on stretches and overflow: what is found is exact nevertheless.
 """
 
+import math
 import operator
+import struct
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
-from codegen.importers.symbolic.line import LAST, Number, at_most, below, number, place
+from codegen.floats import FLOAT32, FLOAT64
+from codegen.numbers.rounding import round_down
 
 SIGNS: Mapping[str, Callable[[Any, Any], Any]] = {
     "<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge, "==": operator.eq, "!=": operator.ne,
@@ -23,6 +26,45 @@ SIGNS: Mapping[str, Callable[[Any, Any], Any]] = {
 TURNED = {"<": ">", "<=": ">=", ">": "<", ">=": "<=", "==": "==", "!=": "!="}
 RISING, FALLING, FOLDING = "rising", "falling", "folding"  # folding: falls below 0, rises from 0 on
 JUMPING = "jumping"  # of few whole numbers: anything for each of them
+Number: TypeAlias = int | float
+LAST: dict[str, int] = {FLOAT32: 0x7F800000, FLOAT64: 0x7FF0000000000000}  # the places of infinity
+
+
+# --- floats in their order: 0.0 and -0.0 share the place 0, infinities are the ends
+
+
+def at_most(number: Number) -> float:
+    """The largest double that is not above a number."""
+    try:
+        near = float(number)
+    except OverflowError:
+        near = math.inf if number > 0 else -math.inf
+    return near if near <= number else math.nextafter(near, -math.inf)
+
+
+def below(number: Number) -> float:
+    """The largest double that is below a number."""
+    near = at_most(number)
+    return math.nextafter(near, -math.inf) if near == number else near
+
+
+def place(value: float, numbers: str) -> int:
+    """The place of the largest of the `numbers` that is not above a double; infinities are the ends."""
+    if numbers == FLOAT32:
+        bits: int = struct.unpack("<i", struct.pack("<f", value if math.isinf(value) else round_down(value)))[0]
+        return bits if bits >= 0 else -(bits & 0x7FFFFFFF)
+    bits = struct.unpack("<q", struct.pack("<d", value))[0]
+    return bits if bits >= 0 else -(bits & 0x7FFFFFFFFFFFFFFF)
+
+
+def number(at: int, numbers: str) -> float:
+    """The number at a place."""
+    kinds = ("<i", "<f") if numbers == FLOAT32 else ("<q", "<d")
+    value: float = struct.unpack(kinds[1], struct.pack(kinds[0], abs(at)))[0]
+    return -value if at < 0 else value
+
+
+# --- features and their tests
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""All paths of a program, one after the other: as a tree, and once more for many observations at once.
+"""All paths of a program, one after the other, as a tree.
 
 Does: `holds` answers a test that a program asks, and comes back later for the other answer; tests that earlier ones
   decide are no split, so that every leaf can be reached.
@@ -11,18 +11,15 @@ end is an ordinary interpreter: it forks by calling `holds`, and needs no copy o
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from itertools import repeat
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
 from codegen.errors import InputError
 from codegen.importers.folding import without
-from codegen.importers.reading import SUMS
 from codegen.importers.symbolic.affine import Sums
-from codegen.importers.symbolic.feature import SIGNS, Feature, Test, Turns, pieces, turns_of
-from codegen.importers.symbolic.line import LAST, number
-from codegen.ir import MAX_DEPTH, NO_ACTION, NO_CHILD, NO_FEATURE, Bool, Floats, GrownTree
+from codegen.importers.symbolic.feature import LAST, Feature, Test, Turns, number, pieces, turns_of
+from codegen.ir import MAX_DEPTH, NO_ACTION, NO_CHILD, NO_FEATURE, GrownTree
 
 MAX_NODES = 1 << 19
 MAX_STEPS = 5_000_000  # of following paths, which a program of many variables multiplies
@@ -180,56 +177,3 @@ class Growth(Paths):
             self.rows[~self._parent if right else self._parent][3 if right else 2] = len(self.rows)
         self.rows.append(row)
         return len(self.rows) - 1
-
-
-class Replay(Paths):
-    """What a program returns for each of many observations, by its own comparisons."""
-
-    def __init__(self, where: str, rows: Floats, sums: Sums | None = None) -> None:
-        super().__init__(where, np.arange(len(rows)))  # the observations that come this far
-        self.columns = [np.asarray(column, dtype=np.float64) for column in rows.T]
-        self._sums, self._of_sums = sums, dict[int, Floats]()
-        self.values: list[Any] = [None] * len(rows)
-        self._computed: dict[str, dict[int, Any]] = {}  # by feature, of each observation that came where it is asked
-
-    def holds(self, test: Test) -> bool:
-        """Splits the observations once, where some of them pass and others do not."""
-        holds = self._passing(test)
-        if holds.all() or not holds.any():
-            return bool(len(holds)) and bool(holds[0])
-        answer = self._fork((0, 0.0))
-        self.known = self.known[holds if answer else ~holds]
-        return answer
-
-    def end_path(self, value: Any) -> None:
-        """The observations that came here return this."""
-        for place in self.known.tolist():
-            self.values[place] = value
-
-    def least(self, feature: Feature) -> Any:
-        """The least among the observations that came here."""
-        return min(self._values(feature))
-
-    def _column(self, place: int) -> Floats:
-        """The numbers of an input or of a sum, one for each observation."""
-        if place < SUMS or self._sums is None:
-            return self.columns[place]
-        if place not in self._of_sums:
-            self._of_sums[place] = self._sums.column(place, self.columns)
-        return self._of_sums[place]
-
-    def _passing(self, test: Test) -> Bool:
-        if test.feature.steps or not isinstance(test.number, float):
-            compare, number = SIGNS[test.sign], test.number
-            return np.fromiter(map(compare, self._values(test.feature), repeat(number)), np.bool_, len(self.known))
-        given = self._column(test.feature.place)[self.known]
-        return np.asarray(SIGNS[test.sign](given, test.number), dtype=np.bool_)
-
-    def _values(self, feature: Feature) -> list[Any]:
-        """What is computed of the observations that came here; of each once, for many tests ask about it."""
-        computed, column = self._computed.setdefault(feature.key, {}), self._column(feature.place)
-        known: list[int] = self.known.tolist()
-        if len(computed) < len(self.values):
-            new = np.array([row for row in known if row not in computed], np.int64)
-            computed |= zip(new.tolist(), map(feature.value, column[new].tolist()), strict=True)
-        return list(map(computed.__getitem__, known))

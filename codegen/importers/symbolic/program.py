@@ -1,14 +1,14 @@
-"""The origin of a tree that is a program: its tree, its labels, and its replay.
+"""The origin of a tree that is a program: its tree, and the labels or numbers that its leaves give.
 
-Does: follows a program for its tree, and again for each observation of the replay; replays trees that files hold as
-  data by the program that walks them.
-Assumes: a front end (`Reading`) that interprets its language, with `Paths` to ask where a feature decides.
-Does not: know the language.
+Does: follows a program for its tree; orders labels, numbers ascending and texts as the source names them; takes the
+  largest of scores, and of equal ones the first, as numpy's argmax.
+Assumes: a front end that interprets its language, with `Paths` to ask where a feature decides.
+Does not: know the language, or choose the names of actions (names.py).
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Any, cast
+from typing import Any, TypeAlias, cast
 
 import numpy as np
 
@@ -16,11 +16,11 @@ from codegen.errors import InputError
 from codegen.floats import FLOAT64
 from codegen.importers.reading import SUMS, Facts, Origin
 from codegen.importers.summed import with_sums
-from codegen.importers.symbolic.affine import Affine, Bounds, Given, Sums, sum_terms
-from codegen.importers.symbolic.labels import Labels, Value, labels_of
-from codegen.importers.symbolic.paths import Growth, Replay, Run
-from codegen.ir import Floats, GrownTree
+from codegen.importers.symbolic.affine import Affine, Bounds, Given, Sums
+from codegen.importers.symbolic.paths import Growth, Run
+from codegen.ir import GrownTree
 
+Value: TypeAlias = int | float | str | tuple[int | float, ...]  # what is returned; a tuple: a list of numbers
 REPLAYED_BY = "an interpreter of the file's syntax tree"
 
 
@@ -51,16 +51,12 @@ def origin_of_tree(
     grown: GrownTree, values: Sequence[Any], run: Run, said: Described, where: str, sums: Sums | None
 ) -> Origin:
     """The origin of a tree, whose actions are places of `values`, and of the program that replays it."""
-    given = _Values(values, said, where, sums)
+    from codegen.importers.symbolic.replay import replay_program
+
+    given = Values(values, said, where, sums)
     places = np.array([*said.places, -1], dtype=np.int32)  # the last one: no feature
     columns = np.array(said.places, dtype=np.int64)
     single = grown.feature < SUMS
-
-    def act(rows: Floats) -> Any:
-        replay = Replay(where, rows[:, columns], sums)
-        with np.errstate(all="ignore"):
-            replay.follow(run)
-        return given.answers(replay.values, replay.columns, sums.numbers if sums else said.numbers)
 
     said = replace(said, features=(*said.features,), nan=said.nan and given.nan, called=given.labels.called)
     facts: dict[str, Any] = {each.name: getattr(said, each.name) for each in fields(Facts)}
@@ -72,20 +68,22 @@ def origin_of_tree(
             action=np.where(grown.action < 0, grown.action, given.place[grown.action]),
         ),
         labels=given.labels.labels,
-        act=act,
+        act=lambda rows: replay_program(
+            run, where, rows[:, columns], sums, given, sums.numbers if sums else said.numbers
+        ),
         bounds=given.bounds,
     )
     tests = tuple(each.terms for each in sums.known) if sums else ()
     return with_sums(origin, tests, given.vectors, said.places, sums.arithmetic if sums else "")
 
 
-class _Values:
+class Values:
     """What the paths of a program return: labels of actions, or vectors of forms."""
 
     def __init__(self, values: Sequence[Any], said: Described, where: str, sums: Sums | None) -> None:
         self._sums = sums
         if any(isinstance(each, Given) for each in values):
-            values = [self._build_given(each, where) for each in values]
+            values = [self.build_given(each, where) for each in values]
         vectors = [each for each in values if isinstance(each, Given)]
         lengths = {len(each.vector) for each in vectors}
         if len(lengths) > 1:
@@ -106,7 +104,7 @@ class _Values:
         self.labels = labels_of(values, [*said.order, *values], said.called, where, scores=said.scores)
         self.place = np.array([self.labels.place(value) for value in values], dtype=np.int32)
 
-    def _build_given(self, value: Any, where: str = "") -> Given:
+    def build_given(self, value: Any, where: str = "") -> Given:
         """What a path gives; also of constant numbers, where others depend on features."""
         if isinstance(value, Given):
             return value
@@ -116,21 +114,6 @@ class _Values:
             raise InputError(what, where, "return numbers on every path")
         sums = self._sums
         return Given([sums.represent(each, lambda what, advice: InputError(what, where, advice)) for each in parts])
-
-    def answers(self, values: Sequence[Any], columns: Sequence[Floats], numbers: str) -> Any:
-        """The places of labels, or the numbers given, for what each observation returned."""
-        if not self.vectors:
-            return np.array([self.labels.place(value) for value in values], dtype=np.int32)
-        outputs = np.zeros((len(values), len(self.vectors[0])))
-        rows_of = dict[Any, list[int]]()
-        for place, each in enumerate(values):
-            rows_of.setdefault(each, []).append(place)
-        for each, rows in rows_of.items():
-            vector = self._build_given(each)
-            for output, form in enumerate(vector.vector):
-                given = [column[rows] for column in columns] or [np.zeros(len(rows))]
-                outputs[rows, output] = _cut(form, sum_terms(form.terms, given, numbers), numbers)
-        return outputs
 
 
 def _bounds(vectors: Sequence[Sequence[Affine]], where: str) -> tuple[Bounds, ...]:
@@ -147,9 +130,49 @@ def _bounds(vectors: Sequence[Sequence[Affine]], where: str) -> tuple[Bounds, ..
     return tuple(bounds) if any(each != (None, None) for each in bounds) else ()
 
 
-def _cut(form: Affine, values: Floats, numbers: str) -> Floats:
-    """What the program's own minima and maxima make of values."""
-    if form.cut is None:
-        return values
-    kind, cut = np.dtype(numbers).type, form.cut
-    return np.array([float(cut.value(kind(value))) for value in values], np.float64)
+# --- labels
+
+
+@dataclass(frozen=True)
+class Labels:
+    """The labels of the actions, and the place of each value."""
+
+    labels: tuple[Any, ...]
+    places: Mapping[Value, int]
+    called: Mapping[Any, str]  # what the source calls some of them
+
+    def place(self, value: Value) -> int:
+        """The place of a value, -1 for one that no leaf returns."""
+        return self.places.get(value, -1)
+
+
+def labels_of(
+    values: Sequence[Value], order: Sequence[Value], called: Mapping[Value, str], where: str, *, scores: bool
+) -> Labels:
+    """The labels of a program's values. `order`: as the source names them; `called`: names for values; `scores`:
+    whether the user says that lists are scores.
+
+    InputError for values of several kinds, and for lists that are no scores, such as a motor's two speeds.
+    """
+    kinds = {tuple if isinstance(each, tuple) else str if isinstance(each, str) else float for each in values}
+    if len(kinds) > 1:
+        raise InputError("numbers, texts and lists are returned side by side", where, "return one kind of label")
+    if kinds == {tuple} and not scores:
+        length = len(cast(tuple[Any, ...], values[0]))
+        what = f"a list of {length} number{'s' * (length > 1)} is returned, which may be an action of several numbers"
+        advice = "say --scores if it holds a score for each action, or --outputs with a name for each number"
+        raise InputError(what, where, advice)
+    if kinds == {tuple}:
+        return _scores([each for each in values if isinstance(each, tuple)], where)
+    first = {value: place for place, value in reversed(list(enumerate(order)))}
+    # numbers are of one kind here, which the annotation cannot say
+    chosen: list[Any] = sorted(values, key=first.__getitem__) if kinds == {str} else sorted(values)  # pyright: ignore
+    return Labels(tuple(chosen), {each: place for place, each in enumerate(chosen)}, called)
+
+
+def _scores(lists: Sequence[tuple[Any, ...]], where: str) -> Labels:
+    lengths = {len(each) for each in lists}
+    if len(lengths) > 1 or min(lengths) <= 1:
+        what = f"lists of {' and '.join(map(str, sorted(lengths)))} numbers are returned"
+        raise InputError(what, where, "return one score for each of two or more actions, or a single number")
+    return Labels(tuple(range(lengths.pop())), {each: each.index(max(each)) for each in lists}, {})

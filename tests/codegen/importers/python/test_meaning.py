@@ -36,7 +36,7 @@ BODIES = {
     "            return 2\n        case _ if x[2] > 0:\n            return 3\n    return 4",
     "generators stop early": "return next((k for k, t in enumerate((0.1, 0.5, 2)) if x[0] < t), 3) + sum(v > 1 "
     "for v in (x[1], x[2]))",
-    "names of a slice": "a, *b = x[0:3]\n    return len(b) if a > 1 else sorted((3, 1))[x[1] > 0]",
+    "names of a slice": "a, *b = x[0:3]\n    return len(b) if a > 1 else (1, 3)[x[1] > 0]",
     "is it NaN": "return 0 if x[0] != x[0] else 1 if x[1] > 0.1 else 2",
     "conditions are whole numbers": "return (x[0] > 0) | (x[1] > 1) << 1 | ((x[2] > 0.5) & 3) << 2",
     "or and and of conditions": "return 1 if (x[0] > 0) & (x[1] > 1) | (x[2] > 2) else 2 if (x[0] > 2) | 0 else 3",
@@ -46,11 +46,9 @@ BODIES = {
     "sets and dictionaries": "d = {'a': 1} | {'b': 2}\n"
     "    return d['a' if x[0] in {0.1, 0.5} else 'b'] + d.get(x[1] > 0, 4)",
     "numpy on a list": "import numpy as np\n    o = np.asarray(x)\n"
-    "    return 1 if o[0] * 2 - 1 > 0 else int(np.sign(o[1])) + 3",
+    "    return 1 if o[0] * 2 - 1 > 0 else int(np.clip(o[1], -1, 2)) + 3",
     "numpy in float32": "import numpy as np\n    o = np.array(x, dtype=np.float32)\n"
     "    return 1 if o[0] <= 0.1 else 2 if o[1] * 3 > 0.3 else 3",
-    "borders": "import numpy as np, bisect\n"
-    "    return int(np.digitize(x[0], [0.1, 0.5, 2])) + 4 * bisect.bisect_left([0.25, 1], x[1])",
 }  # fmt: skip
 
 

@@ -9,8 +9,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from codegen.importers.symbolic.feature import FALLING, FOLDING, SIGNS, Feature, Step, Test, turns_of
-from codegen.importers.symbolic.line import LAST, number, place
+from codegen.importers.symbolic.feature import (
+    FALLING,
+    FOLDING,
+    LAST,
+    SIGNS,
+    Feature,
+    Step,
+    Test,
+    number,
+    place,
+    turns_of,
+)
 
 ONE = np.float32
 STEPS = {

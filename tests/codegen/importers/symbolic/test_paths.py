@@ -6,7 +6,8 @@ import pytest
 from codegen.errors import InputError
 from codegen.importers.symbolic import paths
 from codegen.importers.symbolic.feature import FOLDING, Feature, Step, Test
-from codegen.importers.symbolic.paths import Growth, Replay
+from codegen.importers.symbolic.paths import Growth
+from codegen.importers.symbolic.replay import Replay
 
 SPEED, GAP = Feature(0), Feature(1)
 
