@@ -22,8 +22,8 @@ WHOLE = {
 }
 SPECIAL = (0.0, -0.0, 1.0, -1.0, np.inf, -np.inf, 1e-300, 1e300, 3e38, 2.0**53, 5e-324)
 SIDES = 500  # values at most from numbers
-EACH = 160  # rows at most for one feature alone
-TOGETHER = 500
+EACH = 100  # rows at most for one feature alone
+TOGETHER = 250
 TESTED = 3  # rows for each side of a threshold
 Box = dict[int, tuple[float, float]]  # what a feature is above, and at most
 Test = tuple[tuple[tuple[float, int], ...], float, Box]  # weights and features, the threshold, where it is tested
