@@ -6,16 +6,11 @@ Does not: touch files, or open a pickle.
 """
 
 import re
-from collections.abc import Callable
+from importlib import import_module
 from typing import NamedTuple
 
 from codegen.errors import InputError
-from codegen.importers import boosted, documents
-from codegen.importers.c import header
-from codegen.importers.c import source as c
-from codegen.importers.onnx import model as onnx
-from codegen.importers.origin import AGENT, NOTHING, Origin, Said
-from codegen.importers.python import source as python
+from codegen.importers.reading import AGENT, NOTHING, Origin, Said
 
 PICKLES = (".pkl", ".pickle", ".joblib", ".sav", ".skops")
 BINARY = re.compile(rb"\{L.{8}learner|binf", re.DOTALL)  # how XGBoost's UBJSON begins, and its form before that
@@ -28,27 +23,20 @@ class Kind(NamedTuple):
     called: str
     endings: tuple[str, ...]  # of file names
     says: re.Pattern[bytes] | None  # what tells it apart from others of these endings; None: nothing needs to
-    read: Callable[[bytes, str, Said], dict[str, Origin]]  # content and name -> tree by name
-
-
-def _onnx(content: bytes, where: str, said: Said) -> dict[str, Origin]:
-    return {AGENT: onnx.origin_of(content)}
-
-
-def _alone(read: Callable[[bytes, str], dict[str, Origin]]) -> Callable[[bytes, str, Said], dict[str, Origin]]:
-    """A reader of files that say everything themselves."""
-    return lambda content, where, said: read(content, where)
+    module: str  # of this package, which is imported where such a file comes
+    function: str  # of the module
+    takes: int = 2  # how many it is given of content, name, and what the user says
 
 
 KINDS = (
-    Kind(python.KIND, (".py",), None, python.from_python),
-    Kind(onnx.KIND, (".onnx",), None, _onnx),
-    Kind(header.KIND, (".h",), re.compile(rb"^#define \w+_PROFILE \"", re.MULTILINE), _alone(header.from_header)),
-    Kind(c.KIND, (".c", ".h"), None, c.from_c),
-    Kind(boosted.XGBOOST, (".json",), re.compile(rb'"gradient_booster"\s*:'), _alone(boosted.from_xgboost)),
-    Kind(documents.TREELITE, (".json",), re.compile(rb'"leaf_vector_shape"\s*:'), _alone(documents.from_treelite)),
-    Kind(documents.DTCONTROL, (".json",), re.compile(rb'"actual_label"\s*:'), documents.from_dtcontrol),
-    Kind(boosted.LIGHTGBM, (".txt",), re.compile(rb"\Atree\r?\nversion="), _alone(boosted.from_lightgbm)),
+    Kind("if/else Python", (".py",), None, "python.source", "from_python", 3),
+    Kind("ONNX", (".onnx",), None, "onnx.model", "origin_of", 1),
+    Kind("our own C header", (".h",), re.compile(rb"^#define \w+_PROFILE \"", re.MULTILINE), "c.header", "from_header"),
+    Kind("if/else C", (".c", ".h"), None, "c.source", "from_c", 3),
+    Kind("XGBoost", (".json",), re.compile(rb'"gradient_booster"\s*:'), "boosted", "from_xgboost"),
+    Kind("treelite", (".json",), re.compile(rb'"leaf_vector_shape"\s*:'), "documents", "from_treelite"),
+    Kind("dtControl", (".json",), re.compile(rb'"actual_label"\s*:'), "documents", "from_dtcontrol", 3),
+    Kind("LightGBM", (".txt",), re.compile(rb"\Atree\r?\nversion="), "boosted", "from_lightgbm"),
 )
 
 
@@ -64,6 +52,8 @@ def read(content: bytes, where: str, said: Said = NOTHING) -> dict[str, Origin]:
         raise InputError("the file is a booster of XGBoost in binary form", where, advice)
     for kind in KINDS:
         if where.lower().endswith(kind.endings) and (kind.says is None or kind.says.search(content)):
-            return kind.read(content, where, said)
+            reader = getattr(import_module(f"codegen.importers.{kind.module}"), kind.function)
+            origins = reader(*(content, where, said)[: kind.takes])
+            return {AGENT: origins} if isinstance(origins, Origin) else origins
     known = ", ".join(f"{kind.called} ({' '.join(kind.endings)})" for kind in KINDS)
     raise InputError("not a file that trees can be read from", where, f"known: {known}")

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from codegen.importers.python.machine import MAX_ITEMS, TEST_ADVICE, Machine, step_of, words_of
-from codegen.importers.python.values import Array, Condition, Extreme, Instance, Member, Refused, Symbol
+from codegen.importers.python.values import Array, Condition, Extreme, Instance, Member, Part, Refused, Symbol
 from codegen.importers.symbolic.affine import CUT_BEFORE, CUTTING, IN_ORDER
 from codegen.importers.symbolic.feature import FALLING, FOLDING, RISING, SIGNS, TURNED, Feature, Step, Test, at_most
 
@@ -45,7 +45,9 @@ OTHERWISE = {
     ast.Div: "compare the feature itself: 1 / x > c says 0 < x < 1 / c",
 }
 SEVERAL = "test each feature alone, or give the {} as a feature of its own"
-CONDITIONS = Test | Condition
+CONDITIONS = (Test, Condition)
+NUMBERS = (int, float, np.number)
+FIXED = (type(None), *NUMBERS, str, range, Member)
 
 
 # --- arithmetic
@@ -72,7 +74,7 @@ def binary(m: Machine, kind: type[ast.operator], left: Any, right: Any) -> Any:
 
 def _join_conditions(m: Machine, kind: type[ast.operator], left: Any, right: Any) -> Any:
     """Arithmetic where a condition counts as 0 or 1; `&`, `|` and `^` of two conditions are one, too."""
-    if all(isinstance(each, CONDITIONS | bool) for each in (left, right)):
+    if all(isinstance(each, (*CONDITIONS, bool)) for each in (left, right)):
         if kind in (ast.BitAnd, ast.BitOr):
             return Condition(kind is ast.BitAnd, (left, right))
         if kind is ast.BitXor:
@@ -106,7 +108,7 @@ def _join_features(m: Machine, kind: type[ast.operator], left: Feature, right: F
 
 def is_number(value: Any) -> bool:
     """Whether it is a constant number."""
-    return isinstance(value, int | float | np.number)
+    return isinstance(value, NUMBERS)
 
 
 def is_constant(value: Any) -> bool:
@@ -115,7 +117,7 @@ def is_constant(value: Any) -> bool:
         return not isinstance(value, Array) and all(map(is_constant, value))
     if isinstance(value, dict):
         return all(map(is_constant, value)) and all(map(is_constant, value.values()))
-    return value is None or isinstance(value, int | float | np.number | str | range | Member)
+    return isinstance(value, FIXED)
 
 
 def _of_constants(m: Machine, kind: type[ast.operator], left: Any, right: Any) -> Any:
@@ -212,6 +214,8 @@ def unary(m: Machine, kind: type[ast.unaryop], value: Any) -> Any:
 def compare_values(m: Machine, sign: str, left: Any, right: Any) -> Any:
     """What `left sign right` is: a test of a feature, a condition, or a constant."""
     m.count()
+    if isinstance(left, Feature | Part) and type(right) in (int, float):  # most are this
+        return _with_number(m, m.plain(left), sign, right)
     for one, other, said in ((left, right, sign), (right, left, TURNED[sign])):
         if isinstance(one, CONDITIONS):
             return _condition_compared(m, one, said, other)
@@ -240,7 +244,7 @@ def compare_values(m: Machine, sign: str, left: Any, right: Any) -> Any:
 
 def _condition_compared(m: Machine, condition: Any, sign: str, other: Any) -> Any:
     """A comparison of a condition, which counts as 0 or 1."""
-    if isinstance(other, CONDITIONS | bool) and sign in ("==", "!="):
+    if isinstance(other, (*CONDITIONS, bool)) and sign in ("==", "!="):
         return differ(condition, other, sign == "!=")
     if is_number(other):
         answers = [bool(SIGNS[sign](each, other)) for each in (False, True)]
@@ -284,6 +288,8 @@ def _unfold(m: Machine, feature: Feature) -> Feature:
 
 def _with_number(m: Machine, feature: Feature, sign: str, number: Any) -> Any:
     """A test of a feature."""
+    if type(number) is float and not feature.steps and not m.kind and number == number:  # most are this
+        return Test(feature, sign, number)
     if not is_number(number):
         if number is None and sign in ("==", "!="):
             return sign == "!="

@@ -99,9 +99,6 @@ def _part_of(m: Machine, part: Part, key: Any, node: ast.AST) -> Any:
     key = m.whole(key)
     if isinstance(key, bool) or not isinstance(key, int | str):
         raise Refused(f"{text_of(node)} is not understood", "write x[0], or x['speed']")
-    if isinstance(key, int) and key < 0 and not m.inputs.length(part.path):
-        what = f"{text_of(node)} counts from the end, and the file does not say how many features there are"
-        raise Refused(what, "count from the front, or name all features: --features a,b,c")
     return m.inputs.enter(part, key)
 
 

@@ -69,16 +69,7 @@ def _choice(m: Machine, node: ast.IfExp, scope: Scope) -> Any:
 def _binary(m: Machine, node: ast.BinOp, scope: Scope) -> Any:
     left, right = m.eval(node.left, scope), m.eval(node.right, scope)
     m.line = node.lineno
-    try:
-        return binary(m, type(node.op), left, right)
-    except InputError as error:
-        raise _add_text(error, node) from None
-
-
-def _add_text(error: InputError, node: ast.AST) -> InputError:
-    """The error of an operation, with the operation itself."""
-    what = error.what if ": " in error.what else f"{error.what}: {text_of(node)}"
-    return InputError(what, error.where, error.next_step)
+    return binary(m, type(node.op), left, right)
 
 
 @reads(EXPRESSIONS, ast.UnaryOp)
@@ -115,7 +106,7 @@ def _eval_boolean(m: Machine, node: ast.BoolOp, scope: Scope) -> Any:
     safe = all(_cannot_fail(each) for each in node.values[1:])
     for place, each in enumerate(node.values):
         value = m.eval(each, scope)
-        if safe and isinstance(value, CONDITIONS | bool):
+        if safe and isinstance(value, (*CONDITIONS, bool)):
             later.append(value)
             if value is not every and isinstance(value, bool):
                 break
@@ -137,12 +128,9 @@ def _cannot_fail(node: ast.AST) -> bool:
 
 @reads(EXPRESSIONS, ast.Compare)
 def _eval_compare(m: Machine, node: ast.Compare, scope: Scope) -> Any:
-    sides = [m.eval(each, scope) for each in (node.left, *node.comparators)]
+    sides = [m.eval(node.left, scope), *[m.eval(each, scope) for each in node.comparators]]
     m.line = node.lineno
-    try:
-        tests = tuple(_pair(m, *each) for each in zip(node.ops, sides, sides[1:], strict=False))
-    except InputError as error:
-        raise _add_text(error, node) from None
+    tests = tuple([_pair(m, operator, sides[k], sides[k + 1]) for k, operator in enumerate(node.ops)])
     return tests[0] if len(tests) == 1 else Condition(True, tests)
 
 

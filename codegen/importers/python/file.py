@@ -12,8 +12,9 @@ sets are an error where a decision reads them.
 # pyright: basic
 # the values of a program may be anything
 import ast
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, NoReturn
 
 from codegen.errors import InputError, escape_text
@@ -29,7 +30,7 @@ KNOWN = ("__name__", "__init__")
 PLAYING = frozenset(("step", "reset", "render"))  # of an environment: whoever calls it plays
 USUAL = ("__call__", "act", "decide", "predict", "select_action", "choose_action", "get_action", "policy", "control",
          "compute_action", "step", "forward", "action")  # fmt: skip
-CHANGING = (ast.AugAssign, ast.Lambda, ast.GeneratorExp)
+CHANGING = (ast.Attribute, ast.Subscript, ast.AugAssign, ast.Lambda, ast.GeneratorExp)
 CHANGED = (list, dict, set, tuple, Function, Class, Instance)  # which a call may change
 ALONE = "say --agents {}=FILE to take this function alone"
 MAIN = 'put what only demonstrates the controller under if __name__ == "__main__":'
@@ -48,23 +49,24 @@ class File:
     """What a file holds."""
 
     scope: Scope
-    nodes: Sequence[ast.AST]
+    nodes: Mapping[type[ast.AST], Sequence[Any]]  # by their kinds
     machine: Machine
     simple: bool  # whether no function changes a list or an object, or holds another one
 
-    def walk_inside(self, node: ast.AST) -> Iterator[Any]:
-        """The nodes of a function, but those that stand nowhere."""
-        first, last = node.lineno, node.end_lineno  # type: ignore[attr-defined]
-        return (each for each in self.nodes if first <= getattr(each, "lineno", 0) <= last)
+    def inside(self, node: Any, *kinds: type[ast.AST]) -> list[Any]:
+        """The nodes of these kinds within a function."""
+        first, last = node.lineno, node.end_lineno
+        return [each for kind in kinds for each in self.nodes.get(kind, ()) if first <= each.lineno <= last]
 
 
 def file_of(parsed: ast.Module, machine: Machine) -> File:
     """A file, evaluated but for its functions. InputError for what may give names other meanings."""
-    nodes = walk_nodes(parsed)
-    for node in nodes:
-        _ensure_plain(machine, node)
-    functions = [node for node in nodes if isinstance(node, ast.FunctionDef)]
-    _collect_kept(machine, functions, nodes)
+    nodes = defaultdict[type[ast.AST], list[Any]](list)
+    for node in walk_nodes(parsed):
+        nodes[type(node)].append(node)
+    _ensure_plain(machine, nodes)
+    functions = nodes[ast.FunctionDef]
+    _collect_kept(machine, functions, nodes[ast.Attribute])
     scope = Scope({"__name__": "policy"})
     for node in parsed.body:
         try:
@@ -73,53 +75,50 @@ def file_of(parsed: ast.Module, machine: Machine) -> File:
             if isinstance(node, ast.ImportFrom) or isinstance(error, Refusal) or machine.steps > 1 << 22:
                 raise
             _skip(machine, node, scope, error)
-    for node in nodes:
-        if isinstance(node, ast.Global):
-            for name in node.names:
-                scope.names[name] = Unread(f"{escape_text(name)!r} may change between calls", STATE_ADVICE, node.lineno)
-    outer = {id(each) for node in nodes if isinstance(node, ast.Module | ast.ClassDef) for each in node.body}
-    lines = [(each.lineno, each.end_lineno or each.lineno) for each in functions]
-    changing = (each for each in nodes if _is_changing(each))
-    simple = all(id(each) in outer for each in functions) and not any(
-        low < each.lineno <= high for each in changing for low, high in lines
-    )
-    return File(scope, nodes, machine, simple)
+    for node in nodes[ast.Global]:
+        for name in node.names:
+            scope.names[name] = Unread(f"{escape_text(name)!r} may change between calls", STATE_ADVICE, node.lineno)
+    outer = {id(each) for node in (parsed, *nodes[ast.ClassDef]) for each in node.body}
+    file = File(scope, nodes, machine, simple=False)
+    changing = (each for function in functions for each in file.inside(function, *CHANGING))
+    simple = all(id(each) in outer for each in functions) and not any(map(_is_changing, changing))
+    return replace(file, simple=simple)
 
 
-def _ensure_plain(m: Machine, node: ast.AST) -> None:
+def _ensure_plain(m: Machine, nodes: Mapping[type[ast.AST], Sequence[Any]]) -> None:
     """Refusal of what may give names other meanings."""
-    kind = type(node)
-    if kind is ast.Name and node.id in MAGIC:  # type: ignore[attr-defined]
-        _refuse(m, node, f"{node.id!r} may change what names stand for", "remove it")  # type: ignore[attr-defined]
-    if kind is ast.Attribute and node.attr[:2] == "__" == node.attr[-2:] and node.attr not in KNOWN:  # type: ignore[attr-defined]
-        _refuse(m, node, "this is a part of how Python works", "write the constant, or the call, itself")
-    annotation = node.returns if kind is ast.FunctionDef else getattr(node, "annotation", None)  # type: ignore[attr-defined]
-    for each in ast.walk(annotation) if annotation is not None else ():
-        if isinstance(each, ast.Call | ast.NamedExpr):
-            _refuse(m, each, "an annotation calls or assigns something", "name types only")
+    for node in nodes[ast.Name]:
+        if node.id in MAGIC:
+            _refuse(m, node, f"{node.id!r} may change what names stand for", "remove it")
+    for node in nodes[ast.Attribute]:
+        if node.attr[:2] == "__" == node.attr[-2:] and node.attr not in KNOWN:
+            _refuse(m, node, "this is a part of how Python works", "write the constant, or the call, itself")
+    annotations = [each.annotation for each in (*nodes[ast.arg], *nodes[ast.AnnAssign])]
+    for annotation in filter(None, (*annotations, *(each.returns for each in nodes[ast.FunctionDef]))):
+        for each in ast.walk(annotation):
+            if isinstance(each, ast.Call | ast.NamedExpr):
+                _refuse(m, each, "an annotation calls or assigns something", "name types only")
 
 
 def _refuse(m: Machine, node: ast.AST, what: str, advice: str) -> NoReturn:
     raise m.make_error(node, Refused(what, advice, hard=True))
 
 
-def _collect_kept(m: Machine, functions: Iterable[ast.FunctionDef], nodes: Sequence[ast.AST]) -> None:
+def _collect_kept(m: Machine, functions: Iterable[ast.FunctionDef], attributes: Sequence[ast.Attribute]) -> None:
     """Which functions set which attributes, but of the object that they make."""
-    if not any(isinstance(each, ast.Attribute) and isinstance(each.ctx, ast.Store) for each in nodes):
-        return
-    for function in functions:
-        own = function.args.args[0].arg if function.name in MAKERS and function.args.args else ""
-        for each in walk_nodes(function):
-            of_own = isinstance(each, ast.Attribute) and isinstance(each.value, ast.Name) and each.value.id == own
-            if isinstance(each, ast.Attribute) and isinstance(each.ctx, ast.Store) and not of_own:
+    for each in attributes:
+        for function in functions if isinstance(each.ctx, ast.Store) else ():
+            own = function.args.args[0].arg if function.name in MAKERS and function.args.args else ""
+            inside = function.lineno <= each.lineno <= (function.end_lineno or 0)
+            if inside and not (isinstance(each.value, ast.Name) and each.value.id == own):
                 m.kept.setdefault(each.attr, set()).add(function)
 
 
-def _is_changing(node: ast.AST) -> bool:
+def _is_changing(node: Any) -> bool:
     """Whether a state that was marked might be changed by what follows: lists and objects, or functions that see it."""
     if isinstance(node, ast.Attribute | ast.Subscript):
-        return not isinstance(node.ctx, ast.Load) or (isinstance(node, ast.Attribute) and node.attr == "append")
-    return isinstance(node, CHANGING)
+        return not isinstance(node.ctx, ast.Load) or getattr(node, "attr", "") == "append"
+    return True
 
 
 def _skip(m: Machine, node: ast.stmt, scope: Scope, error: InputError) -> None:
@@ -185,7 +184,7 @@ def _refuse_file(file: File) -> InputError:
     where = f"{file.machine.where}, line {unread.line}" if unread else file.machine.where
     what = unread.what if unread else "the file has no function that takes an observation and returns a decision"
     advice = unread.advice if unread else "write one function per agent: def agent(x): ..."
-    if not any(isinstance(each, ast.FunctionDef | ast.Lambda | ast.ClassDef) for each in file.nodes):
+    if not (file.nodes[ast.FunctionDef] or file.nodes[ast.Lambda] or file.nodes[ast.ClassDef]):
         what, advice = "no function: put the rule into one", "write def agent(x): ... and return the action"
     return InputError(what, where, f"{advice}{known and '; ' + known}")
 
@@ -199,8 +198,7 @@ def _choose_method(file: File, name: str, value: Class | Instance) -> Decider | 
     public = [each for each in public if each.name == "__call__" or not each.name.startswith("_")]
     given = [Decider(name, each, () if each.kind == "static" else (value,)) for each in public]
     taking = [each for each in given if not _idle(file, each)]
-    nodes = (inner for each in taking for inner in file.walk_inside(each.function.node))
-    used = {inner.attr for inner in nodes if isinstance(inner, ast.Attribute)}
+    used = {inner.attr for each in taking for inner in file.inside(each.function.node, ast.Attribute)}
     roots = [each for each in taking if each.function.name not in used] or taking
     usual = [each for wanted in USUAL for each in roots if each.function.name == wanted]
     if len(roots) > 1 and not usual:
@@ -223,10 +221,9 @@ def _idle(file: File, decider: Decider) -> str:
         return "makes functions or objects"
     if isinstance(node, ast.Lambda):
         return ""
-    inner = [*file.walk_inside(node)]
-    if not any(isinstance(each, ast.Return) and each.value is not None for each in inner):
+    if all(each.value is None for each in file.inside(node, ast.Return)):
         return "returns nothing"
-    called = [each.func for each in inner if isinstance(each, ast.Call)]
+    called = [each.func for each in file.inside(node, ast.Call)]
     if any(isinstance(each, ast.Attribute) and each.attr in PLAYING for each in called):
         return "plays an environment"
     return ""
@@ -238,4 +235,4 @@ def _names(file: File, decider: Decider) -> Iterable[str]:
     for each in decider.first:
         kind = each if isinstance(each, Class) else each.kind
         nodes += [one.node for one in kind.members.values() if isinstance(one, Function)]
-    return {inner.id for node in nodes for inner in file.walk_inside(node) if isinstance(inner, ast.Name)}
+    return {inner.id for node in nodes for inner in file.inside(node, ast.Name)}

@@ -50,13 +50,14 @@ class Inputs:
             what = f"{text_of(path)} is read by numbers and by names"
             raise Refused(what, "use one of both everywhere")
         if isinstance(key, int):
-            n, named = self.length(path), text_of((*path, key))
+            n = self.length(path)
             if key < 0 and not n:
-                what = f"{named} counts from the end, and the file does not say how many numbers there are"
+                named = text_of((*path, key))
+                what = f"{named} counts from the end, and the file does not say how many features there are"
                 raise Refused(what, "count from the front, or name all features: --features a,b,c")
             place = key + n if key < 0 else key
             if not 0 <= place < (n or MAX_FEATURES):
-                raise Refused(f"{named} is beyond the observation", f"it has {n} numbers")
+                raise Refused(f"{text_of((*path, key))} is beyond the observation", f"it has {n} numbers")
             key = place
         return replace(part, path=(*path, key), array=False)
 

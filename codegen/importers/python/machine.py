@@ -76,7 +76,7 @@ def walk_nodes(node: ast.AST, stop: tuple[type[ast.AST], ...] = ()) -> list[Any]
     """A node and all below it, but operators and contexts. `stop`: below these kinds nothing is looked at."""
     nodes = [node]
     for each in nodes:
-        if isinstance(each, stop):
+        if type(each) in LEAVES or isinstance(each, stop):
             continue
         for name in each._fields:
             value = getattr(each, name, None)
@@ -85,6 +85,9 @@ def walk_nodes(node: ast.AST, stop: tuple[type[ast.AST], ...] = ()) -> list[Any]
             elif isinstance(value, ast.AST) and value._fields:
                 nodes.append(value)
     return nodes
+
+
+LEAVES = (ast.Name, ast.Constant)
 
 
 class Refusal(InputError):
@@ -160,7 +163,6 @@ class Machine:
 
     def eval_stream(self, node: ast.AST, scope: Scope) -> Any:
         """What an expression is, which may be an iterator that is used at once."""
-        self.count()
         try:
             return EXPRESSIONS.get(type(node), _refuse_node)(self, node, scope)
         except FAILURES as error:

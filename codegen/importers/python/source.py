@@ -39,6 +39,7 @@ from codegen.process.unwarned import silence_warnings
 
 KIND = "if/else Python"
 MAX_BITS = 1 << 12  # of a returned integer; Python writes out no more than some thousand digits
+VALUED = (ast.IfExp, ast.List, ast.Tuple, ast.Dict, ast.Lambda, ast.Return, ast.Assign, ast.AnnAssign)
 RETURN_ADVICE = "return a number, a text, a name or a list of numbers"
 GIVEN = {
     "": "Python's floats, or float64 arrays", FLOATS: "Python's floats",
@@ -114,18 +115,24 @@ class _Follower:
 
     def _look_ahead(self, m: Machine) -> int:
         """What the text says of a sole parameter: `len(x) == 4`, and the last number that it looks at."""
-        name, last = m.inputs.parameters[:1], -1
-        for each in self.file.walk_inside(self.function.node):
-            if isinstance(each, ast.Subscript) and isinstance(each.slice, ast.Constant):
-                place = each.slice.value if (getattr(each.value, "id", ""),) == name else -1
-                last = max(last, place) if isinstance(place, int) and place < MAX_FEATURES else last
-            if not isinstance(each, ast.Compare) or not isinstance(each.ops[0], ast.Eq | ast.NotEq):
-                continue
+        name, node, last = m.inputs.parameters[:1], self.function.node, -1
+        for each in self.file.inside(node, ast.Subscript):
+            place = each.slice.value if isinstance(each.slice, ast.Constant) else -1
+            if isinstance(place, int) and (getattr(each.value, "id", ""),) == name:
+                last = max(last, place if place < MAX_FEATURES else -1)
+        for each in self.file.inside(node, ast.Call):
+            of = isinstance(each.func, ast.Name) and each.func.id == "len" and each.args
+            if of and (getattr(each.args[0], "id", ""),) == name:
+                self._count_features(m, name, each)
+        return last + 1
+
+    def _count_features(self, m: Machine, name: tuple[str, ...], call: ast.Call) -> None:
+        """Takes what the length of the observation is compared with for its length."""
+        for each in self.file.inside(call, ast.Compare):
             number = each.comparators[0]
-            if f"len({''.join(name)})" == ast.unparse(each.left) and isinstance(number, ast.Constant):
+            if each.left is call and isinstance(each.ops[0], ast.Eq | ast.NotEq) and isinstance(number, ast.Constant):
                 m.inputs.widths.setdefault(name, number.value)
                 m.notes[f"line {each.lineno}: the observation is taken to have {number.value} numbers"] = None
-        return last + 1
 
     def _object(self, m: Machine, given: Any) -> Any:
         """The object whose method decides."""
@@ -228,14 +235,11 @@ class _Follower:
         if both:
             what = f"{escape_text(min(both))!r} is returned as a text and as a name"
             raise InputError(what, f"{m.where}, line {self.function.node.lineno}", "return one of them")
+        named = (ast.Name, ast.Attribute) if m.symbols else ()
+        texts = [each for each in self.file.nodes[ast.Constant] if isinstance(each.value, str)]
         order: list[Any] = [
             each.value if isinstance(each, ast.Constant) else ast.unparse(each)
-            for each in _in_order(
-                each
-                for each in self.file.nodes
-                if (isinstance(each, ast.Constant) and isinstance(each.value, str))
-                or (m.symbols and isinstance(each, ast.Name | ast.Attribute))
-            )
+            for each in _in_order([*texts, *(each for kind in named for each in self.file.nodes[kind])])
         ]
         for each in sorted(self.defaults):
             m.notes[f"{escape_text(each)} is what its default says, unless --features names it"] = None
@@ -265,7 +269,7 @@ class _Follower:
     def _collect_names(self) -> Mapping[Value, str]:
         """What the source calls its numbers, where it uses a name for one as a value."""
         names: dict[Value, str] = {}
-        named = (each for node in self.file.nodes for each in _values(node))
+        named = (each for kind in VALUED for node in self.file.nodes[kind] for each in _values(node))
         for each in _in_order(each for each in named if isinstance(each, ast.Name | ast.Attribute)):
             name, held = self._constant(each)
             if isinstance(held, int | float) and not isinstance(held, bool) and held == held:

@@ -27,6 +27,7 @@ from codegen.importers.python.machine import (
     walk_nodes,
 )
 from codegen.importers.python.values import Array, Class, Function, Refused, Scope, Symbol
+from codegen.importers.symbolic.feature import Test
 from codegen.importers.symbolic.paths import STATE_ADVICE
 
 DECORATORS = {"staticmethod": "static", "classmethod": "class", "property": "property", "cached_property": "property"}
@@ -51,7 +52,11 @@ def follow(m: Machine, rest: Any, scope: Scope, *, marks: bool) -> End | None:
         if isinstance(node, ast.If):
             m.line = node.lineno
             m.count()
-            rest = link_statements(node.body if eval_condition(m, node.test, scope) else node.orelse, after)
+            test = m.eval(node.test, scope) if isinstance(node.test, ast.Compare) else None
+            holds = eval_condition(m, node.test, scope) if test is None else m.truth(test)
+            rest = link_statements(node.body if holds else node.orelse, after)
+            if marks and m.paths is not None and isinstance(test, Test):  # whose other answer is the other branch
+                m.paths.branch((link_statements(node.orelse if holds else node.body, after), dict(scope.names)))
             continue
         end = m.run(node, scope)
         if end is not None:

@@ -53,6 +53,7 @@ class Paths(ABC):
         self._answers: tuple[bool, ...] = ()
         self._given, self._parent, self._depth = list[bool](), NO_CHILD, 0
         self._mark: tuple[Any, Any] = (None, known)
+        self._other: Any = None  # what is known where the last test has the other answer, which decides it
 
     def follow(self, run: Run) -> None:
         """Follows all paths. InputError for too many."""
@@ -65,6 +66,12 @@ class Paths(ABC):
         """The program could go on from this state, which nothing changes any more."""
         if len(self._given) >= len(self._answers):
             self._mark, self._answers, self._given = (state, self.known), (), []
+
+    def branch(self, state: Any) -> None:
+        """The other answer to the last test goes on from this state, if it was the only one since the mark."""
+        if self._other is not None and self._given == [True] and not self._answers:
+            last = self._open.pop()
+            self._open.append(_Open(state, (), self._other, last.parent, last.depth))
 
     def step(self, count: int = 1) -> None:
         """Counts the work. InputError beyond its limit."""
@@ -117,7 +124,7 @@ class Growth(Paths):
 
     def holds(self, test: Test) -> bool:
         """Splits as often as the test turns within what is known."""
-        numbers = self._sums.numbers_of(test.feature, self.numbers)
+        self._other, numbers = None, self._sums.numbers_of(test.feature, self.numbers)
         key, last, feature = test.key, LAST[numbers], test.feature.place
         turns = self._turns.get(key)
         if turns is None:
@@ -131,7 +138,11 @@ class Growth(Paths):
                 return holds
             at = inner[-1] if len(inner) <= MAX_CHAIN else inner[len(inner) // 2]
             left = self._fork((feature, at.threshold))
-            self.known = {**self.known, feature: (low, at.place) if left else (at.place + 1, high)}
+            right = {**self.known, feature: (at.place + 1, high)}
+            self.known = {**self.known, feature: (low, at.place)} if left else right
+            if len(inner) == 1:
+                self._other = right
+                self.nan &= high < last or turns.nan != (turns.first ^ (turns.turns.index(at) % 2 == 1))
 
     def least(self, feature: Feature) -> Any:
         """The least at the ends of the stretches on which the feature only rises or falls."""

@@ -18,6 +18,7 @@ from codegen.importers.reading import SUMS, Facts, Origin
 from codegen.importers.summed import with_sums
 from codegen.importers.symbolic.affine import Affine, Bounds, Given, Sums
 from codegen.importers.symbolic.paths import Growth, Run
+from codegen.importers.symbolic.replay import replay_program
 from codegen.ir import GrownTree
 
 Value: TypeAlias = int | float | str | tuple[int | float, ...]  # what is returned; a tuple: a list of numbers
@@ -51,12 +52,10 @@ def origin_of_tree(
     grown: GrownTree, values: Sequence[Any], run: Run, said: Described, where: str, sums: Sums | None
 ) -> Origin:
     """The origin of a tree, whose actions are places of `values`, and of the program that replays it."""
-    from codegen.importers.symbolic.replay import replay_program
-
     given = Values(values, said, where, sums)
     places = np.array([*said.places, -1], dtype=np.int32)  # the last one: no feature
     columns = np.array(said.places, dtype=np.int64)
-    single = grown.feature < SUMS
+    single, computed = grown.feature < SUMS, sums.numbers if sums else said.numbers
 
     said = replace(said, features=(*said.features,), nan=said.nan and given.nan, called=given.labels.called)
     facts: dict[str, Any] = {each.name: getattr(said, each.name) for each in fields(Facts)}
@@ -68,9 +67,7 @@ def origin_of_tree(
             action=np.where(grown.action < 0, grown.action, given.place[grown.action]),
         ),
         labels=given.labels.labels,
-        act=lambda rows: replay_program(
-            run, where, rows[:, columns], sums, given, sums.numbers if sums else said.numbers
-        ),
+        act=lambda rows: replay_program(run, where, rows[:, columns], sums, given, computed),
         bounds=given.bounds,
     )
     tests = tuple(each.terms for each in sums.known) if sums else ()

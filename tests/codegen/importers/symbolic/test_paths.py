@@ -103,3 +103,31 @@ def test_limits_are_said_with_a_line(monkeypatch):
     assert caught.value.where == "here, line 7"
     with pytest.raises(InputError, match="deeper than 64"):
         grown(lambda here, state: sum(here.holds(Test(Feature(k), ">", 0.0)) for k in range(99)))
+
+
+def test_the_other_answer_of_a_sole_test_goes_on_from_a_branch():
+    seen = []
+
+    def run(here, state):
+        seen.append(state)
+        if state is not None:
+            return state
+        here.mark(None)
+        holds = here.holds(Test(SPEED, ">", 1.0))
+        here.branch(not holds)
+        return holds
+
+    growth = grown(run)
+    assert seen == [None, True] and not growth.nan
+    assert [list(growth.values)[k] for k in growth.tree().action.tolist() if k >= 0] == [False, True]
+
+
+def test_a_branch_waits_for_all_tests_since_the_mark():
+    def run(here, state):
+        here.mark("again")
+        tests = [here.holds(Test(SPEED, ">", 1.0)), here.holds(Test(GAP, "==", 1.0))]
+        here.branch("never")
+        assert state != "never"
+        return tuple(tests)
+
+    assert len(grown(run).values) == 4
