@@ -102,6 +102,7 @@ class Draft:
         self.places: Counter[str] = Counter()
         self.taken = False
         self.replaced = ""
+        self.last = ""
         self.quiet = 0  # above 0 while a step is drawn, which has no places of its own
 
     def spot(self, kind: str, text: str) -> str:
@@ -150,6 +151,11 @@ class Draft:
     def action(self) -> str:
         """What a path returns."""
         raise NotImplementedError
+
+    def another(self, actions: list[str]) -> str:
+        """An action that is not the last one drawn: neighbouring leaves that are alike say nothing."""
+        self.last = self.rng.choice([each for each in actions if each != self.last] or actions)
+        return self.last
 
     def chance(self, share: float) -> bool:
         """True in that share of cases."""

@@ -102,7 +102,7 @@ def read(program: Program, file: Path, told: Told, run: bool) -> Import | None:
 def reason_of(error: MaviperError) -> str:
     """Why something is refused, without its names and numbers."""
     text = re.sub(r"'[^']*'|\"[^\"]*\"|`[^`]*`", "'...'", error.what)
-    text = re.sub(r": .*", "", text)
+    text = re.sub(r"\b(feature|class|decorator|function) \S+", r"\1 ...", re.sub(r": .*", "", text))
     return re.sub(r"\d[\d.e+-]*", "N", text)[:70]
 
 

@@ -28,6 +28,7 @@ class PythonDraft(Draft):
         self.kind = rng.choice(("function", "function", "function", "class", "dataclass"))
         self.form = rng.choice(FORMS)
         self.gives = rng.choices(("label", "numbers", "scores"), (88, 8, 4))[0]
+        self.cut = self.bounds() if rng.random() < 0.3 else None  # bounds of a number that is given
         self.agent = rng.choice(AGENTS)
         self.given = rng.choice(ROWS)
         names = rng.sample(NAMES, rng.randint(1, 5))
@@ -241,10 +242,10 @@ class PythonDraft(Draft):
         """What a path returns."""
         rng = self.rng
         if self.gives == "label":
-            return rng.choice(self.actions)
-        numbers = [str(rng.choice((0.0, 1.0, -1.0, *DECIMAL))) for _ in range(2)]
+            return self.another(self.actions)
+        low, high = map(float, self.cut or (-1e9, 1e9))
+        numbers = [str(min(max(rng.choice((0.0, 1.0, -1.0, *DECIMAL)), low), high)) for _ in range(2)]
         if self.gives == "numbers" and self.chance(0.6):
-            low, high = self.bounds()
             feature = rng.choice(self.features).text
             numbers[0] = rng.choice(
                 (
@@ -254,7 +255,7 @@ class PythonDraft(Draft):
                     f"{feature} + 0.5",
                 )
             )
-            if self.chance(0.2):
+            if self.cut:  # alike on all paths
                 numbers[0] = f"min(max({numbers[0]}, {low}), {high})"
         return f"[{', '.join(numbers)}]" if self.chance(0.8) else f"({', '.join(numbers)})"
 
