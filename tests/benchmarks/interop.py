@@ -1,12 +1,13 @@
 """Trees of others: whether imports decide as their origins, how large files may be, and what an import costs. Games of
 others: what small trees reach there.
 
-    python tests/benchmarks/interop.py [--json] [--trees N]
+    python tests/benchmarks/interop.py [--json] [--trees N] [--only ifs]
     python tests/benchmarks/interop.py --games turns|vmas [--json]
 
 Differences are counted against the program that wrote a file, or that a compiler makes of it, at every threshold and
 at both its float32 neighbours, and at random. A time is one of CPU, and a ratio to what the language itself needs
-for the file: CPython to compile if/else Python, gcc -O0 to compile C.
+for the file: CPython to compile if/else Python, gcc -O0 to compile C. --only ifs: the whole command on 5,000 ifs of
+Python, over a process that parses them with ast; each the least of several, one after the other.
 
 --games turns: TicTacToe of PettingZoo, with turns and masks; trees of a player written by hand, against random moves.
 --games vmas: navigation of VMAS; an expert is trained by reward, without a critic, and extracted. Both play in the
@@ -43,6 +44,7 @@ from tests.support.c_source import COMPILER, compiled, scores
 from tests.support.python_source import nested
 
 SCORES = Said(scores=True)
+IFS = 12  # levels of 4,095 ifs
 LARGE = 17  # levels: 131,072 leaves, 262,143 nodes
 
 
@@ -138,6 +140,32 @@ def large() -> Iterator[dict[str, Any]]:
     yield ratio("C, import / gcc -O0", taken, peer)
 
 
+def ifs(count: int = 5_000) -> Iterator[dict[str, Any]]:
+    """The whole command on so many ifs, and a process that only parses them."""
+    rng, rest = np.random.default_rng(0), count - 2**IFS + 1
+    lines = ["def act(x):\n"]
+    for line in nested(IFS, dict.fromkeys(range(8), (-100.0, 100.0)), " ", rng):
+        if "return" in line and rest > 0:
+            indent, rest = line[: -len(line.lstrip())], rest - 1
+            lines += [f"{indent}if x[9] <= {float(rng.uniform(-1, 1))!r}:\n", f"{indent} return 7\n"]
+        lines.append(line)
+    assert sum("if " in line for line in lines) == count
+    with tempfile.TemporaryDirectory() as folder:
+        source = Path(folder) / "act.py"
+        source.write_text("".join(lines))
+        command = [sys.executable, "-m", "maviper", "import", str(source), "-o", str(Path(folder) / "act.json")]
+        parse = [sys.executable, "-c", f"import ast; ast.parse(open({str(source)!r}).read())"]
+        turns = [(seconds(lambda: quiet(command)), seconds(lambda: quiet(parse))) for _ in range(7)]
+    ours, peer = (min(each) for each in zip(*turns, strict=True))
+    name = f"{count:,} ifs, whole command / a process with ast.parse"
+    yield {"name": name, "value": ours / peer, "reach": 8, "stretch": 5, "better": "lower"}
+
+
+def quiet(command: list[str]) -> None:
+    """Runs a command to its end, without its words."""
+    subprocess.run(command, check=True, capture_output=True)
+
+
 def in_c(lines: list[str]) -> Iterator[str]:
     """Lines of nested ifs of Python as C: each `else` follows the block of its `if`."""
     open_ = 0
@@ -166,8 +194,9 @@ def main() -> None:
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--trees", type=int, default=20)
     parser.add_argument("--games", choices=["turns", "vmas"])
+    parser.add_argument("--only", choices=["ifs"])
     options = parser.parse_args()
-    figures = games(options.games) if options.games else imports(options.trees)
+    figures = list(ifs()) if options.only else games(options.games) if options.games else imports(options.trees)
     if options.json:
         print(json.dumps({"figures": figures}))
         return
@@ -197,7 +226,7 @@ def imports(trees: int) -> list[dict[str, Any]]:
             continue
         what = f"{name}: differences in {trees} trees"
         figures.append({"name": what, "value": found, "reach": 0, "stretch": 0, "better": "lower"})
-    return figures + list(large())
+    return figures + list(ifs()) + list(large())
 
 
 if __name__ == "__main__":

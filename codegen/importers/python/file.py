@@ -65,6 +65,7 @@ def file_of(parsed: ast.Module, machine: Machine) -> File:
     for node in walk_nodes(parsed):
         nodes[type(node)].append(node)
     _ensure_plain(machine, nodes)
+    machine.assigning = any(nodes[kind] for kind in (ast.NamedExpr, ast.Yield, ast.YieldFrom))
     functions = nodes[ast.FunctionDef]
     _collect_kept(machine, functions, nodes[ast.Attribute])
     scope = Scope({"__name__": "policy"})

@@ -59,7 +59,7 @@ class Inputs:
             if not 0 <= place < (n or MAX_FEATURES):
                 raise Refused(f"{text_of((*path, key))} is beyond the observation", f"it has {n} numbers")
             key = place
-        return replace(part, path=(*path, key), array=False)
+        return Part((*path, key), part.steps)
 
     def describe_inputs(self, plain: Described) -> Described:
         """The description with the features and their order."""

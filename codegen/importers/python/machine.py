@@ -119,6 +119,7 @@ class Machine:
         self.line, self.depth, self.steps = 0, 0, 0
         self.fresh: dict[int, Any] = {}  # lists and objects that this path has made, and may change
         self.kept: dict[str, set[ast.AST]] = {}  # attributes, and functions that set them, but those of the object made
+        self.assigning = True  # whether an expression may assign a name, or make a generator
         self.ran: set[ast.AST] = set()  # functions that the file calls before any decision
         self.called: dict[Any, str] = {}  # what returned members are called
         self.symbols: set[str] = set()  # names that are returned without being defined

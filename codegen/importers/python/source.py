@@ -166,6 +166,8 @@ class _Follower:
     def _label(self, value: Any) -> Value:
         """What is returned, as a label."""
         m = self.machine
+        if type(value) is int and not self.said.outputs and value.bit_length() <= MAX_BITS:
+            return value  # most are this
         while isinstance(value, list | tuple) and len(value) == 1 and not isinstance(value[0], str):
             value = value[0]  # a list of one number is that number
         if isinstance(value, Symbol):

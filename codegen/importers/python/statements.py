@@ -33,6 +33,7 @@ from codegen.importers.symbolic.paths import STATE_ADVICE
 DECORATORS = {"staticmethod": "static", "classmethod": "class", "property": "property", "cached_property": "property"}
 IDLE = ("cache", "lru_cache", "abstractmethod", "override", "final", "njit")  # of a library: they change no answer
 INNER = (ast.FunctionDef, ast.ClassDef, ast.Lambda, ast.ListComp, ast.SetComp, ast.DictComp, ast.GeneratorExp)
+PLAIN = (ast.Compare, ast.BoolOp, ast.BinOp, ast.UnaryOp, ast.IfExp, ast.Call, ast.Return)
 MAX_TURNS = 100_000
 
 
@@ -247,7 +248,7 @@ def _collect_assigned(m: Machine, node: ast.FunctionDef) -> frozenset[str]:
     """The names that a function assigns, which are local to it. InputError for a generator."""
     names: set[str] = set()
     for part in node.body:
-        for each in walk_nodes(part, INNER):
+        for each in walk_nodes(part, INNER if m.assigning else (*INNER, *PLAIN)):
             if isinstance(each, ast.Name) and isinstance(each.ctx, ast.Store):
                 names.add(each.id)
             elif isinstance(each, ast.FunctionDef | ast.ClassDef | ast.MatchAs) and each.name:

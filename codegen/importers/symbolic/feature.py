@@ -140,6 +140,8 @@ def turns_of(test: Test, numbers: str) -> Turns:
     """All turns of a test among the `numbers`."""
     last = LAST[numbers]
     candidates = _exact(test, numbers) if not test.feature.steps else _search_turns(test, numbers)
+    if len(candidates) == 1 and -last <= candidates[0].place < last:
+        return Turns(test.sign in ("<", "<="), tuple(candidates), nan=False)  # an input and an order: most are this
     first = answer = test.at(number(-last, numbers))
     turns: list[Turn] = []
     for each in sorted(set(candidates)):
