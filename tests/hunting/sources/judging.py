@@ -73,7 +73,8 @@ def read(program: Program, file: Path, told: Told, run: bool) -> Import | None:
             if "--arrays" not in f"{error.what} {error.next_step}" or file.suffix != ".py":
                 raise
             told.asked_again = True
-            arrays = ARRAYS[program.seed % 3] if f"--arrays {ARRAYS[0]}" in error.next_step else ARRAYS[1]
+            kinds = ARRAYS[:2] if program.options else ARRAYS  # 0.1 is no number of those that float32 arrays give
+            arrays = kinds[program.seed % len(kinds)]
             profile = maviper.from_file(file, **options, arrays=arrays)
     except MaviperError as error:
         told.verdict, told.reason = "REFUSED", reason_of(error)
