@@ -73,7 +73,9 @@ def read(program: Program, file: Path, told: Told, run: bool) -> Import | None:
             if "--arrays" not in f"{error.what} {error.next_step}" or file.suffix != ".py":
                 raise
             told.asked_again = True
-            kinds = ARRAYS[:2] if program.options else ARRAYS  # 0.1 is no number of those that float32 arrays give
+            kinds = [each for each in ARRAYS if each in error.next_step]
+            if program.options:  # 0.1 is no number of those that float32 arrays give
+                kinds.remove("float32")
             arrays = kinds[program.seed % len(kinds)]
             profile = maviper.from_file(file, **options, arrays=arrays)
     except MaviperError as error:
