@@ -44,10 +44,10 @@ def test_sources_are_read_as_they_decide(kind, capsys):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("place", range(0, len(python_beyond.STEPS), 130))
+@pytest.mark.parametrize("place", range(0, 2 * len(python_beyond.STEPS), 130))
 def test_each_step_out_of_python_is_refused_or_read_as_it_decides(place):
-    """Alone, in the smallest program that has it."""
-    steps = range(place, min(place + 130, len(python_beyond.STEPS)))
+    """Alone, in the smallest program that has it, of what is given and of an array that is made of it."""
+    steps = range(place, min(place + 130, 2 * len(python_beyond.STEPS)))
     every = python_sources.judge([python_beyond.smallest(each) for each in steps])
     assert [text for told in every for text in told.wrong] == []
 

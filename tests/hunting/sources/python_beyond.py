@@ -349,7 +349,8 @@ SMALL |= {"label": "2", "fn": "act"}
 
 
 def smallest(place: int) -> Program:
-    """The smallest program with a step: what a finding is told by."""
+    """The smallest program with a step, what a finding is told by; beyond their number of an array that it makes."""
+    turn, place = divmod(place, len(STEPS))
     step = STEPS[place]
 
     def put(text: str) -> str:
@@ -362,7 +363,8 @@ def smallest(place: int) -> Program:
     tail = ["", "", put(step.after)] if step.after else []
     test = {"constant": f"x[0] > {lines[0]}", "condition": lines[0], "statement": "x[0] > 0.5"}[step.kind]
     inside = lines if step.kind == "statement" else []
-    body = [*inside, f"if {test}:", "    return 1", "return 0"]
+    body = [*["x = np.asarray(x)"] * bool(turn), *inside, f"if {test}:", "    return 1", "return 0"]
+    head = ["import numpy as np", "", *head] if turn else head
     source = "\n".join([*head, "def act(x):", *(f"    {line}" for line in body), *tail]) + "\n"
     features = Feature("x0", "float", "x[0]"), Feature("x1", "float", "x[1]")
-    return Program(place, source, "act", "act", "row", features, {}, step.name)
+    return Program(place + turn, source, "act", "act", "row", features, {}, step.name)
