@@ -7,6 +7,7 @@ Does not: cover our own bugs (those stay ordinary exceptions and end in exit cod
     MaviperError
     |-- InputError            2  a file, option or configuration is wrong
     |   |-- PartlyReadError      some of a file's entries cannot be used; the others were read
+    |   |-- Refused              something in a file of Python is not read, wherever it stands
     |   |-- ProfileError         a policy profile breaks its schema or an invariant
     |   `-- UnknownNameError     a name that does not exist, with the closest match
     |-- RefusedError          1  a certificate does not show what it claims

@@ -18,21 +18,24 @@ LIMIT_S = 120
 GRACE_S = 5  # for pipes to close
 
 
-def run(command: Sequence[str], folder: Path | str, limit_s: int = LIMIT_S) -> subprocess.CompletedProcess[str]:
-    """The exit status and the output of a command. MissingToolError where it cannot start, HangingToolError
-    where it does not end in time."""
+def run(
+    command: Sequence[str], folder: Path | str, limit_s: int = LIMIT_S, given: Path | str = os.devnull
+) -> subprocess.CompletedProcess[str]:
+    """The exit status and the output of a command that is given a file as its input. MissingToolError where it cannot
+    start, HangingToolError where it does not end in time."""
     called = Path(command[0]).name
     try:
-        process = subprocess.Popen(
-            command,
-            cwd=folder,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-            errors="replace",
-            start_new_session=True,  # a compiler starts others, which must not outlive it
-        )
+        with Path(given).open("rb") as stdin:
+            process = subprocess.Popen(
+                command,
+                cwd=folder,
+                stdin=stdin,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+                text=True,
+                errors="replace",
+                start_new_session=True,  # a compiler starts others, which must not outlive it
+            )
     except OSError as error:
         raise MissingToolError(f"cannot run {called}", f"{command[0]}: {error.strerror}", "install it again") from None
     try:

@@ -24,9 +24,9 @@ from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers import names, replay
 from codegen.importers.reading import AGENT as AGENT
 from codegen.importers.reading import DOUBLES as DOUBLES
+from codegen.importers.reading import NOT_COMPARED, SUMS
 from codegen.importers.reading import NOTHING as NOTHING
 from codegen.importers.reading import SINGLES as SINGLES
-from codegen.importers.reading import SUMS
 from codegen.importers.reading import Origin as Origin
 from codegen.importers.reading import Said as Said
 from codegen.importers.summed import ensure_alike, place_sum
@@ -67,12 +67,12 @@ def profile_of(origins: Mapping[str, Origin], given: Names, numbers: str | None 
     policies = [_policy(agent, each, numbers) for agent, each in zip(agents, named_origins, strict=True)]
     compared = ", ".join(dict.fromkeys(policy.numbers for policy in policies))
     facts: dict[str, float | int | str] = {"observations": compared}
-    for policy, (origin, features, actions) in zip(policies, named_origins, strict=True):
-        rows = replay.observations(policy, nan=origin.nan, finite=origin.finite)
-        count = replay.replay_origin(policy, origin.act, rows if origin.takes is None else rows[origin.takes(rows)])
+    for policy, named in zip(policies, named_origins, strict=True):
+        origin, features, actions = named
+        count, takes = _replay(policy, named) if origin.compared else (0, "")
         facts |= {f"{policy.agent} from": comment(origin.kind), f"{policy.agent} replayed": count}
-        facts[f"{policy.agent} replayed by"] = comment(origin.replayed_by)
-        facts[f"{policy.agent} given"] = comment(origin.given)
+        facts[f"{policy.agent} replayed by"] = comment(origin.replayed_by if origin.compared else NOT_COMPARED)
+        facts[f"{policy.agent} given"] = comment(takes or origin.given)
         facts[f"{policy.agent} features"] = comment(names.format_placed(features))
         facts[f"{policy.agent} {'outputs' if policy.outputs else 'actions'}"] = comment(names.format_placed(actions))
         facts |= {f"{policy.agent} sums": policy.tree.arithmetic} if policy.tree.arithmetic else {}
@@ -84,6 +84,27 @@ def profile_of(origins: Mapping[str, Origin], given: Names, numbers: str | None 
     provenance = ir.Provenance("imported", "none", 0, "", comment(kinds), facts)
     world = motionless(names.clean_names([given.world], "imported")[0], "", agents)
     return ensure(ir.PolicyProfile(world, tuple(policies), provenance))
+
+
+def _replay(policy: ir.AgentPolicy, named: "_Named") -> tuple[int, str]:
+    """How many observations were compared, and what the source takes; "": what its reader says. A source that is asked
+    itself is asked at its own numbers, too.
+    """
+    origin = named.origin
+    rows = replay.observations(policy, nan=origin.nan, finite=origin.finite, asks=origin.asks)
+    if origin.second is None:
+        if origin.asks is not None and policy.numbers != origin.numbers:
+            rows = rows[(rows.astype(policy.numbers) == rows).all(axis=1)]
+        rows = rows if origin.takes is None else rows[origin.takes(rows)]
+        return replay.replay_origin(policy, origin.act, rows), ""
+    with origin.second() as (numbers, ask):
+        more = replay.source_observations(policy, numbers, nan=origin.nan, finite=origin.finite)
+        rows = np.concatenate([rows, more])
+        answers = ask(rows[:, np.array(named.features.place)])
+    told = answers.told
+    if not origin.vectors:
+        told = np.where(told < 0, told, np.array(named.actions.place, dtype=np.int32)[told])
+    return replay.compare_answers(policy, rows, replace(answers, told=told)), answers.given
 
 
 def _list_permits(policy: ir.AgentPolicy, origin: Origin) -> dict[str, float | int | str]:
@@ -125,14 +146,34 @@ def _name_origin(
     )
 
     def act(rows: Floats) -> Any:
+        assert origin.act is not None
         said = np.asarray(origin.act(rows[:, columns]))
         return said if origin.vectors else np.where(said < 0, said, place[said])
+
+    def asks(rows: Floats) -> Floats:
+        assert origin.asks is not None
+        given = origin.asks(rows[:, columns])
+        chosen = np.zeros((len(given), rows.shape[1]))
+        chosen[:, columns] = given
+        return chosen
 
     takes = origin.takes
     inside: Callable[[Floats], Bool] | None = None if takes is None else lambda rows: takes(rows[:, columns])
     sums = tuple(place_sum(each.terms, columns) for each in origin.sums)
     vectors = tuple(tuple(place_sum(each.terms, columns) for each in vector) for vector in origin.vectors)
-    return _Named(replace(origin, grown=grown, act=act, takes=inside, sums=sums, vectors=vectors), placed, chosen)
+    return _Named(
+        replace(
+            origin,
+            grown=grown,
+            act=origin.act and act,
+            asks=origin.asks and asks,
+            takes=inside,
+            sums=sums,
+            vectors=vectors,
+        ),
+        placed,
+        chosen,
+    )
 
 
 def _policy(agent: str, named: _Named, numbers: str | None) -> ir.AgentPolicy:

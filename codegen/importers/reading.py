@@ -6,17 +6,37 @@ Does not: read any, or make a profile (origin.py).
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 from codegen.floats import FLOAT32, FLOAT64
 from codegen.ir import Bool, Floats, GrownTree, Sum
 
 AGENT = "agent_0"
+NOT_COMPARED = "nobody: the source was not compared"  # who replayed an import, where nobody did
 SUMS = 1 << 24  # from this place on, features of a grown tree are sums
 MAX_FEATURES = 1 << 20  # of an observation
 FLOATS = "floats"  # Python's own, beside the types of arrays
 SINGLES, DOUBLES = (f"any numbers, which it makes {numbers}" for numbers in (FLOAT32, FLOAT64))
+
+
+@dataclass(frozen=True)
+class Answers:
+    """What a source itself answers to observations."""
+
+    told: Any  # places of its own labels [n], or numbers [n, n_outputs]
+    asked: Bool  # [n]: whether its assertions take the observation
+    known: Bool  # [n]: whether the answer is a label, or as many numbers as its leaves give
+    word: Callable[[int], str]  # the answer to one of them, as a person reads it
+    given: str = ""  # what the source takes, in words, where that is less than its reader says
+
+
+class Running(NamedTuple):
+    """A source that runs: all numbers in it, and what asks it."""
+
+    numbers: Sequence[int | float]
+    ask: Callable[[Floats], Answers]  # rows [n, n_features]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,6 +56,7 @@ class Facts:
     notes: tuple[str, ...] = ()  # what of the source was skipped or assumed, in words
     called: Mapping[Any, str] = field(default_factory=dict[Any, str])  # what it calls some of the labels
     placed: tuple[str, ...] = ()  # the names of a profile's actions, where labels are their places
+    compared: bool = True  # whether the source itself is asked; else nothing stands behind its reader
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,13 +65,16 @@ class Origin(Facts):
 
     grown: GrownTree  # a leaf's action is the place of its label
     labels: tuple[Any, ...]  # that its leaves return; numbers ascending
-    act: Callable[[Floats], Any]  # rows [n, n_features] -> the places of its own labels [n], or numbers [n, n_outputs]
+    # rows [n, n_features] -> the places of its own labels [n], or numbers [n, n_outputs]; None: nobody is asked
+    act: Callable[[Floats], Any] | None
+    asks: Callable[[Floats], Floats] | None = None  # the tree's own rows -> those that it is asked about
     takes: Callable[[Floats], Bool] | None = None  # which observations it takes, where not all finite ones
     arithmetic: str = ""  # of sums; "": there is none
     sums: tuple[Sum, ...] = ()  # the feature SUMS + k of `grown` is sums[k]
     vectors: tuple[tuple[Sum, ...], ...] = ()  # what leaves give, in place of labels
     gives: str = FLOAT64  # what that is rounded to
     bounds: tuple[tuple[float | None, float | None], ...] = ()  # of each output; (): there are none
+    second: Callable[[], AbstractContextManager[Running]] | None = None  # the source itself, in place of `act`
     permits: tuple[tuple[str, ...], ...] = ()  # of each leaf, left to right: the labels that it permits; (): its own
 
     @property
@@ -70,6 +94,7 @@ class Said:
     features: tuple[str, ...] = ()  # names of all features, in their order; (): not said
     arrays: str = ""  # what Python is given: floats, or arrays of float32 or float64; "": not said
     outputs: tuple[str, ...] = ()  # names of the numbers that are returned to be given; (): labels are returned
+    run: bool = True  # whether source code may be run, in a process of its own, to be compared
     prefer: tuple[str, ...] = ()  # labels, the most wanted first, where a leaf permits several
     beside: Callable[[str], bytes | None] = lambda _: None  # the content of a file that lies beside the source
 

@@ -5,7 +5,7 @@ Assumes: the tree is sound; `act` decides as the origin does.
 Does not: know what the origin is.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -14,6 +14,8 @@ import numpy as np
 from codegen.agreement import probes, sum_probes
 from codegen.agreement.entries import differing, reference
 from codegen.errors import DisagreementError, InputError
+from codegen.importers.reading import Answers
+from codegen.importers.sourced import choose_rows
 from codegen.ir import NO_FEATURE, AgentPolicy, FeatureSpec, Floats, Tree
 from codegen.numbers.rounding import neighbour
 from codegen.sums import among
@@ -21,18 +23,20 @@ from codegen.sums import among
 RANDOM = 4_000
 ROWS = 100_000  # at thresholds, beyond which each comes with fewer random values of the other features
 MAX_NUMBERS = 1 << 28  # in all observations together: a GiB
+WORK = 1 << 24  # rows times numbers of a source
 MAX_SPECIAL = 64  # features that are put at special values, one by one
 
 
-def observations(policy: AgentPolicy, *, nan: bool, finite: bool) -> Floats:
-    """What both are asked about, [n, n_features]. InputError where that is more than fits into memory."""
+Asks = Callable[[Floats], Floats]
+
+
+def observations(policy: AgentPolicy, *, nan: bool, finite: bool, asks: Asks | None = None) -> Floats:
+    """What both are asked about, [n, n_features]. `asks`: what an origin makes of the tree's own rows. InputError where
+    that is more than fits into memory.
+    """
+    asks = asks or (lambda rows: rows)
     if policy.tree.arithmetic:
-        rows = np.concatenate(list(_of_sums(policy)))
-        rows = rows[np.isfinite(rows).all(axis=1)] if finite else rows
-        # of finite numbers that are too large a sum may be NaN, too
-        sums = (*policy.tree.sums, *(each for vector in policy.tree.vectors for each in vector))
-        tested = among(rows, sums, policy.tree.arithmetic)
-        return rows if nan else rows[~np.isnan(tested).any(axis=1)]
+        return _keep_rows(policy, asks(np.concatenate(list(_of_sums(policy)))), nan=nan, finite=finite)
     rng, width = np.random.default_rng(0), len(policy.features)
     tested = policy.tree.feature != NO_FEATURE
     n_splits = int(tested.sum())
@@ -57,6 +61,28 @@ def observations(policy: AgentPolicy, *, nan: bool, finite: bool) -> Floats:
             _mix_thresholds(policy.tree, probes.random(features, RANDOM, rng, numbers), rng),
         ]
     )
+    return _keep_rows(policy, asks(rows), nan=nan, finite=finite)
+
+
+def source_observations(policy: AgentPolicy, numbers: Sequence[int | float], *, nan: bool, finite: bool) -> Floats:
+    """What a source is asked beside that, [n, n_features]: its own numbers and the thresholds, feature by feature and
+    in pairs.
+    """
+    tree, width = policy.tree, len(policy.features)
+    most = min(ROWS // 2, MAX_NUMBERS // 8 // width, WORK // (1 + len(numbers)))
+    thresholds = [tree.threshold[tree.feature == place].tolist() for place in range(width)]
+    columns = choose_rows(numbers, [policy.numbers] * width, thresholds, most)
+    return _keep_rows(policy, np.stack(columns, axis=1), nan=nan, finite=finite)
+
+
+def _keep_rows(policy: AgentPolicy, rows: Floats, *, nan: bool, finite: bool) -> Floats:
+    """The observations that may be compared."""
+    if policy.tree.arithmetic:
+        rows = rows[np.isfinite(rows).all(axis=1)] if finite else rows
+        # of finite numbers that are too large a sum may be NaN, too
+        sums = (*policy.tree.sums, *(each for vector in policy.tree.vectors for each in vector))
+        tested = among(rows, sums, policy.tree.arithmetic)
+        return rows if nan else rows[~np.isnan(tested).any(axis=1)]
     keep = np.isfinite(rows) if finite else ~np.isnan(rows) if not nan else np.ones_like(rows, dtype=bool)
     return rows[keep.all(axis=1)]
 
@@ -104,10 +130,23 @@ def _mix_thresholds(tree: Tree, rows: Floats, rng: np.random.Generator) -> Float
 
 def replay_origin(policy: AgentPolicy, act: Callable[[Floats], Any], rows: Floats) -> int:
     """How many observations were compared. DisagreementError for the first one on which tree and origin differ."""
-    ours, theirs = reference(policy, rows), np.asarray(act(rows))
-    for place in np.flatnonzero(differing(policy, ours, theirs))[:1].tolist():
+    theirs, every = np.asarray(act(rows)), np.ones(len(rows), bool)
+    return compare_answers(policy, rows, Answers(theirs, every, every, lambda place: f"{theirs[place]}"))
+
+
+def compare_answers(policy: AgentPolicy, rows: Floats, answers: Answers) -> int:
+    """How many observations were compared: those that the source takes. DisagreementError for the first one on which
+    tree and source differ; InputError where none was compared.
+    """
+    ours = reference(policy, rows)
+    wrong = (differing(policy, ours, answers.told) | ~answers.known) & answers.asked
+    for place in np.flatnonzero(wrong)[:1].tolist():
         numbers = ", ".join(f"{float(each)!r}" for each in rows[place][:20])
         does, here = ("gives", "gives") if policy.outputs else ("takes action", "takes")
-        what = f"the imported tree {does} {ours[place]} where its origin {here} {theirs[place]}"
+        what = f"the imported tree {does} {ours[place]} where its origin {here} {answers.word(place)}"
         raise DisagreementError(what, f"{policy.agent}: [{numbers}]", "nothing was written; please report it")
-    return len(rows)
+    count = int(answers.asked.sum())
+    if len(rows) and not count:
+        what = "the assertions of the source hold at none of the observations that were asked"
+        raise InputError(what, policy.agent, "assert what an observation may be, or nothing")
+    return count

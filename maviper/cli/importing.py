@@ -93,7 +93,8 @@ def _say(policy: Any, facts: Mapping[str, Any], console: Any) -> None:
     )
     console.line(policy.agent, f"{facts[f'{policy.agent} from']}: {size}")
     count, by = facts[f"{policy.agent} replayed"], facts[f"{policy.agent} replayed by"]
-    console.line("replayed", f"{format_count(count, 'observation')}, by {by}: no difference")
+    told = f"{format_count(count, 'observation')}, by {by}: no difference"
+    console.line("replayed", told if count else f"by {by}")
     for kind in ("features", "outputs" if policy.outputs else "actions"):
         console.line(kind, str(facts[f"{policy.agent} {kind}"]))
     if f"{policy.agent} notes" in facts:

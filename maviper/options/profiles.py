@@ -51,7 +51,7 @@ class ImportOptions(TypedDict, total=False):
         Option(
             None,
             IMPORTED,
-            "What if/else Python is given: Python's floats, or arrays of NumPy. Asked for where they decide differently.",
+            "What if/else Python is given: Python's floats, or arrays of NumPy; asked for where they differ.",
         ),
     ]
     output_names: Annotated[

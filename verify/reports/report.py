@@ -85,9 +85,10 @@ def document(
         "semantics": " ".join(
             [*([OBSERVED] if observing else [_semantics(profile, kind) for kind in kinds]), *doubled]
         ),
-        "trusted": trusted.texts(
-            None if observing else known, [line for each, _ in told for line in each.trusted], replayed
-        ),
+        "trusted": [
+            *trusted.texts(None if observing else known, [line for each, _ in told for line in each.trusted], replayed),
+            *trusted.readers(profile),
+        ],
         "limits": list(limits),
     }
 

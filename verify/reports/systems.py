@@ -109,9 +109,12 @@ def document(
         "results": [facts(result, place) for place, result in enumerate(results, 1)],
         "command": command,
         "semantics": semantics if system.flow is None else flows.SEMANTICS,
-        "trusted": trusted.systems(
-            enclosed, {certificate.counted for certificate in certificates if certificate}, system.flow is not None
-        ),
+        "trusted": [
+            *trusted.systems(
+                enclosed, {certificate.counted for certificate in certificates if certificate}, system.flow is not None
+            ),
+            *trusted.readers(profile),
+        ],
         "limits": _limits(system, reference, [result.claim for result in results]),
     }
 

@@ -7,6 +7,9 @@ Does not: import them.
 
 from collections.abc import Collection, Mapping, Sequence
 
+from codegen.importers.reading import NOT_COMPARED
+from codegen.ir import PolicyProfile
+
 CODEGEN = (
     "check",
     "errors",
@@ -175,6 +178,17 @@ def texts(checked: bool | None, proofs: Sequence[str], replayed: Sequence[str]) 
     lines = [f"{CHECKED}; {EXACT_WORLD}" if checked else UNCHECKED]
     lines = [OBSERVED] if checked is None else lines
     return [*lines, *proofs, *replayed]
+
+
+def readers(profile: PolicyProfile) -> list[str]:
+    """A line for each imported agent whose source was compared with nothing: its reader must be right."""
+    facts = profile.provenance.training
+    agents = [policy.agent for policy in profile.agents if facts.get(f"{policy.agent} replayed by") == NOT_COMPARED]
+    return [
+        f"that {agent} was read as its language means it (the reader of {facts.get(f'{agent} from', 'its file')}): its "
+        "source was not compared"
+        for agent in agents
+    ]
 
 
 def systems(enclosed: bool, counted: Collection[str], flowing: bool = False) -> list[str]:

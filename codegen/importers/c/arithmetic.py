@@ -10,6 +10,7 @@ refused.
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -31,8 +32,8 @@ from codegen.importers.c.kinds import (
     round_number,
     truncate_float,
 )
-from codegen.importers.c.sums import CONTRACTED, ROUNDINGS, TEST_ADVICE, WHOLE_ADVICE, Summing
-from codegen.importers.c.values import Condition, Number, Symbol, Value
+from codegen.importers.c.sums import CONTRACTED, ROUNDINGS, TEST_ADVICE, Summing
+from codegen.importers.c.values import Condition, Number, Outside, Symbol, Value
 from codegen.importers.symbolic.affine import Given
 from codegen.importers.symbolic.feature import (
     FALLING,
@@ -57,6 +58,7 @@ OF_ENUM = "an enum {} a negative number, which compilers read differently"
 RANGE_ADVICE = "give the parameter a type that it fits, such as int16_t, or test its range first"
 FLOAT_ADVICE = "return where it is too large or too small: if (!(x > -1000 && x < 1000)) return 0;"
 MAX_VALUES = 256  # of a whole number that is asked for its value
+MAX_TABLE, MAX_JUMPS = 1 << 16, 1 << 10  # of a whole number whose bits are used: its values, and what they give
 
 
 class Arithmetic:
@@ -67,8 +69,8 @@ class Arithmetic:
         self.paths: Paths | None = None
         self.used = set[int]()  # inputs that a test has looked at
         self.summing = Summing(make_error, numbers, contracts=contracts)
-        # features that must fit, for the program to mean something
-        self.defined = dict[str, tuple[Feature, int, int]]()
+        self._tables = dict[str, Step]()
+        self.speculating = False  # whether what is evaluated may turn out not to be reached
 
     # --- truth
 
@@ -144,15 +146,21 @@ class Arithmetic:
             if not np.isfinite(value) or not kind.holds(math.trunc(float(value))):
                 raise self.make_error(f"the number {value} is no {kind}", RANGE_ADVICE)
             return math.trunc(float(value))
-        return self.wrap_number(value, kind)
+        return self._cut_bits(value, kind)
 
     def wrap_number(self, value: int, kind: Kind) -> int:
-        """A whole number in a type. InputError where compilers differ, or where C says nothing."""
+        """What whole numbers give in a type. InputError where they overflow, which C leaves undefined."""
+        if kind.signed and not kind.holds(value):
+            raise self.make_error(f"the number {value} is no {kind}", "write a number of the type")
+        return self._cut_bits(value, kind)
+
+    def _cut_bits(self, value: int, kind: Kind) -> int:
+        """A whole number converted to a type: its last bits. InputError where compilers differ."""
         if kind.holds(value):
             return value
-        if kind.signed or kind in (ULONG, ENUM) or kind.name == "char":
+        if kind in (LONG, ULONG, ENUM) or kind.name == "char":
             raise self.make_error(f"the number {value} is no {kind}", "write a number of the type")
-        return value % (kind.high + 1)
+        return kind.low + (value - kind.low) % (kind.high - kind.low + 1)
 
     def _feature(self, given: Symbol, kind: Kind) -> Feature:
         feature = given.feature
@@ -165,6 +173,8 @@ class Arithmetic:
         if given.kind.floating:
             feature = feature.then(Step("truncated", truncate_float))
         least, most = self.ends(feature)
+        if not given.kind.floating and most - least < MAX_TABLE and not (kind.holds(least) and kind.holds(most)):
+            return self._tabulate(given, f"as {kind}", lambda v: self._cut_bits(v, kind)).feature
         if least < kind.low or most > kind.high:
             told = "converted to" if given.kind.floating else "made"
             what = f"a number from {least} to {most} is {told} {kind}, which holds {kind.low} to {kind.high}"
@@ -193,9 +203,9 @@ class Arithmetic:
             return Number(-given.value, given.kind) if isinstance(given, Number) else self._then(given, NEGATE)
         if sign == "-":
             return self._whole("-", Number(0, given.kind), given, given.kind)
-        if not isinstance(given, Number) or given.kind.floating:
-            raise self.make_error("bits of a feature are used", TEST_ADVICE)
-        return Number(~given.value if given.kind.signed else given.kind.high - given.value, given.kind)
+        if given.kind.floating:
+            raise self.make_error("bits of a float are used", TEST_ADVICE)
+        return self._whole("-", Number(-1 if given.kind.signed else given.kind.high, given.kind), given, given.kind)
 
     def _promote_number(self, given: Number | Symbol) -> Number | Symbol:
         if given.kind != ENUM and given.kind.rank >= INT.rank:
@@ -285,43 +295,68 @@ class Arithmetic:
         if isinstance(one, Number) and isinstance(other, Number):
             return Number(self._compute_number(sign, one.value, other.value, kind), kind)
         if isinstance(one, Symbol) and isinstance(other, Symbol):
-            few = self.resolve_number(other)
-            if isinstance(few, Number):
-                return self._whole(sign, one, few, kind)
-            if sign in "*/%":
-                raise self.make_error("a product of features is not read", TEST_ADVICE)
-            raise self.make_error("a sum of several whole numbers is not read", WHOLE_ADVICE)
+            return self._join_whole(sign, one, other, kind)
         given, number = (one, other) if isinstance(one, Symbol) else (other, one)
         assert isinstance(given, Symbol) and isinstance(number, Number)
         c, first = int(number.value), given is one
         if sign in COMPUTE and (sign != "*" or c):
             compute = COMPUTE[sign]
             sense = FALLING if (sign == "*" and c < 0) or (sign == "-" and not first) else RISING
-            step = Step(f"{sign}{c}{first}", lambda v: compute(v, c) if first else compute(c, v), sense)
+            form = (sign if first or sign != "-" else "c-", c)
+            step = Step(f"{sign}{c}{first}", lambda v: compute(v, c) if first else compute(c, v), sense, form=form)
         elif sign == "/" and first and c:
             step = Step(f"//{c}", lambda v: quotient(v, c), RISING if c > 0 else FALLING)
         elif sign == "*":
             return Number(0, kind)
         else:
-            given, step = self._tabulate(sign, given, c, first=first)
+            compute_pair = partial(self._compute_number, sign, kind=kind)
+            return self._tabulate(
+                given, f"{sign}{c}{first}{kind}", lambda v: compute_pair(*((v, c) if first else (c, v)))
+            )
         symbol = self._then(Symbol(given.feature, kind), step)
-        least, most = self.ends(symbol.feature)
-        if least < kind.low or most > kind.high:
-            if not kind.signed:
-                raise self.make_error(f"a number from {least} to {most} wraps around in {kind}", RANGE_ADVICE)
-            self.defined[symbol.feature.key] = (symbol.feature, kind.low, kind.high)
+        return self._ensure_fits(symbol, self.ends(symbol.feature))
+
+    def _join_whole(self, sign: str, one: Symbol, other: Symbol, kind: Kind) -> Value:
+        """What two whole numbers give: one of few is asked which it is, others are added."""
+        few = self.resolve_number(other)
+        if isinstance(few, Number):
+            return self._whole(sign, one, few, kind)
+        if sign not in "+-":
+            raise self.make_error(f"the operator {sign} of two features is not read", TEST_ADVICE)
+        (low, high), (less, more) = self.ends(one.feature), self.ends(other.feature)
+        ends = (low + less, high + more) if sign == "+" else (low - more, high - less)
+        return self._ensure_fits(Symbol(self.summing.add_whole(sign, one, other).feature, kind), ends)
+
+    def _ensure_fits(self, symbol: Symbol, ends: tuple[Any, Any]) -> Symbol:
+        """The symbol. The path ends where its number overflows, which C leaves undefined; InputError where it wraps."""
+        feature, kind, (least, most) = symbol.feature, symbol.kind, ends
+        if kind.low <= least and most <= kind.high:
+            return symbol
+        if not kind.signed:
+            raise self.make_error(f"a number from {least} to {most} wraps around in {kind}", RANGE_ADVICE)
+        if self.speculating:
+            raise self.make_error("a number may overflow", RANGE_ADVICE)
+        if not (self._holds(feature, ">=", kind.low) and self._holds(feature, "<=", kind.high)):
+            raise Outside("numbers that do not overflow")
         return symbol
 
-    def _tabulate(self, sign: str, given: Symbol, c: int, *, first: bool) -> tuple[Symbol, Step]:
-        """One of few whole numbers, and a step that has a result for each of them. `first`: it stands before `c`."""
+    def _tabulate(self, given: Symbol, key: str, compute: Callable[[int], int]) -> Symbol:
+        """What is computed of a whole number, by a table of its values on this path."""
         low, high = self.ends(given.feature)
-        if high - low >= MAX_VALUES:
-            what = f"the operator {sign} of a whole number that is a feature is not read"
-            raise self.make_error(what, "give a type of at most 8 bits, or test the range first")
-        pairs = {v: (v, c) if first else (c, v) for v in range(low, high + 1)}
-        known = {v: self._compute_number(sign, *pair, given.kind) for v, pair in pairs.items()}
-        within = self._then(given, Step(f"{low} to {high}", lambda v: min(max(v, low), high)))  # as it is on this path
-        return within, Step(f"{sign}{c}{first}", lambda v: known.get(v, v), JUMPING)  # v: a NaN
+        if high - low >= MAX_TABLE:
+            what = f"bits or remainders of a whole number of more than 16 bits are not read: {key}"
+            raise self.make_error(what, "declare it with at most 16 bits, such as uint16_t, or test its range first")
+        within, told = Step(f"{low} to {high}", lambda v: min(max(v, low), high)), f"{key} of {low} to {high}"
+        if told in self._tables:
+            return self._then(given, within, self._tables[told])
+        known = {v: compute(v) for v in range(low, high + 1)}
+        jumps = tuple(v for v in range(low + 1, high + 1) if known[v] < known[v - 1])
+        if len(jumps) > MAX_JUMPS:
+            what = f"bits or remainders that fall more than {MAX_JUMPS} times are not read: {key}"
+            raise self.make_error(what, "declare it with 8 bits, such as uint8_t, or test its range first")
+        sense = JUMPING if jumps else RISING
+        self._tables[told] = Step(told, lambda v: known.get(v, v), sense, jumps=jumps)  # v itself: a NaN
+        return self._then(given, within, self._tables[told])
 
     def _compute_number(self, sign: str, a: int, b: int, kind: Kind) -> int:
         """A number of two whole numbers."""
@@ -337,6 +372,7 @@ class Arithmetic:
         return self.wrap_number(COMPUTE[sign](a, b), kind)
 
     def _shift_number(self, sign: str, one: Number | Symbol, other: Number | Symbol) -> Value:
+        other = self.resolve_number(other)
         if not isinstance(other, Number) or one.kind.floating or not 0 <= other.value < one.kind.bits:
             raise self.make_error("a shift is not read", "shift by a number within the type")
         factor = 2**other.value
@@ -356,9 +392,7 @@ class Arithmetic:
         if isinstance(given, Number):
             return Number(self.wrap_number(abs(given.value), kind) if not kind.floating else abs(given.value), kind)
         symbol = self._then(given, Step("absolute", abs, FOLDING))
-        if not kind.floating and self.ends(symbol.feature)[1] > kind.high:
-            self.defined[symbol.feature.key] = (symbol.feature, kind.low, kind.high)
-        return symbol
+        return symbol if kind.floating else self._ensure_fits(symbol, self.ends(symbol.feature))
 
     def extreme(self, most: bool, values: list[Value], kind: Kind) -> Value:
         """fmin and fmax."""

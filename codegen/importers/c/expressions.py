@@ -137,10 +137,13 @@ class Expressions(Objects):
                 return Number(int(not every), INT)
             return self.arithmetic.unary("!", self.arithmetic.unary("!", self.value(node.right)))
         if not _acts(node.right):
+            outer, self.arithmetic.speculating = self.arithmetic.speculating, True
             try:
                 right = self.value(node.right)
             except InputError:  # what the first part rules out
                 right = None
+            finally:
+                self.arithmetic.speculating = outer
             if right is not None:
                 truth = self.arithmetic.truth
                 if every:

@@ -121,10 +121,11 @@ def _prove_origin(function: c_ast.FuncDef, origin: Origin, numbers: Mapping[str,
 
 def _number_actions(origin: Origin, labels: Sequence[str]) -> Origin:
     """The origin with all actions of the header, in its order, also those that no leaf takes."""
-    place = np.array([labels.index(each) for each in origin.labels])
+    place, act = np.array([labels.index(each) for each in origin.labels]), origin.act
+    assert act is not None
     action = np.where(origin.grown.action < 0, origin.grown.action, place[origin.grown.action])
     grown = replace(origin.grown, action=action)
-    return replace(origin, grown=grown, labels=tuple(labels), act=lambda rows: place[origin.act(rows)])
+    return replace(origin, grown=grown, labels=tuple(labels), act=lambda rows: place[act(rows)])
 
 
 def _read_nested(node: list[Any], numbers: Mapping[str, int], labels: Sequence[str]) -> Split | Leaf:

@@ -33,6 +33,7 @@ class Inputs:
     read: dict[Origin, int] = field(default_factory=dict[Origin, int])  # what was read, by its number
     written: set[str] = field(default_factory=set[str])
     objects: dict[str, Object] = field(default_factory=dict[str, Object])  # of the present path
+    order: list[Origin] = field(default_factory=list[Origin])  # where each feature stands; afterwards
 
     def bind_parameters(self) -> dict[str, Object]:
         """A variable for each parameter, fresh for each path."""
@@ -62,6 +63,9 @@ class Inputs:
             raise self.make_error(what, "give arrays and structs of numbers")
         if origin.parameter in self.written:
             raise self.make_error(f"{origin.parameter} is read and written: what it held decides", STATE_ADVICE)
+        if not kind.floating and kind.bits == 64:
+            what = f"the feature {'_'.join(map(str, (origin.parameter, *origin.way)))} is of type {kind}"
+            raise self.make_error(f"{what}, whose large numbers are no float64", "declare it int32_t or uint32_t")
         at = self.read.setdefault(origin, len(self.read))
         return Symbol(Feature(at, self._first(kind)), kind)
 
@@ -109,8 +113,10 @@ class Inputs:
         given = [name for name in given if name not in self.written and name in looked + whole + self._scalars()]
         alone = self._numbers(given[0]) if len(given) == 1 else None
         if alone is not None:
-            return [int(each.way[0]) if each in self.read else -1 for each in numbers], (), alone
-        order = [origin for name in given for origin in self._parts(name)]
+            places = [int(each.way[0]) if each in self.read else -1 for each in numbers]
+            self.order = [Origin(given[0], (at,)) for at in range(alone or max(places, default=-1) + 1)]
+            return places, (), alone
+        self.order = order = [origin for name in given for origin in self._parts(name)]
         place = {origin: at for at, origin in enumerate(order)}
         names = ["_".join(map(str, each.way)) or each.parameter for each in order]
         shared = len(set(names)) < len(names)
@@ -147,18 +153,18 @@ class Inputs:
         """All numbers of a parameter, in order."""
         type_ = self.parameters[name]
         if not isinstance(type_, Pointer):
-            yield from _within(type_, Origin(name))
+            yield from parts_of(type_, Origin(name))
             return
         to = type_.to
         if isinstance(to, Record):
             if any(origin.parameter == name and origin.way[0] != 0 for origin in self.read):
                 raise self.make_error(f"{name} is read as an array of structs of no length", "declare its length")
-            yield from _within(to, Origin(name))
+            yield from parts_of(to, Origin(name))
             return
         length = to.length if isinstance(to, Many) else 0
         read = [int(origin.way[0]) for origin in self.read if origin.parameter == name]
         for at in range(length or max(read, default=-1) + 1):
-            yield from _within(to.of if isinstance(to, Many) else to, Origin(name, (at,)))
+            yield from parts_of(to.of if isinstance(to, Many) else to, Origin(name, (at,)))
 
     def kinds(self) -> list[Kind]:
         """The types of all numbers that may be observed."""
@@ -177,12 +183,13 @@ def _kinds(type_: Type) -> Iterator[Kind]:
             yield from _kinds(member)
 
 
-def _within(type_: Type, origin: Origin) -> Iterator[Origin]:
+def parts_of(type_: Type, origin: Origin) -> Iterator[Origin]:
+    """Where each number of an object stands, in order."""
     if isinstance(type_, Record):
         for name, member in type_.members.items():
-            yield from _within(member, origin.then(name))
+            yield from parts_of(member, origin.then(name))
     elif isinstance(type_, Many):
         for at in range(type_.length):
-            yield from _within(type_.of, origin.then(at))
+            yield from parts_of(type_.of, origin.then(at))
     else:
         yield origin

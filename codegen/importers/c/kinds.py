@@ -11,6 +11,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 from typing import Any, Final, TypeAlias
 
 import numpy as np
@@ -40,6 +41,11 @@ class Kind:
     def float_type(self) -> Any:
         """What NumPy calls a float or double."""
         return np.float32 if self == FLOAT else np.float64
+
+    @property
+    def fits_float32(self) -> bool:
+        """Whether every number of it is a float32."""
+        return self == FLOAT if self.floating else max(-self.low, self.high) <= 2**24
 
     def holds(self, value: Any) -> bool:
         """Whether a whole number is one of this type."""
@@ -165,6 +171,7 @@ MAX_DIGITS = 1_000
 LEAST_INFINITE = 2**128 - 2**103  # halfway between the largest float and 2**128
 
 
+@lru_cache(maxsize=1 << 16)
 def literal(text: str) -> Number | None:
     """A literal without its sign; None: it is not understood, or not finite."""
     if len(text) > MAX_DIGITS:

@@ -30,7 +30,7 @@ from codegen.importers.c.kinds import (
     Type,
     size_of,
 )
-from codegen.importers.c.values import Array, Condition, Number, Reference, Struct, Symbol, Value
+from codegen.importers.c.values import Array, Condition, Number, Outside, Reference, Struct, Symbol, Value
 from codegen.importers.symbolic.feature import Step
 
 PRINTING = ["printf", "fprintf", "puts", "fputs", "putchar", "putc", "fputc", "fflush", "perror"]
@@ -153,7 +153,7 @@ def _skip_print(machine: Any, given: list[Any]) -> Value:
 
 def _assertion(machine: Any, given: list[Any]) -> Value:
     if not machine.truth(given[0]):
-        raise machine.make_error("the program ends here on some path, without an action", "return an action instead")
+        raise Outside("observations for which its assertions hold")
     return None
 
 

@@ -12,27 +12,28 @@ are skipped. A function whose floating numbers are all `double` compares float64
 # pyright: basic
 # pycparser's nodes have no declared attributes
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
 from pycparser import CParser, c_ast
 from pycparser.c_parser import ParseError
 
 from codegen.errors import InputError, escape_text
 from codegen.floats import FLOAT32, FLOAT64
+from codegen.importers.c.compiled.asking import ask_compiler
+from codegen.importers.c.compiled.unit import Asked
 from codegen.importers.c.declarations import ADVICE, collect_assigned, is_const, walk
-from codegen.importers.c.inputs import Inputs
-from codegen.importers.c.kinds import DOUBLE, STANDARD
+from codegen.importers.c.inputs import Inputs, parts_of
+from codegen.importers.c.kinds import INT, STANDARD
 from codegen.importers.c.library import PRINTING
-from codegen.importers.c.statements import Statements, parameters_of
+from codegen.importers.c.statements import Open, Statements, parameters_of
 from codegen.importers.c.text import Expanded, expand_source
-from codegen.importers.c.values import Reference
+from codegen.importers.c.values import Origin as Place
+from codegen.importers.c.values import Outside, Reference, Struct, copy_objects
 from codegen.importers.origin import NOTHING, Origin, Said
-from codegen.importers.symbolic.paths import Paths
+from codegen.importers.symbolic.paths import OUTSIDE, Paths
 from codegen.importers.symbolic.program import REPLAYED_BY, Described, origin_of
-from codegen.ir import Bool, Floats
 
 KIND = "if/else C"
 TYPES = "".join(f"typedef int {name};" for name in STANDARD)
@@ -43,7 +44,6 @@ KEYWORDS = frozenset(
     restrict return short signed sizeof static struct switch typedef union unsigned void volatile while _Bool""".split()  # noqa: SIM905
 )
 ENTRIES = frozenset(("main", "setup", "loop"))
-EXACT = 2.0**24  # up to which a whole number is a float32
 
 
 def from_c(content: bytes, where: str, said: Said = NOTHING) -> dict[str, Origin]:
@@ -57,7 +57,8 @@ def from_c(content: bytes, where: str, said: Said = NOTHING) -> dict[str, Origin
         types = TYPES + "".join(f"typedef int {name};" for name in unknown)
         parsed = CParser().parse(types + "\n" + text.text, where)
         del parsed.ext[: len(STANDARD) + len(unknown)]
-        return {name: _origin(name, parsed, text, where, said) for name in _deciding(parsed, where, said.wanted)}
+        origins = {name: _origin(name, parsed, text, where, said) for name in _deciding(parsed, where, said.wanted)}
+        return ask_compiler(origins, parsed, text, where, said)
     except ParseError as error:
         at = re.match(r"(.*?):(\d+):\d+: (.*)", str(error), re.DOTALL)
         place, what = (f"{where}, line {at[2]}", at[3]) if at else (where, str(error))
@@ -158,6 +159,7 @@ class _Machine(Statements):
     def __init__(self, name: str, parsed: Any, text: Expanded, where: str, numbers: str) -> None:
         super().__init__(f"{where}, function {name}", text.names, numbers, contracts=text.contracts)
         self.numbers = numbers
+        self.limits = dict[str, None]()  # which observations it takes, where not all, in words
         for each in parsed.ext:
             if isinstance(each, c_ast.FuncDef):
                 if each.decl.name in self.functions:
@@ -177,10 +179,12 @@ class _Machine(Statements):
             elif not isinstance(each, c_ast.Pragma | c_ast.StaticAssert):
                 raise self.make_error("only functions, types and constants may stand outside functions", ADVICE)
         self.function = self.functions[name]
+        self.writes = bool(_collect_written(name, self.functions, frozenset()))
         result = self.function.decl.type.type
         self.plain_char = isinstance(result, c_ast.TypeDecl) and getattr(result.type, "names", None) == ["char"]
         parameters = {each.name: self.parameter(each) for each in parameters_of(self.function)}
         self.inputs = self.observed = Inputs(parameters, numbers == FLOAT64, self.make_error)
+        self.answers = list[Place]()
 
     def _declare_global(self, node: Any) -> None:
         """What stands in the file; what cannot be read is an error only where a decision needs it."""
@@ -195,8 +199,18 @@ class _Machine(Statements):
         """What the function answers on one path."""
         self.paths = self.arithmetic.paths = paths
         self.depth, self.scopes = 0, self.scopes[:1]
-        returned = self.run(self.function, self.observed.bind_parameters())
+        try:
+            if state is None:
+                returned = self.run(self.function, self.observed.bind_parameters(), ((self.function.body, None), []))
+            else:
+                objects, (frame, *scopes) = _copy_state(*state[1:])
+                self.observed.objects |= objects
+                returned = self.run(self.function, frame, (state[0], scopes))
+        except Outside as outside:
+            self.limits[str(outside)] = None
+            return OUTSIDE
         results = self.observed.results()
+        self.answers = [each.origin for each in results if each.origin]
         if results and returned is not None:
             what = "an action is returned, and another one is written to a parameter"
             raise self.make_error(what, "do one of both; return void where an answer is written")
@@ -204,33 +218,39 @@ class _Machine(Statements):
             return self.together([self.load(each) for each in results])
         if returned is None:
             raise self.make_error("nothing is returned or written on some path", "return an action on every path")
-        value = self.answer(self.load(returned.target) if isinstance(returned, Reference) else returned)
+        target = self.load(returned.target) if isinstance(returned, Reference) else returned
+        self.answers = list(parts_of(target.type if isinstance(target, Struct) else INT, Place("")))
+        value = self.answer(target)
         return chr(value) if self.plain_char and isinstance(value, int) and 32 < value < 127 else value
 
+    def mark(self, open_: Open) -> None:
+        """The path can go on from here, with copies of its variables."""
+        assert self.paths is not None
+        self.paths.mark((open_, *_copy_state(self.observed.objects if self.writes else {}, self.scopes[1:])))
 
-def _origin(name: str, parsed: Any, text: Expanded, where: str, said: Said) -> Origin:
+
+def _copy_state(objects: Mapping[str, Any], scopes: Sequence[Mapping[str, Any]]) -> tuple[Any, Any]:
+    """What the caller handed over, and the variables of each scope, as they are now."""
+    held = [*objects.values(), *(each for scope in scopes for each in scope.values())]
+    copies = iter(copy_objects(held))
+    return {name: next(copies) for name in objects}, [{name: next(copies) for name in scope} for scope in scopes]
+
+
+def _origin(name: str, parsed: Any, text: Expanded, where: str, said: Said) -> tuple[Origin, Asked]:
     machine = _Machine(name, parsed, text, where, FLOAT32)
-    kinds = machine.observed.kinds()
-    if DOUBLE in kinds:
-        return _follow_machine(_Machine(name, parsed, text, where, FLOAT64), text, said)
-    origin = _follow_machine(machine, text, said)
-    tested = np.abs(origin.grown.threshold[origin.grown.feature >= 0])
-    if any(kind.high > EXACT for kind in kinds) and bool((tested >= EXACT).any()):  # no float32 number beyond
-        return _follow_machine(_Machine(name, parsed, text, where, FLOAT64), text, said)
-    return origin
+    if all(kind.fits_float32 for kind in machine.observed.kinds()):
+        return _follow_machine(machine, text, said)
+    return _follow_machine(_Machine(name, parsed, text, where, FLOAT64), text, said)
 
 
-def _follow_machine(machine: _Machine, text: Expanded, said: Said) -> Origin:
-    places: list[int] = []
-
+def _follow_machine(machine: _Machine, text: Expanded, said: Said) -> tuple[Origin, Asked]:
     def describe_program() -> Described:
         used_places, features, count = machine.observed.features(machine.arithmetic.used)
-        places.extend(used_places)
         notes = [f"read without {', '.join(text.missing)}"] if text.missing else []
         return Described(
             kind=KIND,
             replayed_by=REPLAYED_BY,
-            given=f"{machine.numbers}, as it declares",
+            given="; ".join((f"{machine.numbers}, as it declares", *machine.limits)),
             places=used_places,
             features=features,
             n_features=count,
@@ -243,15 +263,4 @@ def _follow_machine(machine: _Machine, text: Expanded, said: Said) -> Origin:
 
     origin = origin_of(machine.path, machine.where, describe_program, machine.numbers, machine.arithmetic.summing.sums)
     origin = replace(origin, nan=origin.nan and all(kind.floating for kind in machine.observed.kinds()))
-    limits = list(machine.arithmetic.defined.values())
-    if not limits:
-        return origin
-
-    def takes(rows: Floats) -> Bool:
-        good = np.asarray(~np.isnan(rows).any(axis=1), dtype=np.bool_)
-        for feature, low, high in limits:
-            column = rows[:, places[feature.place]].astype(np.float64).tolist()
-            good &= np.array([low <= feature.value(each) <= high for each in column], dtype=np.bool_)
-        return good
-
-    return replace(origin, takes=takes, nan=False, given=f"{origin.given}; numbers that do not overflow")
+    return origin, Asked(machine.function.decl.name, tuple(machine.observed.order), tuple(machine.answers))

@@ -8,7 +8,7 @@ Does not: choose functions (source.py).
 # pyright: basic
 # pycparser's nodes have no declared attributes
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, TypeAlias
 
 from pycparser import c_ast
 
@@ -18,6 +18,8 @@ from codegen.importers.c.expressions import Expressions
 from codegen.importers.c.kinds import Callable_, Many, Pointer, Type, Void
 from codegen.importers.c.values import Array, Number, Reference, Struct, Text, Value, cells, make_object
 from codegen.importers.symbolic.paths import MAX_CALLS, STATE_ADVICE
+
+Open: TypeAlias = "tuple[Any, Open] | None"  # statements that follow: the first, and the others; None ends a scope
 
 
 class _Jump(Exception):
@@ -49,8 +51,7 @@ class Statements(Expressions):
             c_ast.Switch: self._switch,
             c_ast.Break: lambda node: self._jump("break"),
             c_ast.Continue: lambda node: self._jump("continue"),
-            c_ast.Goto: lambda node: self._jump("goto", node.name),
-            c_ast.Label: lambda node: self.follow(node.stmt),
+            c_ast.Goto: self._goto,
             c_ast.EmptyStatement: lambda node: None,
             c_ast.Pragma: lambda node: None,
             c_ast.StaticAssert: lambda node: None,
@@ -75,25 +76,18 @@ class Statements(Expressions):
             raise self.make_error(f"a statement is not read: {text_of(node)}")
 
     def block(self, nodes: Sequence[Any]) -> None:
-        """Statements one after the other, in a scope of their own; a goto may lead to one of them."""
+        """Statements one after the other, in a scope of their own."""
         self.scopes.append({})
-        depth, start = len(self.scopes), 0
-        while True:
-            try:
-                for each in nodes[start:]:
-                    self.follow(each)
-                break
-            except _Jump as jump:
-                labels = {each.name: at for at, each in enumerate(nodes) if isinstance(each, c_ast.Label)}
-                del self.scopes[depth:]
-                if jump.kind != "goto" or jump.value not in labels:
-                    self.scopes.pop()
-                    raise
-                start = labels[jump.value]
-        self.scopes.pop()
+        depth = len(self.scopes)
+        for each in nodes:
+            self.follow(each)
+        del self.scopes[depth - 1 :]
 
-    def _jump(self, kind: str, value: Any = None) -> None:
-        raise _Jump(kind, value)
+    def _jump(self, kind: str) -> None:
+        raise _Jump(kind)
+
+    def _goto(self, node: Any) -> None:
+        raise self.make_error("goto is not read", "return in each branch, or put what follows into a function")
 
     def _if(self, node: Any) -> None:
         chosen = node.iftrue if self.truth(node.cond) else node.iffalse
@@ -205,14 +199,43 @@ class Statements(Expressions):
             self.store(frame[each.name], value)
         return self.run(node, frame)
 
-    def run(self, node: Any, frame: dict[str, Any]) -> Value:
-        """What a function returns for these variables."""
+    def follow_open(self, open_: Open) -> None:
+        """Follows statements of the function that decides. Its path can go on from each `if`, with the variables as
+        they are there.
+        """
+        while open_:
+            node, open_ = open_
+            if node is None:
+                self.scopes.pop()
+            elif isinstance(node, c_ast.Compound):
+                self.scopes.append({})
+                open_ = (None, open_)
+                for each in reversed(node.block_items or []):
+                    open_ = (each, open_)
+            elif isinstance(node, c_ast.If):
+                self.mark((node, open_))
+                self.at(node)
+                chosen = node.iftrue if self.truth(node.cond) else node.iffalse
+                open_ = open_ if chosen is None else (chosen, open_)
+            else:
+                self.follow(node)
+
+    def mark(self, open_: Open) -> None:
+        """The path can go on from here."""
+        raise NotImplementedError
+
+    def run(self, node: Any, frame: dict[str, Any], state: Any = None) -> Value:
+        """What a function returns for these variables. `state`: the statements that follow, and the scopes within."""
         outer, self.scopes = self.scopes, [self.scopes[0], frame]
         before, self.changing_here = self.changing_here, self._set_in(node)
         self.depth += 1
         result = self.type_of(node.decl.type.type)
         try:
-            self.follow(node.body)
+            if state is None:
+                self.follow(node.body)
+            else:
+                self.scopes += state[1]
+                self.follow_open(state[0])
             value = None
         except _Jump as jump:
             if jump.kind != "return":

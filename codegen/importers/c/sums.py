@@ -11,7 +11,7 @@ import numpy as np
 
 from codegen.errors import InputError
 from codegen.floats import FLOAT32, FLOAT64
-from codegen.importers.c.kinds import FLOAT, Kind
+from codegen.importers.c.kinds import DOUBLE, FLOAT, Kind
 from codegen.importers.c.values import Number, Symbol
 from codegen.importers.reading import SUMS
 from codegen.importers.symbolic.affine import IN_ORDER, Affine, Given, Sums
@@ -19,7 +19,6 @@ from codegen.importers.symbolic.feature import Feature
 from codegen.ir import CONSTANT
 from codegen.sums import DOUBLE_SUMS
 
-WHOLE_ADVICE = "take them as double, which has every whole number of 32 bits, and compare the sum of these"
 TEST_ADVICE = "compare one feature, or a sum of features, with a number"
 ROUNDINGS = "a product and a sum may be rounded once or twice, as the compiler likes"
 CONTRACTED = "compare the feature itself with a number, or say #pragma STDC FP_CONTRACT OFF"
@@ -36,15 +35,31 @@ class Summing:
     def add_symbols(self, sign: str, one: Symbol, other: Symbol, kind: Kind) -> Symbol:
         """A sum or difference. InputError where its roundings have no order, or compilers differ."""
         found = self._add_features(sign, one, other, kind)
-        self._ensure_one_rounding(self.sums.known[found.place - SUMS])
+        self._ensure_one_rounding(self._form_of(found))
         return Symbol(found, kind)
 
     def compare_symbols(self, one: Symbol, other: Symbol) -> Symbol:
         """A difference, whose sign is that of the comparison, unless both are the same infinity."""
-        if one.feature.key == other.feature.key or not one.kind.floating:
-            raise self._make_error("two features are compared", TEST_ADVICE)
+        if one.feature.key == other.feature.key:
+            raise self._make_error("a feature is compared with itself", TEST_ADVICE)
+        if not one.kind.floating:
+            return self.add_whole("-", one, other)
         self.finite = True
         return Symbol(self._add_features("-", one, other, one.kind), one.kind)
+
+    def add_whole(self, sign: str, one: Symbol, other: Symbol) -> Symbol:
+        """A sum or difference of whole numbers, which floats have exactly."""
+        single = self._numbers == FLOAT32
+        plain = [Symbol(Feature(each.feature.place, each.feature.steps[1:]), each.kind) for each in (one, other)]
+        total = self._add_features(sign, plain[0], plain[1], FLOAT if single else DOUBLE)
+        most = 2**16 if single else 2**32  # of an input: `Kind.fits_float32`
+        sizes = [abs(weight) * (1 if place == CONSTANT else most) for weight, place in self._form_of(total).terms]
+        if sum(sizes) > (2**24 if single else 2**53):
+            raise self._make_error("a sum of whole numbers may be no float", TEST_ADVICE)
+        return Symbol(total, one.kind)
+
+    def _form_of(self, total: Feature) -> Affine:
+        return self.sums.known[total.place - SUMS]
 
     def build_given(self, values: Sequence[Number | Symbol]) -> Given | None:
         """What is returned where it depends on features, as a form for each number; None: these are labels."""
@@ -59,7 +74,7 @@ class Summing:
         """The inputs that a feature is computed of."""
         if feature.place < SUMS:
             return {feature.place}
-        return {place for _, place in self.sums.known[feature.place - SUMS].terms if place != CONSTANT}
+        return {place for _, place in self._form_of(feature).terms if place != CONSTANT}
 
     def _form(self, value: Number | Symbol) -> Affine:
         given = value.feature if isinstance(value, Symbol) else value.value
@@ -73,14 +88,15 @@ class Summing:
         total = self.sums.add_features(one.feature, other.feature, minus=sign == "-")
         if total is None:
             raise self._make_error("two sums are joined whose roundings have no order", IN_ORDER)
-        self._ensure_weights(self.sums.known[total.place - SUMS])
+        self._ensure_weights(self._form_of(total))
         return total
 
     def _compute_in(self, kind: Kind) -> None:
         """Sums are of this type from now on. InputError where others are of another one."""
         numbers = FLOAT32 if kind == FLOAT else FLOAT64
         if self.sums.numbers not in ("", numbers) or (self._numbers, numbers) == (FLOAT64, FLOAT32):
-            raise self._make_error("sums of float and of double stand side by side", "use one type for all of them")
+            what = "sums of float stand in a function that is given doubles, or whole numbers of more than 16 bits"
+            raise self._make_error(what, "use double for all of them, or declare whole numbers int16_t or smaller")
         self.sums.numbers, self.sums.weights = numbers, self._numbers
 
     def _ensure_weights(self, form: Affine) -> None:

@@ -26,6 +26,11 @@ PREDEFINED = "__STDC__ 1", "__STDC_VERSION__ 201112L", "__attribute__(x)", "__in
 MORE = "__restrict", "__restrict__", "__extension__", "__const const", "__volatile__ volatile"
 PLAIN = re.compile(r"\(?\s*(-?\s*(?:\d+|0[xX][0-9a-fA-F]+))\s*\)?")
 TRIGRAPH = re.compile(r"\?\?[=(/)'<!>-]")
+COMMENT = re.compile(r'"(?:[^"\\\n]|\\.)*"|\'(?:[^\'\\\n]|\\.)*\'|//[^\n]*|/\*.*?(?:\*/|\Z)', re.DOTALL)
+DEFINED = re.compile(r"^[ \t]*#[ \t]*define[ \t]+(\w+)(.*)$", re.MULTILINE)
+INCLUDED = re.compile(r'^[ \t]*#[ \t]*include[ \t]*"([^"\n]*)"', re.MULTILINE)
+NAME = re.compile(r"[A-Za-z_]\w*")
+HIDDEN = re.compile(r"\bhidden_line_(\d+)_\b")
 MAX_EXPANSIONS = 20_000  # and as many more as the text has letters
 MAX_LETTERS = 1 << 24
 ADVICE = "give C that a compiler takes as it stands"
@@ -38,6 +43,8 @@ class Expanded(NamedTuple):
     names: dict[str, int]  # macros that are whole numbers, which stay as names
     missing: tuple[str, ...]  # headers that were not read
     contracts: bool  # whether a compiler may join a product and a sum
+    content: bytes  # of the file, as it stands
+    beside: dict[str, bytes]  # of headers beside it that were read
 
 
 class _Reader(Preprocessor):
@@ -45,6 +52,7 @@ class _Reader(Preprocessor):
         self.where, self.beside = where, beside
         self.missing, self.expansions, self.directive = list[str](), 0, 0
         self.kept, self.contracts, self.most = dict[str, int](), True, MAX_EXPANSIONS
+        self.read, self.ever = dict[str, bytes](), dict[str, int]()  # what was kept, also where it was forgotten since
         super().__init__()
         self.expand_filemacro = self.expand_linemacro = self.expand_countermacro = False
         for name in ("__DATE__", "__TIME__", "__PCPP__", "__FILE__"):
@@ -110,6 +118,7 @@ class _Reader(Preprocessor):
             if self.include_depth > 20:
                 raise self.make_error(f"the header {escape_text(name)} includes itself", self.directive)
             self.most += len(content)
+            self.read[name] = content
             yield from self.parsegen(_splice_lines(_decode_source(content), f"{self.where}, {name}"), name, name)
 
     def define(self, tokens: Any) -> Any:
@@ -122,6 +131,9 @@ class _Reader(Preprocessor):
             text = "".join(tok.value for tok in macro.value)
             if macro.arglist is None and PLAIN.fullmatch(text.strip()) and abs(_value(text)) < 2**31:
                 self.kept[name] = _value(text)
+                if self.ever.setdefault(name, _value(text)) != _value(text):  # which its earlier uses would get, too
+                    what = f"the macro {escape_text(name)} means two numbers"
+                    raise self.make_error(what, self.directive, "give each number a name")
         return defined
 
     def undef(self, tokens: Any) -> Any:
@@ -177,17 +189,65 @@ def _splice_lines(text: str, where: str) -> str:
     return "\n".join(lines)
 
 
+def _blank_comments(text: str, where: str) -> str:
+    """The text without comments; each line begins where it did."""
+
+    def blank(match: re.Match[str]) -> str:
+        found = match[0]
+        if found[0] != "/":
+            return found
+        if found[1] == "*" and (len(found) < 4 or not found.endswith("*/")):
+            raise InputError(
+                "a comment has no end", f"{where}, line {text.count(chr(10), 0, match.start()) + 1}", ADVICE
+            )
+        return " " + "\n" * found.count("\n")
+
+    return COMMENT.sub(blank, text)
+
+
+def _expanding(text: str, beside: Callable[[str], bytes | None]) -> set[str]:
+    """The names of macros that may be expanded: of the text, and of headers that lie beside it."""
+    texts, seen = [text], set[str]()
+    defined = dict[str, list[str]]()
+    while texts:
+        each = texts.pop()
+        for name, body in DEFINED.findall(each):
+            defined.setdefault(name, []).append(body)
+        for name in set(INCLUDED.findall(each)) - seen:
+            seen.add(name)
+            texts.append(_decode_source(beside(name) or b""))
+    kept = [bool(PLAIN.fullmatch(each[0].strip())) and len(each) == 1 for each in defined.values()]
+    return {name for name, keeps in zip(defined, kept, strict=True) if not keeps}
+
+
+def _hide_lines(lines: list[str], expanding: set[str]) -> str:
+    """The lines, with a name in place of each one that no directive or macro touches, for pcpp is slow."""
+    shown, depth = list[str](), 0  # of parentheses, behind the name of a macro
+    for at, line in enumerate(lines):
+        names = NAME.findall(line)
+        raw = depth or "#" in line or line.lstrip()[:1] == "(" or not line.strip()
+        raw = raw or not expanding.isdisjoint(names) or any("__" in each or each == "_Pragma" for each in names)
+        shown.append(line if raw else f"hidden_line_{at}_")
+        for each in re.sub(r"\"[^\"]*\"|'[^']*'", "", line) if raw and "#" not in line else "":
+            depth = max(depth + (each == "(") - (each == ")"), 0)
+    return "\n".join(shown)
+
+
 def expand_source(content: bytes, where: str, beside: Callable[[str], bytes | None]) -> Expanded:
     """The text as a compiler's parser meets it. InputError with its line for what is not understood."""
-    text = _splice_lines(_decode_source(content), where)
+    text = _blank_comments(_splice_lines(_decode_source(content), where), where)
+    lines = text.split("\n")
+    hides = HIDDEN.search(text) is None
     reader = _Reader(where, beside)
     reader.most += len(content)
     out = io.StringIO()
     try:
-        reader.parse(text, where)
+        reader.parse(_hide_lines(lines, _expanding(text, beside)) if hides else text, where)
         reader.write(out)
     except (IndexError, AttributeError, AssertionError, TypeError) as error:  # of lines that pcpp does not expect
         raise reader.make_error(f"not C that is understood: {escape_text(error)[:80]}", reader.directive) from None
     if out.tell() > MAX_LETTERS:
         raise reader.make_error("macros expand to too much text", 0)
-    return Expanded(out.getvalue(), dict(reader.kept), tuple(dict.fromkeys(reader.missing)), reader.contracts)
+    expanded = HIDDEN.sub(lambda match: lines[int(match[1])], out.getvalue()) if hides else out.getvalue()
+    missing = tuple(dict.fromkeys(reader.missing))
+    return Expanded(expanded, dict(reader.kept), missing, reader.contracts, content, reader.read)

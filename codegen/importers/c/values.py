@@ -5,12 +5,16 @@ Assumes: an object of a decision lives as long as its path.
 Does not: compute (arithmetic.py), or read a syntax tree.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
 from codegen.importers.c.kinds import Kind, Many, Number, Record, Type
 from codegen.importers.symbolic.feature import Feature
+
+
+class Outside(Exception):
+    """The path ends, since the program takes no such observation: an assertion fails, or a number overflows."""
 
 
 @dataclass(frozen=True)
@@ -110,6 +114,33 @@ def make_object(type_: Type, origin: Origin | None = None, fixed: str = "") -> O
         each = type_.members.items()
         return Struct(type_, {name: make_object(of, origin.then(name) if origin else None, fixed) for name, of in each})
     return Cell(type_, None, origin, fixed)
+
+
+def copy_objects(objects: Sequence[Any]) -> list[Any]:
+    """Objects with all that they hold, so that setting the copies sets nothing else; other things stay themselves.
+    Pointers from one of them to another lead to its copy.
+    """
+    copies, pointing = dict[int, Any](), list[Cell]()
+
+    def copy_object(each: Any) -> Any:
+        if isinstance(each, Cell):
+            made: Any = Cell(each.type, each.value, each.origin, each.fixed)
+            if isinstance(each.value, Reference):
+                pointing.append(made)
+        elif isinstance(each, Array):
+            made = Array(each.type, {at: copy_object(item) for at, item in each.items.items()}, each.origin, each.fixed)
+        elif isinstance(each, Struct):
+            made = Struct(each.type, {name: copy_object(member) for name, member in each.members.items()})
+        else:
+            return each
+        copies[id(each)] = made
+        return made
+
+    made = [copy_object(each) for each in objects]
+    for cell in pointing:
+        assert isinstance(cell.value, Reference)
+        cell.value = Reference(copies.get(id(cell.value.target), cell.value.target), cell.value.at)
+    return made
 
 
 def cells(target: Object) -> Iterator[Cell]:

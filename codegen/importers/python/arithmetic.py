@@ -20,8 +20,8 @@ from typing import Any
 
 import numpy as np
 
-from codegen.importers.python.machine import MAX_ITEMS, TEST_ADVICE, Machine, step_of, words_of
-from codegen.importers.python.values import Array, Condition, Extreme, Instance, Member, Part, Refused, Symbol
+from codegen.importers.python.machine import MAX_ITEMS, TEST_ADVICE, Machine, step_of
+from codegen.importers.python.values import Array, Condition, Extreme, Instance, Member, Part, Refused, Symbol, words_of
 from codegen.importers.symbolic.affine import CUT_BEFORE, CUTTING, IN_ORDER
 from codegen.importers.symbolic.feature import FALLING, FOLDING, RISING, SIGNS, TURNED, Feature, Step, Test, at_most
 
@@ -37,9 +37,8 @@ FORMS: Mapping[type[ast.operator], str] = {ast.Add: "+", ast.Sub: "-", ast.Mult:
 COMPARISONS: Mapping[type[ast.cmpop], str] = {
     ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!=",
 }  # fmt: skip
-POWERS = range(2, 17)
 OTHERWISE = {
-    ast.Pow: f"give a whole number from 2 to {POWERS[-1]} as the power, or compare the feature itself",
+    ast.Pow: "write x * x, which does not fail where it is too large, or compare the feature itself",
     ast.FloorDiv: "write math.floor(x / c)",
     ast.Mod: "give the remainder as a feature of its own",
     ast.Div: "compare the feature itself: 1 / x > c says 0 < x < 1 / c",
@@ -153,8 +152,6 @@ def _of_feature(m: Machine, kind: type[ast.operator], left: Any, right: Any) -> 
     if not _usable(number, feature.value(1.0), kind):
         raise Refused("a feature is combined with 0, an infinite or a too large number", "write the result itself")
     sense = FALLING if (kind is ast.Sub and turned) or (kind not in (ast.Add, ast.Sub) and number < 0) else RISING
-    if kind is ast.Pow and not turned and number in POWERS:
-        return feature.then(Step(f"power {number!r}", partial(_power, number), RISING if number % 2 else FOLDING))
     if kind is ast.FloorDiv and not turned and not whole and math.frexp(number)[0] == 0.5:
         m.finite = True  # of infinities Python gives NaN
         # of a power of 2, which rounds nothing
@@ -168,16 +165,6 @@ def _of_feature(m: Machine, kind: type[ast.operator], left: Any, right: Any) -> 
     sign = FORMS.get(kind)
     form = ("c-" if kind is ast.Sub and turned else sign, number) if sign else None
     return feature.then(Step(f"{kind.__name__}{turned:d}{type(number).__name__}{number!r}", apply, sense, form=form))
-
-
-def _power(number: Any, value: Any) -> Any:
-    """`value ** number` by Python's or NumPy's own power, whose error is too small to change the order of powers;
-    infinite where Python gives up.
-    """
-    try:
-        return value**number
-    except OverflowError:
-        return math.inf if value > 0 or number % 2 == 0 else -math.inf
 
 
 def apply_finite(function: Callable[[Any], Any], value: Any) -> Any:

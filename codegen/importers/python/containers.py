@@ -2,7 +2,7 @@
 
 Does: makes containers; looks up elements, numbers of the observation, and slices; gives values to targets.
 Assumes: keys are constants, or whole numbers with few values.
-Does not: know the methods of containers (attributes.py).
+Does not: know the methods of containers (objects.py).
 """
 
 # pyright: basic
@@ -13,7 +13,7 @@ from typing import Any
 
 from codegen.importers.python.arithmetic import CONDITIONS, is_constant
 from codegen.importers.python.expressions import eval_condition
-from codegen.importers.python.machine import EXPRESSIONS, UNCOUNTED, Machine, reads, text_of, words_of
+from codegen.importers.python.machine import EXPRESSIONS, UNCOUNTED, Machine, reads, text_of
 from codegen.importers.python.values import (
     Array,
     Bound,
@@ -26,6 +26,7 @@ from codegen.importers.python.values import (
     Scope,
     Stream,
     Symbol,
+    words_of,
 )
 
 
@@ -158,7 +159,7 @@ def _unpack_value(m: Machine, target: ast.Tuple | ast.List, value: Any, scope: S
     names = target.elts
     stars = [place for place, each in enumerate(names) if isinstance(each, ast.Starred)]
     if isinstance(value, Part) and not stars:
-        m.name_features(target, value, [each.id if isinstance(each, ast.Name) else "" for each in names])
+        m.inputs.count_names(value.path, [each.id if isinstance(each, ast.Name) else "" for each in names])
     items = list(m.items(value))
     if stars:
         end = max(stars[0], len(items) - (len(names) - stars[0] - 1))

@@ -2,7 +2,7 @@
 
 Does: names, literals, operators, conditions, choices, calls and f-strings.
 Assumes: a machine, which counts the work and asks its paths where a feature decides.
-Does not: run statements, or know containers, attributes and functions (containers.py, attributes.py, library.py).
+Does not: run statements, or know containers, attributes and functions (containers.py, objects.py, library.py).
 
 Conditions are decided where they are needed: `fast = v > 1` is no test yet.
 """
@@ -15,7 +15,7 @@ from typing import Any
 from codegen.errors import InputError, escape_text
 from codegen.importers.python.arithmetic import COMPARISONS, CONDITIONS, binary, compare_values, is_constant, unary
 from codegen.importers.python.library import BUILTINS
-from codegen.importers.python.machine import EXPRESSIONS, STREAM_ADVICE, Machine, reads, text_of, words_of
+from codegen.importers.python.machine import EXPRESSIONS, STREAM_ADVICE, Machine, reads, text_of
 from codegen.importers.python.values import (
     Bound,
     Class,
@@ -28,6 +28,7 @@ from codegen.importers.python.values import (
     Scope,
     Symbol,
     Unread,
+    words_of,
 )
 from codegen.importers.symbolic.feature import Feature
 
@@ -223,7 +224,7 @@ def _count_features(m: Machine, node: ast.Call, function: Any, part: Part, given
     if isinstance(function, Function) and not function.kind and not function.node.args.defaults:
         names = [each.arg for each in (*function.node.args.posonlyargs, *function.node.args.args)]
     if names[given:] and not m.inputs.length(part.path):
-        m.name_features(node, part, names[given:])
+        m.inputs.count_names(part.path, names[given:])
 
 
 @reads(EXPRESSIONS, ast.Lambda)

@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, NoReturn
 
 from codegen.errors import InputError, escape_text
-from codegen.importers.python.machine import Machine, Refusal, text_of, walk_nodes
+from codegen.importers.python.machine import Machine, text_of, walk_nodes
 from codegen.importers.python.objects import MAKERS
 from codegen.importers.python.values import Class, Function, Instance, Refused, Scope, Unread
 from codegen.importers.symbolic.paths import STATE_ADVICE
@@ -73,7 +73,7 @@ def file_of(parsed: ast.Module, machine: Machine) -> File:
         try:
             machine.run(node, scope)
         except InputError as error:
-            if isinstance(node, ast.ImportFrom) or isinstance(error, Refusal) or machine.steps > 1 << 22:
+            if isinstance(node, ast.ImportFrom) or machine.hard or machine.steps > 1 << 22:
                 raise
             _skip(machine, node, scope, error)
     for node in nodes[ast.Global]:
@@ -87,7 +87,7 @@ def file_of(parsed: ast.Module, machine: Machine) -> File:
 
 
 def _ensure_plain(m: Machine, nodes: Mapping[type[ast.AST], Sequence[Any]]) -> None:
-    """Refusal of what may give names other meanings."""
+    """Refuses what may give names other meanings."""
     for node in nodes[ast.Name]:
         if node.id in MAGIC:
             _refuse(m, node, f"{node.id!r} may change what names stand for", "remove it")

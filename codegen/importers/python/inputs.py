@@ -6,6 +6,7 @@ Assumes: the paths that were read by following the whole function.
 Does not: know which of them decide anything.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
@@ -40,6 +41,16 @@ class Inputs:
     def length(self, path: Path) -> int:
         """How many numbers a container has; 0: nobody says."""
         return self.widths.get(path, self.width if len(path) == 1 == len(self.parameters) else 0)
+
+    def count_names(self, path: Path, names: Sequence[str]) -> None:
+        """Takes the number of names for that of features, and the names for theirs if there is one for each."""
+        known = self.length(path)
+        if known and known != len(names):
+            raise Refused(f"{len(names)} names for {known} features", "give each feature a name: a, b = x")
+        self.widths[path] = len(names)
+        features = tuple(f"x{place}" if name == "_" else name for place, name in enumerate(names))
+        if all(names) and len(set(features)) == len(features):
+            self.names.setdefault(path, features)
 
     def enter(self, part: Part, key: int | str) -> Part:
         """What stands at a key."""

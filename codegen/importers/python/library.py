@@ -25,7 +25,7 @@ from codegen.importers.python.arithmetic import (
     is_constant,
     is_number,
 )
-from codegen.importers.python.machine import MAX_ITEMS, TEST_ADVICE, Machine, step_of, words_of
+from codegen.importers.python.machine import MAX_ITEMS, TEST_ADVICE, Machine, step_of
 from codegen.importers.python.values import (
     AUTO,
     Array,
@@ -39,6 +39,7 @@ from codegen.importers.python.values import (
     Refused,
     Stream,
     Symbol,
+    words_of,
 )
 from codegen.importers.symbolic.feature import FOLDING, RISING, Feature, Step
 

@@ -34,6 +34,7 @@ from codegen.importers.python.values import (
     Scope,
     Stream,
     Symbol,
+    words_of,
 )
 from codegen.importers.reading import FLOATS
 from codegen.importers.symbolic.affine import Sums
@@ -90,10 +91,6 @@ def walk_nodes(node: ast.AST, stop: tuple[type[ast.AST], ...] = ()) -> list[Any]
 LEAVES = (ast.Name, ast.Constant)
 
 
-class Refusal(InputError):
-    """Something is outside the subset of Python, wherever it stands; no line is skipped for it."""
-
-
 FAILURES = (Refused, TypeError, ValueError, LookupError, ArithmeticError, AttributeError)
 
 
@@ -119,6 +116,7 @@ class Machine:
         self.line, self.depth, self.steps = 0, 0, 0
         self.fresh: dict[int, Any] = {}  # lists and objects that this path has made, and may change
         self.kept: dict[str, set[ast.AST]] = {}  # attributes, and functions that set them, but those of the object made
+        self.hard = False  # whether the last error is about something that no line may be skipped for
         self.assigning = True  # whether an expression may assign a name, or make a generator
         self.ran: set[ast.AST] = set()  # functions that the file calls before any decision
         self.called: dict[Any, str] = {}  # what returned members are called
@@ -138,15 +136,15 @@ class Machine:
 
     def make_error(self, node: ast.AST | None, error: Exception) -> InputError:
         """What is wrong at a node: an error of a handler, or of Python's own arithmetic and containers."""
-        what, advice, hard = f"this fails with {escape_text(error)[:80]}", TEST_ADVICE, False
+        what, advice = f"this fails with {escape_text(error)[:80]}", TEST_ADVICE
         if isinstance(error, Refused):
-            what, advice, hard = error.what, error.advice, error.hard
+            what, advice, self.hard = error.what, error.next_step, error.hard
         line = self.line
         if node is not None and not (hasattr(node, "body") or hasattr(node, "cases")):
             what = what if ": " in what else f"{what}: {text_of(node)}"
             line = getattr(node, "lineno", line)
         where = f"{self.where}, line {line}"
-        return (Refusal if hard else InputError)(what, where, advice)
+        return InputError(what, where, advice)
 
     def ask_arrays(self, what: str) -> None:
         """InputError unless the user says which numbers the file is given."""
@@ -318,16 +316,6 @@ class Machine:
             return value if isinstance(value, list | tuple | str | range) else list(value)
         raise Refused(f"a loop goes over {words_of(value)}", "loop over literals")
 
-    def name_features(self, node: ast.AST, part: Part, named: Sequence[str]) -> None:
-        """Takes the number of names for that of features, and the names for theirs if there is one for each."""
-        known = self.inputs.length(part.path)
-        if known and known != len(named):
-            raise Refused(f"{len(named)} names for {known} features", "give each feature a name: a, b = x")
-        self.inputs.widths[part.path] = len(named)
-        feature_names = tuple(f"x{place}" if name == "_" else name for place, name in enumerate(named))
-        if all(named) and len(set(feature_names)) == len(feature_names):
-            self.inputs.names.setdefault(part.path, feature_names)
-
     # --- calls
 
     def call(self, called: Any, given: Sequence[Any], named: Mapping[str, Any], node: ast.AST) -> Any:
@@ -410,16 +398,3 @@ class Machine:
 def step_of(kind: str) -> tuple[Step, ...]:
     """The conversion that an array of NumPy has done, if it is one."""
     return (Step(kind, np.dtype(kind).type),) if kind else ()
-
-
-def words_of(value: Any) -> str:
-    """What kind of value it is, in words."""
-    if isinstance(value, Symbol):
-        return f"the name {escape_text(value.name)!r}, which the file does not define,"
-    words = {
-        "Part": "the observation", "Extreme": "the least or the largest of several features",
-        "NoneType": "None", "str": "a text", "dict": "a dictionary",
-        "Instance": "an object", "Stream": "an iterator", "Array": "an array", "Feature": "a feature",
-        "Test": "a condition", "Condition": "a condition", "Member": "a member of an Enum",
-    }  # fmt: skip
-    return words.get(type(value).__name__, f"a {type(value).__name__.lower()}")

@@ -16,7 +16,7 @@ from codegen.errors import escape_text
 from codegen.importers.python.arithmetic import is_constant
 from codegen.importers.python.containers import key_of
 from codegen.importers.python.library import conversion
-from codegen.importers.python.machine import CALLS, EXPRESSIONS, STATEMENTS, Machine, reads, text_of, words_of
+from codegen.importers.python.machine import CALLS, EXPRESSIONS, STATEMENTS, Machine, reads, text_of
 from codegen.importers.python.values import (
     AUTO,
     Array,
@@ -32,6 +32,7 @@ from codegen.importers.python.values import (
     Scope,
     Stream,
     Symbol,
+    words_of,
 )
 from codegen.importers.symbolic.feature import Step
 from codegen.importers.symbolic.paths import STATE_ADVICE

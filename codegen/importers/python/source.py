@@ -16,6 +16,8 @@ import ast
 import copy
 import math
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -25,16 +27,30 @@ from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers.origin import NOTHING, Origin, Said
 from codegen.importers.python.file import ALONE, Decider, File, deciders, file_of
 from codegen.importers.python.inputs import MAX_FEATURES, Inputs
-from codegen.importers.python.machine import ARRAYS_ADVICE, FAILURES, Machine, words_of
+from codegen.importers.python.machine import ARRAYS_ADVICE, FAILURES, Machine
 from codegen.importers.python.objects import instance_of
 from codegen.importers.python.statements import follow, link_statements
-from codegen.importers.python.values import Class, Condition, Extreme, Instance, Member, Part, Refused, Scope, Symbol
+from codegen.importers.python.values import (
+    Class,
+    Condition,
+    Extreme,
+    Function,
+    Instance,
+    Member,
+    Part,
+    Refused,
+    Scope,
+    Symbol,
+    words_of,
+)
 from codegen.importers.reading import FLOATS
+from codegen.importers.running.asking import PYTHON, act_python, run_source
+from codegen.importers.running.calling import Called, shape_parameters
 from codegen.importers.summed import rounds
 from codegen.importers.symbolic.affine import IN_ORDER, NO_SUM, Affine, Given, Sums
 from codegen.importers.symbolic.feature import Feature, Test
 from codegen.importers.symbolic.paths import Paths
-from codegen.importers.symbolic.program import REPLAYED_BY, Described, Value, origin_of
+from codegen.importers.symbolic.program import Described, Value, origin_of
 from codegen.process.unwarned import silence_warnings
 
 KIND = "if/else Python"
@@ -45,6 +61,7 @@ GIVEN = {
     "": "Python's floats, or float64 arrays", FLOATS: "Python's floats",
     FLOAT32: "float32 arrays of NumPy 2", FLOAT64: "float64 arrays",
 }  # fmt: skip
+FORMS = {"": [FLOATS, FLOAT64], FLOATS: [FLOATS], FLOAT64: [FLOAT64], FLOAT32: [FLOAT32]}  # in which a source is asked
 
 
 def from_python(text: bytes, where: str, said: Said = NOTHING) -> dict[str, Origin]:
@@ -58,7 +75,8 @@ def from_python(text: bytes, where: str, said: Said = NOTHING) -> dict[str, Orig
             with np.errstate(all="ignore"):
                 file = file_of(parsed, Machine(where, said.arrays))
             chosen = deciders(file, said.wanted)
-            return {each.name: _origin(file, each, said, len(chosen)) for each in chosen}
+            source = text.decode("latin-1") if said.run else ""
+            return {each.name: _origin(file, each, said, len(chosen), source) for each in chosen}
     except SyntaxError as error:
         advice = "Python must be able to read the file"
         place = where if error.lineno is None else f"{where}, line {error.lineno}"
@@ -69,7 +87,7 @@ def from_python(text: bytes, where: str, said: Said = NOTHING) -> dict[str, Orig
         raise InputError(f"not Python: {escape_text(error)}", where, "Python must be able to read the file") from None
 
 
-def _origin(file: File, decider: Decider, said: Said, count: int) -> Origin:
+def _origin(file: File, decider: Decider, said: Said, count: int, source: str) -> Origin:
     """The origin of a function. InputError also for sums whose arithmetic nobody states."""
     widths = dict[tuple[int | str, ...], int]()
     while True:  # again, where a later line says how many features there are
@@ -81,7 +99,7 @@ def _origin(file: File, decider: Decider, said: Said, count: int) -> Origin:
             if not said.arrays and rounds(origin):
                 what = "sums of features are computed, and their roundings depend on the numbers that are given"
                 raise InputError(what, f"{m.where}, line {m.sums.line}", ARRAYS_ADVICE)
-            return origin
+            return follower.ask_python(origin, decider, source)
         except InputError as error:
             if len(m.inputs.widths) > len(widths):
                 widths = dict(m.inputs.widths)
@@ -247,7 +265,7 @@ class _Follower:
             m.notes[f"{escape_text(each)} is what its default says, unless --features names it"] = None
         plain = Described(
             kind=KIND,
-            replayed_by=REPLAYED_BY,
+            replayed_by=PYTHON,
             given=GIVEN[self.said.arrays],
             order=order,
             called=self._collect_names(),
@@ -256,7 +274,31 @@ class _Follower:
             n_read=self.n_read,
             notes=tuple(m.notes),
         )
-        return m.inputs.describe_inputs(plain)
+        described = m.inputs.describe_inputs(plain)
+        self.places = [int(each) for each in described.places]
+        return described
+
+    def ask_python(self, origin: Origin, decider: Decider, source: str) -> Origin:
+        """The origin that Python itself answers for; without a source, nobody does."""
+        if not source:
+            return replace(origin, act=None, compared=False)
+        m, takes = self.machine, self.function.node.args
+        names = [*self.names, *self.keywords]
+        shapes = shape_parameters(names, dict(zip(m.inputs.places, self.places, strict=True)))
+        first = [each.arg for each in (*takes.posonlyargs, *takes.args)][len(self.first) :]
+        plain = [name for name, own in zip(first, self.names, strict=False) if name == own]
+        called = Called(
+            source=source,
+            where=m.where,
+            entry=decider.name,
+            method="" if isinstance(self.file.scope.names[decider.name], Function) else self.function.name,
+            made=not self.function.kind,
+            given=[shapes.pop(name) for name in plain],
+            named=shapes,
+            forms=FORMS[self.said.arrays],
+            scores=self.said.scores,
+        )
+        return replace(origin, second=partial(run_source, called, origin), act=partial(act_python, called, origin))
 
     def _constant(self, node: ast.expr) -> tuple[str, Any]:
         """The name of a constant of the file, or of a class, and the constant."""

@@ -10,15 +10,16 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from codegen.errors import InputError, escape_text
 from codegen.importers.symbolic.feature import Step
 
 
-class Refused(Exception):
+class Refused(InputError):
     """Something cannot be read. Whoever evaluates the node says where it is; `hard`: no line is skipped for it."""
 
     def __init__(self, what: str, advice: str, *, hard: bool = False) -> None:
-        super().__init__(what)
-        self.what, self.advice, self.hard = what, advice, hard
+        super().__init__(what, "", advice)
+        self.hard = hard
 
 
 @dataclass(frozen=True)
@@ -174,3 +175,16 @@ class Module:
 
 
 AUTO = Symbol("auto()")  # a member of an Enum that has no value of its own
+
+
+def words_of(value: Any) -> str:
+    """What kind of value it is, in words."""
+    if isinstance(value, Symbol):
+        return f"the name {escape_text(value.name)!r}, which the file does not define,"
+    words = {
+        "Part": "the observation", "Extreme": "the least or the largest of several features",
+        "NoneType": "None", "str": "a text", "dict": "a dictionary",
+        "Instance": "an object", "Stream": "an iterator", "Array": "an array", "Feature": "a feature",
+        "Test": "a condition", "Condition": "a condition", "Member": "a member of an Enum",
+    }  # fmt: skip
+    return words.get(type(value).__name__, f"a {type(value).__name__.lower()}")

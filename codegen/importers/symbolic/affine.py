@@ -22,7 +22,7 @@ from codegen.errors import InputError
 from codegen.floats import FLOAT32
 from codegen.importers.reading import SUMS
 from codegen.importers.symbolic.feature import Feature, Step
-from codegen.ir import CONSTANT
+from codegen.ir import CONSTANT, Floats
 from codegen.sums import DOUBLE_SUMS, FLOAT32_STEPS, FLOAT64_SUMS
 
 Terms = tuple[tuple[float, int], ...]
@@ -201,9 +201,26 @@ class Sums:
             self.known.append(affine)
         return self.places[key]
 
+    def column(self, place: int, columns: Sequence[Floats]) -> Floats:
+        """The values of a sum for many observations, as doubles. `columns`: of the inputs, by place."""
+        return sum_terms(self.known[place - SUMS].terms, columns, self.numbers)
+
 
 def _cuts(step: Step) -> bool:
     return step.form is not None and step.form[0] in CUTTING
+
+
+def sum_terms(terms: Terms, columns: Sequence[Floats], numbers: str) -> Floats:
+    """The value of each sum, term after term, as doubles."""
+    kind, count = np.dtype(numbers).type, len(columns[0]) if columns else 0
+    total: Any = None
+    with np.errstate(all="ignore"):
+        for weight, place in terms:
+            each = np.full(count, weight, kind) if place == CONSTANT else columns[place].astype(kind)
+            if place != CONSTANT and weight != 1:
+                each = -each if weight == -1 else each * kind(weight)
+            total = each if total is None else total + each
+    return np.asarray(total, dtype=np.float64)
 
 
 def _reciprocal(value: float) -> float | None:

@@ -13,7 +13,8 @@ are such steps, in any precision. They may be constant on stretches and overflow
 import math
 import operator
 import struct
-from collections.abc import Callable, Iterator, Mapping
+from bisect import bisect_right
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple, TypeAlias
 
@@ -75,6 +76,7 @@ class Step:
     apply: Callable[[Any], Any]
     sense: str = RISING
     form: tuple[Any, ...] | None = field(default=None, kw_only=True)  # of arithmetic with a number, see affine.py
+    jumps: tuple[int, ...] = field(default=(), kw_only=True)  # of JUMPING: whole numbers between which it never falls
 
 
 @dataclass(frozen=True)
@@ -178,7 +180,9 @@ def pieces(feature: Feature, numbers: str) -> list[tuple[int, int, bool]]:
         before, parts = Feature(feature.place, feature.steps[:count]), list[tuple[int, int, bool]]()
         if step.sense == JUMPING:
             stretches = [
-                (start, end, True) for low, high, _ in stretches for start, end in _alike(before, numbers, low, high)
+                (start, end, rising if step.jumps else True)
+                for low, high, rising in stretches
+                for start, end in _alike(before, step.jumps, numbers, low, high)
             ]
         if step.sense != FOLDING:
             continue
@@ -192,11 +196,16 @@ def pieces(feature: Feature, numbers: str) -> list[tuple[int, int, bool]]:
     return stretches
 
 
-def _alike(feature: Feature, numbers: str, low: int, high: int) -> Iterator[tuple[int, int]]:
-    """Stretches of places, first to last, on which a feature is the same number."""
+def _alike(feature: Feature, jumps: Sequence[int], numbers: str, low: int, high: int) -> Iterator[tuple[int, int]]:
+    """Stretches of places, first to last, on which a feature passes no jump; without any, is the same number."""
+
+    def stretch_of(at: int) -> Any:
+        value = feature.value(number(at, numbers))
+        return bisect_right(jumps, value) if jumps else value
+
     while low <= high:
-        value = feature.value(number(low, numbers))
-        end = _last(low, high, lambda at, value=value: feature.value(number(at, numbers)) == value)
+        first = stretch_of(low)
+        end = _last(low, high, lambda at, first=first: stretch_of(at) == first)
         yield low, end
         low = end + 1
 

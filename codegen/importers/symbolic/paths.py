@@ -10,21 +10,23 @@ end is an ordinary interpreter: it forks by calling `holds`, and needs no copy o
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
 from codegen.errors import InputError
 from codegen.importers.folding import without
+from codegen.importers.reading import SUMS
 from codegen.importers.symbolic.affine import Sums
 from codegen.importers.symbolic.feature import LAST, Feature, Test, Turns, number, pieces, turns_of
-from codegen.ir import MAX_DEPTH, NO_ACTION, NO_CHILD, NO_FEATURE, GrownTree
+from codegen.ir import MAX_DEPTH, NO_ACTION, NO_CHILD, NO_FEATURE, Bool, Floats, GrownTree
 
 MAX_NODES = 1 << 19
 MAX_STEPS = 5_000_000  # of following paths, which a program of many variables multiplies
 MAX_CHAIN = 4  # turns of a test that are asked one after the other; of more, the middle one first
 MAX_CALLS = 40  # functions of the program within one another
+OUTSIDE: Any = object()  # what a path gives that the program rules out by an assertion
 STATE_ADVICE = "a decision may depend on the observation alone; give what is remembered as a feature"
 MANY_PATHS = "return in each branch, and build tables outside the function"
 Run: TypeAlias = "Callable[[Paths, Any], Any]"  # paths, the state to go on from or None -> what is returned
@@ -121,6 +123,7 @@ class Growth(Paths):
         self._sums = sums or Sums(numbers)
         self.numbers, self.rows, self.values = numbers, list[list[float]](), dict[Any, int]()
         self._turns, self._pieces = dict[str, Turns](), dict[str, list[tuple[int, int, bool]]]()
+        self.outside = list[dict[int, tuple[int, int]]]()  # what is known on paths that the program rules out
 
     def holds(self, test: Test) -> bool:
         """Splits as often as the test turns within what is known."""
@@ -159,21 +162,46 @@ class Growth(Paths):
 
     def end_path(self, value: Any) -> None:
         """A leaf."""
+        if value is OUTSIDE:
+            self.outside.append(self.known)
+            self._node([NO_FEATURE, 0.0, NO_CHILD, NO_CHILD, NO_ACTION])
+            return
         self._node([NO_FEATURE, 0.0, NO_CHILD, NO_CHILD, self.values.setdefault(value, len(self.values))])
 
     def tree(self) -> GrownTree:
-        """The tree; a split whose sides decide alike is left out."""
+        """The tree; a split whose sides decide alike is left out, and so is one of which one side is ruled out."""
         tree = GrownTree(*np.array(self.rows, dtype=np.float64).T)
         same, kinds = dict[int, int](), dict[Any, int]()  # splits to leave out; what decides, and its number
         kind = [0] * len(self.rows)
         for node in range(len(self.rows) - 1, -1, -1):
             feature, threshold, left, right, action = self.rows[node]
             sides = (kind[int(left)], kind[int(right)]) if feature != NO_FEATURE else ()
-            if sides and sides[0] == sides[1]:
-                same[node], kind[node] = int(left), sides[0]
+            if not sides and action == NO_ACTION:
+                kind[node] = NO_ACTION
+            elif sides and (sides[0] == sides[1] or NO_ACTION in sides):
+                same[node] = int(right if sides[0] == NO_ACTION else left)
+                kind[node] = kind[same[node]]
             else:
                 kind[node] = kinds.setdefault((feature, threshold, action, sides), len(kinds))
+        if kind[0] == NO_ACTION:
+            raise self.make_error("every observation is ruled out by an assertion", "mend the assertion")
         return without(tree, same)
+
+    def is_inside(self, columns: Sequence[Floats]) -> Bool:
+        """Which observations the program does not rule out. `columns`: of its inputs; those with NaN count as outside,
+        if it rules out any.
+        """
+        inside = np.ones(len(columns[0]) if columns else 0, dtype=np.bool_)
+        for column in columns if self.outside else ():
+            inside &= ~np.isnan(column)
+        for known in self.outside:
+            within = np.ones(len(inside), dtype=np.bool_)
+            for feature, (low, high) in known.items():
+                numbers = self._sums.numbers if feature >= SUMS else self.numbers
+                given = self._sums.column(feature, columns) if feature >= SUMS else columns[feature]
+                within &= (number(low, numbers) <= given) & (given <= number(high, numbers))
+            inside &= ~within
+        return inside
 
     def _split(self, asked: tuple[int, float]) -> int:
         if self._depth == MAX_DEPTH:

@@ -19,7 +19,7 @@ from codegen.importers.summed import with_sums
 from codegen.importers.symbolic.affine import Affine, Bounds, Given, Sums
 from codegen.importers.symbolic.paths import Growth, Run
 from codegen.importers.symbolic.replay import replay_program
-from codegen.ir import GrownTree
+from codegen.ir import Bool, Floats, GrownTree
 
 Value: TypeAlias = int | float | str | tuple[int | float, ...]  # what is returned; a tuple: a list of numbers
 REPLAYED_BY = "an interpreter of the file's syntax tree"
@@ -44,8 +44,17 @@ def origin_of(
     growth = Growth(where, numbers, sums)
     with np.errstate(all="ignore"):
         growth.follow(run)
-    said = replace(describe(), numbers=numbers, nan=growth.nan)
-    return origin_of_tree(growth.tree(), list(growth.values), run, said, where, sums)
+    grown = growth.tree()
+    said = replace(describe(), numbers=numbers, nan=growth.nan and not growth.outside)
+    origin = origin_of_tree(grown, list(growth.values), run, said, where, sums)
+    if not growth.outside:
+        return origin
+    columns = np.array(said.places, dtype=np.int64)
+
+    def takes(rows: Floats) -> Bool:
+        return growth.is_inside([*rows[:, columns].T.astype(np.float64)])
+
+    return replace(origin, takes=takes)
 
 
 def origin_of_tree(

@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 
 from codegen.importers.reading import SUMS
-from codegen.importers.symbolic.affine import Affine, Sums, Terms
+from codegen.importers.symbolic.affine import Affine, Sums, sum_terms
 from codegen.importers.symbolic.feature import SIGNS, Feature, Test
 from codegen.importers.symbolic.paths import Paths, Run
-from codegen.ir import CONSTANT, Bool, Floats
+from codegen.ir import Bool, Floats
 
 
 def replay_program(run: Run, where: str, rows: Floats, sums: Sums | None, given: Any, numbers: str) -> Any:
@@ -59,7 +59,7 @@ class Replay(Paths):
         if place < SUMS or self._sums is None:
             return self.columns[place]
         if place not in self._of_sums:
-            self._of_sums[place] = sum_terms(self._sums.known[place - SUMS].terms, self.columns, self._sums.numbers)
+            self._of_sums[place] = self._sums.column(place, self.columns)
         return self._of_sums[place]
 
     def _passing(self, test: Test) -> Bool:
@@ -101,16 +101,3 @@ def _cut(form: Affine, values: Floats, numbers: str) -> Floats:
         return values
     kind, cut = np.dtype(numbers).type, form.cut
     return np.array([float(cut.value(kind(value))) for value in values], np.float64)
-
-
-def sum_terms(terms: Terms, columns: Sequence[Floats], numbers: str) -> Floats:
-    """The value of each sum, term after term, as doubles."""
-    kind, count = np.dtype(numbers).type, len(columns[0]) if columns else 0
-    total: Any = None
-    with np.errstate(all="ignore"):
-        for weight, place in terms:
-            each = np.full(count, weight, kind) if place == CONSTANT else columns[place].astype(kind)
-            if place != CONSTANT and weight != 1:
-                each = -each if weight == -1 else each * kind(weight)
-            total = each if total is None else total + each
-    return np.asarray(total, dtype=np.float64)

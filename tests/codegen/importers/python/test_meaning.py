@@ -29,7 +29,7 @@ BODIES = {
     "    return math.floor(a) == -1, int(b) == 0, round(c, 1) <= 0.2",
     "the least and the largest": "return 1 if min(x[0], x[1]) > 0.1 else 2 if max(abs(x[1]), -x[2], 0.25) <= 1 "
     "else 3",
-    "squares": "return 1 if x[0] ** 2 < 0.5 else 2 if (x[1] - 1) * (x[1] - 1) <= 0.25 else 3",
+    "squares": "return 1 if x[0] * x[0] < 0.5 else 2 if (x[1] - 1) * (x[1] - 1) <= 0.25 else 3",
     "rounding on the way": "return 1 if (x[0] - 0.1) / 3 * 7 >= 0.3 else 2 if 1 - x[1] * -0.1 < 1.1 else 3",
     "match": "match (x[0] > 0.5, x[1] > 1):\n        case (True, True):\n            return 1\n"
     "        case (False, _):\n"

@@ -1,0 +1,175 @@
+"""A C file as the C compiler reads it: compiled three times, run, and asked for its answers.
+
+Does: builds what unit.py writes without optimisation, with it, and with traps for what C leaves undefined; asks all of
+  them about rows; says where they differ, and where a trap is met.
+Assumes: what is compiled was accepted by the reader: it calls nothing outside the file but functions of numbers.
+Does not: use anything that the reader computed. It runs in a scratch folder, with limits (driver.py).
+
+A compiler may join a product and a sum unless the source forbids it, so the second build lets it. In the first one,
+whole numbers wrap around: compilers leave out additions before their traps see them (`w + 5 > 9` is `w > 4`), so an
+overflow may show only as a difference of the two.
+"""
+
+import shutil
+import tempfile
+import weakref
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from functools import cached_property
+from itertools import repeat
+from pathlib import Path
+from subprocess import CompletedProcess
+from typing import Any
+
+import numpy as np
+
+from codegen.agreement.programs import run
+from codegen.errors import InputError, MissingToolError, escape_text
+from codegen.importers.c.compiled.driver import DRIVER
+from codegen.importers.c.compiled.unit import WIDE, Asked
+from codegen.importers.c.values import Origin
+from codegen.ir import Bool, Floats
+
+COMPILED_BY = "the C compiler (-O0, -O2, UBSan)"
+TRAPPING = "UBSan"
+PLAIN = "-std=c11 -D_DEFAULT_SOURCE -Werror=implicit-function-declaration".split()  # noqa: SIM905
+TRAPS = "-fsanitize=undefined,float-cast-overflow"
+UNCHECKED = "-fno-sanitize=null,alignment,object-size,pointer-overflow"  # of memory that unit.py lays out
+LIMIT_S, BUILD_S = 120, 1_800
+NO_TRAPS = "set CC to gcc or clang, or say --no-run"
+Answer = int | float | str
+EACH, HOLDS, FAILED = 1, 2, "!"  # modes of the driver, and its word for a row at which an assertion fails
+
+
+class Compiled:
+    """The builds of one file. `contracts`: whether a compiler may join roundings."""
+
+    def __init__(self, unit: str, asked: Sequence[Asked], compiler: list[str], where: str, *, contracts: bool) -> None:
+        self._unit, self._compiler, self._where = unit, compiler, where
+        self._asked = {each.name: (at, each) for at, each in enumerate(asked)}
+        joined = ["-ffp-contract=fast", "-march=native"] if contracts else ["-ffp-contract=off"]
+        self._flags = {
+            "-O0": ["-O0", "-fwrapv", "-ffp-contract=off", "-DMAVIPER_NUMBERS"],
+            "-O2": ["-O2", *joined],
+            TRAPPING: ["-O0", "-ffp-contract=off", TRAPS, UNCHECKED, "-fno-sanitize-recover=all"],
+        }
+
+    @cached_property
+    def _folder(self) -> Path:
+        """The scratch folder with all builds. InputError for what the compiler does not take."""
+        folder = Path(tempfile.mkdtemp(prefix="maviper-"))
+        weakref.finalize(self, shutil.rmtree, folder, ignore_errors=True)
+        (folder / "unit.c").write_text(self._unit)
+        (folder / "driver.c").write_text(DRIVER)
+        with ThreadPoolExecutor() as pool:
+            for name, built in zip(self._flags, pool.map(self._build, repeat(folder), self._flags), strict=True):
+                if built.returncode and name == TRAPPING:
+                    raise MissingToolError(f"{self._compiler[0]} builds nothing with {TRAPS}", _first(built), NO_TRAPS)
+                if built.returncode:
+                    what = f"the C compiler does not take what was read: {escape_text(_first(built))[:200]}"
+                    raise InputError(what, self._where, "give C that a compiler takes as it stands")
+        return folder
+
+    def _build(self, folder: Path, name: str) -> CompletedProcess[str]:
+        def build_with(flags: Sequence[str]) -> CompletedProcess[str]:
+            command = [*self._compiler, *PLAIN, *flags, "unit.c", "driver.c", "-lm", "-o", name.strip("-")]
+            return run(command, folder, BUILD_S)
+
+        first = build_with(self._flags[name])
+        if first.returncode and "-march=native" in self._flags[name]:
+            return build_with([each for each in self._flags[name] if each != "-march=native"])
+        if first.returncode and name == TRAPPING:  # where there is no library that says what was met
+            return build_with([*self._flags[name], "-fsanitize-undefined-trap-on-error"])
+        return first
+
+    @cached_property
+    def numbers(self) -> list[float]:
+        """The numbers that the file's constant expressions give."""
+        said = run([str(self._folder / "O0"), "numbers"], self._folder, LIMIT_S).stdout
+        return sorted({float.fromhex(each) for each in said.split()})
+
+    def types(self, function: str) -> list[str]:
+        """The type of each feature: NumPy's name of it, char, or bits of a bit-field. InputError for one of 64 bits."""
+        types = self._run(function, "O0", np.zeros((0, 1))).stdout.split()
+        for type_, place in zip(types, self._asked[function][1].features, strict=True):
+            if type_ == WIDE:
+                what = f"{_name_place(place)} is a whole number of 64 bits, whose large numbers are no float64"
+                raise InputError(what, f"{self._where}, function {function}", "declare it int32_t or uint32_t")
+        return types
+
+    def holds(self, function: str, rows: Floats) -> Bool:
+        """Which rows a caller can hand over, [n]."""
+        said = self._run(function, "O0", rows, HOLDS).stdout.splitlines()[1:]
+        return np.array(said, np.str_) != "-"
+
+    def answers(self, function: str, rows: Floats) -> list[tuple[Answer, ...]]:
+        """What the builds answer, one after the other, for each row.
+
+        InputError where a build traps, dies or answers otherwise than another one.
+        """
+        with ThreadPoolExecutor() as pool:
+            given = list(pool.map(self._run, repeat(function), [each.strip("-") for each in self._flags], repeat(rows)))
+        lines = list[list[str]]()
+        for name, said in zip(self._flags, given, strict=True):
+            if said.returncode:
+                again = self._run(function, name.strip("-"), rows, EACH)
+                place = max(again.stdout.count("\n") - 1, 0)
+                raise self._make_error(function, rows[place], _reason(again))
+            lines.append(said.stdout.splitlines()[1:])
+        for place, each in enumerate(zip(*lines, strict=True)):
+            if FAILED in each:
+                raise self._make_error(function, rows[place], "an assertion fails that the reader does not see")
+            if len(set(each)) > 1:
+                told = ", ".join(f"{name} {line.strip()}" for name, line in zip(self._flags, each, strict=True))
+                raise self._make_error(function, rows[place], f"builds of it answer differently: {told}")
+        known = {each: tuple(map(_part, each.split())) for each in set(lines[0])}
+        return [known[each] for each in lines[0]]
+
+    def ensure_failing(self, function: str, rows: Floats) -> None:
+        """InputError unless an assertion fails at each of the rows that the reader leaves out."""
+        said = self._run(function, "O0", rows).stdout.splitlines()[1:]
+        for place in np.flatnonzero(np.array(said, np.str_) != FAILED)[:1].tolist():
+            what = "the reader leaves out an observation at which no assertion fails"
+            raise self._make_error(function, rows[place], what)
+
+    def _run(self, function: str, build: str, rows: Floats, mode: int = 0) -> CompletedProcess[str]:
+        at, _ = self._asked[function]
+        place = self._folder / f"rows-{build}"
+        np.ascontiguousarray(rows, dtype=np.float64).tofile(place)
+        command = [str(self._folder / build), str(at), str(rows.shape[1]), str(mode)]
+        return run(command, self._folder, LIMIT_S, place)
+
+    def _make_error(self, function: str, row: Any, what: str) -> InputError:
+        features = self._asked[function][1].features[:20]
+        shown = [f"{_name_place(place)} {value!r}" for place, value in zip(features, row.tolist(), strict=False)]
+        advice = "test for such numbers first, exclude them by an assert, or compute in a wider type"
+        return InputError(what, f"{self._where}, function {function}, at {', '.join(shown)}", advice)
+
+
+def _name_place(place: Origin) -> str:
+    """A feature, as messages call it."""
+    return ".".join(map(str, (place.parameter, *place.way)))
+
+
+def _first(said: CompletedProcess[str]) -> str:
+    """The first line of a compiler's errors."""
+    lines = said.stderr.strip().splitlines()
+    return next((line for line in lines if "error" in line), lines[0] if lines else "no word")
+
+
+def _reason(said: CompletedProcess[str]) -> str:
+    """Why a program ended."""
+    for line in said.stderr.splitlines():
+        if "runtime error: " in line:
+            return f"what it does is not defined in C: {escape_text(line.partition('runtime error: ')[2])[:120]}"
+    return f"it ends there, with status {said.returncode}: what it does is not defined in C, or it calls abort"
+
+
+def _part(word: str) -> Answer:
+    if word[0] == "t":
+        return bytes.fromhex(word[1:]).decode(errors="replace")
+    if word[0] == "c":
+        code = int(word[1:])
+        return chr(code) if 32 < code < 127 else code
+    digits = word.lstrip("-")
+    return int(word) if digits.isdigit() else float.fromhex(word)

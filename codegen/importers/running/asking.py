@@ -1,0 +1,162 @@
+"""A source of Python asked by Python itself, in a process of its own, and its answers as those of an origin.
+
+Does: starts the process, hands over the source and how it is called, then observations; compares what lists of floats
+  and arrays are answered; makes labels or outputs of answers.
+Assumes: how the reader takes the source to be called.
+Does not: run anything in this process, or know how the reader read.
+"""
+
+# pyright: basic
+# answers may be anything
+import json
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from codegen.errors import DisagreementError, InputError, escape_text
+from codegen.floats import FLOAT32, FLOAT64
+from codegen.importers.reading import Answers, Origin, Running
+from codegen.importers.running.calling import Called
+from codegen.ir import Floats
+
+SECONDS = 60
+BYTES = 4 << 30  # of address space
+LINE = 1 << 28
+RUN_ADVICE = "write it with what importing.md lists, or say --no-run to import it without a comparison"
+PYTHON = f"Python {sys.version_info.major}.{sys.version_info.minor} itself"
+CHILD = Path(__file__).parent / "child.py"
+PRECONDITION = "AssertionError"
+FORMS = {"floats": "Python's floats", FLOAT64: "float64 arrays", FLOAT32: "float32 arrays of NumPy 2"}
+FORM_ADVICE = "say --arrays if it is given arrays of one type only; else make floats of what it compares: float(x[0])"
+ENVIRONMENT = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "PATH": ""}
+
+
+@contextmanager
+def run_source(called: Called, origin: Origin) -> Iterator[Running]:
+    """The numbers of a source, and what answers observations, while its process lives.
+
+    InputError for a source that does not pass the gate, or ends otherwise than with answers; DisagreementError where
+    floats and arrays are answered differently.
+    """
+    request = {**asdict(called), "seconds": SECONDS, "bytes": BYTES, "library": str(Path(np.__file__).parent.parent)}
+    command = [sys.executable, "-I", "-S", "-B", "-X", "utf8", str(CHILD)]
+    with subprocess.Popen(
+        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env=ENVIRONMENT
+    ) as process:
+        clock = threading.Timer(2 * SECONDS, process.kill)
+        clock.start()
+
+        def ask_rows(rows: Floats) -> Answers:
+            content = np.ascontiguousarray(rows, np.float64)
+            head = json.dumps({"rows": len(rows), "width": rows.shape[1]}).encode() + b"\n"
+            given = _exchange(process, called, head + content.tobytes())
+            said = [([_read_answer(each, called, origin) for each in told], np.array(at, int)) for told, at in given]
+            return _join_forms(called, said, content, origin)
+
+        try:
+            told = _exchange(process, called, json.dumps(request).encode() + b"\n")
+            if "refused" in told:
+                where = f"{called.where}, line {told['line']}" if told["line"] else called.where
+                raise InputError(f"Python does not run it: {escape_text(told['refused'])}", where, RUN_ADVICE)
+            yield Running(told["numbers"], ask_rows)
+        finally:
+            clock.cancel()
+            process.kill()
+
+
+def act_python(called: Called, origin: Origin, rows: Floats) -> Any:
+    """What Python answers: the places of labels, or numbers."""
+    with run_source(called, origin) as running:
+        return running.ask(rows).told
+
+
+def _exchange(process: "subprocess.Popen[bytes]", called: Called, content: bytes) -> Any:
+    """What the process answers to a message. InputError where it answers nothing, or too much."""
+    assert process.stdin is not None and process.stdout is not None
+    try:
+        process.stdin.write(content)
+        process.stdin.flush()
+    except (BrokenPipeError, OSError):
+        pass  # it has ended, which its empty answer says
+    line = process.stdout.readline(LINE)
+    if not line.endswith(b"\n"):
+        what = (
+            f"Python gives no answer: it takes longer than {SECONDS} s, or more memory, or reaches out of its process"
+        )
+        raise InputError(what, called.where, RUN_ADVICE)
+    return json.loads(line)
+
+
+@dataclass(frozen=True)
+class _Answer:
+    """An answer: the place of its label or its numbers; None: neither. `text`: as a person reads it."""
+
+    value: int | tuple[float, ...] | None
+    text: str
+    raised: str | None = None  # the kind of an error
+
+
+def _read_answer(said: Any, called: Called, origin: Origin) -> _Answer:
+    """An answer of the process, as this origin's."""
+    if isinstance(said, dict) and "raised" in said:
+        text = f"raises {said['raised']}: {escape_text(said['said'])}"
+        return _Answer(None, text[:200], said["raised"])
+    if isinstance(said, dict) and "strange" in said:
+        return _Answer(None, f"an object of the type {escape_text(said['strange'])}")
+    text = escape_text(repr(said["member"] if isinstance(said, dict) else said))[:200]
+    if isinstance(said, dict):
+        said = said["value"] if isinstance(said["value"], int | float | str) else said["member"]
+    if origin.vectors:
+        parts = said if isinstance(said, list) else [said]
+        plain = len(parts) == len(origin.vectors[0]) and all(type(each) in (int, float, bool) for each in parts)
+        return _Answer(tuple(map(float, parts)) if plain else None, text)
+    if isinstance(said, list):
+        plain = all(type(each) in (int, float, bool) for each in said) and len(said) == len(origin.labels)
+        return _Answer(said.index(max(said)) if plain and called.scores else None, text)
+    places = {label: place for place, label in enumerate(origin.labels)}
+    return _Answer(None if said is None else places.get(said), text)
+
+
+def _join_forms(called: Called, said: Sequence[tuple[list[_Answer], Any]], rows: Floats, origin: Origin) -> Answers:
+    """The answers of all forms in which the source takes observations: lists of floats, arrays. DisagreementError where
+    two are answered differently.
+    """
+    taken = [place for place, (answers, _) in enumerate(said) if any(each.raised is None for each in answers)]
+    first, *others = taken or [0]
+    answers, places = said[first]
+    for other in others:
+        theirs, their_places = said[other]
+        pairs, place_of = np.unique(np.stack([places, their_places], axis=1), axis=0, return_inverse=True)
+        wrong = np.array([_differs(answers[one], theirs[two]) for one, two in pairs.tolist()], bool)
+        for place in np.flatnonzero(wrong[place_of.ravel()])[:1].tolist():
+            texts = answers[places[place]].text, theirs[their_places[place]].text
+            what = (
+                f"Python answers {texts[0]} to {FORMS[called.forms[first]]}, {texts[1]} to {FORMS[called.forms[other]]}"
+            )
+            numbers = ", ".join(map(repr, rows[place].tolist()[:20]))
+            raise DisagreementError(what, f"{called.where}: [{numbers}]", FORM_ADVICE)
+    told = _combine_answers(answers, places, origin)
+    return told if len(taken) == len(said) else replace(told, given=FORMS[called.forms[first]])
+
+
+def _differs(one: _Answer, other: _Answer) -> bool:
+    return repr(one.value) != repr(other.value) or (one.value is None and one.text != other.text)
+
+
+def _combine_answers(answers: Sequence[_Answer], places: Any, origin: Origin) -> Answers:
+    texts = [each.text for each in answers]
+    asked = np.array([each.raised != PRECONDITION for each in answers], bool)[places]
+    known = np.array([each.value is not None for each in answers], bool)[places]
+    if origin.vectors:
+        none = (float("nan"),) * len(origin.vectors[0])
+        told: Any = np.array([none if each.value is None else each.value for each in answers])[places]
+    else:
+        told = np.array([-1 if each.value is None else each.value for each in answers], np.int32)[places]
+    return Answers(told, asked, known, lambda place: texts[places[place]])

@@ -1,0 +1,261 @@
+"""The process that runs a source: it reads a request, then observations, and writes what the source answers to them.
+
+Does: has the gate make a tree, limits itself, runs the tree with the gate's tables for names, and asks its entry.
+Assumes: Python's isolated mode; requests as asking.py writes them.
+Does not: import anything of ours but the gate, or open a file once the source runs.
+
+Whatever the gate may have missed ends here: after the imports, an event of Python's audit that reaches out of the
+process ends it at once.
+"""
+
+# pyright: basic
+# the values of a program may be anything
+import ast
+import builtins
+import json
+import operator
+import os
+import sys
+from importlib import import_module
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+MAX_PARTS = 1 << 12  # of an answer
+MAX_TEXT = 1 << 14
+MAX_NUMBERS = 1 << 15  # of a source
+MAX_BITS = 1 << 10
+HARMLESS = ("object", "code", "compile", "exec", "sys", "builtins", "cpython", "marshal", "time")  # events
+FOUND = 77  # the exit status of a source that reached out
+OPERATORS = {
+    ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
+    ast.FloorDiv: operator.floordiv, ast.Mod: operator.mod, ast.USub: operator.neg, ast.UAdd: operator.pos,
+    ast.Pow: lambda one, other: one**other if abs(other) < MAX_BITS else None,
+}  # fmt: skip
+
+
+class Names(dict):
+    """An observation whose numbers have names: obs["speed"] and obs.speed."""
+
+    def __init__(self, pairs: Any) -> None:
+        super().__init__(pairs)
+        self.__dict__.update(self)
+
+
+def limit_process(asked: dict[str, Any]) -> None:
+    """No files, no processes, so much time and memory; and an end at the first event that reaches out."""
+    import resource
+
+    size, seconds = asked["bytes"], asked["seconds"]
+    wanted = {"FSIZE": 0, "CORE": 0, "NPROC": 0, "CPU": seconds, "AS": size, "DATA": size}
+    for name, value in wanted.items():
+        try:
+            resource.setrlimit(getattr(resource, f"RLIMIT_{name}"), (value, value))
+        except (AttributeError, ValueError, OSError):
+            continue  # of a system that has no such limit; the parent's clock remains
+
+    def end_process(event: str, _: Any) -> None:
+        if event.partition(".")[0] not in HARMLESS:
+            os._exit(FOUND)
+
+    sys.addaudithook(end_process)
+
+
+def build_namespace(imports: dict[str, tuple[str, str]], gate: Any) -> dict[str, Any]:
+    """What the source may name: tables of functions, never a module."""
+
+    def ignore_call(*given: Any, **named: Any) -> Any:
+        return silent
+
+    silent = SimpleNamespace(**dict.fromkeys(gate.LEVELS.split(), ignore_call))
+    held: dict[str, Any] = {}
+    for module in {module for module, _ in imports.values()}:
+        if module == "logging":
+            held[module] = SimpleNamespace(**dict.fromkeys(gate.MEMBERS[module], ignore_call))
+        else:
+            real = import_module(module)
+            known = {each: getattr(real, each) for each in gate.MEMBERS[module] if hasattr(real, each)}
+            held[module] = SimpleNamespace(**known)
+    table = {name: getattr(builtins, name) for name in gate.NAMES}
+    table |= {"print": lambda *given, **named: None, "__build_class__": builtins.__build_class__}
+    names = {name: getattr(held[module], of) if of else held[module] for name, (module, of) in imports.items()}
+    return {"__builtins__": table, "__name__": "policy", **names}
+
+
+# --- numbers of the source
+
+
+def collect_numbers(tree: ast.Module, space: dict[str, Any]) -> list[Any]:
+    """All numbers that stand in the source, that its constant expressions give, or that its constants hold."""
+    found, held = dict[Any, None](), list[Any]([value for name, value in space.items() if name != "__builtins__"])
+    seen = set[int]()
+    while held and len(seen) < MAX_NUMBERS:
+        value = held.pop()
+        if id(value) in seen or isinstance(value, SimpleNamespace):
+            continue
+        seen.add(id(value))
+        _keep_number(value, found)
+        if isinstance(value, list | tuple | set | frozenset):
+            held += value
+        elif isinstance(value, dict):
+            held += [*value, *value.values()]
+        elif hasattr(value, "__dict__"):
+            held += vars(value).values()
+        if hasattr(value, "tolist"):
+            held.append(value.tolist())
+    known: dict[int, Any] = {}
+    for node in reversed(list(ast.walk(tree))):  # parts before what they are part of
+        value = _fold_node(node, known, space)
+        if value is not None:
+            known[id(node)] = value
+            _keep_number(value, found)
+    return list(found)[:MAX_NUMBERS]
+
+
+def _keep_number(value: Any, found: dict[Any, None]) -> None:
+    value = value.item() if hasattr(value, "item") and hasattr(value, "ndim") and not value.ndim else value
+    if (type(value) is int and value.bit_length() <= MAX_BITS) or (type(value) is float and value - value == 0):
+        found[value] = None
+
+
+def _fold_node(node: ast.AST, known: dict[int, Any], space: dict[str, Any]) -> Any:
+    """The number that an expression of constants gives; None for all others."""
+    parts = [known.get(id(each)) for each in ast.iter_child_nodes(node) if isinstance(each, ast.expr)]
+    try:
+        if isinstance(node, ast.Constant):
+            value = node.value
+        elif isinstance(node, ast.Name):
+            value = space.get(node.id)
+        elif isinstance(node, ast.BinOp | ast.UnaryOp) and None not in parts:
+            value = OPERATORS[type(node.op)](*parts)
+        elif isinstance(node, ast.Call) and None not in parts[1:] and isinstance(node.func, ast.Attribute):
+            value = getattr(space[node.func.value.id], node.func.attr)(*parts[1:]) if not node.keywords else None
+        else:
+            return None
+        return value if isinstance(value, int | float) or (hasattr(value, "dtype") and not value.ndim) else None
+    except Exception:
+        return None
+
+
+# --- answers
+
+
+def find_entry(space: dict[str, Any], asked: dict[str, Any]) -> Any:
+    """The function, or the method of an object, that decides."""
+    entry = space[asked["entry"]]
+    if not asked["method"]:
+        return entry
+    made = entry() if isinstance(entry, type) and asked["made"] else entry
+    return getattr(made, asked["method"])
+
+
+def encode_answer(value: Any, depth: int = 0) -> Any:
+    """An answer as JSON; of what is no number, text, list or member, the type alone."""
+    kind = type(value)
+    if value is None or kind in (bool, float) or (kind is int and value.bit_length() <= 4 * MAX_BITS):
+        return value
+    if kind is str and len(value) <= MAX_TEXT:
+        return value
+    if isinstance(value, ENUM) and depth < 3:
+        return {"member": value._name_, "value": encode_answer(value._value_, depth + 1)}
+    if kind.__module__ == "numpy" and hasattr(value, "tolist"):
+        return encode_answer(value.tolist(), depth + 1)
+    if isinstance(value, list | tuple) and len(value) <= MAX_PARTS and depth < 4:
+        return [encode_answer(each, depth + 1) for each in value]
+    return {"strange": kind.__name__}
+
+
+def make_value(shape: Any, row: Any, array: Any) -> Any:
+    """What a parameter is given: a number, the whole observation, a list, or numbers by name."""
+    if isinstance(shape, int):
+        return row[shape]
+    if shape == "row":
+        return row
+    if isinstance(shape, list):
+        return array([0.0 if each is None else make_value(each, row, array) for each in shape])
+    return 0.0 if shape is None else Names({key: make_value(each, row, array) for key, each in shape.items()})
+
+
+def ask_rows(entry: Any, asked: dict[str, Any], rows: Any, array: Any) -> tuple[list[Any], list[int]]:
+    """The answers that are different, and the place of each row's among them."""
+    given, named, places = asked["given"], asked["named"], dict[Any, int]()
+    said, found = list[Any](), list[int]()
+    plain = given == ["row"] and not named
+    for row in rows:
+        try:
+            if plain:
+                value = entry(row)
+            else:
+                value = entry(
+                    *[make_value(each, row, array) for each in given],
+                    **{name: make_value(each, row, array) for name, each in named.items()},
+                )
+            kind = type(value)
+            key = (kind, value) if kind in (str, int, bool) else None
+            if key not in places or key is None:
+                shown = encode_answer(value)
+                key = key or json.dumps(shown)
+        except Exception as error:
+            shown = {"raised": type(error).__name__, "said": str(error)[:200]}
+            key = json.dumps(shown)
+        if key not in places:
+            places[key] = len(said)
+            said.append(shown)
+        found.append(places[key])
+    return said, found
+
+
+def answer_form(entry: Any, asked: dict[str, Any], form: str, content: bytes) -> tuple[list[Any], list[int]]:
+    """The answers to observations as lists of Python's floats, or as arrays."""
+    width = asked["width"]
+    if form == "floats":
+        numbers = memoryview(content).cast("d").tolist() if content else []
+        rows = [numbers[place * width : (place + 1) * width] for place in range(asked["rows"])]
+        return ask_rows(entry, asked, rows, list)
+    import numpy as np
+
+    matrix = np.frombuffer(content, np.float64).reshape(asked["rows"], width).astype(form)
+    with np.errstate(all="ignore"):
+        return ask_rows(entry, asked, matrix, lambda parts: np.array(parts, form))
+
+
+def main() -> None:
+    """Two lines are read and two written; the observations, doubles row by row, stand behind the second."""
+    read, to = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+
+    def say(content: Any) -> None:
+        to.write(json.dumps(content).encode() + b"\n")
+        to.flush()
+
+    asked = json.loads(read.readline())
+    sys.path.append(str(Path(__file__).parent))
+    sys.path.append(asked["library"])
+    content = asked["source"].encode("latin-1")
+    if asked["forms"] != ["floats"] or b"numpy" in content:
+        import_module("numpy")  # before the gate, which asks what attributes its arrays have
+    gate = import_module("gate")
+    try:
+        tree, imports = gate.gate_source(content, asked["entry"], asked["method"])
+        space = build_namespace(imports, gate)
+        code = compile(tree, "source", "exec", dont_inherit=True)
+        limit_process(asked)
+        exec(code, space)
+        entry = find_entry(space, asked)
+        say({"numbers": collect_numbers(tree, space)})
+    except gate.RefusedError as error:
+        return say({"refused": error.what, "line": error.line})
+    except (SyntaxError, RecursionError, MemoryError, ValueError) as error:
+        return say({"refused": f"{type(error).__name__}: {error}"[:200], "line": 0})
+    except Exception as error:
+        return say({"refused": f"it raises {type(error).__name__}: {error}"[:200], "line": 0})
+    asked |= json.loads(read.readline())
+    content = read.read(8 * asked["rows"] * asked["width"])
+    return say([answer_form(entry, asked, form, content) for form in asked["forms"]])
+
+
+ENUM = import_module("enum").Enum
+
+if __name__ == "__main__":
+    main()
+    os._exit(0)  # nothing that the source left behind is run

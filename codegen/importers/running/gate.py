@@ -1,0 +1,194 @@
+"""The gate before Python runs a source: a syntax tree that can compute and do nothing else, or a refusal with its line.
+
+Does: removes imports, annotations, docstrings and what the decision does not name; lets a closed list of nodes, names
+  and attributes through.
+Assumes: a process that runs the tree with nothing but `NAMES` and `MEMBERS`, under limits of time, memory and files.
+Does not: know what the source decides, or share anything with the reader that made a tree of it.
+
+No value that a program can have leads out of this list by an attribute: an attribute is one of `ATTRIBUTES`, a member
+that `MEMBERS` names, or a name that no built-in type has and that does not begin with two underscores.
+"""
+
+import ast
+import builtins
+import math
+import sys
+import types
+from collections.abc import Iterator
+
+NODES = (
+    ast.Module, ast.FunctionDef, ast.ClassDef, ast.Return, ast.Assign, ast.AugAssign, ast.AnnAssign, ast.For, ast.While,
+    ast.If, ast.Match, ast.Raise, ast.Assert, ast.Expr, ast.Pass, ast.Break, ast.Continue, ast.BoolOp, ast.NamedExpr,
+    ast.BinOp, ast.UnaryOp, ast.Lambda, ast.IfExp, ast.Dict, ast.Set, ast.ListComp, ast.SetComp, ast.DictComp,
+    ast.GeneratorExp, ast.Compare, ast.Call, ast.FormattedValue, ast.JoinedStr, ast.Constant, ast.Attribute,
+    ast.Subscript, ast.Starred, ast.Name, ast.List, ast.Tuple, ast.Slice, ast.comprehension, ast.arguments, ast.arg,
+    ast.keyword, ast.match_case, ast.MatchValue, ast.MatchSingleton, ast.MatchSequence, ast.MatchMapping, ast.MatchStar,
+    ast.MatchAs, ast.MatchOr, ast.expr_context, ast.boolop, ast.operator, ast.unaryop, ast.cmpop,
+)  # fmt: skip
+NAMES = frozenset(
+    """abs all any bool callable dict divmod enumerate filter float frozenset int isinstance len list map max min object
+    pow print range reversed round set slice sorted str sum super tuple zip property staticmethod classmethod Exception
+    ArithmeticError AssertionError IndexError KeyError LookupError NotImplementedError RuntimeError TypeError ValueError
+    ZeroDivisionError""".split()  # noqa: SIM905
+)
+LEVELS = "critical debug error exception info log warning"
+MEMBERS = {
+    module: frozenset(members.split())
+    for module, members in {
+        "abc": "ABC abstractmethod",
+        "bisect": "bisect bisect_left bisect_right",
+        "collections": "namedtuple",
+        "dataclasses": "dataclass field",
+        "enum": "Enum Flag IntEnum IntFlag StrEnum auto unique",
+        "functools": "cache lru_cache partial reduce",
+        "itertools": "chain product",
+        "logging": f"basicConfig getLogger DEBUG INFO WARNING ERROR {LEVELS}",
+        "math": " ".join(each for each in dir(math) if not each.startswith("_")),
+        "numpy": """abs absolute add all any arange argmax argmin argsort around array asarray bool_ ceil clip
+            concatenate copysign cos cosh deg2rad degrees digitize divide dot e equal exp fabs finfo fix float32 float64
+            floor floor_divide fmax fmin full greater greater_equal hypot iinfo inf int16 int32 int64 int8 isclose isfinite
+            isinf isnan less less_equal linspace log log10 log2 logical_and logical_not logical_or logical_xor maximum
+            max mean median min minimum mod multiply nan ndarray negative ones pi prod rad2deg radians rint round
+            searchsorted select sign sin sinh sort sqrt square std subtract sum tan tanh trunc uint16 uint32 uint64
+            uint8 var where zeros""",
+        "typing": "NamedTuple TypedDict final override",
+    }.items()
+}
+ATTRIBUTES = frozenset(
+    f"""add all any append args argmax argmin astype bit_count bit_length capitalize clear clip close code copy count
+    cumsum difference discard dot dtype end endswith errno extend find flatten get imag index insert intersection
+    is_integer isdigit issubset issuperset item items join keys kind lower lstrip max mean min msg name ndim numerator
+    denominator obj offset path pop prod ravel real reason remove repeat replace reshape reverse round rstrip setdefault
+    shape size sort split squeeze start startswith std step stop strip sum symmetric_difference text tile title tolist
+    type union update upper value values var T {LEVELS}""".split()
+)
+HELD = [each for held in (builtins, types) for each in vars(held).values() if isinstance(each, type)]
+ARRAYS = [getattr(sys.modules.get("numpy"), each, object) for each in ("ndarray", "generic", "dtype", "ufunc")]
+BUILT_IN = frozenset(name for each in (*HELD, *ARRAYS) for name in dir(each))
+OWN = ("__init__", "__call__", "__post_init__")
+CONSTANTS = (bool, int, float, str, types.NoneType)
+BASES = NAMES - {"dict", "frozenset", "list", "map", "property", "range", "set", "slice", "super", "tuple", "zip"}
+COMPUTED = (ast.Lambda, ast.NamedExpr, ast.GeneratorExp, ast.ListComp, ast.DictComp, ast.SetComp)  # no default
+
+
+class RefusedError(Exception):
+    """A source that may do something else than compute: the line, and what stands there."""
+
+    def __init__(self, node: ast.AST, what: str) -> None:
+        super().__init__(what)
+        self.line, self.what = getattr(node, "lineno", 0), what
+
+
+def gate_source(text: bytes | str, entry: str, method: str = "") -> tuple[ast.Module, dict[str, tuple[str, str]]]:
+    """What a source needs for `entry`, a name of the file, and its imports: name -> module and member, or "".
+
+    `method`: of the entry, which is what decides. RefusedError for all that is not on the lists.
+    """
+    tree = ast.parse(text)
+    imports, used = dict[str, tuple[str, str]](), {method}
+    for node in ast.walk(tree):
+        used |= {node.attr} if isinstance(node, ast.Attribute) else set()
+        for each in node.names if isinstance(node, ast.Import | ast.ImportFrom) else ():
+            held = (node.module or "", each.name) if isinstance(node, ast.ImportFrom) else (each.name, "")
+            if imports.setdefault(each.asname or each.name, held) != held:
+                raise RefusedError(node, f"{each.asname or each.name} is imported twice")
+    imports = {name: held for name, held in imports.items() if _is_member(*held)}
+    for node in list(ast.walk(tree)):
+        _clean_node(node, used)
+    tree.body = _reach_entry(tree.body, entry)
+    nodes = list(ast.walk(tree))
+    bound = NAMES.union(("__name__",), imports, _bind_names(nodes))
+    for node in nodes:
+        _check_node(node, bound, imports)
+    return tree, imports
+
+
+def _is_member(module: str, member: str) -> bool:
+    return module in MEMBERS and (not member or member in MEMBERS[module])
+
+
+def _clean_node(node: ast.AST, used: set[str]) -> None:
+    """Removes imports, docstrings, annotations, the main block, and methods that nothing names."""
+    for field in ("body", "orelse"):
+        block = getattr(node, field, None)
+        if isinstance(block, list):
+            kept = [part for each in block for part in _clean_statement(each, node, used)]
+            empty = field == "body" and not kept and not isinstance(node, ast.Module)
+            setattr(node, field, [ast.copy_location(ast.Pass(), block[0])] if empty else kept)
+    if isinstance(node, ast.arg):
+        node.annotation = None
+    if isinstance(node, ast.FunctionDef):
+        node.returns = None
+
+
+def _clean_statement(node: ast.stmt, parent: ast.AST, used: set[str]) -> list[ast.stmt]:
+    """What is left of a statement; of a method that nothing names, nothing."""
+    of_class, told = (
+        isinstance(parent, ast.ClassDef),
+        isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant),
+    )
+    if told or isinstance(node, ast.Import | ast.ImportFrom):
+        return []
+    if of_class and isinstance(node, ast.FunctionDef) and not node.decorator_list and not node.name.endswith("_"):
+        return [node] if node.name in used else []
+    if isinstance(node, ast.AnnAssign):
+        if of_class and "ClassVar" not in ast.unparse(node.annotation):
+            node.annotation = ast.copy_location(ast.Constant(None), node)  # fields of dataclasses need one
+            return [node]
+        return [] if node.value is None else [ast.copy_location(ast.Assign([node.target], node.value), node)]
+    if isinstance(node, ast.If) and ast.unparse(node.test) == "__name__ == '__main__'":
+        return node.orelse
+    return [node]
+
+
+def _reach_entry(body: list[ast.stmt], entry: str) -> list[ast.stmt]:
+    """The statements that the entry may depend on: what names it, what it names, and so on; all that call functions."""
+    names = [{each.id for each in ast.walk(node) if isinstance(each, ast.Name)} for node in body]
+    defined = [getattr(node, "name", "") for node in body]
+    kept, known, count = set[int](), {entry}, -1
+    while count < len(kept):
+        count = len(kept)
+        for place, node in enumerate(body):
+            calls = isinstance(node, ast.Expr) and names[place].intersection(filter(None, defined))
+            if calls or known.intersection([defined[place]] if defined[place] else names[place]):
+                kept.add(place)
+                known |= names[place]
+    return [node for place, node in enumerate(body) if place in kept]
+
+
+def _bind_names(nodes: list[ast.AST]) -> Iterator[str]:
+    for node in nodes:
+        if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+            yield node.id
+        held = getattr(node, "name", None) or getattr(node, "arg", None) or getattr(node, "rest", None)
+        if isinstance(held, str) and not isinstance(node, ast.keyword):
+            yield held
+
+
+def _check_node(node: ast.AST, bound: frozenset[str], imports: dict[str, tuple[str, str]]) -> None:
+    """RefusedError for a node that is not on the lists."""
+    if not isinstance(node, NODES):
+        raise RefusedError(node, f"{type(node).__name__} is not among what is run")
+    for name in (getattr(node, field, None) for field in ("id", "name", "arg", "rest")):
+        if isinstance(name, str) and name.startswith("__") and name not in (*OWN, "__name__"):
+            raise RefusedError(node, f"the name {name}")
+    if isinstance(node, ast.Name) and node.id not in bound:
+        raise RefusedError(node, f"the name {node.id} is not defined in the file")
+    if isinstance(node, ast.Attribute):
+        module, member = imports.get(node.value.id, ("", "-")) if isinstance(node.value, ast.Name) else ("", "-")
+        known = node.attr in ATTRIBUTES or (node.attr not in BUILT_IN and not node.attr.startswith("__"))
+        if not (known if member else _is_member(module, node.attr)) and ast.unparse(node) != "super().__init__":
+            raise RefusedError(node, f"the attribute {node.attr}")
+    if isinstance(node, ast.Constant) and type(node.value) not in CONSTANTS:
+        raise RefusedError(node, f"a constant of the type {type(node.value).__name__}")
+    spec = node.format_spec if isinstance(node, ast.FormattedValue) else None
+    if isinstance(spec, ast.JoinedStr) and not all(isinstance(each, ast.Constant) for each in spec.values):
+        raise RefusedError(node, "a format that is computed")
+    if isinstance(node, ast.ClassDef):
+        bases = {each.id for each in node.bases if isinstance(each, ast.Name)}
+        if node.keywords or bases & (NAMES - BASES):
+            raise RefusedError(node, "a keyword or a base of a class")
+    if isinstance(node, ast.arguments):
+        for default in (*node.defaults, *filter(None, node.kw_defaults)):
+            if any(isinstance(each, COMPUTED) for each in ast.walk(default)):
+                raise RefusedError(default, "a default that is computed")
