@@ -15,6 +15,9 @@ METHODS = ("exec_module", "load_module", "run_path", "run_module", "load_pickle"
 LOADERS = {"np.load", "numpy.load", "joblib.load", "torch.load", "torch.jit.load", "torch.hub.load"}
 ALLOWED: dict[tuple[str, str], str] = {
     ("codegen/importers/python/source.py", "compile"): "checks the grammar; what it gives is thrown away, never run",
+    ("codegen/importers/running/child.py", "compile"): "if/else Python that passed the gate, in a process of its own",
+    ("codegen/importers/running/child.py", "exec"): "the same; SECURITY.md says under which limits",
+    ("codegen/importers/running/child.py", "import_module"): "modules of the gate's table, by name; numpy; the gate",
     ("codegen/agreement/readback.py", "import_module"): "jax or torch, by its name in the sources",
     ("codegen/agreement/readback.py", "runpy"): "code that this very run has generated, to compare it with the trees",
     ("codegen/agreement/readback.py", "runpy.run_path"): "the same",

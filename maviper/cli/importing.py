@@ -56,11 +56,12 @@ def import_verb(
 
     FILE is if/else Python or C (one function per agent), an ONNX model, a single tree of XGBoost (JSON), LightGBM
     (text) or treelite (JSON), dtControl's JSON, or a C header of `maviper compile`. Its kind is detected. Nothing in
-    it is run.
+    it is run but if/else Python behind a gate, and compiled C, each in a process of its own; `--no-run` runs neither.
 
     The profile decides as FILE does for every observation of the numbers that FILE compares, float32 or float64. It is
-    written only after a replay: both must decide the same at every threshold, at its neighbours, and at random
-    observations. A file that is not understood in full is refused. `maviper guide importing` says what can come in.
+    written only after a comparison: both must decide the same at every threshold, at its neighbours, at random
+    observations, and for Python at every number of the source. A file that is not understood in full is refused.
+    `maviper guide importing` says what can come in.
     """
     console = console_of(context)
     console.line("importing", "" if file is None else str(file))
@@ -93,8 +94,10 @@ def _say(policy: Any, facts: Mapping[str, Any], console: Any) -> None:
     )
     console.line(policy.agent, f"{facts[f'{policy.agent} from']}: {size}")
     count, by = facts[f"{policy.agent} replayed"], facts[f"{policy.agent} replayed by"]
-    told = f"{format_count(count, 'observation')}, by {by}: no difference"
-    console.line("replayed", told if count else f"by {by}")
+    if count:
+        console.line("replayed", f"{format_count(count, 'observation')}, by {by}: no difference")
+    else:
+        console.line("compared", f"none, {by}")
     for kind in ("features", "outputs" if policy.outputs else "actions"):
         console.line(kind, str(facts[f"{policy.agent} {kind}"]))
     if f"{policy.agent} notes" in facts:

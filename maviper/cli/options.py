@@ -106,7 +106,9 @@ def _option_of(asked: Table) -> Callable[[Any], Any]:
     """An option of a table. Its default is shown where it says more than that nothing was given."""
     about: dict[str, Any] = {"section": asked.section, "help": asked.help, "metavar": asked.form or None}
     if asked.base is bool:
-        return option(asked.flag, asked.name, is_flag=True, **about)
+        return option(
+            asked.flag, asked.name, is_flag=True, flag_value=not asked.default, default=asked.default, **about
+        )
     default = (",".join(asked.default or ()) or None) if asked.commas else asked.default or None
     default = asked.default if asked.base in (int, float) else default
     exact = asked.base is Fraction

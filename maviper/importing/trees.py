@@ -33,7 +33,12 @@ def import_trees(
     if outputs and (asked.scores or asked.action_names):
         raise InputError("numbers are given, and no action is taken", "--outputs", "leave --scores and --actions out")
     said = Said(
-        asked.scores, features=plain, arrays=asked.arrays or "", outputs=outputs, prefer=tuple(asked.prefer or ())
+        asked.scores,
+        features=plain,
+        arrays=asked.arrays or "",
+        outputs=outputs,
+        run=asked.run,
+        prefer=tuple(asked.prefer or ()),
     )
     names = Names(asked.feature_names, asked.action_names, asked.name, asked.output_names)
     if file is not None and agents is None:

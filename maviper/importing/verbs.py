@@ -23,7 +23,10 @@ if TYPE_CHECKING:
 @flags.defaults
 @spell_out(ImportOptions)
 def from_file(file: str | Path | Mapping[str, str | Path], **asked: Unpack[ImportOptions]) -> PolicyProfile:
-    """A profile of the trees in a file of another program, as `maviper import` makes it; nothing in the file is run.
+    """A profile of the trees in a file of another program, as `maviper import` makes it.
+
+    Nothing in the file is run but if/else Python behind a gate, and compiled C, each in a process of its own, to
+    compare it with what was read; `run=False` runs neither, and the profile then says that nothing was compared.
 
     `file`: if/else Python or C, a header of ours, ONNX, or trees of XGBoost, LightGBM, treelite or dtControl,
     recognised by its name and content; or agent -> file, for a team. Names are instead of the file's own, for every

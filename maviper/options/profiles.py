@@ -79,6 +79,12 @@ class ImportOptions(TypedDict, total=False):
         bool,
         Option(False, IMPORTED, "A list of numbers that FILE returns holds a score for each action: the largest acts."),
     ]
+    run: Annotated[
+        bool,
+        Option(
+            True, IMPORTED, "Do not run FILE to compare it: the profile then says that its source was not compared."
+        ),
+    ]
 
 
 class CompileOptions(TypedDict, total=False):

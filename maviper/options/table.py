@@ -57,7 +57,7 @@ class Option:
     @property
     def flag(self) -> str:
         """As it is given on the command line."""
-        return f"--{self.called or self.name.replace('_', '-')}"
+        return f"--{'no-' * (self.default is True)}{self.called or self.name.replace('_', '-')}"
 
     def read(self, value: Any) -> Any:
         """A value as the code has it: paths as Path, several in a tuple. InputError for one of another type."""

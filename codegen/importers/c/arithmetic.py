@@ -47,7 +47,7 @@ from codegen.importers.symbolic.feature import (
     Test,
     turns_of,
 )
-from codegen.importers.symbolic.paths import Paths
+from codegen.importers.symbolic.paths import Growth
 from codegen.ir import CONSTANT
 
 COMPUTE = {sign: FLOATING[sign] for sign in "+-*"}
@@ -66,7 +66,7 @@ class Arithmetic:
 
     def __init__(self, make_error: Callable[[str, str], InputError], numbers: str, *, contracts: bool) -> None:
         self.make_error, self.numbers, self.contracts = make_error, numbers, contracts
-        self.paths: Paths | None = None
+        self.paths: Growth | None = None
         self.used = set[int]()  # inputs that a test has looked at
         self.summing = Summing(make_error, numbers, contracts=contracts)
         self._tables = dict[str, Step]()

@@ -30,7 +30,7 @@ from codegen.importers.c.values import (
     Value,
     make_object,
 )
-from codegen.importers.symbolic.paths import STATE_ADVICE, Paths
+from codegen.importers.symbolic.paths import STATE_ADVICE, Growth
 
 
 def _points(value: Reference, to: Type) -> bool:
@@ -42,7 +42,7 @@ def _points(value: Reference, to: Type) -> bool:
 class Objects(Declarations):
     """The objects of one path."""
 
-    paths: Paths | None = None
+    paths: Growth | None = None
     inputs: Inputs | None = None
 
     def __init__(self, where: str, names: Mapping[str, int], numbers: str, *, contracts: bool) -> None:

@@ -32,8 +32,8 @@ from codegen.importers.c.text import Expanded, expand_source
 from codegen.importers.c.values import Origin as Place
 from codegen.importers.c.values import Outside, Reference, Struct, copy_objects
 from codegen.importers.origin import NOTHING, Origin, Said
-from codegen.importers.symbolic.paths import OUTSIDE, Paths
-from codegen.importers.symbolic.program import REPLAYED_BY, Described, origin_of
+from codegen.importers.symbolic.paths import OUTSIDE, Growth
+from codegen.importers.symbolic.program import Described, origin_of
 
 KIND = "if/else C"
 TYPES = "".join(f"typedef int {name};" for name in STANDARD)
@@ -195,7 +195,7 @@ class _Machine(Statements):
                 raise
             self.scopes[0].pop(node.name, None)
 
-    def path(self, paths: Paths, state: Any) -> Any:
+    def path(self, paths: Growth, state: Any) -> Any:
         """What the function answers on one path."""
         self.paths = self.arithmetic.paths = paths
         self.depth, self.scopes = 0, self.scopes[:1]
@@ -249,7 +249,6 @@ def _follow_machine(machine: _Machine, text: Expanded, said: Said) -> tuple[Orig
         notes = [f"read without {', '.join(text.missing)}"] if text.missing else []
         return Described(
             kind=KIND,
-            replayed_by=REPLAYED_BY,
             given="; ".join((f"{machine.numbers}, as it declares", *machine.limits)),
             places=used_places,
             features=features,

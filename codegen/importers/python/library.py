@@ -237,17 +237,6 @@ def _sum(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
     return total
 
 
-def _next(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
-    """`next` of a generator expression."""
-    if not isinstance(given[0], Stream):
-        raise Refused("next() is not given a generator expression", "write next(a for a in ...)")
-    for each in given[0].items:
-        return each
-    if len(given) < 2:
-        raise Refused("next() finds nothing", "give a default")
-    return given[1]
-
-
 def _range(m: Machine, node: ast.AST, given: Given, named: Named) -> Any:
     """`range`, of constants."""
     whole = [m.whole(each) for each in given]
@@ -338,7 +327,6 @@ BUILTINS: dict[str, Any] = _bounds(
         "set": _make_set,
         "frozenset": _make_set,
         "dict": make_list_call(lambda **named: named),
-        "next": _next,
         "enumerate": make_list_call(enumerate),
         "zip": make_list_call(zip),
         "reversed": make_list_call(lambda each: iter(list(each)[::-1])),

@@ -39,7 +39,7 @@ from codegen.importers.python.values import (
 from codegen.importers.reading import FLOATS
 from codegen.importers.symbolic.affine import Sums
 from codegen.importers.symbolic.feature import Feature, Step, Test
-from codegen.importers.symbolic.paths import MANY_PATHS, MAX_CALLS, MAX_STEPS, STATE_ADVICE, Paths
+from codegen.importers.symbolic.paths import MANY_PATHS, MAX_CALLS, MAX_STEPS, STATE_ADVICE, Growth
 
 MAX_ITEMS = 1 << 16  # of a list, a text or a dictionary
 MAX_SHOWN = 60
@@ -110,7 +110,7 @@ class Machine:
 
     def __init__(self, where: str, arrays: str) -> None:
         self.where, self.arrays = where, arrays
-        self.paths: Paths | None = None
+        self.paths: Growth | None = None
         self.inputs = Inputs(where, ())
         self.sums = Sums(self.kind or FLOAT64)  # of several features
         self.line, self.depth, self.steps = 0, 0, 0

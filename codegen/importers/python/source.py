@@ -49,7 +49,7 @@ from codegen.importers.running.calling import Called, shape_parameters
 from codegen.importers.summed import rounds
 from codegen.importers.symbolic.affine import IN_ORDER, NO_SUM, Affine, Given, Sums
 from codegen.importers.symbolic.feature import Feature, Test
-from codegen.importers.symbolic.paths import Paths
+from codegen.importers.symbolic.paths import Growth
 from codegen.importers.symbolic.program import Described, Value, origin_of
 from codegen.process.unwarned import silence_warnings
 
@@ -162,7 +162,7 @@ class _Follower:
             advice = f"give defaults, or make one in the file: agent = {given.name}(...)"
             raise InputError(error.what, error.where, advice) from None
 
-    def run(self, paths: Paths, state: Any) -> Value:
+    def run(self, paths: Growth, state: Any) -> Value:
         """What is returned on the present path."""
         m, function = self.machine, self.function
         m.paths, m.fresh, m.depth = paths, {}, 0

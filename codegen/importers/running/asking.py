@@ -34,7 +34,7 @@ PYTHON = f"Python {sys.version_info.major}.{sys.version_info.minor} itself"
 CHILD = Path(__file__).parent / "child.py"
 PRECONDITION = "AssertionError"
 FORMS = {"floats": "Python's floats", FLOAT64: "float64 arrays", FLOAT32: "float32 arrays of NumPy 2"}
-FORM_ADVICE = "say --arrays if it is given arrays of one type only; else make floats of what it compares: float(x[0])"
+FORM_ADVICE = "say --arrays floats if it is given no arrays; else make floats of what it compares: float(x[0])"
 ENVIRONMENT = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "PATH": ""}
 
 
@@ -113,6 +113,8 @@ def _read_answer(said: Any, called: Called, origin: Origin) -> _Answer:
     text = escape_text(repr(said["member"] if isinstance(said, dict) else said))[:200]
     if isinstance(said, dict):
         said = said["value"] if isinstance(said["value"], int | float | str) else said["member"]
+    while isinstance(said, list) and len(said) == 1 and not isinstance(said[0], str):
+        said = said[0]  # a list of one number is that number
     if origin.vectors:
         parts = said if isinstance(said, list) else [said]
         plain = len(parts) == len(origin.vectors[0]) and all(type(each) in (int, float, bool) for each in parts)

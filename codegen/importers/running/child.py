@@ -243,9 +243,9 @@ def main() -> None:
         exec(code, space)
         entry = find_entry(space, asked)
         say({"numbers": collect_numbers(tree, space)})
-    except gate.RefusedError as error:
-        return say({"refused": error.what, "line": error.line})
-    except (SyntaxError, RecursionError, MemoryError, ValueError) as error:
+    except SyntaxError as error:
+        return say({"refused": error.msg, "line": error.lineno or 0})
+    except (RecursionError, MemoryError, ValueError) as error:
         return say({"refused": f"{type(error).__name__}: {error}"[:200], "line": 0})
     except Exception as error:
         return say({"refused": f"it raises {type(error).__name__}: {error}"[:200], "line": 0})

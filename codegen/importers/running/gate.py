@@ -26,10 +26,10 @@ NODES = (
     ast.MatchAs, ast.MatchOr, ast.expr_context, ast.boolop, ast.operator, ast.unaryop, ast.cmpop,
 )  # fmt: skip
 NAMES = frozenset(
-    """abs all any bool callable dict divmod enumerate filter float frozenset int isinstance len list map max min object
-    pow print range reversed round set slice sorted str sum super tuple zip property staticmethod classmethod Exception
-    ArithmeticError AssertionError IndexError KeyError LookupError NotImplementedError RuntimeError TypeError ValueError
-    ZeroDivisionError""".split()  # noqa: SIM905
+    """abs all any bool callable dict divmod enumerate filter float frozenset int isinstance iter len list map max min
+    next object pow print range reversed round set slice sorted str sum super tuple zip property staticmethod
+    classmethod Exception ArithmeticError AssertionError IndexError KeyError LookupError NotImplementedError
+    RuntimeError TypeError ValueError ZeroDivisionError""".split()  # noqa: SIM905
 )
 LEVELS = "critical debug error exception info log warning"
 MEMBERS = {
@@ -45,10 +45,10 @@ MEMBERS = {
         "logging": f"basicConfig getLogger DEBUG INFO WARNING ERROR {LEVELS}",
         "math": " ".join(each for each in dir(math) if not each.startswith("_")),
         "numpy": """abs absolute add all any arange argmax argmin argsort around array asarray bool_ ceil clip
-            concatenate copysign cos cosh deg2rad degrees digitize divide dot e equal exp fabs finfo fix float32 float64
-            floor floor_divide fmax fmin full greater greater_equal hypot iinfo inf int16 int32 int64 int8 isclose isfinite
-            isinf isnan less less_equal linspace log log10 log2 logical_and logical_not logical_or logical_xor maximum
-            max mean median min minimum mod multiply nan ndarray negative ones pi prod rad2deg radians rint round
+            concatenate copysign cos cosh deg2rad degrees digitize divide dot e equal exp fabs fix float32 float64 floor
+            floor_divide fmax fmin full greater greater_equal hypot inf int16 int32 int64 int8 isclose isfinite isinf
+            isnan less less_equal linspace log log10 log2 logical_and logical_not logical_or logical_xor maximum max
+            mean median min minimum mod multiply nan ndarray negative ones pi prod rad2deg radians rint round
             searchsorted select sign sin sinh sort sqrt square std subtract sum tan tanh trunc uint16 uint32 uint64
             uint8 var where zeros""",
         "typing": "NamedTuple TypedDict final override",
@@ -66,23 +66,20 @@ HELD = [each for held in (builtins, types) for each in vars(held).values() if is
 ARRAYS = [getattr(sys.modules.get("numpy"), each, object) for each in ("ndarray", "generic", "dtype", "ufunc")]
 BUILT_IN = frozenset(name for each in (*HELD, *ARRAYS) for name in dir(each))
 OWN = ("__init__", "__call__", "__post_init__")
-CONSTANTS = (bool, int, float, str, types.NoneType)
+CONSTANTS = (bool, bytes, int, float, str, types.NoneType)
 BASES = NAMES - {"dict", "frozenset", "list", "map", "property", "range", "set", "slice", "super", "tuple", "zip"}
 COMPUTED = (ast.Lambda, ast.NamedExpr, ast.GeneratorExp, ast.ListComp, ast.DictComp, ast.SetComp)  # no default
 
 
-class RefusedError(Exception):
-    """A source that may do something else than compute: the line, and what stands there."""
-
-    def __init__(self, node: ast.AST, what: str) -> None:
-        super().__init__(what)
-        self.line, self.what = getattr(node, "lineno", 0), what
+def _refuse(node: ast.AST, what: str) -> SyntaxError:
+    """What a source is refused for, which may do something else than compute."""
+    return SyntaxError(what, ("source", getattr(node, "lineno", 0), 0, ""))
 
 
 def gate_source(text: bytes | str, entry: str, method: str = "") -> tuple[ast.Module, dict[str, tuple[str, str]]]:
     """What a source needs for `entry`, a name of the file, and its imports: name -> module and member, or "".
 
-    `method`: of the entry, which is what decides. RefusedError for all that is not on the lists.
+    `method`: of the entry, which is what decides. SyntaxError for all that is not on the lists.
     """
     tree = ast.parse(text)
     imports, used = dict[str, tuple[str, str]](), {method}
@@ -91,7 +88,7 @@ def gate_source(text: bytes | str, entry: str, method: str = "") -> tuple[ast.Mo
         for each in node.names if isinstance(node, ast.Import | ast.ImportFrom) else ():
             held = (node.module or "", each.name) if isinstance(node, ast.ImportFrom) else (each.name, "")
             if imports.setdefault(each.asname or each.name, held) != held:
-                raise RefusedError(node, f"{each.asname or each.name} is imported twice")
+                raise _refuse(node, f"{each.asname or each.name} is imported twice")
     imports = {name: held for name, held in imports.items() if _is_member(*held)}
     for node in list(ast.walk(tree)):
         _clean_node(node, used)
@@ -166,29 +163,29 @@ def _bind_names(nodes: list[ast.AST]) -> Iterator[str]:
 
 
 def _check_node(node: ast.AST, bound: frozenset[str], imports: dict[str, tuple[str, str]]) -> None:
-    """RefusedError for a node that is not on the lists."""
+    """SyntaxError for a node that is not on the lists."""
     if not isinstance(node, NODES):
-        raise RefusedError(node, f"{type(node).__name__} is not among what is run")
+        raise _refuse(node, f"{type(node).__name__} is not among what is run")
     for name in (getattr(node, field, None) for field in ("id", "name", "arg", "rest")):
         if isinstance(name, str) and name.startswith("__") and name not in (*OWN, "__name__"):
-            raise RefusedError(node, f"the name {name}")
+            raise _refuse(node, f"the name {name}")
     if isinstance(node, ast.Name) and node.id not in bound:
-        raise RefusedError(node, f"the name {node.id} is not defined in the file")
+        raise _refuse(node, f"the name {node.id} is not defined in the file")
     if isinstance(node, ast.Attribute):
         module, member = imports.get(node.value.id, ("", "-")) if isinstance(node.value, ast.Name) else ("", "-")
         known = node.attr in ATTRIBUTES or (node.attr not in BUILT_IN and not node.attr.startswith("__"))
         if not (known if member else _is_member(module, node.attr)) and ast.unparse(node) != "super().__init__":
-            raise RefusedError(node, f"the attribute {node.attr}")
+            raise _refuse(node, f"the attribute {node.attr}")
     if isinstance(node, ast.Constant) and type(node.value) not in CONSTANTS:
-        raise RefusedError(node, f"a constant of the type {type(node.value).__name__}")
+        raise _refuse(node, f"a constant of the type {type(node.value).__name__}")
     spec = node.format_spec if isinstance(node, ast.FormattedValue) else None
     if isinstance(spec, ast.JoinedStr) and not all(isinstance(each, ast.Constant) for each in spec.values):
-        raise RefusedError(node, "a format that is computed")
+        raise _refuse(node, "a format that is computed")
     if isinstance(node, ast.ClassDef):
         bases = {each.id for each in node.bases if isinstance(each, ast.Name)}
         if node.keywords or bases & (NAMES - BASES):
-            raise RefusedError(node, "a keyword or a base of a class")
+            raise _refuse(node, "a keyword or a base of a class")
     if isinstance(node, ast.arguments):
         for default in (*node.defaults, *filter(None, node.kw_defaults)):
             if any(isinstance(each, COMPUTED) for each in ast.walk(default)):
-                raise RefusedError(default, "a default that is computed")
+                raise _refuse(default, "a default that is computed")

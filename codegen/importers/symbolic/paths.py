@@ -29,7 +29,7 @@ MAX_CALLS = 40  # functions of the program within one another
 OUTSIDE: Any = object()  # what a path gives that the program rules out by an assertion
 STATE_ADVICE = "a decision may depend on the observation alone; give what is remembered as a feature"
 MANY_PATHS = "return in each branch, and build tables outside the function"
-Run: TypeAlias = "Callable[[Paths, Any], Any]"  # paths, the state to go on from or None -> what is returned
+Run: TypeAlias = "Callable[[Any, Any], Any]"  # paths, the state to go on from or None -> what is returned
 
 
 class _Open(NamedTuple):
@@ -88,10 +88,6 @@ class Paths(ABC):
     @abstractmethod
     def holds(self, test: Test) -> bool:
         """Whether a test holds on this path; where both may be, first one and then the other."""
-
-    @abstractmethod
-    def least(self, feature: Feature) -> Any:
-        """The least that a feature is on this path."""
 
     @abstractmethod
     def end_path(self, value: Any) -> None:

@@ -22,7 +22,6 @@ from codegen.importers.symbolic.replay import replay_program
 from codegen.ir import Bool, Floats, GrownTree
 
 Value: TypeAlias = int | float | str | tuple[int | float, ...]  # what is returned; a tuple: a list of numbers
-REPLAYED_BY = "an interpreter of the file's syntax tree"
 
 
 @dataclass(frozen=True, kw_only=True)

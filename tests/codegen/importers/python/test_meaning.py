@@ -34,8 +34,8 @@ BODIES = {
     "match": "match (x[0] > 0.5, x[1] > 1):\n        case (True, True):\n            return 1\n"
     "        case (False, _):\n"
     "            return 2\n        case _ if x[2] > 0:\n            return 3\n    return 4",
-    "generators stop early": "return next((k for k, t in enumerate((0.1, 0.5, 2)) if x[0] < t), 3) + sum(v > 1 "
-    "for v in (x[1], x[2]))",
+    "generators stop early": "k = 0\n    while k < 3 and not any(x[0] < t for t in (0.1, 0.5, 2)[k:k + 1]):\n"
+    "        k += 1\n    return k + sum(v > 1 for v in (x[1], x[2]))",
     "names of a slice": "a, *b = x[0:3]\n    return len(b) if a > 1 else (1, 3)[x[1] > 0]",
     "is it NaN": "return 0 if x[0] != x[0] else 1 if x[1] > 0.1 else 2",
     "conditions are whole numbers": "return (x[0] > 0) | (x[1] > 1) << 1 | ((x[2] > 0.5) & 3) << 2",
@@ -100,7 +100,7 @@ class Rule:
 class Rules:
     rules: list = field(default_factory=list)
     def act(self, x):
-        return next((r.action for r in self.rules if r.test(x[r.place])), "stay")
+        return [*[r.action for r in self.rules if r.test(x[r.place])], "stay"][0]
 act = Rules([Rule(0, lambda v: 0.5 < v, "up"), Rule(1, lambda v: v <= -0.5, "down")]).act
 def other(x):
     return act(x)

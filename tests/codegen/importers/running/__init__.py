@@ -1,0 +1,1 @@
+"""Tests of the second reading of if/else Python, by Python itself."""

@@ -1,0 +1,112 @@
+"""Sources that came in as another policy with the words "no difference": each is refused, whatever the reader takes."""
+
+import ast
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from codegen import ir
+from codegen.errors import DisagreementError, InputError
+from codegen.importers.origin import Names, Said, profile_of
+from codegen.importers.python.source import from_python
+from tests.codegen.importers.origins import label_of
+from tests.support.python_source import NUMBERS, around, called
+
+MISREAD = Path(__file__).with_name("misread.txt").read_text().split("#----\n")
+
+
+def options_of(source):
+    """What is said beside a source, in its first line."""
+    told = re.search(r"# kw: (.*)", source)
+    names = re.search(r"# names: (.*)", source)
+    given = ast.literal_eval(told[1]) if told else {}
+    return Said(features=tuple(names[1].split(",")) if names else (), **given)
+
+
+def imported(source, said=None):
+    return profile_of(from_python(source.encode(), "policy.py", said or options_of(source)), Names())
+
+
+def facts_of(source, said=None):
+    return imported(source, said or Said()).provenance.training
+
+
+def test_there_are_25_of_them():
+    assert len(MISREAD) == 25
+
+
+@pytest.mark.parametrize("source", MISREAD, ids=range(len(MISREAD)))
+def test_what_was_misread_is_refused_or_decides_as_python(source):
+    said = options_of(source)
+    try:
+        origins = from_python(source.encode(), "policy.py", said)
+        (policy,) = profile_of(origins, Names()).agents
+    except (InputError, DisagreementError):
+        return
+    ((name, origin),) = origins.items()
+    function, rows = called(source, name), around((*NUMBERS, 30, 1), len(policy.features)).astype(np.float64)
+    found = [label_of(policy, origin, action) for action in ir.act(policy, rows).tolist()]
+    assert found == [function(row) for row in rows.tolist()] == [function(row) for row in rows]
+
+
+PLAIN = """
+LIMIT = 0.2 * 3
+def act(x):
+    return "a" if x[0] > LIMIT else "b"
+"""
+
+
+def test_python_itself_is_named_with_the_count():
+    facts = facts_of(PLAIN)
+    assert facts["act replayed"] > 1_000 and re.fullmatch(r"Python 3\.\d+ itself", facts["act replayed by"])
+
+
+def test_no_run_says_that_nothing_was_compared(monkeypatch):
+    monkeypatch.setattr("codegen.importers.running.asking.subprocess.Popen", None)
+    facts = facts_of(PLAIN, Said(run=False))
+    assert facts["act replayed"] == 0 and facts["act replayed by"] == "nobody: the source was not compared"
+
+
+def test_a_difference_names_the_observation_and_both_answers():
+    origin = from_python(PLAIN.encode(), "policy.py")["act"]
+    shifted = replace(origin.grown, threshold=origin.grown.threshold * 2)
+    with pytest.raises(DisagreementError, match="takes action 1 where its origin takes 'a'") as caught:
+        profile_of({"act": replace(origin, grown=shifted)}, Names())
+    assert "[" in caught.value.where
+
+
+@pytest.mark.parametrize(
+    ("form", "given"),
+    [
+        ("np.asarray(x)[0] > 3", "Python's floats, or float64 arrays"),
+        ("x.copy()[0] > 3", "Python's floats, or float64 arrays"),
+        ("x.tolist()[0] > 3", "float64 arrays"),
+    ],
+)
+def test_what_the_source_takes_is_what_is_given(form, given):
+    source = f"import numpy as np\ndef act(x):\n    assert len(x) == 1\n    return 1 if {form} else 2\n"
+    assert facts_of(source)["act given"] == given
+
+
+def test_observations_that_an_assertion_leaves_out_are_not_counted():
+    source = "def act(x):\n    assert x[0] < 3\n    return 1 if x[0] > 2 else 0\n"
+    fewer, all_of = (facts_of(each)["act replayed"] for each in (source, source.replace("assert x[0] < 3", "pass")))
+    assert 0 < fewer < all_of
+
+
+def test_an_assertion_that_never_holds_is_refused():
+    with pytest.raises(InputError, match="assertions of the source hold at none"):
+        imported("def act(x):\n    assert x[0] > 3 and x[0] < 2\n    return 1 if x[0] > 2 else 0\n")
+
+
+def test_floats_alone_are_asked_where_no_arrays_are_given():
+    source = "def act(x):\n    return 'both' if (x[0] > 0.5) + (x[1] > 0.5) == 2 else 'not'\n"
+    assert facts_of(source, Said(arrays="floats"))["act given"] == "Python's floats"
+
+
+def test_the_gate_is_short():
+    gate = Path(__file__).parents[4] / "codegen/importers/running/gate.py"
+    assert len(gate.read_text().splitlines()) <= 200
