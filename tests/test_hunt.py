@@ -246,7 +246,7 @@ def test_the_manual_tells_of_the_questions_that_are_on_record():
     """As rows of its table, with no wrong word."""
     page = (Path(manual.__file__).parent / "developing.md").read_text()
     kept = sorted(FOLDER.glob("*.json"))
-    assert {path.stem for path in kept} == set(PLANTED_NUMBERS)
+    assert set(PLANTED_NUMBERS) <= {path.stem for path in kept} <= {*PLANTED_NUMBERS, *hunt.READING}
     for record in (Record(path.stem, FOLDER) for path in kept):
         assert record.row in page and record.wrong == []
 

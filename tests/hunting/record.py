@@ -74,8 +74,18 @@ class Record:
         return self.counts[key] / max(1, self.counts["asked"])
 
     @property
+    def reads(self) -> bool:
+        """Whether sources are read, and no claims are asked."""
+        return self.counts["verdict IMPORTED"] + self.counts["verdict REFUSED"] > 0
+
+    @property
     def row(self) -> str:
         """The figures as a row of a table."""
+        if self.reads:
+            came, rows = self.share("verdict IMPORTED"), self.counts["rows compared"]
+            return f"| {self.kind} | {self.counts['asked']:,} | {came:.1%} | {rows:,} | {len(self.wrong)} |".replace(
+                "%", " %"
+            )
         shares = ("proved, not vacuous", "verdict VIOLATED", "verdict UNKNOWN", "bound within 2 % of the extreme")
         forged, refused = self.counts["certificates forged"], self.counts["certificates forged, refused"]
         told = [f"{self.share(key):.1%}".replace("%", " %") for key in shares]
@@ -85,9 +95,16 @@ class Record:
         """The figures."""
         asked = self.counts["asked"]
         say(f"{self.kind}: seeds {self.first} to {self.next - 1}, {asked} questions, {self.seconds:.0f} CPU s")
+        if self.reads:
+            say(f"  come in {self.share('verdict IMPORTED'):.2%}, {asked / max(1e-9, self.seconds):.1f} per CPU s")
+            self._show_counts(say)
+            return
         proved, violated = self.share("proved, not vacuous"), self.share("verdict VIOLATED")
         unknown, depth = self.share("verdict UNKNOWN"), self.median_depth
         say(f"  proved and not vacuous {proved:.1%}, violated {violated:.1%}, unknown {unknown:.2%}, depth {depth}")
+        self._show_counts(say)
+
+    def _show_counts(self, say: Callable[[str], None]) -> None:
         for key, count in sorted(self.counts.items()):
             say(f"  {key:<40} {count:>9}")
         say(f"  wrong words: {len(self.wrong)}")
