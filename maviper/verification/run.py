@@ -145,16 +145,23 @@ def verify_questions(
 
     Interrupted after the first result, it gives those that are known, and so fewer than were asked for.
     """
-    outcomes: list[AnyResult] = []
+    outcomes: dict[int, AnyResult] = {}
+    order = list(range(len(asked)))
+    if stated is not None:  # claims about single decisions take least
+        order = sorted(order, key=lambda number: not stated.claims[number].about_decisions)
     try:
-        for result in one_by_one([one.question for one in asked], options.where, stated):
-            outcomes.append(result)
+        for number, result in zip(
+            order, one_by_one([asked[each].question for each in order], options.where, stated), strict=False
+        ):
+            outcomes[number] = result
             if told is not None:
                 told(result)
     except KeyboardInterrupt:
         if not outcomes:
             raise
-    return Verified(profile, tuple(asked[: len(outcomes)]), tuple(outcomes), options.cells, stated)
+    known = sorted(outcomes)
+    answers = tuple(outcomes[number] for number in known)
+    return Verified(profile, tuple(asked[number] for number in known), answers, options.cells, stated)
 
 
 def results(profile: ir.PolicyProfile, options: VerifyOptions) -> list[AnyResult]:

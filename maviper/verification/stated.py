@@ -195,16 +195,13 @@ class StatedWorld:
 
     @property
     def asked(self) -> list[Asked]:
-        """The questions, those about single decisions first, which take least; each with the command that asks them all
-        again, in the folder of the report.
-        """
+        """The questions, each with the command that asks them all again, in the folder of the report."""
         options = self.options
         words = ["maviper", "verify", runs.PROFILE_FILE, "--world", WORLD_FILE]
         words += [] if options.file is None else ["--properties", PROPERTY_FILE]
         words += [] if options.max_boxes is None else ["--max-boxes", str(options.max_boxes)]
         command = self.again or shlex.join([*words, *(["--run-reference"] if options.run_reference else [])])
-        quick_first = sorted(self._questions, key=lambda question: not question.claim.about_decisions)
-        return [Asked(question, command, self.about) for question in quick_first]
+        return [Asked(question, command, self.about) for question in self._questions]
 
     @property
     def said(self) -> list[tuple[str, str]]:
