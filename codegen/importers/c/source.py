@@ -27,7 +27,7 @@ from codegen.importers.c.kinds import STANDARD
 from codegen.importers.c.library import PRINTING
 from codegen.importers.c.statements import Open, Statements, parameters_of
 from codegen.importers.c.text import Expanded, expand_source
-from codegen.importers.c.values import Outside, Reference, copy_objects
+from codegen.importers.c.values import Reference, _Outside, copy_objects
 from codegen.importers.origin import NOTHING, Origin, Said
 from codegen.importers.symbolic.paths import OUTSIDE, Paths
 from codegen.importers.symbolic.program import REPLAYED_BY, Described, origin_of
@@ -204,7 +204,7 @@ class _Machine(Statements):
                 objects, (frame, *scopes) = _copy_state(*state[1:])
                 self.observed.objects |= objects
                 returned = self.run(self.function, frame, (state[0], scopes))
-        except Outside as outside:
+        except _Outside as outside:
             self.limits[str(outside)] = None
             return OUTSIDE
         results = self.observed.results()
