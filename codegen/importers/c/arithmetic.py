@@ -10,6 +10,7 @@ refused.
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from functools import partial
 from typing import Any
 
@@ -33,7 +34,7 @@ from codegen.importers.c.kinds import (
     truncate_float,
 )
 from codegen.importers.c.sums import CONTRACTED, ROUNDINGS, TEST_ADVICE, Summing
-from codegen.importers.c.values import Condition, Number, Outside, Symbol, Value
+from codegen.importers.c.values import Condition, Number, Symbol, Value, _Outside
 from codegen.importers.symbolic.affine import Given
 from codegen.importers.symbolic.feature import (
     FALLING,
@@ -317,15 +318,19 @@ class Arithmetic:
         return self.ensure_fits(symbol, self.ends(symbol.feature))
 
     def _join_whole(self, sign: str, one: Symbol, other: Symbol, kind: Kind) -> Value:
-        """What two whole numbers give: one of few is asked which it is, others are added."""
-        few = self.resolve_number(other)
+        """What two whole numbers give: their sum; where that is none, one of few is asked which it is."""
+        total = None
+        if sign in "+-":
+            with suppress(InputError):
+                total = self.summing.add_whole(sign, one, other).feature
+        few = self.resolve_number(other) if total is None else other
         if isinstance(few, Number):
             return self._whole(sign, one, few, kind)
         if sign not in "+-":
             raise self.make_error(f"the operator {sign} of two features is not read", TEST_ADVICE)
         (low, high), (less, more) = self.ends(one.feature), self.ends(other.feature)
         ends = (low + less, high + more) if sign == "+" else (low - more, high - less)
-        return self.ensure_fits(Symbol(self.summing.add_whole(sign, one, other).feature, kind), ends)
+        return self.ensure_fits(Symbol(total or self.summing.add_whole(sign, one, other).feature, kind), ends)
 
     def ensure_fits(self, symbol: Symbol, ends: tuple[Any, Any]) -> Symbol:
         """The symbol. The path ends where its number overflows, which C leaves undefined; InputError where it wraps."""
@@ -337,7 +342,7 @@ class Arithmetic:
         if self.speculating:
             raise self.make_error("a number may overflow", RANGE_ADVICE)
         if not (self._holds(feature, ">=", kind.low) and self._holds(feature, "<=", kind.high)):
-            raise Outside("numbers that do not overflow")
+            raise _Outside("numbers that do not overflow")
         return symbol
 
     def _tabulate(self, given: Symbol, key: str, compute: Callable[[int], int]) -> Symbol:

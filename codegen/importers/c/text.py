@@ -194,14 +194,14 @@ def _blank_comments(text: str, where: str) -> str:
     """The text without comments; each line begins where it did."""
 
     def blank(match: re.Match[str]) -> str:
-        found = match[0]
-        if found[0] != "/":
-            return found
-        if found[1] == "*" and (len(found) < 4 or not found.endswith("*/")):
+        matched = match[0]
+        if matched[0] != "/":
+            return matched
+        if matched[1] == "*" and (len(matched) < 4 or not matched.endswith("*/")):
             raise InputError(
                 "a comment has no end", f"{where}, line {text.count(chr(10), 0, match.start()) + 1}", ADVICE
             )
-        return " " + "\n" * found.count("\n")
+        return " " + "\n" * matched.count("\n")
 
     return COMMENT.sub(blank, text)
 

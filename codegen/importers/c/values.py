@@ -13,7 +13,7 @@ from codegen.importers.c.kinds import Kind, Many, Number, Record, Type
 from codegen.importers.symbolic.feature import Feature
 
 
-class Outside(Exception):
+class _Outside(Exception):
     """The path ends, since the program takes no such observation: an assertion fails, or a number overflows."""
 
 
