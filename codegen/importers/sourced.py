@@ -79,8 +79,10 @@ def choose_rows(
     if not kinds:
         return []
     single = np.array([(place, at, 0, -1) for place, each in enumerate(values) for at in range(len(each))])
-    if len(single) > most:
-        single = single[np.sort(rng.choice(len(single), most, replace=False))]
+    if len(single) > most:  # special values first, then as many others as fit
+        special = single[:, 1] >= np.array([len(each) for each in plain])[single[:, 0]]
+        order = np.argsort(~special + rng.random(len(single)))
+        single = single[np.sort(order[:most])]
     single = np.tile(single, (max(1, min(FILLINGS, most // len(single))), 1))
     chosen = np.concatenate([single, _pair_values([len(each) for each in values], most - len(single), rng)])
     zeros = np.arange(len(chosen)) < len(single) // FILLINGS  # the first filling
