@@ -123,7 +123,7 @@ class PythonDraft(Draft):
             f"float({base})",
             f"({base} if {base} > {low} else {low})",
             f"({base}) * ({base})" if "[" not in base and " " not in base else f"({base} * 3)",
-            f"({base}) ** 2",
+            f"-({base}) * 2.0",
         ]
         if self.chance(0.15):
             self.imports.add("import numpy as np")
