@@ -96,6 +96,7 @@ def _replay(policy: ir.AgentPolicy, named: "_Named") -> tuple[int, str]:
         if origin.asks is not None and policy.numbers != origin.numbers:
             rows = rows[(rows.astype(policy.numbers) == rows).all(axis=1)]
         rows = rows if origin.takes is None else rows[origin.takes(rows)]
+        assert origin.act is not None, "an origin that is compared answers"
         return replay.replay_origin(policy, origin.act, rows), ""
     with origin.second() as (numbers, ask):
         more = replay.source_observations(policy, numbers, nan=origin.nan, finite=origin.finite)

@@ -34,7 +34,7 @@ from codegen.importers.c.kinds import (
     truncate_float,
 )
 from codegen.importers.c.sums import CONTRACTED, ROUNDINGS, TEST_ADVICE, Summing
-from codegen.importers.c.values import Condition, Number, Symbol, Value, _Outside
+from codegen.importers.c.values import Condition, Number, Outside, Symbol, Value
 from codegen.importers.symbolic.affine import Given
 from codegen.importers.symbolic.feature import (
     FALLING,
@@ -342,7 +342,7 @@ class Arithmetic:
         if self.speculating:
             raise self.make_error("a number may overflow", RANGE_ADVICE)
         if not (self._holds(feature, ">=", kind.low) and self._holds(feature, "<=", kind.high)):
-            raise _Outside("numbers that do not overflow")
+            raise Outside("numbers that do not overflow")
         return symbol
 
     def _tabulate(self, given: Symbol, key: str, compute: Callable[[int], int]) -> Symbol:

@@ -30,7 +30,7 @@ from codegen.importers.c.kinds import (
     Type,
     size_of,
 )
-from codegen.importers.c.values import Array, Number, Reference, Struct, Symbol, Value, _Outside
+from codegen.importers.c.values import Array, Number, Outside, Reference, Struct, Symbol, Value
 from codegen.importers.symbolic.feature import FOLDING, Step
 
 PRINTING = ["printf", "fprintf", "puts", "fputs", "putchar", "putc", "fputc", "fflush", "perror"]
@@ -149,7 +149,7 @@ def _skip_print(machine: Any, given: list[Any]) -> Value:
 
 def _assertion(machine: Any, given: list[Any]) -> Value:
     if not machine.truth(given[0]):
-        raise _Outside("observations for which its assertions hold")
+        raise Outside("observations for which its assertions hold")
     return None
 
 

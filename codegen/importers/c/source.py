@@ -30,7 +30,7 @@ from codegen.importers.c.library import PRINTING
 from codegen.importers.c.statements import Open, Statements, parameters_of
 from codegen.importers.c.text import Expanded, expand_source
 from codegen.importers.c.values import Origin as Place
-from codegen.importers.c.values import Reference, Struct, _Outside, copy_objects
+from codegen.importers.c.values import Outside, Reference, Struct, copy_objects
 from codegen.importers.origin import NOTHING, Origin, Said
 from codegen.importers.symbolic.paths import OUTSIDE, Growth
 from codegen.importers.symbolic.program import Described, origin_of
@@ -209,7 +209,7 @@ class _Machine(Statements):
                 objects, (frame, *scopes) = _copy_state(*state[1:])
                 self.observed.objects |= objects
                 returned = self.run(self.function, frame, (state[0], scopes))
-        except _Outside as outside:
+        except Outside as outside:
             self.limits[str(outside)] = None
             return OUTSIDE
         results = self.observed.results()

@@ -203,7 +203,7 @@ class Statements(Expressions):
         """Follows statements of the function that decides. Its path can go on from each `if`, with the variables as
         they are there.
         """
-        while open_:
+        while open_ is not None:
             node, open_ = open_
             if node is None:
                 self.scopes.pop()

@@ -13,8 +13,8 @@ from codegen.importers.c.kinds import Kind, Many, Number, Record, Type
 from codegen.importers.symbolic.feature import Feature
 
 
-class _Outside(Exception):
-    """The path ends, since the program takes no such observation: an assertion fails, or a number overflows."""
+class Outside(BaseException):
+    """The path ends, no error: the program takes no such observation, as an assertion fails or a number overflows."""
 
 
 @dataclass(frozen=True)

@@ -81,7 +81,9 @@ def _subscript(m: Machine, node: ast.Subscript, scope: Scope) -> Any:
     if not isinstance(value, list | tuple | dict | str | range):
         raise Refused(f"something is looked up in {words_of(value)}", "compute with each x[0] by itself")
     if isinstance(key, slice):
-        return value[key] if isinstance(value, range) else m.keep_value(type(value)(value[key]))
+        sequence: Any = value
+        part = sequence[key]
+        return part if isinstance(value, range) else m.keep_value(part)
     return value[key_of(m, key) if isinstance(value, dict) else m.whole(key)]
 
 

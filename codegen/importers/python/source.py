@@ -147,10 +147,10 @@ class _Follower:
     def _count_features(self, m: Machine, name: tuple[str, ...], call: ast.Call) -> None:
         """Takes what the length of the observation is compared with for its length."""
         for each in self.file.inside(call, ast.Compare):
-            number = each.comparators[0]
-            if each.left is call and isinstance(each.ops[0], ast.Eq | ast.NotEq) and isinstance(number, ast.Constant):
-                m.inputs.widths.setdefault(name, number.value)
-                m.notes[f"line {each.lineno}: the observation is taken to have {number.value} numbers"] = None
+            number = getattr(each.comparators[0], "value", None)
+            if each.left is call and isinstance(each.ops[0], ast.Eq | ast.NotEq) and isinstance(number, int):
+                m.inputs.widths.setdefault(name, number)
+                m.notes[f"line {each.lineno}: the observation is taken to have {number} numbers"] = None
 
     def _object(self, m: Machine, given: Any) -> Any:
         """The object whose method decides."""

@@ -93,6 +93,7 @@ def collect_numbers(tree: ast.Module, space: dict[str, Any]) -> list[Any]:
     """All numbers that stand in the source, that its constant expressions give, or that its constants hold."""
     found, held = dict[Any, None](), list[Any]([value for name, value in space.items() if name != "__builtins__"])
     seen = set[int]()
+    value: Any
     while held and len(seen) < MAX_NUMBERS:
         value = held.pop()
         if id(value) in seen or isinstance(value, SimpleNamespace):
@@ -105,8 +106,9 @@ def collect_numbers(tree: ast.Module, space: dict[str, Any]) -> list[Any]:
             held += [*value, *value.values()]
         elif hasattr(value, "__dict__"):
             held += vars(value).values()
-        if hasattr(value, "tolist"):
-            held.append(value.tolist())
+        array: Any = value
+        if hasattr(array, "tolist"):
+            held.append(array.tolist())
     known: dict[int, Any] = {}
     for node in reversed(list(ast.walk(tree))):  # parts before what they are part of
         value = _fold_node(node, known, space)
@@ -124,6 +126,7 @@ def _keep_number(value: Any, found: dict[Any, None]) -> None:
 
 def _fold_node(node: ast.AST, known: dict[int, Any], space: dict[str, Any]) -> Any:
     """The number that an expression of constants gives; None for all others."""
+    value: Any
     parts = [known.get(id(each)) for each in ast.iter_child_nodes(node) if isinstance(each, ast.expr)]
     try:
         if isinstance(node, ast.Constant):
@@ -133,7 +136,8 @@ def _fold_node(node: ast.AST, known: dict[int, Any], space: dict[str, Any]) -> A
         elif isinstance(node, ast.BinOp | ast.UnaryOp) and None not in parts:
             value = OPERATORS[type(node.op)](*parts)
         elif isinstance(node, ast.Call) and None not in parts[1:] and isinstance(node.func, ast.Attribute):
-            value = getattr(space[node.func.value.id], node.func.attr)(*parts[1:]) if not node.keywords else None
+            owner: Any = node.func.value
+            value = getattr(space[owner.id], node.func.attr)(*parts[1:]) if not node.keywords else None
         else:
             return None
         return value if isinstance(value, int | float) or (hasattr(value, "dtype") and not value.ndim) else None

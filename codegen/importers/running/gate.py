@@ -107,8 +107,8 @@ def _is_member(module: str, member: str) -> bool:
 def _clean_node(node: ast.AST, used: set[str]) -> None:
     """Removes imports, docstrings, annotations, the main block, and methods that nothing names."""
     for field in ("body", "orelse"):
-        block = getattr(node, field, None)
-        if isinstance(block, list):
+        block: list[ast.stmt] = getattr(node, field, [])
+        if field in node._fields and type(block) is list:
             kept = [part for each in block for part in _clean_statement(each, node, used)]
             empty = field == "body" and not kept and not isinstance(node, ast.Module)
             setattr(node, field, [ast.copy_location(ast.Pass(), block[0])] if empty else kept)
