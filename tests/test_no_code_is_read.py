@@ -90,7 +90,7 @@ def test_what_starts_programs_stands_in_a_table():
         for path in (ROOT / package).rglob("*.py"):
             for node in nodes_of(path):
                 names = [one.name for one in node.names] if isinstance(node, ast.Import) else []
-                names += [node.module or ""] if isinstance(node, ast.ImportFrom) else []
+                names += [f"{node.module}.{one.name}" for one in node.names] if isinstance(node, ast.ImportFrom) else []
                 found |= {path.relative_to(ROOT).as_posix() for name in names if name.startswith(STARTERS)}
     assert found == set(STARTS), sorted(found ^ set(STARTS))
 

@@ -9,7 +9,8 @@ import contextlib
 import os
 import signal
 import subprocess
-from collections.abc import Sequence
+import threading
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from codegen.errors import HangingToolError, MissingToolError
@@ -48,6 +49,21 @@ def run(
         _end(process)
         raise
     return subprocess.CompletedProcess(command, process.returncode, out, err)
+
+
+@contextlib.contextmanager
+def start(command: Sequence[str], limit_s: int, environment: Mapping[str, str]) -> "Iterator[subprocess.Popen[bytes]]":
+    """A process to write to and read from, which is killed at the end, or when its time is over."""
+    with subprocess.Popen(
+        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env=dict(environment)
+    ) as process:
+        clock = threading.Timer(limit_s, process.kill)
+        clock.start()
+        try:
+            yield process
+        finally:
+            clock.cancel()
+            process.kill()
 
 
 def _end(process: subprocess.Popen[str]) -> None:

@@ -101,10 +101,10 @@ def origin_of(model: Any) -> Origin:
     if not regressor:
         return _origin(fitted, list(estimator.classes_), grown)
 
-    def said(rows: Floats) -> Any:
+    def predict_numbers(rows: Floats) -> Any:
         return _predict(fitted, rows).astype(np.float64).reshape(len(rows), -1)
 
-    return giving(_origin(fitted, range(len(values)), grown), values, said)
+    return giving(_origin(fitted, range(len(values)), grown), values, predict_numbers)
 
 
 class _Fitted(NamedTuple):

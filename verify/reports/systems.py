@@ -93,6 +93,7 @@ def document(
     semantics = f"{SEMANTICS} {ENCLOSED}" if enclosed else SEMANTICS
     semantics = f"{semantics} {GIVEN}" if statement.acting else semantics
     certificates = [result.evidence.certificate for result in results]
+    counted = {certificate.counted for certificate in certificates if certificate}
     return {
         "report": FORM,
         "profile": content_hash(profile),
@@ -110,12 +111,7 @@ def document(
         "results": [facts(result, place) for place, result in enumerate(results, 1)],
         "command": command,
         "semantics": semantics if system.flow is None else flows.SEMANTICS,
-        "trusted": [
-            *trusted.systems(
-                enclosed, {certificate.counted for certificate in certificates if certificate}, system.flow is not None
-            ),
-            *trusted.readers(profile),
-        ],
+        "trusted": [*trusted.systems(enclosed, counted, system.flow is not None), *trusted.readers(profile)],
         "limits": _limits(system, reference, [result.claim for result in results]),
     }
 
@@ -260,8 +256,7 @@ def facts(result: Result[SystemClaim, Any], place: int) -> dict[str, Any]:
     return (
         document
         | _modes(result.question.subject, document)
-        | ({"replay": evidence.environment} if evidence.environment else {})
-        | ({"rounding": evidence.rounding} if evidence.rounding else {})
+        | {key: said for key, said in (("replay", evidence.environment), ("rounding", evidence.rounding)) if said}
     )
 
 

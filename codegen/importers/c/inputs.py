@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from codegen.errors import InputError
-from codegen.importers.c.kinds import CHAR, FLOAT, Kind, Many, Pointer, Record, Type, Void
+from codegen.importers.c.kinds import CHAR, FLOAT, GIVEN, Kind, Many, Pointer, Record, Type, Void
 from codegen.importers.c.values import Array, Cell, Object, Origin, Reference, Symbol, Value, cells, make_object
 from codegen.importers.symbolic.feature import Feature, Step
 from codegen.importers.symbolic.paths import STATE_ADVICE
@@ -72,7 +72,7 @@ class Inputs:
     def _first(self, kind: Kind) -> tuple[Step, ...]:
         """How the caller's number becomes one of the parameter's type."""
         if kind.floating:
-            return (Step("to float", np.float32),) if self.wide and kind == FLOAT else ()
+            return (Step(GIVEN, np.float32),) if self.wide and kind == FLOAT else ()
         low, high = kind.low, kind.high
 
         def whole(v: Any) -> Any:

@@ -68,6 +68,7 @@ LONG = Kind("long", 64, 4, -(2**31), 2**31 - 1)  # what it holds everywhere
 ULONG = Kind("unsigned long", 64, 4, 0, 2**32 - 1)
 LLONG, ULLONG = _whole("long long", 64, 5, signed=True), _whole("unsigned long long", 64, 5, signed=False)
 FLOAT, DOUBLE = Kind("float", 32, 10), Kind("double", 64, 11)
+GIVEN = "given as a float"  # the first step of a float that is observed among doubles
 ENUM = Kind("enum", 32, 3, 0, 2**31 - 1)  # int or unsigned int, as the compiler likes
 UNSIGNED: Final = {INT: UINT, LONG: ULONG, LLONG: ULLONG}
 SPELLED: Final[Mapping[tuple[str, ...], Kind]] = {

@@ -19,6 +19,7 @@ WORDS = (
     (re.compile(r"\b(?:static\s+|inline\s+)*constexpr\b(?:\s+static\b)?"), "static const"),
     (re.compile(r"\bstatic_cast\s*<\s*([\w\s]+?)\s*>\s*\("), r"(\1)("),
     (re.compile(r"\bnullptr\b"), "NULL"),
+    (re.compile(r"(?m)^([ \t]*#[ \t]*include[ \t]*<)c([a-z]+)>"), r"\1\2.h>"),  # <cstdint>
 )
 
 

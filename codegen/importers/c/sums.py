@@ -11,7 +11,7 @@ import numpy as np
 
 from codegen.errors import InputError
 from codegen.floats import FLOAT32, FLOAT64
-from codegen.importers.c.kinds import DOUBLE, FLOAT, Kind
+from codegen.importers.c.kinds import DOUBLE, FLOAT, GIVEN, Kind
 from codegen.importers.c.values import Number, Symbol
 from codegen.importers.reading import SUMS
 from codegen.importers.symbolic.affine import IN_ORDER, Affine, Given, Sums
@@ -22,6 +22,12 @@ from codegen.sums import DOUBLE_SUMS
 TEST_ADVICE = "compare one feature, or a sum of features, with a number"
 ROUNDINGS = "a product and a sum may be rounded once or twice, as the compiler likes"
 CONTRACTED = "compare the feature itself with a number, or say #pragma STDC FP_CONTRACT OFF"
+
+
+def _as_given(symbol: Symbol) -> Symbol:
+    """A number without the step that makes a float of it, where nothing else is computed of it."""
+    plain = [each.key for each in symbol.feature.steps] == [GIVEN]
+    return Symbol(Feature(symbol.feature.place), symbol.kind) if plain else symbol
 
 
 class Summing:
@@ -44,8 +50,11 @@ class Summing:
             raise self._make_error("a feature is compared with itself", TEST_ADVICE)
         if not one.kind.floating:
             return self.add_whole("-", one, other)
-        self.finite = True
-        return Symbol(self._add_features("-", one, other, one.kind), one.kind)
+        self.finite, kind = True, one.kind
+        if self._numbers == FLOAT64:  # floats that are given as they are lie among the doubles
+            one, other = map(_as_given, (one, other))
+            kind = kind if one.feature.steps or other.feature.steps else DOUBLE
+        return Symbol(self._add_features("-", one, other, kind), kind)
 
     def add_whole(self, sign: str, one: Symbol, other: Symbol) -> Symbol:
         """A sum or difference of whole numbers, which floats have exactly."""

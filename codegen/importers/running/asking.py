@@ -9,9 +9,7 @@ Does not: run anything in this process, or know how the reader read.
 # pyright: basic
 # answers may be anything
 import json
-import subprocess
 import sys
-import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
@@ -20,6 +18,7 @@ from typing import Any
 
 import numpy as np
 
+from codegen.agreement import programs
 from codegen.errors import DisagreementError, InputError, escape_text
 from codegen.floats import FLOAT32, FLOAT64
 from codegen.importers.reading import Answers, Origin, Running
@@ -47,11 +46,7 @@ def run_source(called: Called, origin: Origin) -> Iterator[Running]:
     """
     request = {**asdict(called), "seconds": SECONDS, "bytes": BYTES, "library": str(Path(np.__file__).parent.parent)}
     command = [sys.executable, "-I", "-S", "-B", "-X", "utf8", str(CHILD)]
-    with subprocess.Popen(
-        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env=ENVIRONMENT
-    ) as process:
-        clock = threading.Timer(2 * SECONDS, process.kill)
-        clock.start()
+    with programs.start(command, 2 * SECONDS, ENVIRONMENT) as process:
 
         def ask_rows(rows: Floats) -> Answers:
             content = np.ascontiguousarray(rows, np.float64)
@@ -60,15 +55,11 @@ def run_source(called: Called, origin: Origin) -> Iterator[Running]:
             said = [([_read_answer(each, called, origin) for each in told], np.array(at, int)) for told, at in given]
             return _join_forms(called, said, content, origin)
 
-        try:
-            told = _exchange(process, called, json.dumps(request).encode() + b"\n")
-            if "refused" in told:
-                where = f"{called.where}, line {told['line']}" if told["line"] else called.where
-                raise InputError(f"Python does not run it: {escape_text(told['refused'])}", where, RUN_ADVICE)
-            yield Running(told["numbers"], ask_rows)
-        finally:
-            clock.cancel()
-            process.kill()
+        told = _exchange(process, called, json.dumps(request).encode() + b"\n")
+        if "refused" in told:
+            where = f"{called.where}, line {told['line']}" if told["line"] else called.where
+            raise InputError(f"Python does not run it: {escape_text(told['refused'])}", where, RUN_ADVICE)
+        yield Running(told["numbers"], ask_rows)
 
 
 def act_python(called: Called, origin: Origin, rows: Floats) -> Any:
@@ -77,7 +68,7 @@ def act_python(called: Called, origin: Origin, rows: Floats) -> Any:
         return running.ask(rows).told
 
 
-def _exchange(process: "subprocess.Popen[bytes]", called: Called, content: bytes) -> Any:
+def _exchange(process: Any, called: Called, content: bytes) -> Any:
     """What the process answers to a message. InputError where it answers nothing, or too much."""
     assert process.stdin is not None and process.stdout is not None
     try:

