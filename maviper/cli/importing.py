@@ -54,9 +54,10 @@ def import_verb(
 ) -> int:
     """Import decision trees of other programs: exact, or refused.
 
-    FILE is if/else Python or C (one function per agent), an ONNX model, a single tree of XGBoost (JSON), LightGBM
-    (text) or treelite (JSON), dtControl's JSON, or a C header of `maviper compile`. Its kind is detected. Nothing in
-    it is run but if/else Python behind a gate, and compiled C, each in a process of its own; `--no-run` runs neither.
+    FILE is if/else Python or C (one function per agent), an ONNX model, a tree or a small sum of trees of XGBoost
+    (JSON) or LightGBM (text), a tree of treelite (JSON) or dtControl (JSON), or a C header of `maviper compile`. Its
+    kind is detected. The only code that is run is if/else Python, behind a gate, and compiled C, each in a process of
+    its own, to compare its answers with the tree; `--no-run` runs neither.
 
     The profile decides as FILE does for every observation of the numbers that FILE compares, float32 or float64. It is
     written only after a comparison: both must decide the same at every threshold, at its neighbours, at random

@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 def from_file(file: str | Path | Mapping[str, str | Path], **asked: Unpack[ImportOptions]) -> PolicyProfile:
     """A profile of the trees in a file of another program, as `maviper import` makes it.
 
-    Nothing in the file is run but if/else Python behind a gate, and compiled C, each in a process of its own, to
-    compare it with what was read; `run=False` runs neither, and the profile then says that nothing was compared.
+    The only code that is run is if/else Python, behind a gate, and compiled C, each in a process of its own, to compare
+    its answers with the tree; `run=False` runs neither, and the profile then says that the source was not compared.
 
     `file`: if/else Python or C, a header of ours, ONNX, or trees of XGBoost, LightGBM, treelite or dtControl,
     recognised by its name and content; or agent -> file, for a team. Names are instead of the file's own, for every
@@ -50,7 +50,7 @@ def from_sklearn(
     name: str = "imported",
     output_names: Sequence[str] | None = None,
 ) -> PolicyProfile:
-    """A profile of one agent from a fitted tree or small forest of scikit-learn, or a Pipeline or search of one.
+    """A profile of one agent from scikit-learn: a fitted tree or small forest, or a Pipeline or search of one.
 
     `feature_names`: default those it was fitted with, or x0, x1, ...; `action_names`: default its labels, in the order
     of `classes_`. A regressor of several outputs, or of more than 64 values, gives numbers: `output_names`, default y0,

@@ -82,7 +82,9 @@ class ImportOptions(TypedDict, total=False):
     run: Annotated[
         bool,
         Option(
-            True, IMPORTED, "Do not run FILE to compare it: the profile then says that its source was not compared."
+            True,
+            IMPORTED,
+            "If FILE is not run, its own answers are not compared with the tree, and the profile says so.",
         ),
     ]
 

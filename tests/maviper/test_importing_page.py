@@ -9,6 +9,7 @@ from sklearn.compose import make_column_transformer
 from sklearn.decomposition import PCA
 from sklearn.ensemble import HistGradientBoostingRegressor, RandomForestClassifier, RandomForestRegressor
 from sklearn.feature_selection import SelectKBest
+from sklearn.model_selection import GridSearchCV
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import Binarizer, MinMaxScaler, StandardScaler
 from sklearn.tree import DecisionTreeClassifier, DecisionTreeRegressor
@@ -124,8 +125,12 @@ CASES = [  # from, what, what happens, what it is: a file's name and content, or
               "        self.go = go\n    def act(self, x):\n        return self.go if above(x['v']) else 1\n")),
     ("if/else Python", "arithmetic on one feature, `abs`, `min`, `max`, `int`, `np.clip`", EXACT,
      lambda: python("if abs(2 * x[0] - 1) > 0.5: return int(min(max(x[1], 0), 3))")),
-    ("if/else Python", "comparisons of two features, sums of weighted ones with `--arrays`", EXACT,
-     lambda: python("if x[0] < x[1]: return 1")),
+    ("if/else Python", "comparisons of two features, such as `x > y`", EXACT,
+     lambda: python("if x[0] > x[1]: return 1")),
+    ("if/else Python", "sums of weighted features, with `--arrays`", EXACT,
+     lambda: python("if 0.1 * x[0] + 0.3 * x[1] > 0.5: return 1")),
+    ("if/else Python", "the same without it, where roundings depend on it", REFUSED,
+     lambda: python("if 0.1 * x[0] + 0.3 * x[1] > 0.5: return 1")),
     ("if/else Python", "returned lists, tuples and arrays of numbers and sums", EXACT,
      lambda: python("if x[0] < 0.1: return [x[1], -x[2]]", "return (1, x[0])")),
     ("if/else Python", "a product of two features, a sum of two sums, a feature twice in a sum", REFUSED,
@@ -164,9 +169,12 @@ CASES = [  # from, what, what happens, what it is: a file's name and content, or
     ("if/else C", "m2cgen's C, with `--scores`", EXACT, lambda: ("tree.c", m2cgen())),
     ("if/else C", "comparisons and sums of features, numbers that depend on them", EXACT,
      lambda: ("tree.c", "void act(const float *x, float *y) { y[0] = x[0] > x[1] ? x[2] - x[1] : 0.5f; }")),
+    ("if/else C", "bits, shifts and wraps of whole numbers of at most 16 bits; `assert`", EXACT,
+     lambda: ("tree.c", "#include <assert.h>\n#include <stdint.h>\nint act(uint16_t flags, int8_t level) {\n"
+              "assert(level >= 0); return (flags >> 4 & 3) == 2 ? (uint8_t)(level * 3) > 100 : 0; }")),
     ("if/else C", "products that a compiler may join with a sum, products of two features", REFUSED,
      lambda: ("tree.c", "int act(const float *x) { return 0.1f * x[0] > x[1] + 0.3f * x[2]; }")),
-    ("if/else C", "state between calls, unknown functions, numbers that may not fit", REFUSED,
+    ("if/else C", "state, `goto`, unknown functions, 64-bit features, other wraps", REFUSED,
      lambda: ("tree.c", "static int n; int act(const float *x) { return x[0] > n++; }")),
     ("XGBoost", "one tree, two classes or a number for each leaf, as saved JSON", EXACT, lambda: xgboost(1)),
     ("XGBoost", "the sum of a few trees, as one of at most 4,096 leaves", EXACT, lambda: xgboost(2)),
@@ -183,8 +191,10 @@ CASES = [  # from, what, what happens, what it is: a file's name and content, or
     ("dtControl", "leaves that permit several actions, with `--prefer`", EXACT, lambda: dtcontrol("left", "up")),
     ("dtControl", "the same without it, categories, other predicates", REFUSED, lambda: dtcontrol("left", "up")),
     (SCIKIT, "a `DecisionTreeClassifier`", EXACT, lambda: DecisionTreeClassifier(max_depth=3).fit(X, Y)),
-    (SCIKIT, "a `GridSearchCV`, or a forest of one tree", EXACT,
-     lambda: RandomForestClassifier(1, max_depth=3).fit(X, Y)),
+    (SCIKIT, "a `GridSearchCV`; a forest, as one tree of at most 4,096 leaves", EXACT,
+     lambda: GridSearchCV(RandomForestClassifier(3, random_state=0), {"max_depth": [2, 3]}).fit(X, Y)),
+    (SCIKIT, "larger forests, boosters of several trees", REFUSED,
+     lambda: RandomForestClassifier(60, random_state=0).fit(X, Y)),
     (SCIKIT, "a `Pipeline` of scalers, selectors and `Binarizer`", EXACT,
      lambda: make_pipeline(StandardScaler(), SelectKBest(k=2), DecisionTreeClassifier(max_depth=3)).fit(X, Y)),
     (SCIKIT, "a `Pipeline` with other steps, such as `PCA`", REFUSED,
@@ -230,11 +240,13 @@ def test_what_the_page_says_happens(case, tmp_path):
         name, content = given
         (tmp_path / name).write_bytes(content.encode() if isinstance(content, str) else content)
     try:
-        scores, prefer = "--scores" in case[1], ["up", "left"] if "with `--prefer`" in case[1] else None
-        alone = not isinstance(given, tuple)
-        profile = (
-            maviper.from_sklearn(given) if alone else maviper.from_file(tmp_path / name, scores=scores, prefer=prefer)
-        )
+        if isinstance(given, tuple):
+            prefer = ["up", "left"] if "with `--prefer`" in case[1] else None
+            arrays = "float64" if "with `--arrays`" in case[1] else None
+            scores = "--scores" in case[1]
+            profile = maviper.from_file(tmp_path / name, scores=scores, prefer=prefer, arrays=arrays)
+        else:
+            profile = maviper.from_sklearn(given)
     except InputError as error:
         assert case[2] == REFUSED and error.next_step
         return

@@ -349,7 +349,7 @@ class Arithmetic:
         """What is computed of a whole number, by a table of its values on this path."""
         low, high = self.ends(given.feature)
         if high - low >= MAX_TABLE:
-            what = f"bits or remainders of a whole number of more than 16 bits are not read: {key}"
+            what = "bits or remainders of a whole number of more than 16 bits are not read"
             raise self.make_error(what, "declare it with at most 16 bits, such as uint16_t, or test its range first")
         within, told = Step(f"{low} to {high}", lambda v: min(max(v, low), high)), f"{key} of {low} to {high}"
         if told in self._tables:
@@ -357,7 +357,7 @@ class Arithmetic:
         known = {v: compute(v) for v in range(low, high + 1)}
         jumps = tuple(v for v in range(low + 1, high + 1) if known[v] < known[v - 1])
         if len(jumps) > MAX_JUMPS:
-            what = f"bits or remainders that fall more than {MAX_JUMPS} times are not read: {key}"
+            what = f"bits or remainders that fall more than {MAX_JUMPS:,} times are not read"
             raise self.make_error(what, "declare it with 8 bits, such as uint8_t, or test its range first")
         sense = JUMPING if jumps else RISING
         self._tables[told] = Step(told, lambda v: known.get(v, v), sense, jumps=jumps)  # v itself: a NaN

@@ -106,7 +106,8 @@ def check_certificate(
         raise RefusedError("an enclosure of the claim is refused", f"{path}: {escape_text(error)}", advice) from None
     said = f"{curve or sentence(certificate.claim, statement, about)}, {report.sentence(statement.system)}"
     said += _left_sides(certificate.claim, stated)
-    return f"{certificate.claim.name}: {said}", closed, certificate.size, certificate.unit
+    label = next((each.label for each in stated if each == certificate.claim), "")  # never the certificate's own
+    return f"{name_claim(replace(certificate.claim, label=label))}: {said}", closed, certificate.size, certificate.unit
 
 
 def _left_sides(claim: SystemClaim, stated: Sequence[SystemClaim]) -> str:

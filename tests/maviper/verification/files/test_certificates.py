@@ -10,6 +10,7 @@ import pytest
 from codegen import policy_json
 from maviper.cli import main
 from maviper.files import runs
+from maviper.verification.files.certificates import check_file
 from tests.support.episode_cases import arriving
 from tests.support.small import small_profile
 from tests.support.teams import STAY, team, towards, tree
@@ -211,3 +212,15 @@ def test_a_proof_about_a_game_is_checked_beside_the_games_own_claims(name, capsy
     folder = ROOT / "generated" / "differences"
     assert main.run(["check", str(folder / name), "--profile", str(folder / "profile.json")]) == 0
     assert "(in the file: " in capsys.readouterr().out
+
+
+def test_a_label_is_what_the_world_file_says(tmp_path):
+    """A certificate with another label proves the same, and nobody is told what it calls itself."""
+    folder = ROOT / "generated" / "differences"
+    document = json.loads((folder / "certificate-2-decides.json").read_text())
+    document["claim"]["label"] = "nobody ever crashes"
+    document["content_hash"] = body_hash({key: value for key, value in document.items() if key != "content_hash"})
+    (tmp_path / "edited.json").write_text(json.dumps(document))
+    subject = check_file(tmp_path / "edited.json", folder / "profile.json", world=folder / "world.toml").subject
+    assert subject.startswith("decides (in the file: 'below the landmarks, nobody moves down, region of property 2')")
+    assert "crashes" not in subject
