@@ -10,7 +10,7 @@ import os
 import signal
 import subprocess
 import threading
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from pathlib import Path
 
 from codegen.errors import HangingToolError, MissingToolError
@@ -52,7 +52,7 @@ def run(
 
 
 @contextlib.contextmanager
-def start(command: Sequence[str], limit_s: int, environment: Mapping[str, str]) -> "Iterator[subprocess.Popen[bytes]]":
+def start(command: Sequence[str], limit_s: int, environment: Mapping[str, str]) -> "Generator[subprocess.Popen[bytes]]":
     """A process to write to and read from, which is killed at the end, or when its time is over."""
     with subprocess.Popen(
         command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env=dict(environment)
