@@ -47,9 +47,10 @@ def asked(profile, spec, count, seed):
 
 
 def test_the_word_is_the_monitors(tmp_path):
-    folder = GENERATED / "verdicts" / "physical_deception"
     profile = committed("verdicts/physical_deception")
-    spec = load_proof(folder / "certificate-1-distinct_targets.json", profile).region
+    certificate = GENERATED / "verdicts" / "physical_deception" / "certificate-1-distinct_targets.json"
+    proof = load_proof(certificate, profile)
+    spec = proof.region
     w, given = asked(profile, spec, 400, 2)
     _, watched = files(profile, spec, ["python"])
     twin, wanted = Twin(profile, spec, watched), []
@@ -57,7 +58,8 @@ def test_the_word_is_the_monitors(tmp_path):
         twin.start()
         wanted.append(WORDS[twin.step(row, np.ones(len(row)), profile.world.dt)])
     assert set(wanted) == set(WORDS.values())
-    assert in_node((folder / "play.html").read_text(encoding="utf-8"), ASKED, given, tmp_path) == wanted
+    shown = page(profile, Contents((load_claim(profile, certificate, proof),)))
+    assert in_node(shown, ASKED, given, tmp_path) == wanted
 
 
 def test_the_word_of_a_team_that_tests_sums_is_the_monitors(tmp_path):
