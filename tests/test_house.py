@@ -1,4 +1,4 @@
-"""House rules, as tests: imports along the arrows, style, types, sizes, module headers, the public surface."""
+"""House rules, as tests: imports along the arrows, style, types, the public surface. Sizes are reported (house.py)."""
 
 import ast
 import re
@@ -13,21 +13,12 @@ from maviper.files import profiles
 from tests.benchmarks import sizes
 from tests.conftest import SAMPLED
 from tests.support.heavy import ASIDE, HEAVY
-from tests.support.sources import functions_of, nodes_of, parsed
+from tests.support.sources import nodes_of, parsed
 
 ROOT = Path(__file__).parent.parent
 PACKAGES = ("codegen", "maviper", "verify")
 MODULES = sorted(path for package in PACKAGES for path in (ROOT / package).rglob("*.py"))
-MAX_MODULE_LINES, MAX_FUNCTION_LINES, MAX_TEMPLATE_LINES = 400, 55, 150
-MANY_PARAMETERS, MAX_WITH_MANY = 7, 11  # so many functions may have seven or more, self and cls aside
 WRITTEN = ("recompute.py",)  # files that a module writes
-VERBS = Path("maviper/__init__.py")  # whose parameters are the options of a command, in words
-MAX_MODULES_IN_A_FOLDER, MAX_README_LINES = 15, 130
-MAX_KINDS_ASKED = 8  # places that ask what a claim, a result, evidence or a certificate is about
-ABOUT_CLAIMS = (
-    "verify/",
-    *(f"maviper/{room}/" for room in ("cli", "compilation", "page", "tour", "verification", "worlds/stated")),
-)
 
 
 def tool(*command):
@@ -60,43 +51,6 @@ def test_types():
     tool("pyright", "--pythonpath", sys.executable)
 
 
-def faults_of(path):
-    """What a module lacks in its header, and what is too long there."""
-    header = ast.get_docstring(parsed(path)) or ""
-    yield from (
-        f"no {part!r} in its header" for part in ("Does:", "Assumes:", "Does not:") if f"\n{part}" not in header
-    )
-    if (length := len(path.read_text().splitlines())) > MAX_MODULE_LINES:
-        yield f"{length} lines"
-    for node in functions_of(path):
-        if (length := (node.end_lineno or 0) - node.lineno + 1) > MAX_FUNCTION_LINES:
-            yield f"{node.name}: {length} lines"
-
-
-def test_module_headers_and_sizes():
-    faults = [f"{path.relative_to(ROOT)}: {fault}" for path in MODULES for fault in faults_of(path)]
-    assert len(MODULES) > 400 and not faults
-
-
-def test_a_module_without_a_header_and_a_long_one_are_noticed(tmp_path):
-    lines = ["x = 1"] * MAX_FUNCTION_LINES
-    (tmp_path / "long.py").write_text("\n".join(["def f():", *(f"    {line}" for line in lines), *lines * 8]))
-    assert list(faults_of(tmp_path / "long.py")) == [
-        "no 'Does:' in its header",
-        "no 'Assumes:' in its header",
-        "no 'Does not:' in its header",
-        f"{9 * MAX_FUNCTION_LINES + 1} lines",
-        f"f: {MAX_FUNCTION_LINES + 1} lines",
-    ]
-
-
-def parameters(function):
-    """The names of a function's parameters, without the one that it is bound to."""
-    given = function.args
-    names = [one.arg for one in (*given.posonlyargs, *given.args, *given.kwonlyargs)]
-    return names[1:] if names[:1] in (["self"], ["cls"]) else names
-
-
 def test_modules_that_headers_name_exist():
     """`room/module.py`, from the module's own folder up to the root, and `module.name` of a module of ours."""
     stems = {path.stem: [] for path in MODULES}
@@ -126,45 +80,6 @@ def test_test_files_that_comments_and_pages_name_exist():
     assert named and not {(path, name) for path, name in named if name not in names}
 
 
-def test_few_functions_take_many_parameters():
-    functions = [(path.relative_to(ROOT), node) for path in MODULES for node in functions_of(path)]
-    many = [
-        f"{path}: {node.name}" for path, node in functions if len(parameters(node)) >= MANY_PARAMETERS and path != VERBS
-    ]
-    assert len(functions) > 1_000 and len(many) <= MAX_WITH_MANY, many
-
-
-def test_goals_are_gone_through_one_by_one_in_one_place():
-    places = [path for path in MODULES for line in path.read_text().splitlines() if "or (None,)" in line]
-    assert places == [ROOT / "verify" / "claims" / "region.py"]
-
-
-def test_no_goal_is_none():
-    """That a world has no goal is "" in files only: `goal_text` and `goal_of` stand between."""
-    empty = re.compile(r"""or \(""[,)]|goal(: str)? ?(=|==|!=|in|not in) ?\(?""|goal or \"\"$""", re.MULTILINE)
-    always = re.compile(r"goal: str(?! \|)")  # of a file, as its text
-    found = {path.relative_to(ROOT).as_posix(): path.read_text() for path in MODULES}
-    assert {path for path, text in found.items() if empty.search(text)} == {"verify/claims/region.py"}
-    assert len(empty.findall(found["verify/claims/region.py"])) == 1
-    assert {path for path, text in found.items() if always.search(text)} == {
-        "maviper/verification/files/counterexamples.py",
-        "maviper/verification/files/episodes.py",
-        "verify/checker/decisions/certificates.py",
-        "verify/checker/episodes/certificates.py",
-    }
-
-
-def test_no_two_classes_of_the_verifier_share_a_name():
-    places = {}
-    for path in (path for path in MODULES if path.relative_to(ROOT).parts[0] == "verify"):
-        for node in nodes_of(path):
-            if isinstance(node, ast.ClassDef):
-                places.setdefault(node.name, []).append(f"{path.relative_to(ROOT)}:{node.lineno}")
-    assert len(places) > 200 and all(len(each) == 1 for each in places.values()), {
-        name: each for name, each in places.items() if len(each) > 1
-    }
-
-
 def inheriting(bases, roots):
     """The names of classes that inherit from some root, these included."""
     found = set(roots)
@@ -188,103 +103,6 @@ def test_public_exceptions_stand_in_a_tree():
 
 def names_in(node):
     return {getattr(each, "id", getattr(each, "attr", "")) for each in ast.walk(node)}
-
-
-def classes_of_answers(trees):
-    """The classes of claims, results, evidence and certificates, and all that inherit from them."""
-    bases = {node.name: set().union(*map(names_in, node.bases)) for node in trees if isinstance(node, ast.ClassDef)}
-    found = {name for name in bases if name.endswith(("Claim", "Certificate", "Evidence", "Result"))}
-    while more := {name for name, above in bases.items() if above & found} - found:
-        found |= more
-    return found
-
-
-def is_kind(node):
-    """What a claim or a result says that it is about: `x.kind`, its value, or the tag of a document."""
-    node = node.value if isinstance(node, ast.Attribute) and node.attr == "value" else node
-    if isinstance(node, ast.Subscript) and isinstance(node.slice, ast.Constant):
-        return node.slice.value == "kind"
-    if not isinstance(node, ast.Attribute) or node.attr != "kind":
-        return False
-    return not names_in(node) & {"token", "_here", "leap"}  # of words, and of variables
-
-
-def asks(node, classes):
-    """Whether a node asks what a claim or a result is about."""
-    match node:
-        case ast.Call(ast.Name("isinstance" | "issubclass"), [_, asked]):
-            return bool(names_in(asked) & classes)
-        case ast.Call(ast.Attribute(_, "get"), [key, *_]):
-            return is_kind(key)
-        case ast.Compare(left, _, others):
-            return any(map(is_kind, (left, *others)))
-        case ast.Subscript(_, key):
-            return is_kind(key)
-        case ast.Match(subject):
-            return is_kind(subject)
-        case ast.MatchClass(asked):
-            return bool(names_in(asked) & classes)
-    return False
-
-
-def test_what_a_claim_is_stands_in_its_class():
-    """Names of claims are not asked about at all; what claims and results are about, in the tables of kinds and in few
-    places beside. Classes and tags count as asking.
-    """
-    texts = {path.relative_to(ROOT).as_posix(): path.read_text() for path in MODULES}
-    named = re.compile(r"claim\.name (==|!=|in|not in)")
-    assert [path for path, text in texts.items() for _ in named.finditer(text)] == []
-    nodes = {path: nodes_of(ROOT / path) for path in texts}
-    classes = classes_of_answers([node for each in nodes.values() for node in each])
-    assert {"AliveLeaves", "Reaches", "SystemClaim", "Certificate", "EpisodeEvidence"} <= classes
-    told = [
-        f"{path}:{node.lineno}"
-        for path, each in nodes.items()
-        if path.startswith(ABOUT_CLAIMS)
-        for node in each
-        if asks(node, classes)
-    ]
-    assert 0 < len(told) <= MAX_KINDS_ASKED, told
-
-
-@pytest.mark.parametrize(
-    ("source", "asking"),
-    [
-        ("isinstance(result, Result)", True),
-        ("isinstance(x, (int, Reaches))", True),
-        ("claim.kind is not Kind.EPISODES", True),
-        ("told['kind'] == 'episodes'", True),
-        ("TABLE[claim.kind]", True),
-        ("TABLE.get(claim.kind.value, 0)", True),
-        ("isinstance(x, int)", False),
-        ("{'kind': claim.kind.value}", False),
-        ("token.kind == 'name'", False),
-    ],
-)
-def test_asking_is_noticed(source, asking):
-    assert any(asks(node, {"Result", "Reaches"}) for node in ast.walk(ast.parse(source))) == asking
-
-
-def test_a_folder_is_taken_in_at_a_glance():
-    folders = {path.parent for path in MODULES}
-    sizes = {
-        folder: sum(path.parent == folder and path.name != "__init__.py" for path in MODULES) for folder in folders
-    }
-    crowded = {str(folder.relative_to(ROOT)): size for folder, size in sizes.items() if size > MAX_MODULES_IN_A_FOLDER}
-    assert len(folders) > 20 and crowded.keys() <= {"maviper/cli"}, crowded  # one file a command
-
-
-def test_the_readme_is_short():
-    assert len((ROOT / "README.md").read_text().splitlines()) <= MAX_README_LINES
-
-
-def test_templates_are_small():
-    for path in (ROOT / "templates").rglob("*.j2"):
-        assert len(path.read_text().splitlines()) <= MAX_TEMPLATE_LINES, path
-
-
-def test_the_ir_is_read_in_five_minutes():
-    assert len((ROOT / "codegen" / "ir.py").read_text().splitlines()) <= 270
 
 
 def test_public_surface():
@@ -354,26 +172,6 @@ def test_ci_asks_each_file_for_tests_that_it_has():
         whole_file = "pytestmark = pytest.mark." + (mark.group(1) if mark else "")
         assert ("pytestmark" in (ROOT / name).read_text()) == (mark is not None), name
         assert mark is None or whole_file in (ROOT / name).read_text(), name
-
-
-OLD_WORDS = {  # where each word is not to stand any more, and what is said instead
-    "start box": ((*PACKAGES, "templates"), "start region"),
-    "MOST_": ((*PACKAGES, "templates"), "MAX_"),
-    "agreement": (("maviper/extraction", "maviper/experts", "maviper/evaluation", "maviper/episodes"), "fidelity"),
-    "agrees with the expert": (PACKAGES, "fidelity"),
-}
-KEPT = {("maviper/evaluation/fidelity.py", "agreement")}  # a key of files that are committed
-
-
-def test_one_concept_has_one_word():
-    found = [
-        (str(path.relative_to(ROOT)), word, f"say {instead}")
-        for word, (folders, instead) in OLD_WORDS.items()
-        for folder in folders
-        for path in sorted((ROOT / folder).rglob("*"))
-        if path.suffix in {".py", ".c", ".md", ".j2"} and word in path.read_text()
-    ]
-    assert [entry for entry in found if entry[:2] not in KEPT] == []
 
 
 def test_numbers_that_tests_make_smaller_are_known_wherever_they_are_held():

@@ -34,8 +34,8 @@ EXTRAS = {  # asked for where they are missing
 
 @cache
 def graph():
-    """All imports but those for types, in functions too."""
-    return grimp.build_graph(*PACKAGES, include_external_packages=True, exclude_type_checking_imports=True)
+    """All imports, those for types and in functions too."""
+    return grimp.build_graph(*PACKAGES, include_external_packages=True)
 
 
 def imported(node):

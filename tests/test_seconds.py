@@ -18,14 +18,6 @@ def record(tmp_path, spent, skipped=()):
     return str(file)
 
 
-def test_the_table_is_within_the_caps():
-    """A file that has moved since stands there under its old name until the table is renewed."""
-    table = seconds.table()
-    assert sum((seconds.ROOT / name).is_file() for name in table) > len(table) / 2
-    assert seconds.over_caps(table, 1.0) == []
-    assert all((seconds.ROOT / name).is_file() for name in seconds.CAPS_S)
-
-
 def test_a_file_over_its_cap_is_named(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(seconds, "table", lambda: {"a.py": 10, "b.py": 10, "c.py": 40})
     assert seconds.main([record(tmp_path, {"a.py": 10, "b.py": 10, "c.py": 44})]) == 0

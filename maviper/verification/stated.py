@@ -43,8 +43,7 @@ from verify.reports import systems as report
 from verify.result import Cost, Result, Verdict
 from verify.semantics import MACHINE
 from verify.subjects import ClosedLoop
-from verify.systems.claims import SystemClaim
-from verify.systems.curves.claims import CurvedClaim
+from verify.systems.claims import CurvedClaim, SystemClaim
 from verify.systems.files import MAX_BYTES as MAX_WORLD_BYTES
 from verify.systems.files import statement_of
 from verify.systems.given.played import as_played

@@ -9,8 +9,7 @@ from xdist.scheduler import LoadFileScheduling
 
 PAGES = ("tests/maviper/page/", "tests/maviper/cli/test_diff.py", "tests/test_worlds.py")
 PAGES += ("tests/maviper/verification/test_stated_report.py",)
-SOURCES = ("tests/test_house.py", "tests/test_imports.py", "tests/test_function_names.py")
-SOURCES += ("tests/test_no_code_is_read.py",)
+SOURCES = ("tests/test_house.py", "tests/test_imports.py", "tests/test_no_code_is_read.py")
 
 
 class Scheduling(LoadFileScheduling):

@@ -22,7 +22,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import TYPE_CHECKING, ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple
 
 from codegen.errors import InputError
 from verify.claims.formula import (
@@ -38,10 +38,9 @@ from verify.claims.formula import (
 )
 from verify.kinds import Kind
 from verify.semantics import MACHINE
+from verify.systems.affine import Affine, Box, Interval
+from verify.systems.language.expressions import Expression
 from verify.systems.system import HalfSpace, Polytope, State
-
-if TYPE_CHECKING:
-    from verify.systems.curves.claims import CurvedClaim
 
 MAX_STEPS = 1_000
 
@@ -96,6 +95,26 @@ class SystemPremise(NamedTuple):
 
     formula: Formula
     state: State
+
+
+class CurveOverCell(NamedTuple):
+    """An expression is a form over a box, with an error within bounds."""
+
+    curve: Expression
+    cell: Box
+    form: Affine
+    error: Interval
+
+
+@dataclass(frozen=True)
+class CurvedClaim:
+    """What a claim has to do with one whose formula has curves, `written` in a file: it implies that one, which implies
+    `weaker`, since `enclosures` hold, over cells that fill the ranges of what they name. Whoever makes one knows that
+    (curves/formulas.py), or shows it (verify/checker/systems/enclosures.py).
+    """
+
+    weaker: SystemClaim
+    enclosures: tuple[CurveOverCell, ...]
 
 
 @dataclass(frozen=True)

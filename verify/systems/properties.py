@@ -19,8 +19,7 @@ from verify.claims.language.tables import Table, properties, read_each
 from verify.claims.region_files import is_list, is_table
 from verify.decimals import plain
 from verify.language.arithmetic import Typed
-from verify.systems.claims import MAX_STEPS, SAYS, Denied, Pattern, SystemClaim
-from verify.systems.curves.claims import CurvedClaim
+from verify.systems.claims import MAX_STEPS, SAYS, CurvedClaim, Denied, Pattern, SystemClaim
 from verify.systems.curves.following import name_next_values, without_next
 from verify.systems.curves.formulas import without_curves
 from verify.systems.curves.reading import Curves

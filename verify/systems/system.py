@@ -1,6 +1,6 @@
 """A stated system: variables, what features measure, and how the state moves, all in exact numbers.
 
-Does: the data of a system; affine forms, half spaces and boxes, and their values in a state.
+Does: the data of a system; half spaces, and whether a state lies in them.
 Assumes: whoever makes one has checked names, units and shapes.
 Does not: know trees or claims. It says nothing about how far the statement is from a simulator.
 
@@ -25,43 +25,12 @@ from dataclasses import dataclass, field, replace
 from enum import Enum
 from fractions import Fraction
 from types import MappingProxyType
-from typing import TYPE_CHECKING
 
 from codegen.errors import InputError
-
-if TYPE_CHECKING:
-    from verify.systems.language.expressions import Expression
+from verify.systems.affine import Affine, Box, Interval, State
+from verify.systems.language.expressions import Expression
 
 IN_STEPS = "state steps by [dynamics.next], or use `maviper verify --world`, `maviper check` and `worlds check`"
-State = Mapping[str, Fraction]
-Interval = tuple[Fraction, Fraction]
-Box = Mapping[str, Interval]  # closed; a variable that is not named is free
-
-
-@dataclass(frozen=True)
-class Affine:
-    """A sum of multiples of variables and a constant: `terms` by name, in order, none of them 0."""
-
-    terms: tuple[tuple[str, Fraction], ...] = ()
-    constant: Fraction = Fraction(0)
-
-    @staticmethod
-    def of(terms: Mapping[str, Fraction], constant: Fraction = Fraction(0)) -> Affine:
-        """The form with these terms, in the one order in which equal forms are equal data."""
-        return Affine(tuple(sorted((name, factor) for name, factor in terms.items() if factor)), constant)
-
-    def at(self, state: State) -> Fraction:
-        """Its value in a state."""
-        return self.constant + sum((factor * state[name] for name, factor in self.terms), Fraction(0))
-
-    def plus(self, other: Affine, times: Fraction = Fraction(1)) -> Affine:
-        """This form and a multiple of another."""
-        if not other.terms:
-            return Affine(self.terms, self.constant + (other.constant if times == 1 else times * other.constant))
-        terms = dict(self.terms)
-        for name, factor in other.terms:
-            terms[name] = terms.get(name, Fraction(0)) + times * factor
-        return Affine.of(terms, self.constant + times * other.constant)
 
 
 @dataclass(frozen=True)

@@ -35,7 +35,7 @@ from verify.checker.systems.functions import (
     times,
     up,
 )
-from verify.systems.curves.claims import CurveOverCell
+from verify.systems.claims import CurveOverCell
 from verify.systems.language.expressions import (
     Call,
     Expression,

@@ -22,7 +22,7 @@ from math import prod
 from codegen.errors import InputError
 from verify.claims.formula import FALSE, TRUE, And, Formula, Linear, Not, Or, below, conjunction, disjunction
 from verify.claims.formula import normal as pushed
-from verify.systems.curves.claims import CurveOverCell
+from verify.systems.claims import CurveOverCell
 from verify.systems.enclosures import Enclosing
 from verify.systems.language.expressions import Expression, names
 from verify.systems.pieces import enclose_expression

@@ -16,7 +16,7 @@ from functools import lru_cache
 from operator import itemgetter
 from typing import TypeAlias
 
-from verify.systems.system import Affine, Interval
+from verify.systems.affine import Affine, Interval
 
 ONE, ZERO = Fraction(1), Fraction(0)
 ROUNDED = 1e-12  # what rounding may take from a number that is 0
